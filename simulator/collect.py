@@ -1,0 +1,227 @@
+"""Collect snapshots: a policy plays a task in many homes, and every memory is kept on disk.
+
+Run `python -m simulator.collect --help`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from joblib import Parallel, delayed
+from tqdm import tqdm
+
+from simulator.config import HouseConfig
+from simulator.houses import Houses
+from simulator.policies import POLICIES, make_policy
+from simulator.prior_graph import PriorGraph
+from simulator.recorder import Recorder
+from simulator.rollout import Rollout, list_labels
+from simulator.shards import (
+    MANIFEST,
+    compute_checksum,
+    get_shard_name,
+    load_manifest,
+    load_shard,
+    save_manifest,
+    save_shard,
+)
+from simulator.streams import SPLITS, Streams
+
+TASKS = ("predict_location",)
+
+_HOUSES_PER_JOB = 20  # in lockstep; also what is lost at most when a collection is killed
+
+
+@dataclass(frozen=True, slots=True)
+class CollectConfig:
+    """What to collect.
+
+    Attributes:
+        houses: number of homes.
+        steps: time steps per home.
+        policy: name of the collecting policy.
+        task: name of the task it plays.
+        split: "train", "val" or "test": their homes never coincide.
+        seed: experiment seed.
+        house: rules of the homes.
+        prior: prior file; None for the shipped default.
+    """
+
+    houses: int = 100
+    steps: int = 100
+    policy: str = "bayesian"
+    task: str = "predict_location"
+    split: str = "train"
+    seed: int = 0
+    house: HouseConfig = HouseConfig()
+    prior: str | None = None
+
+    def __post_init__(self) -> None:
+        """Check every value.
+
+        Raises:
+            ValueError: if a count, a name or the seed is out of range.
+        """
+        for name in ("houses", "steps"):
+            if getattr(self, name) < 1:
+                raise ValueError(
+                    f"{name} must be at least 1, got {getattr(self, name)}. Ask for more."
+                )
+        if self.seed < 0:
+            raise ValueError(f"seed must be non-negative, got {self.seed}. Choose 0 or more.")
+        for name, known in (("policy", POLICIES), ("task", TASKS), ("split", SPLITS)):
+            if getattr(self, name) not in known:
+                raise ValueError(
+                    f"{name} must be one of {', '.join(known)}, got {getattr(self, name)!r}. "
+                    "Choose one of these."
+                )
+
+    def load_prior(self) -> PriorGraph:
+        """Load the prior graph that the homes are sampled from."""
+        return PriorGraph.default() if self.prior is None else PriorGraph.load(self.prior)
+
+
+def collect(config: CollectConfig, out: Path, workers: int = 1, progress: bool = True) -> None:
+    """Collect snapshots into a folder, or finish an interrupted collection there.
+
+    The same config gives the same bytes, for any number of workers and however often the
+    collection was interrupted.
+
+    Args:
+        config: what to collect.
+        out: folder; made if needed.
+        workers: processes that work in parallel.
+        progress: whether to show a progress bar.
+
+    Raises:
+        ValueError: if the folder holds a collection of other settings, or other files.
+        OSError: if the disk is full; finished houses are kept.
+    """
+    if workers < 1:
+        raise ValueError(f"workers must be at least 1, got {workers}. Ask for more.")
+    prior = config.load_prior()
+    settings = _describe_settings(config, prior)
+    finished = _open_folder(out, settings)
+    missing = [house for house in range(config.houses) if house not in finished]
+    jobs = [missing[i : i + _HOUSES_PER_JOB] for i in range(0, len(missing), _HOUSES_PER_JOB)]
+    with tqdm(
+        total=config.houses * config.steps,
+        initial=len(finished) * config.steps,
+        desc=f"collecting {config.split} snapshots",
+        unit="SGM",
+        disable=not progress,
+    ) as bar:
+        if jobs:
+            run = Parallel(n_jobs=min(workers, len(jobs)), return_as="generator_unordered")
+            for done in run(delayed(collect_houses)(config, prior, job, out) for job in jobs):
+                bar.update(done * config.steps)
+    names = [get_shard_name(house) for house in range(config.houses)]
+    save_manifest(out, settings, {name: compute_checksum(out / name) for name in names})
+
+
+def collect_houses(
+    config: CollectConfig, prior: PriorGraph, houses: Sequence[int], out: Path
+) -> int:
+    """Collect some houses in lockstep and write their shards; return how many."""
+    state = Houses(prior, config.house, Streams(config.seed, config.split, houses))
+    rollout = Rollout(state, make_policy(config.policy, state))
+    recorder = Recorder(rollout.memory)
+    rollout.on_change = recorder.add_change
+    for step in rollout.run(config.steps):
+        recorder.add_snapshot(step.queries, step.answers)
+    for house, arrays in zip(houses, recorder.finish(), strict=True):
+        save_shard(out / get_shard_name(house), arrays)
+    return len(houses)
+
+
+def _describe_settings(config: CollectConfig, prior: PriorGraph) -> dict[str, Any]:
+    """Return everything that the bytes depend on, as JSON values."""
+    settings = asdict(config)
+    settings["house"]["rooms"] = list(config.house.rooms)
+    settings["prior"] = prior.checksum
+    state = Houses(prior, config.house, Streams(config.seed, config.split, [0]))
+    return {**settings, "labels": list_labels(state)}
+
+
+def _open_folder(out: Path, settings: dict[str, Any]) -> set[int]:
+    """Prepare the folder and return the houses that are finished already.
+
+    Raises:
+        ValueError: if the folder holds something else.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    if not (out / MANIFEST).exists():
+        strangers = sorted(path.name for path in out.iterdir() if not path.name.endswith(".part"))
+        if strangers:
+            raise ValueError(
+                f"output folder must be empty or hold a collection, got {strangers[0]!r} in {out}. "
+                "Choose another folder."
+            )
+        save_manifest(out, settings, {})
+    manifest = load_manifest(out)
+    for name, value in settings.items():
+        found = manifest["settings"].get(name)
+        if found != value and name != "labels":
+            raise ValueError(
+                f"output folder must hold a collection of the same settings, got {name} = {found} "
+                f"instead of {value} in {out}. Choose another folder or delete this one."
+            )
+    for partial in out.glob("*.part"):
+        partial.unlink()
+    finished = set()
+    for house in range(settings["houses"]):
+        path = out / get_shard_name(house)
+        if path.exists():
+            load_shard(path, manifest["shards"].get(path.name))
+            finished.add(house)
+    return finished
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    defaults = CollectConfig()
+    parser = argparse.ArgumentParser(
+        prog="python -m simulator.collect",
+        description="Collect scene graph memories into a folder; run again to resume.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )
+    parser.add_argument("--out", type=Path, required=True, help="folder for shards and manifest")
+    parser.add_argument("--houses", type=int, default=defaults.houses, help="number of homes")
+    parser.add_argument("--steps", type=int, default=defaults.steps, help="time steps per home")
+    parser.add_argument("--policy", default=defaults.policy, help="who plays: " + ", ".join(POLICIES))
+    parser.add_argument("--task", default=defaults.task, help="what is played: " + ", ".join(TASKS))
+    parser.add_argument("--split", default=defaults.split, help=", ".join(SPLITS))
+    parser.add_argument("--seed", type=int, default=defaults.seed, help="experiment seed")
+    parser.add_argument("--prior", help="prior file (JSON); the shipped one if left out")
+    parser.add_argument(
+        "--rooms", nargs="+", default=list(defaults.house.rooms), help="rooms of every home"
+    )
+    parser.add_argument(
+        "--dynamic-nodes",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="whether objects are added and removed",
+    )
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes")
+    options = parser.parse_args(arguments)
+    try:
+        house = replace(
+            defaults.house, rooms=tuple(options.rooms), dynamic_nodes=options.dynamic_nodes
+        )
+        config = CollectConfig(
+            houses=options.houses, steps=options.steps, policy=options.policy, task=options.task,
+            split=options.split, seed=options.seed, house=house, prior=options.prior,
+        )  # fmt: skip
+        collect(config, options.out, workers=options.workers)
+    except (ValueError, OSError) as error:
+        sys.exit(f"error: {error}")
+
+
+if __name__ == "__main__":
+    main()

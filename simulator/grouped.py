@@ -1,0 +1,21 @@
+"""Index arithmetic on arrays that hold several groups one after the other."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def compute_rank_in_group(groups: np.ndarray) -> np.ndarray:
+    """Number the entries within each run of equal values of an ascending array, (n,) -> (n,)."""
+    if len(groups) == 0:
+        return np.zeros(0, dtype=np.int64)
+    index = np.arange(len(groups))
+    starts = np.flatnonzero(np.r_[True, groups[1:] != groups[:-1]])
+    return index - np.repeat(starts, np.diff(np.r_[starts, len(groups)]))
+
+
+def concatenate_ranges(starts: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return start, start + 1, ..., start + count - 1 of every range in turn, (sum(counts),)."""
+    ends = np.cumsum(counts)
+    total = int(ends[-1]) if len(ends) else 0
+    return np.arange(total) + np.repeat(starts - (ends - counts), counts)

@@ -1,0 +1,315 @@
+"""Sampled homes: the true state of many houses, as arrays over houses."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+
+import numpy as np
+
+from simulator.config import HouseConfig
+from simulator.descriptions import DescriptionTable
+from simulator.grouped import compute_rank_in_group
+from simulator.noise import compute_noisy_weights
+from simulator.prior_graph import PriorGraph
+from simulator.streams import Streams, sample_categorical
+
+logger = logging.getLogger(__name__)
+
+NUM_RELATIONS = 2  # 0 "in", 1 "onTop"; place p of a house = furniture p // 2, relation p % 2
+
+
+class Houses:
+    """The true state of H homes, evolved together by `simulator.dynamics.evolve`.
+
+    A house has R rooms x `furniture_per_room` = F furniture nodes, P = 2 F places (a furniture
+    node with a relation) and up to C objects in slots; an empty slot has place -1.
+
+    Attributes:
+        furniture_type: index into `prior.furniture`, (H, F).
+        furniture_room: index into `config.rooms`, the same in every house, (F,).
+        furniture_code: description code of `furniture_descriptions`, (H, F).
+        place_weights: P^i of the home, per object type, float32 (H, O, P); sums to <= 1 over P.
+        object_type: index into `prior.objects`, (H, C).
+        object_code: description code of `object_descriptions`, (H, C).
+        object_place: the place it is at, -1 if the slot is empty, (H, C).
+        object_moved: whether it moved in the last step, (H, C).
+        object_move_weight: `move_freq`, or 0 where it has nowhere else to go, (H, C).
+        transitions: T^i, a row per description that the home has had, float32 (H, D, P);
+            see `transition_rows`.
+        initial_count: objects at t = 0, (H,).
+
+    Source: algorithm 1, section 4.1, appendix A; rulings 1-6.
+    """
+
+    def __init__(self, prior: PriorGraph, config: HouseConfig, streams: Streams) -> None:
+        """Sample the homes at t = 0.
+
+        Args:
+            prior: what homes look like.
+            config: the rules.
+            streams: random streams of the H houses.
+
+        Raises:
+            ValueError: if a room of the prior has no furniture that can hold an object.
+        """
+        self.prior = prior
+        self.config = config
+        self.streams = streams
+        self.num_houses = len(streams.houses)
+        self.num_furniture = len(config.rooms) * config.furniture_per_room
+        self.num_places = self.num_furniture * NUM_RELATIONS
+        self.furniture_room = np.repeat(np.arange(len(config.rooms)), config.furniture_per_room)
+        self.place_room = np.repeat(self.furniture_room, NUM_RELATIONS)
+        self.place_furniture = np.arange(self.num_places) // NUM_RELATIONS
+        self.object_descriptions, self.furniture_descriptions = _describe(prior)
+        self.move_freq = np.array([row.move_freq for row in prior.objects])
+        self.add_remove_prob = np.array([row.add_remove_prob for row in prior.objects])
+        self.sample_prob = np.array([row.sample_prob for row in prior.objects])
+
+        weights = prior.weights * self.sample_prob[:, None, None]
+        self._node_rooms = _index_nodes(prior, config.rooms, weights)
+        self.furniture_type, self.furniture_code = self._sample_furniture()
+        self.place_weights = self._sample_place_weights()
+
+        capacity = self.num_furniture * config.objects_per_furniture
+        self.num_slots = int(np.floor(capacity * (1 + config.count_slack)))
+        shape = (self.num_houses, self.num_slots)
+        self.object_type = np.zeros(shape, dtype=np.int32)
+        self.object_code = np.zeros(shape, dtype=np.int32)
+        self.object_row = np.zeros(shape, dtype=np.int32)
+        self.object_place = np.full(shape, -1, dtype=np.int32)
+        self.object_moved = np.zeros(shape, dtype=bool)
+        self.object_move_weight = np.zeros(shape)
+        num_codes = self.object_descriptions.num_descriptions
+        self._row_of_code = np.full((self.num_houses, num_codes), -1, dtype=np.int32)
+        self._num_rows = np.zeros(self.num_houses, dtype=np.int64)
+        self.transitions = np.zeros((self.num_houses, 64, self.num_places), dtype=np.float32)
+        self._sample_objects()
+        self.initial_count = self.is_present.sum(axis=1)
+
+    @property
+    def is_present(self) -> np.ndarray:
+        """Which object slots hold an object, (H, C)."""
+        return self.object_place >= 0
+
+    @property
+    def object_furniture(self) -> np.ndarray:
+        """Furniture index that each object is at, -1 for an empty slot, (H, C)."""
+        return self.object_place // NUM_RELATIONS  # -1 // 2 == -1
+
+    def transition_rows(self, houses: np.ndarray, codes: np.ndarray) -> np.ndarray:
+        """Return the T^i rows of descriptions, (n,), (n,) -> (n, P); zero for unknown ones."""
+        rows = self._row_of_code[houses, codes]
+        return np.where(rows[:, None] >= 0, self.transitions[houses, rows], 0)
+
+    def place_objects(
+        self, houses: np.ndarray, slots: np.ndarray, places: np.ndarray
+    ) -> None:
+        """Put the objects of slots (n,) of houses (n,) at places (n,)."""
+        self.object_place[houses, slots] = places
+        options = self.compute_move_options(houses, self.object_row[houses, slots], places)
+        can_move = options.any(axis=1)
+        types = self.object_type[houses, slots]
+        self.object_move_weight[houses, slots] = np.where(can_move, self.move_freq[types], 0.0)
+
+    def compute_move_options(
+        self, houses: np.ndarray, rows: np.ndarray, places: np.ndarray
+    ) -> np.ndarray:
+        """Return T^i over the places an object may move to from `places`, (n, P).
+
+        Another furniture node, of the same room unless `cross_room_moves`.
+        """
+        weights = self.transitions[houses, rows]
+        allowed = self.place_furniture != places[:, None] // NUM_RELATIONS
+        if not self.config.cross_room_moves:
+            allowed &= self.place_room == self.place_room[places][:, None]
+        return np.where(allowed, weights, 0)
+
+    def fill_slots(
+        self, houses: np.ndarray, slots: np.ndarray, types: np.ndarray, codes: np.ndarray
+    ) -> None:
+        """Give slots (n,) of houses (n,), ascending, an object of a type and description."""
+        self.object_type[houses, slots] = types
+        self.object_code[houses, slots] = codes
+        self.object_row[houses, slots] = self._ensure_rows(houses, codes)
+
+    def _ensure_rows(self, houses: np.ndarray, codes: np.ndarray) -> np.ndarray:
+        """Return T^i row numbers, drawing instance noise for descriptions that are new."""
+        is_new = self._row_of_code[houses, codes] < 0
+        pairs = np.unique(
+            houses[is_new].astype(np.int64) * self._row_of_code.shape[1] + codes[is_new]
+        )
+        new_houses, new_codes = np.divmod(pairs, self._row_of_code.shape[1])
+        if len(pairs):
+            rows = self._num_rows[new_houses] + compute_rank_in_group(new_houses)
+            self._num_rows += np.bincount(new_houses, minlength=self.num_houses)
+            if self._num_rows.max() > self.transitions.shape[1]:
+                self.transitions = np.pad(
+                    self.transitions,
+                    ((0, 0), (0, max(self.transitions.shape[1], len(pairs))), (0, 0)),
+                )
+            noise = self.streams.rows("instance noise", self.num_places * 2).take(new_houses)
+            types = self.object_descriptions.type_of_code[new_codes]
+            self.transitions[new_houses, rows] = compute_noisy_weights(
+                self.place_weights[new_houses, types],
+                noise.reshape(-1, self.num_places, 2),
+                [np.flatnonzero(self.place_room == room) for room in range(len(self.config.rooms))],
+                zero_prob=self.config.noise_zero_prob,
+                scale=self.config.noise_scale,
+            )
+            self._row_of_code[new_houses, new_codes] = rows
+        return self._row_of_code[houses, codes]
+
+    def _sample_furniture(self) -> tuple[np.ndarray, np.ndarray]:
+        """Draw furniture types and descriptions, (H, F) each."""
+        prior = self.prior
+        labels = sorted({row.label for row in prior.furniture})
+        label_of_node = np.array([labels.index(row.label) for row in prior.furniture])
+        prob = np.array([row.prob for row in prior.furniture])
+        cap = np.array([row.max_count for row in prior.furniture])
+        uniform = self.streams.sample_once("furniture", self.num_furniture, 2)
+        count = np.zeros((self.num_houses, len(labels)), dtype=np.int64)
+        types = np.zeros((self.num_houses, self.num_furniture), dtype=np.int32)
+        order = np.arange(self.num_furniture).reshape(len(self.config.rooms), -1).T.ravel()
+        for furniture in order:  # rooms in turn, so that no room uses up a type's count
+            nodes = self._node_rooms[self.furniture_room[furniture]]
+            weights = compute_available_weights(
+                prob[nodes] * np.ones((self.num_houses, 1)), count[:, label_of_node[nodes]], cap[nodes]
+            )
+            chosen = nodes[sample_categorical(weights, uniform[:, furniture, 0])]
+            types[:, furniture] = chosen
+            count[np.arange(self.num_houses), label_of_node[chosen]] += 1
+        codes = self.furniture_descriptions.sample(types.ravel(), uniform[..., 1].ravel())
+        return types, codes.reshape(types.shape)
+
+    def _sample_place_weights(self) -> np.ndarray:
+        """Draw class noise and read P^i at the home's own furniture, float32 (H, O, P)."""
+        num_objects, num_nodes, _ = self.prior.weights.shape
+        columns = num_nodes * NUM_RELATIONS
+        groups = [
+            (nodes[:, None] * NUM_RELATIONS + np.arange(NUM_RELATIONS)).ravel()
+            for nodes in _nodes_per_room(self.prior, self.prior.rooms)
+        ]
+        weights = np.empty((self.num_houses, num_objects, self.num_places), dtype=np.float32)
+        for house in range(self.num_houses):
+            noisy = compute_noisy_weights(
+                self.prior.weights.reshape(num_objects, columns),
+                self.streams.generator("class noise", house).random((num_objects, columns, 2)),
+                groups,
+                zero_prob=self.config.noise_zero_prob,
+                scale=self.config.noise_scale,
+            ).reshape(num_objects, num_nodes, NUM_RELATIONS)
+            weights[house] = noisy[:, self.furniture_type[house]].reshape(num_objects, -1)
+        return weights
+
+    def _sample_objects(self) -> None:
+        """Draw the objects of t = 0: so many per furniture node (ruling 4)."""
+        per_furniture = self.config.objects_per_furniture
+        uniform = self.streams.sample_once("objects", per_furniture, self.num_furniture, 2)
+        cap = np.repeat([row.max_count for row in self.prior.objects], NUM_RELATIONS)
+        count = np.zeros((self.num_houses, len(self.prior.objects)), dtype=np.int64)
+        houses = np.arange(self.num_houses)
+        weights = self.place_weights.reshape(
+            self.num_houses, len(self.prior.objects), self.num_furniture, NUM_RELATIONS
+        ) * self.sample_prob[:, None, None]
+        holder = self._find_holders(weights.any(axis=(1, 3)))
+        weights = np.take_along_axis(weights, holder[:, None, :, None], axis=2)
+        weights = np.ascontiguousarray(np.moveaxis(weights, 2, 0)).reshape(
+            self.num_furniture, self.num_houses, -1
+        )  # (F, H, O * 2)
+        slot = 0
+        for turn in range(per_furniture):  # furniture in turn, so that none uses up a type
+            for furniture in range(self.num_furniture):
+                drawn = sample_categorical(
+                    compute_available_weights(
+                        weights[furniture], np.repeat(count, NUM_RELATIONS, axis=1), cap
+                    ),
+                    uniform[:, turn, furniture, 0],
+                )
+                types, relation = np.divmod(drawn, NUM_RELATIONS)
+                count[houses, types] += 1
+                self.object_type[:, slot] = types
+                self.object_place[:, slot] = holder[:, furniture] * NUM_RELATIONS + relation
+                slot += 1
+        codes = self.object_descriptions.sample(
+            self.object_type[:, :slot].ravel(), uniform[..., 1].ravel()
+        )
+        house_index, slot_index = np.divmod(np.arange(self.num_houses * slot), slot)
+        self.fill_slots(
+            house_index, slot_index, self.object_type[house_index, slot_index], codes
+        )
+        self.place_objects(house_index, slot_index, self.object_place[house_index, slot_index])
+
+    def _find_holders(self, can_hold: np.ndarray) -> np.ndarray:
+        """Return who takes the initial objects of each furniture node, (H, F).
+
+        Class noise can leave a furniture node without a single object; then the next one of
+        its room that has some takes its share, so that every home starts with F x 6 objects.
+        """
+        holder = np.tile(np.arange(self.num_furniture), (self.num_houses, 1))
+        per_room = self.config.furniture_per_room
+        for house, furniture in np.argwhere(~can_hold):
+            start = furniture - furniture % per_room
+            ring = start + (furniture - start + np.arange(1, self.num_furniture + 1)) % per_room
+            ring = np.r_[ring[:per_room], np.arange(self.num_furniture)]
+            holder[house, furniture] = ring[np.argmax(can_hold[house, ring])]
+        return holder
+
+
+def compute_available_weights(
+    weights: np.ndarray, count: np.ndarray, cap: np.ndarray
+) -> np.ndarray:
+    """Keep the weights of the types that may still be drawn.
+
+    While some type is below its cap, only those may be drawn; when all are full, caps are
+    relaxed evenly: the types that are full the fewest times over (ruling 3). Never a hang.
+
+    Args:
+        weights: (H, m) non-negative.
+        count: instances so far, (H, m).
+        cap: `max_count`, (m,).
+    """
+    times_full = np.where(weights > 0, count // np.maximum(cap, 1), np.iinfo(np.int64).max)
+    fewest = times_full.min(axis=1, keepdims=True)
+    if logger.isEnabledFor(logging.DEBUG) and (fewest > 0).any():
+        logger.debug("max_count relaxed in %d houses", int((fewest > 0).sum()))
+    return np.where(times_full == fewest, weights, 0.0)
+
+
+def _describe(prior: PriorGraph) -> tuple[DescriptionTable, DescriptionTable]:
+    """Make the description tables of objects and of furniture."""
+    return (
+        DescriptionTable([r.label for r in prior.objects], [r.adjectives for r in prior.objects]),
+        DescriptionTable(
+            [r.label for r in prior.furniture], [r.adjectives for r in prior.furniture]
+        ),
+    )
+
+
+def _nodes_per_room(prior: PriorGraph, rooms: Sequence[str]) -> list[np.ndarray]:
+    """List the furniture nodes of each room."""
+    return [
+        np.array([i for i, row in enumerate(prior.furniture) if row.room == room], dtype=np.int64)
+        for room in rooms
+    ]
+
+
+def _index_nodes(
+    prior: PriorGraph, rooms: Sequence[str], weights: np.ndarray
+) -> list[np.ndarray]:
+    """List the furniture nodes of each room that may be drawn and can hold an object.
+
+    Raises:
+        ValueError: if a room has none.
+    """
+    can_hold = (weights.sum(axis=(0, 2)) > 0) & [row.prob > 0 for row in prior.furniture]
+    usable = [nodes[can_hold[nodes]] for nodes in _nodes_per_room(prior, rooms)]
+    for room, nodes in zip(rooms, usable, strict=True):
+        if len(nodes) == 0:
+            raise ValueError(
+                f"room must have furniture that can hold an object, got none for {room!r} in the "
+                f"prior, whose rooms are {', '.join(prior.rooms)}. Choose other rooms, or add "
+                "furniture with placements to the prior."
+            )
+    return usable

@@ -1,0 +1,132 @@
+"""Snapshots: scene graph memories at the moment of a query, as flat arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.grouped import concatenate_ranges
+from simulator.memory.memory_batch import MemoryBatch, Queries
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshots:
+    """B scene graph memories, each with its query object; counters and time stamps are raw.
+
+    Only remembered edges are listed; hypothetical ones follow from `query_prior`. A snapshot's
+    query edges are the edges of its query object. A time stamp of -1 means never.
+
+    Attributes:
+        labels: text of every label index.
+        time: time step of each snapshot, (B,).
+        room_label: (B, R).
+        furniture_label, furniture_room, furniture_prob: label, room index and P(furniture |
+            room) of the furniture nodes, (B, F).
+        furniture_num_observed, furniture_last_observed: looks so far, the last one, (B, F).
+        object_snapshot: the snapshot that each object node belongs to, (N,).
+        object_label, object_num_observed, object_last_observed, object_num_moved,
+            object_last_moved: (N,).
+        edge_object: index of the object node among the N, (E,).
+        edge_furniture: furniture index within the snapshot, (E,).
+        edge_relation: 0 "in", 1 "onTop", (E,).
+        edge_prior: prior weight, (E,).
+        edge_num_observed, edge_num_true, edge_num_changed, edge_last_observed,
+            edge_last_changed, edge_last_true, edge_is_true: (E,).
+        query_object: index of the query object among the N, (B,).
+        query_prior: prior weight of every place for the query object, (B, F, 2).
+        answers: furniture that truly holds the query object, bool (B, F); None if unknown.
+    """
+
+    labels: tuple[str, ...]
+    time: np.ndarray
+    room_label: np.ndarray
+    furniture_label: np.ndarray
+    furniture_room: np.ndarray
+    furniture_prob: np.ndarray
+    furniture_num_observed: np.ndarray
+    furniture_last_observed: np.ndarray
+    object_snapshot: np.ndarray
+    object_label: np.ndarray
+    object_num_observed: np.ndarray
+    object_last_observed: np.ndarray
+    object_num_moved: np.ndarray
+    object_last_moved: np.ndarray
+    edge_object: np.ndarray
+    edge_furniture: np.ndarray
+    edge_relation: np.ndarray
+    edge_prior: np.ndarray
+    edge_num_observed: np.ndarray
+    edge_num_true: np.ndarray
+    edge_num_changed: np.ndarray
+    edge_last_observed: np.ndarray
+    edge_last_changed: np.ndarray
+    edge_last_true: np.ndarray
+    edge_is_true: np.ndarray
+    query_object: np.ndarray
+    query_prior: np.ndarray
+    answers: np.ndarray | None = None
+
+    @property
+    def num_snapshots(self) -> int:
+        """Number of snapshots, B."""
+        return len(self.time)
+
+    @property
+    def num_furniture(self) -> int:
+        """Furniture nodes per snapshot, F."""
+        return self.furniture_label.shape[1]
+
+
+# Columns of MemoryBatch tables that change over time, by the table they belong to.
+FURNITURE_COUNTERS = ("num_observed", "last_observed")
+OBJECT_COUNTERS = ("num_observed", "last_observed", "num_moved", "last_moved")
+EDGE_COUNTERS = (
+    "num_observed", "num_true", "num_changed", "last_observed", "last_changed", "last_true",
+    "is_true",
+)  # fmt: skip
+
+
+def take_snapshots(memory: MemoryBatch, queries: Queries) -> Snapshots:
+    """Take one snapshot per query, (Q,) snapshots of the homes that are asked.
+
+    Source: paper section 4.2; ruling 12.
+    """
+    objects, edges = memory.objects, memory.edges
+    edge_order = np.argsort(edges["home"], kind="stable")
+    edge_counts = np.bincount(edges["home"], minlength=memory.num_homes)
+    edge_starts = np.cumsum(edge_counts) - edge_counts
+    edge = edge_order[concatenate_ranges(edge_starts[queries.home], edge_counts[queries.home])]
+    edge_snapshot = np.repeat(np.arange(len(queries.home)), edge_counts[queries.home])
+    # Nodes: whatever has an edge, and the query object. One key per (snapshot, object).
+    num_objects = len(objects)
+    edge_key = edge_snapshot * num_objects + edges["object"][edge]
+    query_key = np.arange(len(queries.home)) * num_objects + queries.object
+    is_node = np.zeros(len(queries.home) * num_objects, dtype=bool)
+    is_node[edge_key] = True
+    is_node[query_key] = True
+    node_keys = np.flatnonzero(is_node)
+    node_of_key = np.zeros(len(is_node), dtype=np.int32)
+    node_of_key[node_keys] = np.arange(len(node_keys))
+    snapshot, row = np.divmod(node_keys, num_objects)
+    home = queries.home
+    return Snapshots(
+        labels=tuple(memory.labels),
+        time=np.full(len(home), memory.time),
+        room_label=memory.room_label[home],
+        furniture_label=memory.furniture_label[home],
+        furniture_room=memory.furniture_room[home],
+        furniture_prob=memory.place_prior.furniture_prob[home],
+        furniture_num_observed=memory.furniture_num_observed[home],
+        furniture_last_observed=memory.furniture_last_observed[home],
+        object_snapshot=snapshot,
+        object_label=objects["label"][row],
+        edge_object=node_of_key[edge_key],
+        edge_furniture=edges["furniture"][edge],
+        edge_relation=edges["relation"][edge],
+        edge_prior=edges["prior"][edge],
+        query_object=node_of_key[query_key],
+        query_prior=queries.prior,
+        **{f"object_{name}": objects[name][row] for name in OBJECT_COUNTERS},
+        **{f"edge_{name}": edges[name][edge] for name in EDGE_COUNTERS},
+    )

@@ -1,0 +1,41 @@
+"""Policies by name: heuristics, filters and oracles. A network is one more `Policy`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from simulator.houses import Houses
+from simulator.policies.filters import Ceiling, PriorFilter
+from simulator.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
+from simulator.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior, Oracle
+from simulator.policies.policy import Policy
+
+# Every policy by the name that command lines and tables use. Only oracles read the true homes.
+POLICIES: Mapping[str, Callable[[Houses], Policy]] = {
+    "random": lambda houses: Random(),
+    "priors": lambda houses: Priors(),
+    "frequentist": lambda houses: Frequentist(),
+    "myopic": lambda houses: Myopic(),
+    "bayesian": lambda houses: Bayesian(),
+    "last_seen": lambda houses: LastSeenUnlessAbsent(),
+    "last_seen_prior": lambda houses: LastSeenUnlessAbsentPrior(),
+    "prior_filter": lambda houses: PriorFilter(houses.prior, houses.config),
+    "oracle": Oracle,
+    "ceiling": Ceiling,
+}
+
+
+def make_policy(name: str, houses: Houses) -> Policy:
+    """Make a policy by name.
+
+    Raises:
+        ValueError: if there is no policy of that name.
+    """
+    if name not in POLICIES:
+        raise ValueError(
+            f"policy must be one of {', '.join(POLICIES)}, got {name!r}. Choose one of these."
+        )
+    return POLICIES[name](houses)
+
+
+__all__ = ["POLICIES", "Policy", "make_policy"]

@@ -1,0 +1,260 @@
+"""Bayes filters over an object's place: PriorFilter over the prior, Ceiling over the true T."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.config import HouseConfig
+from simulator.descriptions import DescriptionTable
+from simulator.houses import NUM_RELATIONS, Houses
+from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.policies.policy import Policy
+from simulator.prior_graph import PriorGraph
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """What the filter takes for the dynamics of each queried object.
+
+    Attributes:
+        moves: weight of each furniture node when the object moves, sums to one, (Q, F).
+        initial: expected number of such objects at each furniture node at t = 0, (Q, F).
+        move_rate: probability that one moves in a step, (Q,).
+        asked_move_rate: the same, given that the object is asked for in that step, (Q,).
+        remove_rate: probability that one leaves in a step, (Q,).
+        add_rate: expected number that appear in a step, (Q,).
+    """
+
+    moves: np.ndarray
+    initial: np.ndarray
+    move_rate: np.ndarray
+    asked_move_rate: np.ndarray
+    remove_rate: np.ndarray
+    add_rate: np.ndarray
+
+
+class PlaceFilter(Policy):
+    """Follows where the objects of a description can be, given every look so far.
+
+    Two beliefs per description are followed: where the instance that was seen last is (a hidden
+    Markov model, exact when there is one instance), and how many others to expect where (a
+    Poisson density). Prediction: an object stays with 1 - move rate, else goes to another
+    furniture node of its room in proportion to `moves`. Correction: an unseen object at a
+    furniture node looked at keeps the share `detection_error` there. That an object is asked
+    for makes it likelier to have just moved (ruling 9), and the filter knows that, too.
+    """
+
+    def __init__(self, prior: PriorGraph, config: HouseConfig, asks_moved: float = 0.5) -> None:
+        """Keep the rules.
+
+        Args:
+            prior: for type metadata.
+            config: the rules of the homes.
+            asks_moved: share of the queries that are about an object that has just moved.
+        """
+        self._config = config
+        self._asks_moved = asks_moved
+        self._move_freq = np.array([row.move_freq for row in prior.objects])
+        self._add_remove = np.array([row.add_remove_prob for row in prior.objects])
+        self._sample_prob = np.array([row.sample_prob for row in prior.objects])
+        table = DescriptionTable(
+            [r.label for r in prior.objects], [r.adjectives for r in prior.objects]
+        )
+        self._sameness = table.compute_sameness()
+        self._looks: list[tuple[int, np.ndarray, np.ndarray]] = []
+        self._asked: dict[int, np.ndarray] = {}
+
+    def reset(self, memory: MemoryBatch) -> None:
+        """Forget all looks and work out the expected inventory of the new homes."""
+        self._looks = []
+        self._asked = {}
+        self._expected = self._compute_expected_objects(memory)  # (H, O, F)
+        self._kappa = self._solve_move_race()  # (H,)
+
+    def observe(self, memory: MemoryBatch, change: Change) -> None:
+        """Log one look per home: where, and which objects were seen."""
+        looked = np.full(memory.num_homes, -1)
+        looked[change.home] = change.furniture
+        seen = change.edges[memory.edges["is_true"][change.edges]]
+        is_seen = np.zeros(len(memory.objects), dtype=bool)
+        is_seen[memory.edges["object"][seen]] = True
+        self._looks.append((memory.time, looked, is_seen))
+
+    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return the expected number of objects asked for at each furniture node, (Q, F)."""
+        is_asked = np.zeros(len(memory.objects), dtype=bool)
+        is_asked[queries.object] = True
+        self._asked.setdefault(memory.time, is_asked)
+        rules = self.compute_rules(memory, queries)
+        room = memory.furniture_room[queries.home]  # (Q, F)
+        leave = _compute_leave_weights(rules.moves, room, self._config.cross_room_moves)
+        last = np.zeros(rules.initial.shape)
+        others = rules.initial.copy()
+        looks = iter([*self._looks, None])
+        look = next(looks)
+        for time in range(1, memory.time + 1):
+            asked = _lookup(self._asked[time], queries.object) if time in self._asked else False
+            rate = np.where(asked, rules.asked_move_rate, rules.move_rate)
+            last = self._predict(last, rules, rate, leave, room)
+            others = self._predict(others, rules, rate, leave, room)
+            others += rules.add_rate[:, None] * rules.moves
+            while look is not None and look[0] == time:
+                at = look[1][queries.home]
+                seen = _lookup(look[2], queries.object)
+                self._correct(last, others, at, seen)
+                look = next(looks)
+        return last + others
+
+    @abstractmethod
+    def compute_rules(self, memory: MemoryBatch, queries: Queries) -> Rules:
+        """Return what is taken for the dynamics of each queried object."""
+
+    def _predict(
+        self, belief: np.ndarray, rules: Rules, rate: np.ndarray, leave: np.ndarray,
+        room: np.ndarray,
+    ) -> np.ndarray:  # fmt: skip
+        """Let one step pass, (Q, F) -> (Q, F)."""
+        movers = belief * rate[:, None] * (leave > 0)
+        flow = np.divide(movers, leave, out=np.zeros_like(movers), where=leave > 0)
+        if self._config.cross_room_moves:
+            inflow = flow.sum(axis=1, keepdims=True) - flow
+        else:
+            same = room[:, :, None] == np.arange(room.max() + 1)  # (Q, F, R)
+            per_room = np.einsum("qf,qfr->qr", flow, same)
+            inflow = np.einsum("qr,qfr->qf", per_room, same) - flow
+        return (belief - movers + rules.moves * inflow) * (1 - rules.remove_rate[:, None])
+
+    def _correct(
+        self, last: np.ndarray, others: np.ndarray, at: np.ndarray, seen: np.ndarray
+    ) -> None:
+        """Fold one look per home into both beliefs, in place."""
+        miss = self._config.detection_error
+        looked = np.flatnonzero(at >= 0)
+        place = at[looked]
+        is_seen = seen[looked]
+        q, f = looked[~is_seen], place[~is_seen]
+        missed = last[q, f] * (1 - miss)
+        last[q, f] *= miss
+        last[q] /= np.maximum(1 - missed, 1e-12)[:, None]
+        others[q, f] *= miss
+        q, f = looked[is_seen], place[is_seen]
+        same = last[q, f] / np.maximum(last[q, f] + others[q, f], 1e-12)
+        others[q, f] *= miss
+        others[q] += (1 - same)[:, None] * last[q]
+        last[q] = 0
+        last[q, f] = 1
+
+    def _compute_expected_objects(self, memory: MemoryBatch) -> np.ndarray:
+        """Return the expected objects per type and furniture node at t = 0, (H, O, F)."""
+        weights = self._read_weights(memory) * self._sample_prob[:, None]
+        total = weights.sum(axis=1, keepdims=True)
+        share = np.divide(weights, total, out=np.zeros_like(weights), where=total > 0)
+        return share * self._config.objects_per_furniture
+
+    def _read_weights(self, memory: MemoryBatch) -> np.ndarray:
+        """Return the placement weights that the initial objects were drawn with, (H, O, F)."""
+        return memory.place_prior.weights.sum(axis=3)
+
+    def _solve_move_race(self) -> np.ndarray:
+        """Solve sum(1 - exp(-kappa w)) = moves per step for kappa, (H,).
+
+        An object of weight w then moves with 1 - exp(-kappa w): drawing without replacement in
+        proportion to w is a race of exponential clocks with rates w.
+        """
+        count = self._expected.sum(axis=2)  # (H, O)
+        target = self._config.move_share * count.sum(axis=1)
+        low, high = np.zeros(len(count)), np.full(len(count), 1e3)
+        for _ in range(60):
+            kappa = (low + high) / 2
+            moves = (count * -np.expm1(-kappa[:, None] * self._move_freq)).sum(axis=1)
+            low, high = np.where(moves < target, kappa, low), np.where(moves < target, high, kappa)
+        return high
+
+    def _compute_rates(
+        self, home: np.ndarray, types: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return the move, asked-move, remove and add rates of object types, (Q,) each."""
+        count = self._expected.sum(axis=2)
+        weight = self._move_freq[types]
+        move = -np.expm1(-self._kappa[home] * weight)
+        num_moves = self._config.move_share * count.sum(axis=1)[home]
+        by_weight = (1 - self._asks_moved) * weight / np.maximum(count @ self._move_freq, 1e-12)[home]
+        if_moved = move * (self._asks_moved / np.maximum(num_moves, 1e-12) + by_weight)
+        asked = if_moved / np.maximum(if_moved + (1 - move) * by_weight, 1e-12)
+        if not self._config.dynamic_nodes:
+            return move, asked, np.zeros_like(move), np.zeros_like(move)
+        # The bounds on the object count keep removals and additions equal in the long run.
+        leaving = count @ self._add_remove
+        coming = ((count > 0) * self._add_remove).sum(axis=1)
+        both = np.minimum(leaving, coming)
+        rate = self._add_remove[types]
+        remove = rate * (both / np.maximum(leaving, 1e-12))[home]
+        add = rate * (both / np.maximum(coming, 1e-12))[home] * self._sameness[types]
+        return move, asked, remove, add
+
+
+class PriorFilter(PlaceFilter):
+    """The filter that takes the prior for the home's dynamics and knows the rules.
+
+    It knows the move rate by type, that moves stay in the room, and the detection error.
+    """
+
+    def compute_rules(self, memory: MemoryBatch, queries: Queries) -> Rules:
+        """Return rules with the prior as dynamics."""
+        types = memory.objects["type"][queries.object]
+        moves = queries.prior.sum(axis=2).astype(float)
+        is_unknown = (types < 0) | ~moves.any(axis=1)
+        moves[is_unknown] = 1 / memory.num_furniture
+        types = np.maximum(types, 0)
+        initial = self._expected[queries.home, types] * self._sameness[types][:, None]
+        initial = np.where(is_unknown[:, None], moves, initial)
+        return Rules(moves, initial, *self._compute_rates(queries.home, types))
+
+
+class Ceiling(PlaceFilter):
+    """The filter over the home's true dynamics T: what an answer can be worth.
+
+    Exact for a description with a single instance; with several, it approximates.
+
+    Source: ruling 20.
+    """
+
+    def __init__(self, houses: Houses, asks_moved: float = 0.5) -> None:
+        """Keep the true homes."""
+        super().__init__(houses.prior, houses.config, asks_moved)
+        self._houses = houses
+
+    def compute_rules(self, memory: MemoryBatch, queries: Queries) -> Rules:
+        """Return rules with the description's own row of T and the home's class weights."""
+        codes = memory.objects["key"][queries.object]
+        types = memory.objects["type"][queries.object]
+        rows = self._houses.transition_rows(queries.home, codes).astype(float)
+        moves = rows.reshape(len(rows), -1, NUM_RELATIONS).sum(axis=2)
+        initial = self._expected[queries.home, types] * self._sameness[types][:, None]
+        return Rules(moves, initial, *self._compute_rates(queries.home, types))
+
+    def _read_weights(self, memory: MemoryBatch) -> np.ndarray:
+        weights = self._houses.place_weights
+        return weights.reshape(*weights.shape[:2], -1, NUM_RELATIONS).sum(axis=3)
+
+
+def _compute_leave_weights(
+    moves: np.ndarray, room: np.ndarray, cross_room_moves: bool
+) -> np.ndarray:
+    """Return the total weight that an object can move to from each furniture node, (Q, F)."""
+    if cross_room_moves:
+        total = moves.sum(axis=1, keepdims=True)
+    else:
+        same = room[:, :, None] == np.arange(room.max() + 1)
+        total = np.einsum("qr,qfr->qf", np.einsum("qf,qfr->qr", moves, same), same)
+    leave = total - moves
+    return np.where(leave > 1e-9, leave, 0.0)
+
+
+def _lookup(flags: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Read flags of object rows; rows that were added later were not flagged."""
+    known = rows < len(flags)
+    return np.where(known, flags[np.minimum(rows, len(flags) - 1)], False)

@@ -1,0 +1,68 @@
+"""Last seen unless absent: the strongest cheap rule, and the paper's Oracle built on it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simulator.houses import NUM_RELATIONS, Houses
+from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
+from simulator.policies.policy import Policy, spread_over_furniture
+
+
+class LastSeenUnlessAbsent(Policy):
+    """The last seen place, unless that place has been seen without the object since.
+
+    Then the places ranked by how often the object was seen there, those that were recently seen
+    without it last.
+    """
+
+    recent_steps = 10  # "recently": at 5 % moves a step, half of what was there has moved on
+
+    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return 2 for a trusted last place, otherwise weights in [0, 1], (Q, F)."""
+        never = np.full((len(queries.home), memory.num_furniture, NUM_RELATIONS), NEVER)
+        last_true = spread_over_furniture(
+            memory, queries, memory.edges["last_true"], never
+        ).max(axis=2)
+        last_look = memory.furniture_last_observed[queries.home]
+        is_absent = (last_look > last_true) & (last_look != NEVER)
+        is_empty = is_absent & (memory.time - last_look <= self.recent_steps)
+        weights = self.compute_weights(memory, queries)
+        scores = np.where(is_empty, weights * 1e-3, weights)
+        last = memory.objects["last_furniture"][queries.object]
+        trusted = np.flatnonzero(last != NEVER)
+        trusted = trusted[~is_absent[trusted, last[trusted]]]
+        scores[trusted, last[trusted]] = 2.0
+        return scores
+
+    def compute_weights(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return the weight of each furniture node where the last place is not trusted, (Q, F)."""
+        none = np.zeros((len(queries.home), memory.num_furniture, NUM_RELATIONS))
+        counts = spread_over_furniture(memory, queries, memory.edges["num_true"], none).sum(axis=2)
+        return (counts + 0.5) / (counts.sum(axis=1, keepdims=True) + 1)
+
+
+class LastSeenUnlessAbsentPrior(LastSeenUnlessAbsent):
+    """The same rule, falling back on the prior."""
+
+    def compute_weights(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return the prior, (Q, F)."""
+        return queries.prior.sum(axis=2).astype(float)
+
+
+class Oracle(LastSeenUnlessAbsent):
+    """The same rule, falling back on the home's true dynamics T.
+
+    Source: paper section 5.3: "ground truth knowledge about the dynamics" and a "memory of past
+    observed object locations"; ruling 20. `Ceiling` is what an answer can be worth.
+    """
+
+    def __init__(self, houses: Houses) -> None:
+        """Keep the true homes."""
+        self._houses = houses
+
+    def compute_weights(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return the row of T, (Q, F)."""
+        codes = memory.objects["key"][queries.object]
+        rows = self._houses.transition_rows(queries.home, codes)
+        return rows.reshape(len(rows), -1, NUM_RELATIONS).sum(axis=2).astype(float)

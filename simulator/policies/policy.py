@@ -1,0 +1,45 @@
+"""The contract between a task and whoever answers it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+
+
+class Policy(ABC):
+    """Answers where queried objects are, from the memory alone.
+
+    A task cannot tell a heuristic from a network: it calls `reset` once per batch of homes,
+    `scores` for every query and `observe` after every look. Only oracles reach the true homes.
+    """
+
+    def reset(self, memory: MemoryBatch) -> None:  # noqa: B027 - most policies keep no state
+        """Forget earlier homes; `memory` is that of the new ones."""
+
+    @abstractmethod
+    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Score every furniture node for every query, (Q, F), -inf where there is no opinion."""
+
+    def observe(self, memory: MemoryBatch, change: Change) -> None:  # noqa: B027
+        """Take note of a look that the memory has just folded in."""
+
+
+def spread_over_furniture(
+    memory: MemoryBatch, queries: Queries, edge_values: np.ndarray, default: np.ndarray
+) -> np.ndarray:
+    """Take per-edge values of the query objects to places, (Q, F, 2).
+
+    Args:
+        memory: the memories.
+        queries: the queries.
+        edge_values: one value per row of `memory.edges`, (E,).
+        default: values of places without a remembered edge, (Q, F, 2).
+    """
+    values = default.copy()
+    query, edge = memory.edges_of(queries)
+    place = (query, memory.edges["furniture"][edge], memory.edges["relation"][edge])
+    values[place] = edge_values[edge]
+    return values

@@ -1,0 +1,124 @@
+"""Homes in lockstep: evolve, ask, answer, look, remember, score."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.dynamics import evolve
+from simulator.houses import Houses
+from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.memory.place_prior import PlacePrior
+from simulator.policies import Policy
+from simulator.sensing import observe
+from simulator.tasks.predict_location import choose_furniture, compute_answers, sample_query
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step of Predict Object Location in H homes, before the look is folded in.
+
+    Attributes:
+        queries: one query per home.
+        answers: furniture that holds an object asked for, bool (H, F).
+        scores: what the policy said, (H, F).
+        choice: the furniture chosen, (H,).
+    """
+
+    queries: Queries
+    answers: np.ndarray
+    scores: np.ndarray
+    choice: np.ndarray
+
+    @property
+    def is_correct(self) -> np.ndarray:
+        """Whether the chosen furniture holds an object asked for, bool (H,)."""
+        return self.answers[np.arange(len(self.choice)), self.choice]
+
+
+def make_memory(houses: Houses) -> MemoryBatch:
+    """Make the empty memories of homes whose layout is known."""
+    prior = houses.prior
+    labels = list_labels(houses)
+    index = {label: i for i, label in enumerate(labels)}
+    room_label = np.array([index[room] for room in houses.config.rooms])
+    label_of_node = np.array([index[row.label] for row in prior.furniture])
+    furniture_room = np.tile(houses.furniture_room, (houses.num_houses, 1))
+    furniture_label = label_of_node[houses.furniture_type]
+    names = np.array(labels, dtype=object)
+    place_prior = PlacePrior(
+        prior, [houses.config.rooms] * houses.num_houses, names[furniture_label].tolist(), furniture_room
+    )
+    return MemoryBatch(
+        labels,
+        np.tile(room_label, (houses.num_houses, 1)),
+        furniture_label,
+        furniture_room,
+        place_prior,
+    )
+
+
+def list_labels(houses: Houses) -> list[str]:
+    """List every label of the homes' prior once: house, floor, rooms, furniture, objects."""
+    prior = houses.prior
+    return list(
+        dict.fromkeys(
+            ["house", "floor", *houses.config.rooms]
+            + [row.label for row in prior.furniture]
+            + [row.label for row in prior.objects]
+        )
+    )
+
+
+class Rollout:
+    """Predict Object Location, played by one policy in H homes at once.
+
+    Attributes:
+        houses: the true homes.
+        memory: what the agent believes.
+        policy: who answers.
+        on_change: called with the memory rows that each look has changed.
+    """
+
+    def __init__(self, houses: Houses, policy: Policy) -> None:
+        """Start at t = 0 with an empty memory."""
+        self.houses = houses
+        self.memory = make_memory(houses)
+        self.policy = policy
+        policy.reset(self.memory)
+        index = {label: i for i, label in enumerate(self.memory.labels)}
+        self._label_of_type = np.array([index[row.label] for row in houses.prior.objects])
+        self._homes = np.arange(houses.num_houses)
+        self.on_change: Callable[[Change], None] = lambda change: None
+
+    def run(self, num_steps: int) -> Iterator[Step]:
+        """Play steps; each is yielded before its look enters the memory."""
+        for _ in range(num_steps):
+            step = self._ask()
+            yield step
+            self._look(step)
+
+    def _ask(self) -> Step:
+        houses, memory = self.houses, self.memory
+        evolve(houses)
+        memory.step()
+        slot = sample_query(houses)
+        codes = houses.object_code[self._homes, slot]
+        types = houses.object_type[self._homes, slot]
+        queries = memory.query(self._homes, codes, self._label_of_type[types], types)
+        scores = self.policy.scores(memory, queries)
+        choice = choose_furniture(scores, houses)
+        return Step(queries, compute_answers(houses, codes), scores, choice)
+
+    def _look(self, step: Step) -> None:
+        memory = self.memory
+        seen = observe(self.houses, step.choice)
+        types = self.houses.object_descriptions.type_of_code[seen.seen_code]
+        rows = memory.ensure_objects(
+            seen.seen_house, seen.seen_code, self._label_of_type[types], types
+        )
+        change = memory.observe(seen.house, seen.furniture, rows, seen.seen_relation)
+        self.policy.observe(memory, change)
+        self.on_change(change)

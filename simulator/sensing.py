@@ -1,0 +1,53 @@
+"""What an agent sees when it looks at a furniture node."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.houses import NUM_RELATIONS, Houses
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """One look in each of some homes: a furniture node and what was detected there.
+
+    Attributes:
+        house: which homes looked, ascending, (n,).
+        furniture: the furniture index each of them looked at, (n,).
+        seen_house: home of each detected object, (m,).
+        seen_code: its description code, (m,).
+        seen_relation: 0 "in", 1 "onTop", (m,).
+    """
+
+    house: np.ndarray
+    furniture: np.ndarray
+    seen_house: np.ndarray
+    seen_code: np.ndarray
+    seen_relation: np.ndarray
+
+
+def observe(houses: Houses, furniture: np.ndarray) -> Observation:
+    """Look at one furniture node per house; a negative index means no look in that house.
+
+    Each object there is missed with probability `detection_error`, independently.
+
+    Args:
+        houses: the homes.
+        furniture: furniture index per house, (H,).
+
+    Source: appendix "Detection error"; ruling 11.
+    """
+    uniform = houses.streams.rows("detection", houses.num_slots).next()  # (H, C)
+    looks = furniture >= 0
+    is_seen = (houses.object_furniture == furniture[:, None]) & looks[:, None]
+    is_seen &= uniform >= houses.config.detection_error
+    house, slot = np.nonzero(is_seen)
+    return Observation(
+        house=np.flatnonzero(looks),
+        furniture=furniture[looks],
+        seen_house=house,
+        seen_code=houses.object_code[house, slot],
+        seen_relation=houses.object_place[house, slot] % NUM_RELATIONS,
+    )

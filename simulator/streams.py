@@ -1,0 +1,131 @@
+"""Named random streams: one independent generator per (seed, split, house, purpose)."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+
+import numpy as np
+
+from simulator.grouped import compute_rank_in_group
+
+# Houses of different splits never share a stream, whatever their index.
+SPLITS = ("train", "val", "test")
+
+_BLOCK_ROWS = 32  # rows drawn at once per house: one generator call per 32 steps
+
+
+class UniformStream:
+    """Rows of uniform numbers for many houses, each house from its own generator.
+
+    A house's n-th row is the same whatever other houses are drawn beside it.
+    """
+
+    def __init__(self, generators: Sequence[np.random.Generator], width: int) -> None:
+        self._generators = generators
+        self._width = width
+        self._buffer = np.empty((len(generators), _BLOCK_ROWS, width))
+        self._cursor = np.full(len(generators), _BLOCK_ROWS)
+        self._all_houses = np.arange(len(generators))
+
+    def next(self) -> np.ndarray:
+        """Return the next row of every house, (H, width)."""
+        if self._cursor.max(initial=0) >= _BLOCK_ROWS:
+            self._refill()
+        rows = self._buffer[self._all_houses, self._cursor]
+        self._cursor += 1
+        return rows
+
+    def take(self, houses: np.ndarray) -> np.ndarray:
+        """Return one fresh row per entry of `houses` (n,), ascending; -> (n, width)."""
+        rows = np.empty((len(houses), self._width))
+        rank = compute_rank_in_group(houses)
+        todo = np.arange(len(houses))
+        while len(todo):
+            position = self._cursor[houses[todo]] + rank[todo]
+            ready = position < _BLOCK_ROWS
+            rows[todo[ready]] = self._buffer[houses[todo[ready]], position[ready]]
+            taken = np.bincount(houses[todo[ready]], minlength=len(self._cursor))
+            self._cursor += taken
+            todo = todo[~ready]
+            rank[todo] -= taken[houses[todo]]
+            if len(todo):
+                self._refill()
+        return rows
+
+    def _refill(self) -> None:
+        """Draw a new block for every house that has used up its own."""
+        for house in np.flatnonzero(self._cursor >= _BLOCK_ROWS):
+            self._generators[house].random(out=self._buffer[house])
+            self._cursor[house] = 0
+
+
+class Streams:
+    """The named random streams of H houses.
+
+    Adding a draw to one stream changes no other; a house's numbers do not depend on which
+    houses are simulated beside it, so any number of workers gives the same bytes.
+    """
+
+    def __init__(self, seed: int, split: str, houses: Sequence[int]) -> None:
+        """Create streams lazily for the given houses.
+
+        Args:
+            seed: experiment seed, non-negative.
+            split: "train", "val" or "test".
+            houses: house numbers within the split, (H,).
+
+        Raises:
+            ValueError: if the seed, the split or a house number is out of range.
+        """
+        if seed < 0:
+            raise ValueError(f"seed must be non-negative, got {seed}. Choose 0 or more.")
+        if split not in SPLITS:
+            raise ValueError(
+                f"split must be one of {', '.join(SPLITS)}, got {split!r}. Choose one of these."
+            )
+        if len(houses) < 1 or min(houses) < 0:
+            raise ValueError(
+                f"houses must be one or more non-negative numbers, got {list(houses)[:5]}. "
+                "Ask for at least one house."
+            )
+        self.seed = seed
+        self.split = split
+        self.houses = tuple(int(house) for house in houses)
+        self._streams: dict[str, UniformStream] = {}
+
+    def generator(self, purpose: str, position: int) -> np.random.Generator:
+        """Return a fresh generator for one purpose of the house at `position`."""
+        key = (SPLITS.index(self.split), self.houses[position], zlib.crc32(purpose.encode()))
+        return np.random.Generator(np.random.PCG64(np.random.SeedSequence(self.seed, spawn_key=key)))
+
+    def sample_once(self, purpose: str, *shape: int) -> np.ndarray:
+        """Draw one array of uniforms per house from the start of a stream, (H, *shape)."""
+        return np.stack(
+            [self.generator(purpose, i).random(shape) for i in range(len(self.houses))]
+        )
+
+    def rows(self, purpose: str, width: int) -> UniformStream:
+        """Return the row stream of a purpose; a purpose keeps one width for its lifetime."""
+        if purpose not in self._streams:
+            generators = [self.generator(purpose, i) for i in range(len(self.houses))]
+            self._streams[purpose] = UniformStream(generators, width)
+        return self._streams[purpose]
+
+
+def sample_categorical(weights: np.ndarray, uniform: np.ndarray) -> np.ndarray:
+    """Draw one index per row in proportion to non-negative weights.
+
+    Args:
+        weights: (n, m), each row with a positive sum.
+        uniform: (n,) in [0, 1).
+
+    Returns:
+        (n,) indices; an index of weight zero is never returned.
+    """
+    cumulative = np.cumsum(weights, axis=1)
+    target = uniform * cumulative[:, -1]
+    index = (cumulative <= target[:, None]).sum(axis=1)
+    # Rounding can push the target onto the total: fall back to the last positive weight.
+    last = weights.shape[1] - 1 - np.argmax(weights[:, ::-1] > 0, axis=1)
+    return np.minimum(index, last)
