@@ -1,0 +1,66 @@
+# Each target makes what it needs: a virtual environment in .venv with the versions of constraints.txt.
+#   make fit                                 train NEP-HEAT with the paper's setting
+#   make fit ARGS="--trainer.max_epochs 2"   the same, with options passed on
+#   make test | make check | make bench      tests | ruff and mypy | benchmarks
+#   make fit PYTHON=/path/to/python3.11      choose the Python that .venv is made from
+
+VENV := .venv
+PY := $(VENV)/bin/python
+STAMP := $(VENV)/.installed
+ARGS ?=
+
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+.PHONY: help install fit test check bench clean
+
+help:
+	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 5
+
+install: $(STAMP)
+
+fit: $(STAMP)
+	$(PY) -m nep.fit --config heat.yaml $(ARGS)
+
+test: $(STAMP)
+	$(PY) -m pytest $(ARGS)
+
+check: $(STAMP)
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+	$(PY) -m mypy
+
+bench: $(STAMP)
+	@set -e; for file in benchmarks/[a-z]*.py; do $(PY) "$$file" $(ARGS); done
+
+clean:
+	rm -rf $(VENV) build *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
+
+# dgl has wheels up to Python 3.11, so an environment of any other Python is made anew. Every folder of PATH is
+# tried, not only the first hit: version managers put commands there that answer "not installed".
+SUPPORTED := import ensurepip, sys, venv; sys.exit(sys.version_info[:2] not in ((3, 10), (3, 11)))
+
+$(STAMP): setup.cfg pyproject.toml constraints.txt
+	@set -e; \
+	if ! $(PY) -c '$(SUPPORTED)' 2>/dev/null; then \
+	  python=; \
+	  IFS=:; \
+	  for name in $(if $(PYTHON),'$(PYTHON)',python3.11 python3.10 python3 python); do \
+	    for folder in $(if $(PYTHON),'',$$PATH); do \
+	      candidate="$${folder:+$$folder/}$$name"; \
+	      if [ -z "$$python" ] && "$$candidate" -c '$(SUPPORTED)' 2>/dev/null; then python="$$candidate"; fi; \
+	    done; \
+	  done; \
+	  unset IFS; \
+	  if [ -z "$$python" ]; then \
+	    echo "Python must be 3.10 or 3.11 with its venv module, got none $(if $(PYTHON),at $(PYTHON),on PATH)." \
+	      "Install one (on Debian and Ubuntu: python3.11 and python3.11-venv), or name one:" \
+	      "make PYTHON=/path/to/python3.11" >&2; \
+	    exit 1; \
+	  fi; \
+	  echo "Creating $(VENV) with $$python"; \
+	  "$$python" -m venv --clear $(VENV); \
+	fi
+	@echo "Installing the packages of constraints.txt into $(VENV): a few minutes the first time"
+	@$(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
+	  --editable '.[dev,igridson,priors]'
+	@touch $@
