@@ -42,24 +42,37 @@ class Houses:
     Source: algorithm 1, section 4.1, appendix A; rulings 1-6.
     """
 
-    def __init__(self, prior: PriorGraph, config: HouseConfig, streams: Streams) -> None:
+    def __init__(
+        self,
+        prior: PriorGraph,
+        config: HouseConfig,
+        streams: Streams,
+        layout: Sequence[tuple[str, str]] | None = None,
+    ) -> None:
         """Sample the homes at t = 0.
 
         Args:
             prior: what homes look like.
             config: the rules.
             streams: random streams of the H houses.
+            layout: (room, furniture label) of every furniture node, room after room, if all
+                homes share a layout; None to sample `furniture_per_room` for each room.
 
         Raises:
-            ValueError: if a room of the prior has no furniture that can hold an object.
+            ValueError: if a room has no furniture that can hold an object, or the layout has
+                furniture that the prior does not know in that room.
         """
         self.prior = prior
         self.config = config
         self.streams = streams
         self.num_houses = len(streams.houses)
-        self.num_furniture = len(config.rooms) * config.furniture_per_room
+        if layout is None:
+            layout_rooms = np.repeat(np.arange(len(config.rooms)), config.furniture_per_room)
+        else:
+            layout_rooms = np.array([_find_room(config.rooms, room) for room, _ in layout])
+        self.furniture_room = layout_rooms
+        self.num_furniture = len(layout_rooms)
         self.num_places = self.num_furniture * NUM_RELATIONS
-        self.furniture_room = np.repeat(np.arange(len(config.rooms)), config.furniture_per_room)
         self.place_room = np.repeat(self.furniture_room, NUM_RELATIONS)
         self.place_furniture = np.arange(self.num_places) // NUM_RELATIONS
         self.object_descriptions, self.furniture_descriptions = _describe(prior)
@@ -69,7 +82,15 @@ class Houses:
 
         weights = prior.weights * self.sample_prob[:, None, None]
         self._node_rooms = _index_nodes(prior, config.rooms, weights)
-        self.furniture_type, self.furniture_code = self._sample_furniture()
+        if layout is None:
+            self.furniture_type = self._sample_furniture()
+        else:
+            nodes = _find_nodes(prior, layout)
+            self.furniture_type = np.tile(nodes, (self.num_houses, 1))
+        self.furniture_code = self.furniture_descriptions.sample(
+            self.furniture_type.ravel(),
+            streams.sample_once("furniture description", self.num_furniture).ravel(),
+        ).reshape(self.furniture_type.shape)
         self.place_weights = self._sample_place_weights()
 
         capacity = self.num_furniture * config.objects_per_furniture
@@ -161,27 +182,28 @@ class Houses:
             self._row_of_code[new_houses, new_codes] = rows
         return self._row_of_code[houses, codes]
 
-    def _sample_furniture(self) -> tuple[np.ndarray, np.ndarray]:
-        """Draw furniture types and descriptions, (H, F) each."""
+    def _sample_furniture(self) -> np.ndarray:
+        """Draw furniture types, (H, F)."""
         prior = self.prior
         labels = sorted({row.label for row in prior.furniture})
         label_of_node = np.array([labels.index(row.label) for row in prior.furniture])
         prob = np.array([row.prob for row in prior.furniture])
         cap = np.array([row.max_count for row in prior.furniture])
-        uniform = self.streams.sample_once("furniture", self.num_furniture, 2)
+        uniform = self.streams.sample_once("furniture", self.num_furniture)
         count = np.zeros((self.num_houses, len(labels)), dtype=np.int64)
         types = np.zeros((self.num_houses, self.num_furniture), dtype=np.int32)
         order = np.arange(self.num_furniture).reshape(len(self.config.rooms), -1).T.ravel()
         for furniture in order:  # rooms in turn, so that no room uses up a type's count
             nodes = self._node_rooms[self.furniture_room[furniture]]
             weights = compute_available_weights(
-                prob[nodes] * np.ones((self.num_houses, 1)), count[:, label_of_node[nodes]], cap[nodes]
+                np.tile(prob[nodes], (self.num_houses, 1)),
+                count[:, label_of_node[nodes]],
+                cap[nodes],
             )
-            chosen = nodes[sample_categorical(weights, uniform[:, furniture, 0])]
+            chosen = nodes[sample_categorical(weights, uniform[:, furniture])]
             types[:, furniture] = chosen
             count[np.arange(self.num_houses), label_of_node[chosen]] += 1
-        codes = self.furniture_descriptions.sample(types.ravel(), uniform[..., 1].ravel())
-        return types, codes.reshape(types.shape)
+        return types
 
     def _sample_place_weights(self) -> np.ndarray:
         """Draw class noise and read P^i at the home's own furniture, float32 (H, O, P)."""
@@ -248,11 +270,10 @@ class Houses:
         its room that has some takes its share, so that every home starts with F x 6 objects.
         """
         holder = np.tile(np.arange(self.num_furniture), (self.num_houses, 1))
-        per_room = self.config.furniture_per_room
         for house, furniture in np.argwhere(~can_hold):
-            start = furniture - furniture % per_room
-            ring = start + (furniture - start + np.arange(1, self.num_furniture + 1)) % per_room
-            ring = np.r_[ring[:per_room], np.arange(self.num_furniture)]
+            ring = np.roll(np.arange(self.num_furniture), -furniture - 1)
+            same_room = self.furniture_room[ring] == self.furniture_room[furniture]
+            ring = np.concatenate([ring[same_room], ring[~same_room]])
             holder[house, furniture] = ring[np.argmax(can_hold[house, ring])]
         return holder
 
@@ -285,6 +306,28 @@ def _describe(prior: PriorGraph) -> tuple[DescriptionTable, DescriptionTable]:
             [r.label for r in prior.furniture], [r.adjectives for r in prior.furniture]
         ),
     )
+
+
+def _find_room(rooms: Sequence[str], room: str) -> int:
+    """Return the index of a room of a layout."""
+    if room not in rooms:
+        raise ValueError(
+            f"room of a layout must be one of {', '.join(rooms)}, got {room!r}. "
+            "Name it in the rooms of the config."
+        )
+    return list(rooms).index(room)
+
+
+def _find_nodes(prior: PriorGraph, layout: Sequence[tuple[str, str]]) -> np.ndarray:
+    """Return the index into `prior.furniture` of each furniture node of a layout, (F,)."""
+    nodes = {(row.room, row.label): i for i, row in enumerate(prior.furniture)}
+    for place in layout:
+        if place not in nodes:
+            raise ValueError(
+                f"furniture of a layout must be in the prior, got {place[1]!r} in {place[0]!r}. "
+                "Use furniture that the prior knows in that room."
+            )
+    return np.array([nodes[place] for place in layout], dtype=np.int32)
 
 
 def _nodes_per_room(prior: PriorGraph, rooms: Sequence[str]) -> list[np.ndarray]:

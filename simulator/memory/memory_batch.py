@@ -124,6 +124,34 @@ class MemoryBatch:
         """Furniture nodes per home, F."""
         return self.furniture_label.shape[1]
 
+    def set_layout(
+        self,
+        room_label: np.ndarray,
+        furniture_label: np.ndarray,
+        furniture_room: np.ndarray,
+        place_prior: PlacePrior,
+    ) -> None:
+        """Take over a layout that has grown; known furniture keeps its index and history.
+
+        Args:
+            room_label: (H, R).
+            furniture_label: (H, F), F at least as before.
+            furniture_room: (H, F).
+            place_prior: the prior for the new layout.
+        """
+        added = ((0, 0), (0, furniture_label.shape[1] - self.num_furniture))
+        self.furniture_num_observed = np.pad(self.furniture_num_observed, added)
+        self.furniture_last_observed = np.pad(
+            self.furniture_last_observed, added, constant_values=NEVER
+        )
+        self.room_label = room_label
+        self.furniture_label = furniture_label
+        self.furniture_room = furniture_room
+        self.place_prior = place_prior
+        self._pending = None
+        edges = self.edges
+        edges["prior"][:] = self._get_prior(edges["object"], edges["furniture"], edges["relation"])
+
     def step(self) -> None:
         """Let one time step pass; hypothetical edges end with it."""
         self.time += 1
@@ -257,15 +285,22 @@ class MemoryBatch:
     def _add_edges(self, looked: np.ndarray, keys: np.ndarray, num_true: int) -> np.ndarray:
         """Add first-time edges to the furniture looked at; the first `num_true` are true."""
         rows, relation = np.divmod(keys, 2)
-        home, types = self.objects["home"][rows], self.objects["type"][rows]
+        home = self.objects["home"][rows]
         is_true = np.arange(len(keys)) < num_true
-        prior = self.place_prior.weights[home, np.maximum(types, 0), looked[home], relation]
         return self.edges.append(
             len(keys), home=home, object=rows, furniture=looked[home], relation=relation,
-            prior=np.where(types >= 0, prior, 0), num_observed=1, num_true=is_true,
+            prior=self._get_prior(rows, looked[home], relation), num_observed=1, num_true=is_true,
             last_observed=self.time, last_changed=NEVER,
             last_true=np.where(is_true, self.time, NEVER), is_true=is_true,
         )  # fmt: skip
+
+    def _get_prior(
+        self, rows: np.ndarray, furniture: np.ndarray, relation: np.ndarray
+    ) -> np.ndarray:
+        """Return the prior weight of edges of object nodes; 0 for unknown types."""
+        home, types = self.objects["home"][rows], self.objects["type"][rows]
+        prior = self.place_prior.weights[home, np.maximum(types, 0), furniture, relation]
+        return np.where(types >= 0, prior, 0)
 
     def _update_objects(self, rows: np.ndarray, looked: np.ndarray) -> None:
         objects = self.objects

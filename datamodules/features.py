@@ -1,0 +1,143 @@
+"""Node and edge features of appendix B, from the raw counters of snapshots."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from simulator.memory.memory_batch import NEVER
+from simulator.memory.snapshots import Snapshots
+
+# Paper appendix B: average number of nodes (200) or edges (500) over ten times the steps (100).
+NODE_SCALE = 200 / (100 * 10.0)
+EDGE_SCALE = 500 / (100 * 10.0)
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureConfig:
+    """Which groups of features the model sees; a group that is off is all zeros.
+
+    Attributes:
+        temporal: counters and time stamps of nodes and edges.
+        semantic: text vectors of nodes and the cosine of an edge's two nodes.
+        prior: prior probability of edges.
+        candidates: where hypothetical edges lead: "prior" (places the prior deems possible) or
+            "random" (ruling 13, the ablation without a prior).
+        threshold: prior weight above which a place gets a hypothetical edge.
+        random_candidates: hypothetical edges per query with `candidates: random`.
+        text_pipeline: None for the shipped one, or "en_core_web_sm" (ruling 21).
+
+    Source: paper appendix B, Table 2; rulings 12-14.
+    """
+
+    temporal: bool = True
+    semantic: bool = True
+    prior: bool = True
+    candidates: Literal["prior", "random"] = "prior"
+    threshold: float = 0.0
+    random_candidates: int = 16
+    text_pipeline: str | None = None
+
+
+def compute_furniture_temporal(snapshots: Snapshots) -> np.ndarray:
+    """Return (time since observed, times observed, 0, 0) of furniture, float32 (B * F, 4).
+
+    Furniture does not move: the two features about moving are zero.
+    """
+    since = _compute_since(snapshots.time[:, None], snapshots.furniture_last_observed).ravel()
+    features = np.zeros((len(since), 4), dtype=np.float32)
+    features[:, 0] = since * NODE_SCALE
+    features[:, 1] = snapshots.furniture_num_observed.ravel() * NODE_SCALE
+    return features
+
+
+def compute_object_temporal(snapshots: Snapshots, objects: np.ndarray) -> np.ndarray:
+    """Return the temporal features of some object nodes, float32 (n, 4).
+
+    Time since observed, times observed, time since it was seen to have moved, and the share of
+    its observations (after the first) that found it moved; times are scaled.
+    """
+    time = snapshots.time[snapshots.object_snapshot[objects]]
+    num_observed = snapshots.object_num_observed[objects]
+    num_moved = snapshots.object_num_moved[objects]
+    features = np.empty((len(objects), 4), dtype=np.float32)
+    features[:, 0] = _compute_since(time, snapshots.object_last_observed[objects]) * NODE_SCALE
+    features[:, 1] = num_observed * NODE_SCALE
+    features[:, 2] = _compute_since(time, snapshots.object_last_moved[objects]) * NODE_SCALE
+    features[:, 3] = num_moved / np.maximum(num_observed - 1, 1)
+    return features
+
+
+def compute_edge_features(
+    snapshots: Snapshots, edges: np.ndarray, cosine: np.ndarray
+) -> np.ndarray:
+    """Return the features of some remembered edges, float32 (n, 9).
+
+    Cosine, time since observed, time since the state was seen to change, times observed, times
+    true, share true, times changed, last state, prior; times and counts are scaled.
+
+    Args:
+        snapshots: the snapshots.
+        edges: edge numbers, (n,).
+        cosine: of the text vectors of each edge's two nodes, (n,).
+    """
+    time = snapshots.time[snapshots.object_snapshot[snapshots.edge_object[edges]]]
+    num_observed = snapshots.edge_num_observed[edges]
+    num_true = snapshots.edge_num_true[edges]
+    features = np.empty((len(edges), 9), dtype=np.float32)
+    features[:, 0] = cosine
+    features[:, 1] = _compute_since(time, snapshots.edge_last_observed[edges]) * EDGE_SCALE
+    features[:, 2] = _compute_since(time, snapshots.edge_last_changed[edges]) * EDGE_SCALE
+    features[:, 3] = num_observed * EDGE_SCALE
+    features[:, 4] = num_true * EDGE_SCALE
+    features[:, 5] = num_true / num_observed
+    features[:, 6] = snapshots.edge_num_changed[edges] * EDGE_SCALE
+    features[:, 7] = snapshots.edge_is_true[edges]
+    features[:, 8] = snapshots.edge_prior[edges]
+    return features
+
+
+def compute_hypothetical_features(
+    time: np.ndarray, prior: np.ndarray, cosine: np.ndarray
+) -> np.ndarray:
+    """Return the features of edges that were never observed, float32 (n, 9)."""
+    features = np.zeros((len(time), 9), dtype=np.float32)
+    features[:, 0] = cosine
+    features[:, 1] = time * EDGE_SCALE
+    features[:, 2] = time * EDGE_SCALE
+    features[:, 8] = prior
+    return features
+
+
+def compute_layout_features(prob: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+    """Return the features of edges between house, floor, rooms and furniture, float32 (n, 9).
+
+    The layout is known and never changes: always true, with no history.
+    """
+    features = np.zeros((len(prob), 9), dtype=np.float32)
+    features[:, 0] = cosine
+    features[:, 5] = 1
+    features[:, 7] = 1
+    features[:, 8] = prob
+    return features
+
+
+def drop_features(
+    temporal: np.ndarray, edge: np.ndarray, config: FeatureConfig
+) -> tuple[np.ndarray, np.ndarray]:
+    """Zero the groups that are switched off, in place; (N, 4) and (E, 9) arrays are returned."""
+    if not config.temporal:
+        temporal[:] = 0
+        edge[:, 1:8] = 0
+    if not config.semantic:
+        edge[:, 0] = 0
+    if not config.prior:
+        edge[:, 8] = 0
+    return temporal, edge
+
+
+def _compute_since(time: np.ndarray, stamp: np.ndarray) -> np.ndarray:
+    """Return the time since a stamp; since the start for what has never happened."""
+    return np.where(stamp == NEVER, time, time - stamp)

@@ -1,0 +1,123 @@
+"""Lightning data module: collects snapshots if there are none, loads them as batched graphs."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import cast
+
+import lightning.pytorch as pl
+import torch
+from torch.utils.data import DataLoader
+
+from datamodules.batch import SGMBatch
+from datamodules.features import FeatureConfig
+from datamodules.graph import GraphBuilder
+from datamodules.snapshot_dataset import SnapshotDataset
+from simulator.collect import CollectConfig, collect
+from simulator.config import HouseConfig
+
+
+class SGMDataModule(pl.LightningDataModule):
+    """Snapshots of training and validation homes.
+
+    What is missing on disk is collected first, into a folder whose name states the settings, so
+    that other settings never meet. Training and validation homes are never the same.
+    """
+
+    def __init__(
+        self,
+        data_dir: str = "data",
+        houses: int = 100,
+        steps: int = 100,
+        val_houses: int = 20,
+        policy: str = "bayesian",
+        task: str = "predict_location",
+        dynamic_nodes: bool = True,
+        prior: str | None = None,
+        seed: int = 0,
+        batch_size: int = 100,
+        features: FeatureConfig | None = None,
+        num_hops: int | None = None,
+        workers: int | None = None,
+    ) -> None:
+        """Set what to load.
+
+        Args:
+            data_dir: folder that holds the collections.
+            houses: training homes.
+            steps: time steps, and so snapshots, per home.
+            val_houses: validation homes.
+            policy: the policy that collects.
+            task: the task it plays.
+            dynamic_nodes: whether objects are added and removed.
+            prior: prior file; None for the shipped default.
+            seed: of homes and collection, and of the shuffling.
+            batch_size: snapshots per batch.
+            features: which features the model sees; None for all of the paper's.
+            num_hops: prune graphs to this many hops around the query edges; None keeps all.
+            workers: processes for collecting; None for one per core.
+
+        Raises:
+            ValueError: if a count or a name is out of range.
+        """
+        super().__init__()
+        if batch_size < 1:
+            raise ValueError(f"batch_size must be at least 1, got {batch_size}. Raise it.")
+        self.train_config = CollectConfig(
+            houses=houses,
+            steps=steps,
+            policy=policy,
+            task=task,
+            seed=seed,
+            house=HouseConfig(dynamic_nodes=dynamic_nodes),
+            prior=prior,
+        )
+        self.val_config = replace(self.train_config, split="val", houses=val_houses)
+        self.data_dir = Path(data_dir)
+        self.batch_size = batch_size
+        self.workers = workers if workers is not None else os.cpu_count() or 1
+        self.builder = GraphBuilder(features or FeatureConfig(), num_hops, seed)
+
+    def get_folder(self, config: CollectConfig) -> Path:
+        """Return the folder of a collection."""
+        prior = config.load_prior().checksum[:8]
+        nodes = "dynamic" if config.house.dynamic_nodes else "static"
+        name = f"{config.task}-{config.policy}-{nodes}-{config.steps}steps-seed{config.seed}"
+        return self.data_dir / f"{name}-prior{prior}" / f"{config.split}-{config.houses}houses"
+
+    def prepare_data(self) -> None:
+        """Collect what is not on disk yet; an interrupted collection is finished."""
+        for config in (self.train_config, self.val_config):
+            collect(config, self.get_folder(config), workers=self.workers)
+
+    def setup(self, stage: str | None = None) -> None:
+        """Load both collections; damaged files are named in the error."""
+        self.train_dataset = SnapshotDataset(self.get_folder(self.train_config), self.builder)
+        self.val_dataset = SnapshotDataset(self.get_folder(self.val_config), self.builder)
+
+    def train_dataloader(self) -> DataLoader[SGMBatch]:
+        """Shuffled batches of training snapshots."""
+        generator = torch.Generator().manual_seed(self.train_config.seed)
+        return self._make_loader(self.train_dataset, generator)
+
+    def val_dataloader(self) -> DataLoader[SGMBatch]:
+        """Batches of validation snapshots in order."""
+        return self._make_loader(self.val_dataset, None)
+
+    def _make_loader(
+        self, dataset: SnapshotDataset, shuffle: torch.Generator | None
+    ) -> DataLoader[SGMBatch]:
+        return DataLoader(
+            dataset,
+            batch_size=self.batch_size,
+            shuffle=shuffle is not None,
+            generator=shuffle,
+            collate_fn=_keep,  # `SnapshotDataset.__getitems__` gives a whole batch
+        )
+
+
+def _keep(batch: object) -> SGMBatch:
+    """Hand on a batch that is whole already."""
+    return cast("SGMBatch", batch)

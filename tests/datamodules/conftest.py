@@ -1,0 +1,62 @@
+"""Small collections and hand-written snapshots."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from simulator.collect import CollectConfig, collect
+from simulator.config import HouseConfig
+from simulator.memory.snapshots import Snapshots
+
+SMALL = CollectConfig(
+    houses=3, steps=12, house=HouseConfig(furniture_per_room=3, objects_per_furniture=4)
+)
+
+
+@pytest.fixture(scope="session")
+def collection(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three small homes, twelve steps each."""
+    folder = tmp_path_factory.mktemp("collection")
+    collect(SMALL, folder, progress=False)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def hand_written() -> Snapshots:
+    """One snapshot at time 10 with numbers that are easy to check.
+
+    A kitchen with a table (looked at 3 times, last at time 8) and a fridge (never looked at); a
+    mug seen on the table at times 2 and 6 but not at 8, and an apple that is asked for and was
+    never seen. The prior puts the apple on the table (0.25) and in the fridge (0.75).
+    """
+    return Snapshots(
+        labels=("house", "floor", "kitchen", "table", "fridge", "mug", "apple"),
+        time=np.array([10]),
+        room_label=np.array([[2]]),
+        furniture_label=np.array([[3, 4]]),
+        furniture_room=np.array([[0, 0]]),
+        furniture_prob=np.array([[0.5, 0.125]], dtype=np.float32),
+        furniture_num_observed=np.array([[3, 0]]),
+        furniture_last_observed=np.array([[8, -1]]),
+        object_snapshot=np.array([0, 0]),
+        object_label=np.array([5, 6]),
+        object_num_observed=np.array([2, 0]),
+        object_last_observed=np.array([6, -1]),
+        object_num_moved=np.array([0, 0]),
+        object_last_moved=np.array([-1, -1]),
+        edge_object=np.array([0]),
+        edge_furniture=np.array([0]),
+        edge_relation=np.array([1]),
+        edge_prior=np.array([0.1], dtype=np.float32),
+        edge_num_observed=np.array([3]),
+        edge_num_true=np.array([2]),
+        edge_num_changed=np.array([1]),
+        edge_last_observed=np.array([8]),
+        edge_last_changed=np.array([8]),
+        edge_last_true=np.array([6]),
+        edge_is_true=np.array([False]),
+        query_object=np.array([1]),
+        query_prior=np.array([[[0.0, 0.25], [0.75, 0.0]]], dtype=np.float32),
+        answers=np.array([[False, True]]),
+    )

@@ -1,0 +1,196 @@
+"""The batched graph: features worked by hand, structure, pruning, switches."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import torch
+
+from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
+from datamodules.features import FeatureConfig
+from datamodules.graph import GraphBuilder
+from datamodules.snapshot_dataset import SnapshotDataset
+
+ON_TOP = ("object", "onTop", "furniture")
+INSIDE = ("object", "in", "furniture")
+
+
+@pytest.fixture(scope="module")
+def builder() -> GraphBuilder:
+    return GraphBuilder(FeatureConfig())
+
+
+def test_schema_is_complete_and_counts_are_right(builder, hand_written):
+    graph = builder.build(hand_written).graph
+    assert set(graph.canonical_etypes) == set(EDGE_TYPES)
+    assert [graph.num_nodes(ntype) for ntype in NODE_TYPES] == [1, 1, 1, 2, 2]
+    # One remembered edge (mug on table), two hypothetical (apple on table, apple in fridge).
+    assert {etype: graph.num_edges(etype) for etype in EDGE_TYPES} == {
+        ("house", "contains", "floor"): 1,
+        ("floor", "in", "house"): 1,
+        ("floor", "contains", "room"): 1,
+        ("room", "in", "floor"): 1,
+        ("room", "contains", "furniture"): 2,
+        ("furniture", "in", "room"): 2,
+        ("furniture", "contains", "object"): 1,
+        INSIDE: 1,
+        ON_TOP: 2,
+        ("furniture", "under", "object"): 2,
+    }
+
+
+def test_node_features_worked_by_hand(builder, hand_written):
+    nodes = builder.build(hand_written).graph.nodes
+    # Node scale 200 / (100 * 10) = 0.2. Table: 10 - 8 = 2 steps since, 3 looks -> 0.4, 0.6.
+    # Fridge: never looked at, 10 steps since the start -> 2.0, 0.
+    torch.testing.assert_close(
+        nodes["furniture"].data["temporal"], torch.tensor([[0.4, 0.6, 0, 0], [2.0, 0, 0, 0]])
+    )
+    # Mug: 10 - 6 = 4 steps, seen twice, never seen to move -> 10 steps; moved 0 of 1.
+    # Apple: never seen.
+    torch.testing.assert_close(
+        nodes["object"].data["temporal"], torch.tensor([[0.8, 0.4, 2.0, 0.0], [2.0, 0, 2.0, 0]])
+    )
+    assert nodes["object"].data["label"].tolist() == [5, 6]
+    # In-degrees: mug 1 (under table), apple 2; table: room, mug, apple; fridge: room, apple.
+    assert nodes["object"].data["degree"].tolist() == [1, 2]
+    assert nodes["furniture"].data["degree"].tolist() == [3, 2]
+    assert nodes["room"].data["degree"].tolist() == [3]  # floor and two furniture nodes
+
+
+def test_edge_features_worked_by_hand(builder, hand_written):
+    batch = builder.build(hand_written)
+    text = batch.text / batch.text.norm(dim=1, keepdim=True)
+    data = batch.graph.edges[ON_TOP].data
+    # Edge scale 500 / (100 * 10) = 0.5. Mug on table: 2 steps since the last look (1.0), 2 since
+    # its state changed (1.0), 3 observations (1.5), 2 true (1.0), share 2/3, one change (0.5),
+    # last state false, prior 0.1. Apple on table: 10 steps since the start (5.0), prior 0.25.
+    torch.testing.assert_close(
+        data["feature"],
+        torch.tensor(
+            [
+                [text[5] @ text[3], 1.0, 1.0, 1.5, 1.0, 2 / 3, 0.5, 0.0, 0.1],
+                [text[6] @ text[3], 5.0, 5.0, 0, 0, 0, 0, 0, 0.25],
+            ]
+        ),
+    )
+    layout = batch.graph.edges["room", "contains", "furniture"].data["feature"]
+    expected = torch.tensor([[0, 0, 0, 0, 0, 1, 0, 1, 0.5], [0, 0, 0, 0, 0, 1, 0, 1, 0.125]])
+    expected[:, 0] = torch.stack([text[2] @ text[3], text[2] @ text[4]])
+    torch.testing.assert_close(layout, expected)
+
+
+def test_query_edges_are_marked_with_their_answers(builder, hand_written):
+    edges = builder.build(hand_written).graph.edges
+    assert edges[ON_TOP].data["query"].tolist() == [-1, 0]  # the mug is not asked for
+    assert edges[INSIDE].data["query"].tolist() == [0]
+    assert edges[ON_TOP].data["target"].isnan().tolist() == [True, False]
+    assert edges[ON_TOP].data["target"][1] == 0
+    assert edges[INSIDE].data["target"].tolist() == [1]  # the apple is in the fridge
+
+
+def test_both_directions_carry_the_same_features(builder, collection):
+    graph = SnapshotDataset(collection, builder).__getitems__(range(10)).graph
+    pairs = [(INSIDE, ("furniture", "contains", "object")), (ON_TOP, ("furniture", "under", "object"))]
+    for forth, back in pairs:
+        src, dst = graph.edges(etype=forth)
+        back_src, back_dst = graph.edges(etype=back)
+        assert src.equal(back_dst)
+        assert dst.equal(back_src)
+        assert graph.edges[forth].data["feature"].equal(graph.edges[back].data["feature"])
+
+
+def test_remembered_edges_of_the_query_are_not_proposed_again(builder, hand_written):
+    asked_for_mug = dataclasses.replace(
+        hand_written,
+        query_object=np.array([0]),
+        query_prior=np.array([[[0.0, 0.1], [0.2, 0.0]]], dtype=np.float32),
+    )
+    graph = builder.build(asked_for_mug).graph
+    assert graph.num_edges(ON_TOP) == 1  # remembered
+    assert graph.num_edges(INSIDE) == 1  # hypothetical: in the fridge
+    assert graph.edges[ON_TOP].data["query"].tolist() == [0]
+
+
+def test_an_object_that_the_prior_does_not_know_may_be_anywhere(builder, hand_written):
+    unknown = dataclasses.replace(hand_written, query_prior=np.zeros((1, 2, 2), dtype=np.float32))
+    graph = builder.build(unknown).graph
+    assert graph.edges[ON_TOP].data["query"].tolist() == [-1, 0, 0]
+
+
+def test_batch_equals_its_snapshots_one_by_one(builder, collection):
+    dataset = SnapshotDataset(collection, builder)
+    indices = [30, 3, 14, 14]
+    whole = dataset.__getitems__(indices)
+    parts = [dataset[index] for index in indices]
+    assert whole.num_snapshots == 4
+    for etype in QUERY_EDGE_TYPES:
+        query = whole.graph.edges[etype].data["query"]
+        for position, part in enumerate(parts):
+            own = part.graph.edges[etype].data
+            for name in ("feature", "target"):
+                found = whole.graph.edges[etype].data[name][query == position]
+                expected = own[name][own["query"] == 0]
+                torch.testing.assert_close(found, expected)
+    for ntype in NODE_TYPES:
+        count = sum(part.graph.num_nodes(ntype) for part in parts)
+        assert whole.graph.num_nodes(ntype) == count
+
+
+@pytest.mark.parametrize("num_hops", [0, 1, 2, 3])
+def test_pruning_keeps_the_neighbourhood_of_query_edges(collection, num_hops):
+    """Against a breadth-first search over the full graph, node by node."""
+    full = SnapshotDataset(collection, GraphBuilder(FeatureConfig())).__getitems__(range(20)).graph
+    pruned = SnapshotDataset(collection, GraphBuilder(FeatureConfig(), num_hops))
+    small = pruned.__getitems__(range(20)).graph
+    reached = {
+        (ntype, int(node))
+        for etype in QUERY_EDGE_TYPES
+        for ends, ntype in zip(full.edges(etype=etype), (etype[0], etype[2]), strict=True)
+        for node in ends[full.edges[etype].data["query"] >= 0]
+    }
+    kept_edges = 0
+    for _ in range(num_hops):
+        before = set(reached)
+        kept_edges = 0
+        for etype in EDGE_TYPES:
+            for src, dst in zip(*(ends.tolist() for ends in full.edges(etype=etype)), strict=True):
+                if (etype[2], dst) in before:
+                    kept_edges += 1
+                    reached.add((etype[0], src))
+    for ntype in NODE_TYPES:
+        assert small.num_nodes(ntype) == sum(kind == ntype for kind, _ in reached)
+    if num_hops:
+        assert sum(small.num_edges(etype) for etype in EDGE_TYPES) == kept_edges
+    else:
+        assert sum(small.num_edges(etype) for etype in EDGE_TYPES) == sum(
+            int((full.edges[etype].data["query"] >= 0).sum()) for etype in QUERY_EDGE_TYPES
+        )
+
+
+@pytest.mark.parametrize(
+    ("switch", "zero_columns"), [("temporal", range(1, 8)), ("semantic", [0]), ("prior", [8])]
+)
+def test_a_group_that_is_off_is_zero_and_the_others_stay(builder, hand_written, switch, zero_columns):
+    on = builder.build(hand_written)
+    off = GraphBuilder(FeatureConfig(**{switch: False})).build(hand_written)
+    others = [column for column in range(9) if column not in zero_columns]
+    for etype in EDGE_TYPES:
+        feature = off.graph.edges[etype].data["feature"]
+        assert not feature[:, list(zero_columns)].any()
+        assert feature[:, others].equal(on.graph.edges[etype].data["feature"][:, others])
+    assert bool(off.text.any()) == (switch != "semantic")
+    assert bool(off.graph.nodes["object"].data["temporal"].any()) == (switch != "temporal")
+
+
+def test_random_candidates_ignore_the_prior(hand_written):
+    config = FeatureConfig(prior=False, candidates="random", random_candidates=1)
+    places = set()
+    for seed in range(20):
+        graph = GraphBuilder(config, seed=seed).build(hand_written).graph
+        src, dst = graph.edges(etype=ON_TOP)
+        marked = graph.edges[ON_TOP].data["query"] >= 0
+        assert marked.sum() == 1
+        assert graph.num_edges(INSIDE) == 0
+        places.add(int(dst[marked]))
+    assert places == {0, 1}

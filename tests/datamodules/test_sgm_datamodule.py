@@ -1,0 +1,70 @@
+"""The data module: collects once, splits homes, batches in a seeded order."""
+
+import pytest
+import torch
+
+from datamodules.batch import QUERY_EDGE_TYPES
+from datamodules.sgm_datamodule import SGMDataModule
+
+
+def make_datamodule(tmp_path, **changes) -> SGMDataModule:
+    values = {"houses": 2, "steps": 6, "val_houses": 1, "batch_size": 5, "workers": 1} | changes
+    return SGMDataModule(data_dir=str(tmp_path), **values)
+
+
+def fingerprint(batch) -> list[float]:
+    return [
+        float(batch.graph.edges[etype].data["feature"].double().sum()) for etype in QUERY_EDGE_TYPES
+    ]
+
+
+def test_collects_once_and_gives_whole_batches(tmp_path):
+    data = make_datamodule(tmp_path)
+    data.prepare_data()
+    written = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.safetensors")}
+    assert len(written) == 3  # two homes to train on, one to validate on
+    data.prepare_data()
+    assert written == {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.safetensors")}
+    data.setup()
+    batches = list(data.train_dataloader())
+    assert [batch.num_snapshots for batch in batches] == [5, 5, 2]
+    assert [batch.num_snapshots for batch in data.val_dataloader()] == [5, 1]
+    targets = torch.cat(
+        [batch.graph.edges[etype].data["target"] for batch in batches for etype in QUERY_EDGE_TYPES]
+    )
+    assert set(targets[~targets.isnan()].tolist()) == {0.0, 1.0}
+
+
+def test_order_is_seeded_and_differs_between_epochs(tmp_path):
+    data, again = make_datamodule(tmp_path), make_datamodule(tmp_path)
+    for module in (data, again):
+        module.prepare_data()
+        module.setup()
+    loader, other = data.train_dataloader(), again.train_dataloader()
+    first = [fingerprint(batch) for batch in loader]
+    assert first == [fingerprint(batch) for batch in other]
+    assert first != [fingerprint(batch) for batch in loader]
+
+
+def test_other_settings_get_another_folder(tmp_path):
+    data = make_datamodule(tmp_path)
+    folders = {data.get_folder(data.train_config), data.get_folder(data.val_config)}
+    for changes in ({"dynamic_nodes": False}, {"seed": 1}, {"steps": 7}, {"policy": "random"}):
+        other = make_datamodule(tmp_path, **changes)
+        folders |= {other.get_folder(other.train_config), other.get_folder(other.val_config)}
+    assert len(folders) == 10
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"houses": 0}, r"houses must be at least 1, got 0"),
+        ({"policy": "clairvoyant"}, r"policy must be one of random, .*got 'clairvoyant'"),
+        ({"batch_size": 0}, r"batch_size must be at least 1, got 0"),
+        ({"seed": -1}, r"seed must be non-negative, got -1"),
+    ],
+)
+def test_values_out_of_range_are_refused(tmp_path, changes, message):
+    with pytest.raises(ValueError, match=message):
+        make_datamodule(tmp_path, **changes)
+    assert not list(tmp_path.iterdir())

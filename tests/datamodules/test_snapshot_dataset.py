@@ -1,0 +1,107 @@
+"""Snapshots read back from disk equal the live memories; damage is named."""
+
+import dataclasses
+import shutil
+
+import numpy as np
+import pytest
+
+from datamodules.features import FeatureConfig
+from datamodules.graph import GraphBuilder
+from datamodules.snapshot_dataset import SnapshotDataset
+from simulator.collect import CollectConfig
+from simulator.houses import Houses
+from simulator.memory.snapshots import take_snapshots
+from simulator.policies import make_policy
+from simulator.rollout import Rollout
+from simulator.streams import Streams
+
+
+@pytest.fixture(scope="module")
+def builder() -> GraphBuilder:
+    return GraphBuilder(FeatureConfig())
+
+
+def test_snapshots_on_disk_equal_the_live_memories(collection, builder):
+    """Every field of every snapshot, replayed beside the collection."""
+    dataset = SnapshotDataset(collection, builder)
+    config = CollectConfig(
+        houses=3,
+        steps=12,
+        house=dataclasses.replace(
+            CollectConfig().house, furniture_per_room=3, objects_per_furniture=4
+        ),
+    )
+    houses = Houses(config.load_prior(), config.house, Streams(0, "train", range(3)))
+    rollout = Rollout(houses, make_policy(config.policy, houses))
+    for number, step in enumerate(rollout.run(config.steps)):
+        live = take_snapshots(rollout.memory, step.queries)
+        read = dataset.take(np.arange(3) * config.steps + number)
+        for field in dataclasses.fields(live):
+            expected = getattr(live, field.name)
+            if field.name == "answers":
+                expected = step.answers
+            found = getattr(read, field.name)
+            if field.name.startswith("edge_"):
+                # The order of edges within a snapshot is free; compare as a sorted table.
+                found, expected = _sort_edges(read, found), _sort_edges(live, expected)
+            np.testing.assert_array_equal(found, expected, err_msg=field.name)
+
+
+def _sort_edges(snapshots, column):
+    order = np.lexsort(
+        (snapshots.edge_relation, snapshots.edge_furniture, snapshots.edge_object)
+    )
+    return column[order]
+
+
+def test_length_and_order(collection, builder):
+    dataset = SnapshotDataset(collection, builder)
+    assert len(dataset) == 36
+    assert dataset.take(np.array([0, 13, 35])).time.tolist() == [1, 2, 12]
+
+
+def _copy(collection, tmp_path):
+    folder = tmp_path / "copy"
+    shutil.copytree(collection, folder)
+    return folder
+
+
+def test_altered_shard_is_named(collection, builder, tmp_path):
+    folder = _copy(collection, tmp_path)
+    path = folder / "house_000001.safetensors"
+    content = bytearray(path.read_bytes())
+    content[-3] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=r"house_000001.*delete it and collect again"):
+        SnapshotDataset(folder, builder)
+
+
+def test_truncated_shard_is_named(collection, builder, tmp_path):
+    folder = _copy(collection, tmp_path)
+    path = folder / "house_000002.safetensors"
+    path.write_bytes(path.read_bytes()[:1000])
+    with pytest.raises(ValueError, match=r"house_000002.*delete it and collect again"):
+        SnapshotDataset(folder, builder)
+
+
+def test_missing_shard_is_named(collection, builder, tmp_path):
+    folder = _copy(collection, tmp_path)
+    (folder / "house_000000.safetensors").unlink()
+    with pytest.raises(ValueError, match=r"house_000000.*Collect again"):
+        SnapshotDataset(folder, builder)
+
+
+def test_unfinished_collection_is_refused(collection, builder, tmp_path):
+    folder = _copy(collection, tmp_path)
+    manifest = folder / "manifest.json"
+    text = manifest.read_text()
+    start = text.index('"shards"')
+    manifest.write_text(text[:start] + '"shards": {}}')
+    with pytest.raises(ValueError, match=r"must be finished, got 0 of 3 houses"):
+        SnapshotDataset(folder, builder)
+
+
+def test_empty_folder_is_refused(builder, tmp_path):
+    with pytest.raises(ValueError, match=r"manifest\.json, got none"):
+        SnapshotDataset(tmp_path, builder)
