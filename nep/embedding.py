@@ -1,0 +1,76 @@
+"""Embedding of raw node and edge features."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional as F
+
+from datamodules.batch import (
+    EDGE_FEATURE_DIM,
+    EDGE_TYPES,
+    NODE_TEMPORAL_DIM,
+    NODE_TYPES,
+    RELATIONS,
+    TEXT_DIM,
+)
+from nep.flat_graph import FlatGraph
+
+
+class NodeEmbedding(nn.Module):
+    """Two ReLU layers over [text vector (96), temporal features (4), node type one-hot (5)].
+
+    The text part of the first layer is computed once per label and gathered, the type part is a
+    row per
+    type: equal to concatenating the 105 features of every node, without making them.
+
+    Args:
+        units: width of both layers.
+
+    Source: paper appendices B and C.
+    """
+
+    def __init__(self, units: int) -> None:
+        super().__init__()
+        self.first = nn.Linear(TEXT_DIM + NODE_TEMPORAL_DIM + len(NODE_TYPES), units)
+        self.second = nn.Linear(units, units)
+
+    def forward(self, graph: FlatGraph) -> Tensor:
+        """Embed all nodes: (N, units)."""
+        weights = self.first.weight.split([TEXT_DIM, NODE_TEMPORAL_DIM, len(NODE_TYPES)], dim=1)
+        text_weight, temporal_weight, type_weight = weights
+        hidden = (
+            F.linear(graph.text, text_weight, self.first.bias).index_select(0, graph.label)
+            + F.linear(graph.temporal, temporal_weight)
+            + graph.repeat_per_node_type(type_weight.t())
+        )
+        return torch.relu(self.second(torch.relu(hidden)))
+
+
+class EdgeEmbedding(nn.Module):
+    """Two layers over [edge features (9), relation one-hot (4)], ReLU after each.
+
+    Args:
+        units: width of both layers.
+
+    Source: paper appendices B and C.
+    """
+
+    relation: Tensor
+
+    def __init__(self, units: int) -> None:
+        super().__init__()
+        self.first = nn.Linear(EDGE_FEATURE_DIM + len(RELATIONS), units)
+        self.second = nn.Linear(units, units)
+        one_hot = torch.eye(len(RELATIONS))
+        relation = torch.stack([one_hot[RELATIONS.index(name)] for _, name, _ in EDGE_TYPES])
+        self.register_buffer("relation", relation, persistent=False)  # (10, 4)
+
+    def forward(self, graph: FlatGraph, edges: Tensor | None = None) -> Tensor:
+        """Embed all edges (E, units), or only `edges` (M,) int64: (M, units)."""
+        features = torch.cat(
+            [graph.edge_feature, graph.repeat_per_edge_type(self.relation)], dim=1
+        )  # (E, 13)
+        if edges is not None:
+            features = features.index_select(0, edges)
+        return torch.relu(self.second(torch.relu(self.first(features))))

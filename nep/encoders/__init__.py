@@ -1,0 +1,8 @@
+"""Node encoders: one file each, chosen by `class_path` in a config."""
+
+from nep.encoders.encoder import Encoder
+from nep.encoders.gcn import GCN
+from nep.encoders.heat import HEAT
+from nep.encoders.mlp import MLP
+
+__all__ = ["GCN", "HEAT", "MLP", "Encoder"]

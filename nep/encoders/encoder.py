@@ -1,0 +1,68 @@
+"""What a node encoder of the Node Edge Predictor must offer."""
+
+from __future__ import annotations
+
+import inspect
+from abc import ABC, abstractmethod
+from typing import Any
+
+from torch import Tensor, nn
+
+from nep.flat_graph import FlatGraph
+
+
+class Encoder(nn.Module, ABC):
+    """Passes messages over the graph, between the embedding of nodes and the fusion of query edges.
+
+    A new encoder is a subclass in a file of its own and a config that names it by `class_path`.
+    It keeps each argument of its constructor as an attribute of the same name, by which a
+    checkpoint rebuilds it.
+
+    Args:
+        units: D, width of the node and edge embeddings, in and out.
+
+    Attributes:
+        num_hops: how many hops of in-neighbours a node's output depends on. The data module
+            prunes the graph to this.
+        uses_edges: whether `forward` reads the edge embeddings; if not, only query edges are
+            embedded.
+    """
+
+    num_hops: int
+    uses_edges: bool
+
+    def __init__(self, units: int) -> None:
+        super().__init__()
+        if units < 1:
+            raise ValueError(f"units must be at least 1, got {units}. The paper has 64.")
+        self.units = units
+
+    @abstractmethod
+    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
+        """Encode the nodes.
+
+        Args:
+            graph: the batch.
+            node: (N, D) embedded nodes.
+            edge: (E, D) embedded edges, None unless `uses_edges`.
+
+        Returns:
+            (N, D); only the rows of the query edges' ends are read.
+        """
+
+    def config(self) -> dict[str, Any]:
+        """What builds this encoder again: its class path and arguments, plain data only."""
+        cls = type(self)
+        return {
+            "class_path": f"{cls.__module__}.{cls.__qualname__}",
+            "init_args": {name: getattr(self, name) for name in inspect.signature(cls).parameters},
+        }
+
+
+def check_num_convolutions(num_convolutions: int) -> None:
+    """Raise ValueError unless there is at least one convolution."""
+    if num_convolutions < 1:
+        raise ValueError(
+            f"num_convolutions must be at least 1, got {num_convolutions}. "
+            "For none, use the encoder nep.encoders.MLP."
+        )

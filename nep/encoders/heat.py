@@ -1,0 +1,59 @@
+"""NEP-HEAT: attention by node type, edge type and edge features."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+
+from nep.encoders.encoder import Encoder, check_num_convolutions
+from nep.flat_graph import FlatGraph
+from nep.layers.heat import HEATConv
+
+
+class HEAT(Encoder):
+    """Heterogeneous edge-enhanced graph attention, each convolution followed by ReLU.
+
+    Args:
+        units: width of the node and edge embeddings and of every convolution.
+        heads: attention heads of each convolution.
+        num_convolutions: the paper's appendix has 1.
+        residual: whether a convolution's input is added to its output. On: attention runs over a
+            node's neighbours and never over itself, so that without it the two ends of a query
+            edge would lose their own label and history.
+        edge_type_units: width of the edge type embedding.
+        edge_attribute_units: width of the edge attribute embedding.
+
+    Source: paper section 4.3, NEP-HEAT, and appendix C. Differs: the paper does not state the
+    residual, heads and edge widths.
+    """
+
+    uses_edges = True
+
+    def __init__(
+        self,
+        units: int = 64,
+        heads: int = 2,
+        num_convolutions: int = 1,
+        residual: bool = True,
+        edge_type_units: int = 16,
+        edge_attribute_units: int = 16,
+    ) -> None:
+        super().__init__(units)
+        check_num_convolutions(num_convolutions)
+        self.heads = heads
+        self.num_convolutions = num_convolutions
+        self.residual = residual
+        self.edge_type_units = edge_type_units
+        self.edge_attribute_units = edge_attribute_units
+        self.num_hops = num_convolutions
+        self.convolutions = nn.ModuleList(
+            HEATConv(units, units, units, heads, edge_type_units, edge_attribute_units)
+            for _ in range(num_convolutions)
+        )
+
+    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
+        """Convolve `num_convolutions` times: (N, D), (E, D) -> (N, D)."""
+        for convolution in self.convolutions:
+            convolved = torch.relu(convolution(graph, node, edge))
+            node = node + convolved if self.residual else convolved
+        return node

@@ -1,0 +1,28 @@
+"""NEP-MLP: no message passing."""
+
+from __future__ import annotations
+
+from torch import Tensor
+
+from nep.encoders.encoder import Encoder
+from nep.flat_graph import FlatGraph
+
+
+class MLP(Encoder):
+    """Leaves the embedded nodes as they are.
+
+    Args:
+        units: width of the node and edge embeddings.
+
+    Source: paper section 4.3, NEP-MLP.
+    """
+
+    num_hops = 0
+    uses_edges = False
+
+    def __init__(self, units: int = 64) -> None:
+        super().__init__(units)
+
+    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
+        """Return `node`."""
+        return node

@@ -1,0 +1,136 @@
+"""Trains a Node Edge Predictor: `python -m nep.fit --config heat.yaml`."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import torch
+from jsonargparse.typing import PositiveInt
+from lightning.pytorch import Trainer
+from lightning.pytorch.callbacks import Callback, ModelCheckpoint, RichProgressBar
+from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCLI
+
+from datamodules.sgm_datamodule import SGMDataModule
+from nep.callbacks.online_evaluation import OnlineEvaluation
+from nep.module import NEPModule
+
+CONFIG_FOLDER = Path(__file__).parent / "configs"
+
+
+class FitCLI(LightningCLI):
+    """Lightning's command line with our model, data and callbacks, for training alone."""
+
+    def __init__(self, args: ArgsType = None) -> None:
+        """Parse `args` (the command line if None) and build model, data and trainer."""
+        super().__init__(
+            NEPModule,
+            SGMDataModule,
+            # dgl's wheels on PyPI have no CUDA; at this size two CPU cores are enough.
+            trainer_defaults={"accelerator": "cpu", "max_epochs": 25, "log_every_n_steps": 10},
+            seed_everything_default=0,
+            args=args,
+            run=False,
+            auto_configure_optimizers=False,  # Adam with `model.learning_rate`
+            parser_kwargs={"prog": "python -m nep.fit", "description": __doc__},
+        )
+
+    def add_arguments_to_parser(self, parser: LightningArgumentParser) -> None:
+        """Add our own arguments and tie pruning to the encoder."""
+        parser.add_argument("--ckpt_path", type=str | None, help="Checkpoint to resume from.")
+        parser.add_argument(
+            "--threads", type=PositiveInt | None, help="CPU threads; null for all cores."
+        )
+        parser.add_lightning_class_args(OnlineEvaluation, "online")
+        parser.link_arguments("model.num_hops", "data.num_hops", apply_on="instantiate")
+
+    def parse_arguments(self, parser: LightningArgumentParser, args: ArgsType) -> None:
+        """Parse, after bare config names have been found among the packaged configs."""
+        if args is None:
+            args = sys.argv[1:]
+        if isinstance(args, list):
+            try:
+                args = find_configs(args)
+            except FileNotFoundError as error:
+                parser.error(str(error))
+            self.config = parser.parse_args(args)
+        else:
+            super().parse_arguments(parser, args)
+
+    def instantiate_classes(self) -> None:
+        """Build model, data and trainer; a value out of range ends with its message alone."""
+        if self.config.threads is not None:
+            torch.set_num_threads(self.config.threads)
+        try:
+            super().instantiate_classes()
+        except ValueError as error:
+            self.parser.error(str(error))
+
+    def instantiate_trainer(self, **kwargs: Any) -> Trainer:
+        """Build the trainer with progress bar and checkpoints, unless they are switched off."""
+        callbacks: list[Callback] = []
+        if self.config.trainer.enable_progress_bar is not False:
+            callbacks.append(RichProgressBar())
+        if self.config.trainer.enable_checkpointing is not False:
+            callbacks.append(
+                ModelCheckpoint(
+                    monitor="val/top_one",
+                    mode="max",
+                    filename="best",
+                    save_last=True,
+                    enable_version_counter=False,
+                )
+            )
+        self.trainer_defaults["callbacks"] = callbacks
+        return super().instantiate_trainer(**kwargs)
+
+
+def find_configs(args: Sequence[str]) -> list[str]:
+    """Replace a config name that is no file here by the packaged config of that name.
+
+    Args:
+        args: command line; the values of `--config` and `-c` are looked at.
+
+    Raises:
+        FileNotFoundError: if a YAML file is named that is neither here nor packaged.
+    """
+    found = list(args)
+    for position, arg in enumerate(found):
+        if arg in ("--config", "-c") and position + 1 < len(found):
+            found[position + 1] = _find_config(found[position + 1])
+        elif arg.startswith("--config="):
+            found[position] = "--config=" + _find_config(arg.removeprefix("--config="))
+    return found
+
+
+def _find_config(name: str) -> str:
+    if not name.endswith((".yaml", ".yml")) or Path(name).exists():
+        return name
+    packaged = CONFIG_FOLDER / name
+    if not packaged.is_file():
+        names = ", ".join(sorted(path.name for path in CONFIG_FOLDER.glob("*.yaml")))
+        raise FileNotFoundError(
+            f"--config must name a file, got '{name}'. Give a path, or a packaged config: {names}."
+        )
+    return str(packaged)
+
+
+def main(args: ArgsType = None) -> FitCLI:
+    """Train; the online evaluation ends the run with its table."""
+    # lightning 2.6 tests torch's tree specifications in a way that torch 2.13 deprecated
+    warnings.filterwarnings("ignore", message=".isinstance.treespec, LeafSpec")
+    cli = FitCLI(args)
+    cli.trainer.fit(
+        cli.model,
+        datamodule=cli.datamodule,
+        ckpt_path=cli.config.ckpt_path,
+        weights_only=True if cli.config.ckpt_path else None,
+    )
+    return cli
+
+
+if __name__ == "__main__":
+    main()

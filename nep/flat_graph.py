@@ -1,0 +1,129 @@
+"""One flat view of a batched heterogeneous graph, on which all layers work."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import accumulate
+
+import torch
+from torch import Tensor
+
+from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, SGMBatch
+
+
+@dataclass(frozen=True, slots=True)
+class FlatGraph:
+    """Nodes of all types in one row of ids, edges of all types in one list.
+
+    Ten relations times a handful of DGL kernels cost more than the arithmetic at the size of a
+    scene graph, so the relations are concatenated once here and the layers use index operations
+    on the result. Nodes lie in the order of `NODE_TYPES`, edges in the order of `EDGE_TYPES`,
+    each type contiguous.
+
+    Attributes:
+        node_counts: number of nodes per node type, 5 of them.
+        edge_counts: number of edges per edge type, 10 of them.
+        label: (N,) int64 row of `text`.
+        temporal: (N, 4) node features.
+        degree: (N,) in-degree of the graph before pruning.
+        edge_src: (E,) int64 node id.
+        edge_dst: (E,) int64 node id.
+        edge_feature: (E, 9).
+        query_edge: (Q,) int64 edge id of each query edge, in query order.
+        query_snapshot: (Q,) int64 in 0..B-1.
+        query_target: (Q,) 1, 0, or nan where unknown.
+        text: (L, 96).
+        num_snapshots: B.
+    """
+
+    node_counts: tuple[int, ...]
+    edge_counts: tuple[int, ...]
+    label: Tensor
+    temporal: Tensor
+    degree: Tensor
+    edge_src: Tensor
+    edge_dst: Tensor
+    edge_feature: Tensor
+    query_edge: Tensor
+    query_snapshot: Tensor
+    query_target: Tensor
+    text: Tensor
+    num_snapshots: int
+
+    @classmethod
+    def from_batch(cls, batch: SGMBatch) -> FlatGraph:
+        """Concatenate the node and edge types of `batch`.
+
+        Raises:
+            ValueError: if the graph's node or edge types are not those of the schema.
+        """
+        graph = batch.graph
+        for what, want, got in (
+            ("node types", NODE_TYPES, graph.ntypes),
+            ("edge types", EDGE_TYPES, graph.canonical_etypes),
+        ):
+            if set(got) != set(want):
+                raise ValueError(
+                    f"{what} of a batch must be {sorted(want)}, got {sorted(got)}. "
+                    "Give the graph the full schema, empty types included."
+                )
+        node_counts = tuple(graph.num_nodes(ntype) for ntype in NODE_TYPES)
+        first_node = dict(
+            zip(NODE_TYPES, accumulate(node_counts, initial=0), strict=False)
+        )  # the running sum has one entry more: the total
+        edge_counts = tuple(graph.num_edges(etype) for etype in EDGE_TYPES)
+        first_edge = dict(zip(EDGE_TYPES, accumulate(edge_counts, initial=0), strict=False))
+
+        edge_src, edge_dst = [], []
+        for etype in EDGE_TYPES:
+            src, dst = graph.edges(etype=etype, order="eid")
+            edge_src.append(src.long() + first_node[etype[0]])
+            edge_dst.append(dst.long() + first_node[etype[2]])
+
+        query_edge, query_snapshot, query_target = [], [], []
+        for etype in QUERY_EDGE_TYPES:
+            data = graph.edges[etype].data
+            marked = torch.nonzero(data["query"] >= 0).squeeze(1)
+            query_edge.append(marked + first_edge[etype])
+            query_snapshot.append(data["query"][marked])
+            query_target.append(data["target"][marked])
+
+        return cls(
+            node_counts=node_counts,
+            edge_counts=edge_counts,
+            label=torch.cat([graph.nodes[ntype].data["label"] for ntype in NODE_TYPES]),
+            temporal=torch.cat([graph.nodes[ntype].data["temporal"] for ntype in NODE_TYPES]),
+            degree=torch.cat([graph.nodes[ntype].data["degree"] for ntype in NODE_TYPES]),
+            edge_src=torch.cat(edge_src),
+            edge_dst=torch.cat(edge_dst),
+            edge_feature=torch.cat([graph.edges[etype].data["feature"] for etype in EDGE_TYPES]),
+            query_edge=torch.cat(query_edge),
+            query_snapshot=torch.cat(query_snapshot),
+            query_target=torch.cat(query_target),
+            text=batch.text,
+            num_snapshots=batch.num_snapshots,
+        )
+
+    @property
+    def num_nodes(self) -> int:
+        """N."""
+        return sum(self.node_counts)
+
+    @property
+    def num_edges(self) -> int:
+        """E."""
+        return sum(self.edge_counts)
+
+    def repeat_per_edge_type(self, values: Tensor) -> Tensor:
+        """Give each edge the row of its edge type: (10, D) -> (E, D)."""
+        return _repeat_blocks(values, self.edge_counts)
+
+    def repeat_per_node_type(self, values: Tensor) -> Tensor:
+        """Give each node the row of its node type: (5, D) -> (N, D)."""
+        return _repeat_blocks(values, self.node_counts)
+
+
+def _repeat_blocks(values: Tensor, counts: tuple[int, ...]) -> Tensor:
+    # The backward of expand is a sum per block, that of repeat_interleave a slow scatter.
+    rows = values.unbind(0)
+    return torch.cat([row.expand(count, -1) for row, count in zip(rows, counts, strict=True)])

@@ -1,0 +1,157 @@
+"""Heterogeneous edge-enhanced graph attention."""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional as F
+
+from datamodules.batch import EDGE_TYPES, NODE_TYPES
+from nep.flat_graph import FlatGraph
+from nep.layers.segment import segment_softmax, segment_sum
+
+
+class HEATConv(nn.Module):
+    r"""Attention over a node's incoming edges of all types, by node and edge type and features.
+
+    With node type :math:`\tau`, edge type :math:`\phi`, edge attributes :math:`e` and heads
+    :math:`k`:
+
+    .. math::
+        h_i &= M_{\tau(i)} x_i + c_{\tau(i)} \\
+        t_{ij} &= \mathrm{LeakyReLU}(T_{\phi(ij)}), \quad
+        u_{ij} = \mathrm{LeakyReLU}(U e_{ij}) \\
+        \alpha^k_{ij} &= \mathrm{softmax}_{j \in N(i)}
+            \mathrm{LeakyReLU}(a_k^\top [h_i \| h_j \| t_{ij} \| u_{ij}]) \\
+        x'_i &= b + \big\|_k \sum_{j \in N(i)} \alpha^k_{ij} W_k [h_j \| u_{ij}]
+
+    A node without incoming edges gets `b`.
+
+    The concatenations are never made, since what follows them is linear: each of the four parts
+    of an attention logit is a scalar per node, edge type or edge; the edge part of the message is
+    summed before it is projected; and :math:`h` itself is not needed, since :math:`W_k M_\tau`
+    and :math:`a_k^\top M_\tau` are products of small matrices.
+
+    Args:
+        in_units: width of the input nodes.
+        out_units: width of the output nodes, over all heads.
+        edge_units: width of the edge attributes.
+        heads: number of attention heads, each giving `out_units / heads` units.
+        edge_type_units: width of the edge type embedding.
+        edge_attribute_units: width of the edge attribute embedding.
+        negative_slope: of every LeakyReLU.
+
+    Raises:
+        ValueError: if `out_units` is not a multiple of `heads`.
+
+    Source: Mo et al. 2021 (arXiv:2106.07161); paper section 4.3. Differs: no
+    activation after the sum, which is the caller's; each head gives a share of the width, so that
+    the width does not depend on the number of heads.
+    """
+
+    def __init__(
+        self,
+        in_units: int,
+        out_units: int,
+        edge_units: int,
+        heads: int,
+        edge_type_units: int,
+        edge_attribute_units: int,
+        negative_slope: float = 0.2,
+    ) -> None:
+        super().__init__()
+        if heads < 1 or out_units % heads:
+            raise ValueError(
+                f"HEAT's heads must divide its units, got {heads} heads for {out_units} units. "
+                "Choose for instance 1, 2 or 4 heads for 64 units."
+            )
+        head_units = out_units // heads
+        self.heads = heads
+        self.negative_slope = negative_slope
+        self.node_weight = nn.Parameter(torch.empty(len(NODE_TYPES), in_units, out_units))  # M
+        self.node_bias = nn.Parameter(torch.zeros(len(NODE_TYPES), out_units))  # c
+        self.edge_type = nn.Parameter(torch.empty(len(EDGE_TYPES), edge_type_units))  # T
+        self.edge_attribute = nn.Linear(edge_units, edge_attribute_units, bias=False)  # U
+        # a, in its four parts
+        self.attend_dst = nn.Parameter(torch.empty(out_units, heads))
+        self.attend_src = nn.Parameter(torch.empty(out_units, heads))
+        self.attend_edge_type = nn.Parameter(torch.empty(edge_type_units, heads))
+        self.attend_edge_attribute = nn.Parameter(torch.empty(edge_attribute_units, heads))
+        # W, in its two parts
+        self.message_node = nn.Parameter(torch.empty(out_units, out_units))
+        self.message_edge = nn.Parameter(torch.empty(heads, edge_attribute_units, head_units))
+        self.bias = nn.Parameter(torch.zeros(out_units))
+        self._reset_parameters()
+
+    def _reset_parameters(self) -> None:
+        # Glorot as if each concatenated input were one matrix: the parts share its fan-in.
+        _, in_units, out_units = self.node_weight.shape
+        _, edge_units, head_units = self.message_edge.shape
+        attend = (
+            self.attend_dst,
+            self.attend_src,
+            self.attend_edge_type,
+            self.attend_edge_attribute,
+        )
+        nn.init.uniform_(self.node_weight, *_glorot_range(in_units, out_units))
+        nn.init.normal_(self.edge_type)
+        nn.init.xavier_uniform_(self.edge_attribute.weight)
+        for part in attend:
+            nn.init.uniform_(part, *_glorot_range(sum(len(p) for p in attend), self.heads))
+        for part in (self.message_node, self.message_edge):
+            nn.init.uniform_(part, *_glorot_range(out_units + edge_units, head_units))
+
+    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor) -> Tensor:
+        """Convolve once.
+
+        Args:
+            graph: the batch.
+            node: (N, in_units).
+            edge: (E, edge_units).
+
+        Returns:
+            (N, out_units).
+        """
+        message, logit_src, logit_dst = self._project_nodes(graph, node)
+        attribute = F.leaky_relu(self.edge_attribute(edge), self.negative_slope)  # (E, A)
+        logit_type = F.leaky_relu(self.edge_type, self.negative_slope) @ self.attend_edge_type
+        logits = (
+            logit_dst.index_select(0, graph.edge_dst)
+            + logit_src.index_select(0, graph.edge_src)
+            + graph.repeat_per_edge_type(logit_type)
+            + attribute @ self.attend_edge_attribute
+        )  # (E, K)
+        attention = segment_softmax(
+            F.leaky_relu(logits, self.negative_slope), graph.edge_dst, graph.num_nodes
+        ).unsqueeze(2)  # (E, K, 1)
+
+        source = message.index_select(0, graph.edge_src).unflatten(1, (self.heads, -1))
+        node_sum = segment_sum(
+            (attention * source).flatten(1), graph.edge_dst, graph.num_nodes
+        )  # (N, out_units)
+        edge_sum = segment_sum(
+            (attention * attribute.unsqueeze(1)).flatten(1), graph.edge_dst, graph.num_nodes
+        ).unflatten(1, (self.heads, -1))  # (N, K, A)
+        edge_part = torch.einsum("nka,kau->nku", edge_sum, self.message_edge).flatten(1)
+        return node_sum + edge_part + self.bias
+
+    def _project_nodes(self, graph: FlatGraph, node: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Messages (N, out_units), attention logits as source and as destination (N, K)."""
+        readout = torch.cat([self.message_node, self.attend_src, self.attend_dst], dim=1)
+        weight = (self.node_weight @ readout).unbind(0)  # 5 x (in_units, out_units + 2 K)
+        bias = (self.node_bias @ readout).unbind(0)
+        blocks = node.split(graph.node_counts)
+        projected = torch.cat(
+            [torch.addmm(b, x, w) for b, x, w in zip(bias, blocks, weight, strict=True)]
+        )
+        message, logit_src, logit_dst = projected.split(
+            [self.message_node.shape[1], self.heads, self.heads], dim=1
+        )
+        return message, logit_src, logit_dst
+
+
+def _glorot_range(fan_in: int, fan_out: int) -> tuple[float, float]:
+    bound = math.sqrt(6.0 / (fan_in + fan_out))
+    return -bound, bound

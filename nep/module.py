@@ -1,0 +1,123 @@
+"""Training of a Node Edge Predictor."""
+
+from __future__ import annotations
+
+import lightning.pytorch as pl
+import torch
+from torch import Tensor
+from torchmetrics import MetricCollection
+from torchmetrics.classification import BinaryAUROC, BinaryAveragePrecision
+
+from datamodules.batch import SGMBatch
+from nep.encoders.encoder import Encoder
+from nep.flat_graph import FlatGraph
+from nep.hit_rate import TopOneHitRate
+from nep.loss import balanced_bce
+from nep.node_edge_predictor import NodeEdgePredictor
+
+
+class NEPModule(pl.LightningModule):
+    """Node Edge Predictor with its loss, metrics and optimiser.
+
+    A checkpoint holds tensors and plain data alone, with the encoder by class path and arguments,
+    so that `NEPModule.load_from_checkpoint(path, weights_only=True)` rebuilds the model.
+
+    Args:
+        encoder: message passing between embedding and fusion, one of `nep.encoders` or your own.
+        transformer: whether the query edges of a snapshot attend to each other.
+        transformer_layers: encoder layers of that attention.
+        transformer_heads: heads of each layer.
+        feed_forward_units: hidden width of each layer's feed-forward network.
+        dropout: probability in those layers.
+        learning_rate: of Adam.
+
+    Source: paper section 4.3 and appendix C.
+    """
+
+    def __init__(
+        self,
+        encoder: Encoder,
+        transformer: bool = True,
+        transformer_layers: int = 2,
+        transformer_heads: int = 2,
+        feed_forward_units: int = 64,
+        dropout: float = 0.1,
+        learning_rate: float = 1e-4,
+    ) -> None:
+        super().__init__()
+        self.save_hyperparameters(
+            {
+                "encoder": encoder.config(),
+                "transformer": transformer,
+                "transformer_layers": transformer_layers,
+                "transformer_heads": transformer_heads,
+                "feed_forward_units": feed_forward_units,
+                "dropout": dropout,
+                "learning_rate": learning_rate,
+                # Lightning's name for what turns the plain encoder entry back into an encoder
+                "_instantiator": "lightning.pytorch.cli.instantiate_module",
+            }
+        )
+        self.learning_rate = learning_rate
+        self.predictor = NodeEdgePredictor(
+            encoder,
+            transformer=transformer,
+            transformer_layers=transformer_layers,
+            transformer_heads=transformer_heads,
+            feed_forward_units=feed_forward_units,
+            dropout=dropout,
+        )
+        # The curve of the training metric is binned: an exact one would keep every training edge.
+        self.train_metrics = MetricCollection(
+            {"auroc": BinaryAUROC(thresholds=200)}, prefix="train/"
+        )
+        self.train_top_one = TopOneHitRate()
+        self.val_metrics = MetricCollection(
+            {"auroc": BinaryAUROC(), "average_precision": BinaryAveragePrecision()}, prefix="val/"
+        )
+        self.val_top_one = TopOneHitRate()
+
+    @property
+    def num_hops(self) -> int:
+        """How many hops of neighbours of the query edges the model reads."""
+        return self.predictor.encoder.num_hops
+
+    def forward(self, batch: SGMBatch) -> Tensor:
+        """Score the query edges: logits (Q,) in query order."""
+        return self.predictor(batch)
+
+    def training_step(self, batch: SGMBatch, batch_idx: int) -> Tensor:
+        """Loss of one batch; updates the training metrics."""
+        return self._step(batch, "train", self.train_metrics, self.train_top_one)
+
+    def validation_step(self, batch: SGMBatch, batch_idx: int) -> Tensor:
+        """Loss of one batch; updates the validation metrics."""
+        return self._step(batch, "val", self.val_metrics, self.val_top_one)
+
+    def configure_optimizers(self) -> torch.optim.Optimizer:
+        """Adam, as in the paper."""
+        return torch.optim.Adam(self.parameters(), lr=self.learning_rate)
+
+    def _step(
+        self, batch: SGMBatch, stage: str, metrics: MetricCollection, top_one: TopOneHitRate
+    ) -> Tensor:
+        graph = FlatGraph.from_batch(batch)
+        logits = self.predictor.score(graph)
+        loss = balanced_bce(logits, graph.query_target)
+        known = ~graph.query_target.isnan()
+        if known.any():
+            target = graph.query_target[known]
+            known_logits = logits.detach()[known]
+            metrics.update(known_logits, target.long())
+            top_one.update(known_logits, target, graph.query_snapshot[known])
+        self.log(f"{stage}/loss", loss, prog_bar=True, batch_size=batch.num_snapshots)
+        self.log(
+            f"{stage}/top_one",
+            top_one,
+            on_step=False,
+            on_epoch=True,
+            prog_bar=True,
+            batch_size=batch.num_snapshots,
+        )
+        self.log_dict(metrics, on_step=False, on_epoch=True, batch_size=batch.num_snapshots)
+        return loss

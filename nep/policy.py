@@ -1,0 +1,45 @@
+"""A trained Node Edge Predictor as one more policy."""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+
+from datamodules.batch import QUERY_EDGE_TYPES
+from datamodules.graph import GraphBuilder
+from nep.module import NEPModule
+from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.memory.snapshots import take_snapshots
+from simulator.policies import Policy
+
+
+class NEPPolicy(Policy):
+    """Scores all queries of all homes in one forward pass.
+
+    A furniture node's score is the highest logit of its query edges.
+    """
+
+    def __init__(self, module: NEPModule, builder: GraphBuilder) -> None:
+        """Keep the model and what turns snapshots into its batches."""
+        self._module = module
+        self._builder = builder
+
+    @torch.inference_mode()
+    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return logits, (Q, F), -inf where there is no query edge."""
+        was_training = self._module.training
+        self._module.eval()
+        batch = self._builder.build(take_snapshots(memory, queries))
+        logits = self._module(batch.to(self._module.device)).cpu().numpy()
+        self._module.train(was_training)
+        scores = np.full((len(queries.home), memory.num_furniture), -np.inf)
+        graph = batch.graph
+        local = graph.nodes["furniture"].data["index"]
+        snapshots, places = [], []
+        for etype in QUERY_EDGE_TYPES:
+            query = graph.edges[etype].data["query"]
+            furniture = graph.edges(etype=etype)[1]
+            snapshots.append(query[query >= 0])
+            places.append(local[furniture[query >= 0]])
+        np.maximum.at(scores, (torch.cat(snapshots).numpy(), torch.cat(places).numpy()), logits)
+        return scores

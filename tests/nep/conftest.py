@@ -1,0 +1,138 @@
+"""Random batches of small scene graph memories, made without simulator or data module."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import dgl
+import numpy as np
+import pytest
+import torch
+
+from datamodules.batch import (
+    EDGE_FEATURE_DIM,
+    EDGE_TYPES,
+    NODE_TEMPORAL_DIM,
+    NODE_TYPES,
+    QUERY_EDGE_TYPES,
+    TEXT_DIM,
+    SGMBatch,
+)
+
+NUM_LABELS = 12
+
+
+def make_batch(
+    seed: int, num_snapshots: int = 3, num_furniture: int = 5, num_objects: int = 8
+) -> SGMBatch:
+    """Snapshots with the house, floor, 2 rooms, furniture, objects, and one query object each.
+
+    Node n of a type belongs to snapshot n // (nodes of the type per snapshot). All labels,
+    features, remembered object edges and targets are random; every edge is present in both
+    directions.
+    """
+    rng = np.random.default_rng(seed)
+    per_snapshot = {
+        "house": 1,
+        "floor": 1,
+        "room": 2,
+        "furniture": num_furniture,
+        "object": num_objects,
+    }
+    parents: dict[str, list[tuple[int, int]]] = {"in": [], "onTop": []}  # (object, furniture)
+    queries: dict[str, list[int]] = {"in": [], "onTop": []}
+    up: dict[str, list[tuple[int, int]]] = {"floor": [], "room": [], "furniture": []}
+    for snapshot in range(num_snapshots):
+        first = {ntype: snapshot * count for ntype, count in per_snapshot.items()}
+        up["floor"].append((first["floor"], first["house"]))
+        up["room"] += [(first["room"] + room, first["floor"]) for room in range(2)]
+        up["furniture"] += [
+            (first["furniture"] + place, first["room"] + place % 2)
+            for place in range(num_furniture)
+        ]
+        for item in range(num_objects):
+            for place in range(num_furniture):
+                is_query = item == 0
+                if is_query or rng.random() < 0.3:
+                    relation = "in" if rng.random() < 0.4 else "onTop"
+                    parents[relation].append((first["object"] + item, first["furniture"] + place))
+                    queries[relation].append(snapshot if is_query else -1)
+
+    pairs = {
+        ("floor", "in", "house"): up["floor"],
+        ("room", "in", "floor"): up["room"],
+        ("furniture", "in", "room"): up["furniture"],
+        ("object", "in", "furniture"): parents["in"],
+        ("object", "onTop", "furniture"): parents["onTop"],
+    }
+    for (src, relation, dst), edges in list(pairs.items()):
+        back = (dst, {"in": "contains", "onTop": "under"}[relation], src)
+        pairs[back] = [(b, a) for a, b in edges]
+    graph = dgl.heterograph(
+        {e: torch.tensor(pairs[e], dtype=torch.int64).reshape(-1, 2).unbind(1) for e in EDGE_TYPES},
+        num_nodes_dict={t: num_snapshots * count for t, count in per_snapshot.items()},
+    )
+    for ntype in NODE_TYPES:
+        count = graph.num_nodes(ntype)
+        degree = torch.zeros(count)
+        for etype in EDGE_TYPES:
+            if etype[2] == ntype:
+                degree += graph.in_degrees(etype=etype)
+        graph.nodes[ntype].data["label"] = torch.from_numpy(rng.integers(NUM_LABELS, size=count))
+        graph.nodes[ntype].data["temporal"] = _uniform(rng, count, NODE_TEMPORAL_DIM)
+        graph.nodes[ntype].data["degree"] = degree
+    for etype in EDGE_TYPES:
+        graph.edges[etype].data["feature"] = _uniform(rng, graph.num_edges(etype), EDGE_FEATURE_DIM)
+    for etype in QUERY_EDGE_TYPES:
+        query = torch.tensor(queries[etype[1]], dtype=torch.int64)
+        target = torch.from_numpy(rng.random(len(query)) < 0.3).float()
+        graph.edges[etype].data["query"] = query
+        graph.edges[etype].data["target"] = torch.where(query >= 0, target, torch.nan)
+    text = torch.from_numpy(np.random.default_rng(0).random((NUM_LABELS, TEXT_DIM), np.float32))
+    return SGMBatch(graph=graph, text=text, num_snapshots=num_snapshots)
+
+
+def _uniform(rng: np.random.Generator, rows: int, columns: int) -> torch.Tensor:
+    return torch.from_numpy(rng.random((rows, columns), np.float32))
+
+
+@pytest.fixture
+def random_batch() -> Callable[..., SGMBatch]:
+    """`make_batch`."""
+    return make_batch
+
+
+@pytest.fixture
+def take_snapshot() -> Callable[[SGMBatch, int], SGMBatch]:
+    """Cut one snapshot out of a batch of `make_batch`."""
+
+    def take(batch: SGMBatch, snapshot: int) -> SGMBatch:
+        graph = batch.graph
+        nodes = {}
+        for ntype in NODE_TYPES:
+            count = graph.num_nodes(ntype) // batch.num_snapshots
+            nodes[ntype] = torch.arange(snapshot * count, (snapshot + 1) * count)
+        part = dgl.node_subgraph(graph, nodes, store_ids=False)
+        for etype in QUERY_EDGE_TYPES:
+            query = part.edges[etype].data["query"]
+            part.edges[etype].data["query"] = torch.where(query >= 0, 0, -1)
+        return SGMBatch(graph=part, text=batch.text, num_snapshots=1)
+
+    return take
+
+
+@pytest.fixture
+def edit_edges() -> Callable[..., SGMBatch]:
+    """Rebuild a batch with other edges: `edit(etype, src, dst) -> mask of edges to keep`."""
+
+    def edit(batch: SGMBatch, keep: Callable[[Any, torch.Tensor, torch.Tensor], Any]) -> SGMBatch:
+        graph = batch.graph
+        chosen = {}
+        for etype in EDGE_TYPES:
+            src, dst = graph.edges(etype=etype)
+            chosen[etype] = torch.nonzero(keep(etype, src, dst)).squeeze(1)
+        part = dgl.edge_subgraph(graph, chosen, relabel_nodes=False, store_ids=False)
+        return SGMBatch(graph=part, text=batch.text, num_snapshots=batch.num_snapshots)
+
+    return edit

@@ -1,0 +1,109 @@
+"""The training command, shrunk: configs, overrides, replay, resume, errors."""
+
+from __future__ import annotations
+
+import pytest
+import torch
+import yaml
+
+from nep.fit import CONFIG_FOLDER, FitCLI, find_configs, main
+from nep.module import NEPModule
+
+SMALL = [
+    "--trainer.max_epochs=1",
+    "--trainer.log_every_n_steps=1",
+    "--trainer.enable_progress_bar=false",
+    "--data.houses=2",
+    "--data.steps=8",
+    "--data.val_houses=1",
+    "--data.batch_size=8",
+    "--data.workers=1",
+    "--online.houses=1",
+    "--online.steps=3",
+]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A fresh working directory."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(("name", "num_hops"), [("mlp", 0), ("gcn", 1), ("heat", 1)])
+def test_packaged_configs_build_the_papers_setting(name, num_hops, folder):
+    cli = FitCLI(["--config", f"{name}.yaml"])
+    assert type(cli.model.predictor.encoder).__name__ == name.upper()
+    assert cli.model.num_hops == num_hops
+    assert cli.config_init.data.builder.num_hops == num_hops
+    assert cli.model.predictor.encoder.units == 64
+    assert cli.model.learning_rate == 1e-4
+    assert cli.trainer.max_epochs == 25
+    assert cli.datamodule.batch_size == 100
+
+
+# A resumed run writes to a folder of its own, and lightning says so.
+@pytest.mark.filterwarnings("ignore:The dirpath has changed:UserWarning")
+def test_fit_writes_what_replays_reloads_and_resumes(folder, capsys):
+    cli = main(["--config", "heat.yaml", *SMALL, "--model.encoder.init_args.heads=4"])
+    assert "NEP-HEAT" in capsys.readouterr().out
+    run = folder / "runs" / "heat" / "version_0"
+    assert list(run.glob("events.out.tfevents.*"))
+
+    checkpoints = run / "checkpoints"
+    assert {path.name for path in checkpoints.iterdir()} == {"best.ckpt", "last.ckpt"}
+    module = NEPModule.load_from_checkpoint(checkpoints / "last.ckpt", weights_only=True)
+    assert module.predictor.encoder.heads == 4
+    weights = cli.model.state_dict()
+    assert all(torch.equal(value, weights[key]) for key, value in module.state_dict().items())
+
+    saved = run / "config.yaml"
+    replayed = main(["--config", str(saved)])
+    for want, got in zip(cli.model.parameters(), replayed.model.parameters(), strict=True):
+        assert torch.equal(got, want)  # same seed, same data: same weights
+    again = run.with_name("version_1") / "config.yaml"
+    assert yaml.safe_load(again.read_text()) == yaml.safe_load(saved.read_text())
+
+    last = str(checkpoints / "last.ckpt")
+    resumed = main(["--config", str(saved), "--ckpt_path", last, "--trainer.max_epochs", "2"])
+    assert resumed.trainer.global_step == 2 * cli.trainer.global_step
+
+
+def test_a_file_here_goes_before_the_packaged_one(folder):
+    packaged = str(CONFIG_FOLDER / "gcn.yaml")
+    assert find_configs(["--config", "gcn.yaml"]) == ["--config", packaged]
+    assert find_configs(["--config=gcn.yaml", "-c", "gcn.yaml"]) == [
+        f"--config={packaged}",
+        "-c",
+        packaged,
+    ]
+    (folder / "gcn.yaml").write_text("seed_everything: 3")
+    assert find_configs(["--config", "gcn.yaml"]) == ["--config", "gcn.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("args", "message"),
+    [
+        (["--config", "heta.yaml"], "got 'heta.yaml'. Give a path, or a packaged config: gcn.yaml"),
+        (["--config", "heat.yaml", "--data.hauses", "3"], "--data.hauses"),
+        (["--config", "heat.yaml", "--model.encoder.init_args.head", "3"], "head"),
+        (["--config", "heat.yaml", "--model.encoder.init_args.heads", "3"], "got 3 heads for 64"),
+        (["--config", "heat.yaml", "--data.houses", "0"], "houses must be at least 1, got 0"),
+        (["--config", "heat.yaml", "--model.encoder", "nep.encoders.GAT"], "nep.encoders.GAT"),
+    ],
+)
+def test_bad_input_ends_with_a_message(args, message, folder, capsys):
+    with pytest.raises(SystemExit) as exit_info:
+        main(args)
+    assert exit_info.value.code == 2
+    assert message in capsys.readouterr().err
+    assert not list(folder.iterdir())
+
+
+def test_unknown_key_in_a_config_file_is_named(folder, capsys):
+    (folder / "my.yaml").write_text(
+        (CONFIG_FOLDER / "heat.yaml").read_text().replace("  houses:", "  hauses:")
+    )
+    with pytest.raises(SystemExit):
+        main(["--config", "my.yaml"])
+    assert "hauses" in capsys.readouterr().err

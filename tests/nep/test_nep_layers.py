@@ -1,0 +1,161 @@
+"""Laws of the graph layers, and their equality with plain loops over the published formulas."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from torch import nn
+
+from datamodules.batch import EDGE_TYPES, NODE_TYPES
+from nep.flat_graph import FlatGraph
+from nep.layers.dropout import ByteDropout
+from nep.layers.gcn import GCNConv
+from nep.layers.heat import HEATConv
+from nep.layers.segment import segment_softmax, segment_sum
+
+IN, OUT, EDGE = 6, 8, 5
+
+
+def leaky(x):
+    return np.where(x > 0, x, 0.2 * x)
+
+
+def loop_heat(layer, graph, node, edge):
+    """Mo et al. 2021, literally: project, embed, concatenate, attend, concatenate, project."""
+    p = {name: value.detach().numpy() for name, value in layer.named_parameters()}
+    ntype = np.repeat(np.arange(len(NODE_TYPES)), graph.node_counts)
+    etype = np.repeat(np.arange(len(EDGE_TYPES)), graph.edge_counts)
+    h = [x @ p["node_weight"][t] + p["node_bias"][t] for x, t in zip(node, ntype, strict=True)]
+    out = np.tile(p["bias"], (graph.num_nodes, 1))
+    src, dst = graph.edge_src.numpy(), graph.edge_dst.numpy()
+    a = [p[f"attend_{part}"] for part in ("dst", "src", "edge_type", "edge_attribute")]
+    width = OUT // layer.heads
+    for i in range(graph.num_nodes):
+        incoming = np.flatnonzero(dst == i)
+        if len(incoming) == 0:
+            continue
+        t = leaky(p["edge_type"][etype[incoming]])
+        u = leaky(edge[incoming] @ p["edge_attribute.weight"].T)
+        h_src = np.stack([h[j] for j in src[incoming]])
+        for k in range(layer.heads):
+            wide = np.concatenate([np.tile(h[i], (len(incoming), 1)), h_src, t, u], axis=1)
+            weight = np.exp(leaky(wide @ np.concatenate([part[:, k] for part in a])))
+            own = slice(k * width, (k + 1) * width)
+            w = np.concatenate([p["message_node"][:, own], p["message_edge"][k]])
+            out[i, own] += weight / weight.sum() @ np.concatenate([h_src, u], axis=1) @ w
+    return out
+
+
+def loop_gcn(layer, graph, node, edge):
+    """Kipf & Welling 2017, equation 2, with the dense matrix."""
+    adjacency = np.eye(graph.num_nodes)
+    for src, dst in zip(graph.edge_src, graph.edge_dst, strict=True):
+        adjacency[dst, src] += 1
+    scale = np.diag((graph.degree.numpy() + 1.0) ** -0.5)
+    return scale @ adjacency @ scale @ node @ layer.weight.weight.detach().numpy().T
+
+
+class GCNOverEdges(GCNConv):
+    """Takes and ignores edges, so that both layers are called alike."""
+
+    def forward(self, graph, node, edge):
+        return super().forward(graph, node)
+
+
+@pytest.fixture(params=["gcn", "heat", "heat with one head"])
+def layer_and_loop(request):
+    torch.manual_seed(1)
+    layer, loop = {
+        "gcn": (GCNOverEdges(IN, OUT), loop_gcn),
+        "heat": (HEATConv(IN, OUT, EDGE, 2, 3, 4), loop_heat),
+        "heat with one head": (HEATConv(IN, OUT, EDGE, 1, 3, 4), loop_heat),
+    }[request.param]
+    for bias in ("node_bias", "bias"):  # zero at first, which would hide a lost bias
+        if loop is loop_heat:
+            nn.init.normal_(getattr(layer, bias))
+    return layer, loop
+
+
+def make_features(graph, seed=0):
+    generator = torch.Generator().manual_seed(seed)
+    node = torch.randn(graph.num_nodes, IN, generator=generator)
+    edge = torch.randn(graph.num_edges, EDGE, generator=generator)
+    return node, edge
+
+
+def test_layer_equals_the_published_formula(layer_and_loop, random_batch):
+    layer, loop = layer_and_loop
+    graph = FlatGraph.from_batch(random_batch(0))
+    node, edge = make_features(graph)
+    want = loop(layer, graph, node.numpy(), edge.numpy())
+    got = layer(graph, node, edge).detach().numpy()
+    np.testing.assert_allclose(got, want, rtol=1e-4, atol=1e-5)
+
+
+def test_node_without_edges_and_graph_without_edges_are_finite(
+    layer_and_loop, random_batch, edit_edges
+):
+    layer, _ = layer_and_loop
+    for keep in (lambda etype, src, dst: src < 0, lambda etype, src, dst: dst != 0):
+        graph = FlatGraph.from_batch(edit_edges(random_batch(0), keep))
+        node, edge = make_features(graph)
+        node.requires_grad_()
+        out = layer(graph, node, edge)
+        out.sum().backward()
+        assert out.isfinite().all()
+        assert node.grad.isfinite().all()
+
+
+def test_gradient_reaches_every_parameter(layer_and_loop, random_batch):
+    layer, _ = layer_and_loop
+    graph = FlatGraph.from_batch(random_batch(0))
+    layer(graph, *make_features(graph)).square().sum().backward()
+    for name, parameter in layer.named_parameters():
+        assert parameter.grad.abs().sum() > 0, name
+
+
+def test_gradients_of_heat_match_finite_differences(random_batch):
+    torch.manual_seed(0)
+    layer = HEATConv(IN, 4, EDGE, 2, 3, 4).double()
+    graph = FlatGraph.from_batch(random_batch(0, num_snapshots=1, num_furniture=2, num_objects=2))
+    node, edge = (x.double().requires_grad_() for x in make_features(graph))
+    assert torch.autograd.gradcheck(lambda n, e: layer(graph, n, e), (node, edge))
+
+
+def test_heads_must_divide_the_width():
+    with pytest.raises(ValueError, match=r"got 3 heads for 64 units\. Choose"):
+        HEATConv(64, 64, 64, 3, 16, 16)
+
+
+def test_segment_sum_and_softmax_by_hand():
+    # rows 0 and 2 enter segment 1, row 1 enters segment 3; segments 0 and 2 are empty
+    segment = torch.tensor([1, 3, 1])
+    values = torch.tensor([[1.0, 10.0], [2.0, 20.0], [3.0, 30.0]])
+    assert segment_sum(values, segment, 4).tolist() == [[0, 0], [4, 40], [0, 0], [2, 20]]
+    # softmax(0, log 3) = (1, 3) / 4, also when 1000 is added to both
+    logits = torch.tensor([[0.0], [7.0], [float(np.log(3))]])
+    want = torch.tensor([[0.25], [1.0], [0.75]])
+    torch.testing.assert_close(segment_softmax(logits, segment, 4), want)
+    torch.testing.assert_close(
+        segment_softmax(logits + 1000, segment, 4), want, rtol=1e-4, atol=1e-4
+    )
+
+
+def test_byte_dropout_drops_its_share_and_keeps_the_mean():
+    torch.manual_seed(0)
+    dropout = ByteDropout(0.1)  # rounds to 26 / 256
+    ones = torch.ones(1003, 997)
+    dropped = dropout(ones)
+    share = (dropped == 0).float().mean().item()
+    # standard deviation of the share: sqrt(0.1 * 0.9 / 1e6) = 0.0003
+    assert share == pytest.approx(26 / 256, abs=0.0015)
+    assert dropped.max().item() == pytest.approx(256 / 230)
+    # every position is drawn on its own: neighbours and bytes of one word are uncorrelated
+    zero = (dropped == 0).float().flatten()
+    for lag in (1, 7, 8):
+        both = (zero[lag:] * zero[:-lag]).mean().item()
+        assert both == pytest.approx((26 / 256) ** 2, abs=0.001)
+    assert dropout.eval()(ones) is ones
+    with pytest.raises(ValueError, match=r"dropout must lie in \[0, 1\), got 1.0"):
+        ByteDropout(1.0)
