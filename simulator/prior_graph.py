@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.prior_check import RELATIONS, VERSION, check_prior
+from simulator.prior_check import PARTS, RELATIONS, VERSION, check_prior
 
 Adjectives = tuple[tuple[str, ...], ...]
 
@@ -118,15 +118,24 @@ class PriorGraph:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], *, where: str = "") -> PriorGraph:
-        """Build from the JSON form; `where` names the file in errors."""
-        check_prior(data, where=where)
-        return cls(
-            rooms=tuple(data["rooms"]),
-            furniture=tuple(FurnitureType(**_freeze(row)) for row in data["furniture"]),
-            objects=tuple(ObjectType(**_freeze(row)) for row in data["objects"]),
-            placements=tuple(Placement(**row) for row in data["placements"]),
-            metadata=dict(data.get("metadata", {})),
-        )
+        """Build from the JSON form; `where` names the file in errors.
+
+        Raises:
+            ValueError: if a row breaks a rule (the row is named).
+        """
+        try:
+            if data["version"] != VERSION or not data.keys() <= PARTS:
+                raise ValueError("not a prior of this version")
+            return cls(
+                rooms=tuple(data["rooms"]),
+                furniture=tuple(FurnitureType(**_freeze(row)) for row in data["furniture"]),
+                objects=tuple(ObjectType(**_freeze(row)) for row in data["objects"]),
+                placements=tuple(Placement(**row) for row in data["placements"]),
+                metadata=dict(data.get("metadata", {})),
+            )
+        except (AttributeError, KeyError, TypeError, ValueError):
+            check_prior(data, where=where)  # names the fault, its row and the file
+            raise
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON form, fields in the order of the file."""
@@ -134,9 +143,9 @@ class PriorGraph:
             "version": VERSION,
             "metadata": self.metadata,
             "rooms": list(self.rooms),
-            "furniture": [asdict(row) for row in self.furniture],
-            "objects": [asdict(row) for row in self.objects],
-            "placements": [asdict(row) for row in self.placements],
+            "furniture": [_to_row(row) for row in self.furniture],
+            "objects": [_to_row(row) for row in self.objects],
+            "placements": [_to_row(row) for row in self.placements],
         }
 
     def save(self, path: str | Path) -> None:
@@ -193,8 +202,15 @@ def _load_default() -> PriorGraph:
     return PriorGraph.from_dict(parse_json(text, where="default.json"), where="default.json")
 
 
+def _to_row(row: FurnitureType | ObjectType | Placement) -> dict[str, Any]:
+    return {name: getattr(row, name) for name in row.__slots__}
+
+
 def _freeze(row: Mapping[str, Any]) -> dict[str, Any]:
-    return {**row, "adjectives": tuple(tuple(words) for words in row["adjectives"])}
+    groups = row["adjectives"]
+    if not isinstance(groups, list) or not all(isinstance(words, list) for words in groups):
+        raise TypeError("adjectives must be a list of lists")  # a text would split into letters
+    return {**row, "adjectives": tuple(map(tuple, groups))}
 
 
 def _format(data: Mapping[str, Any]) -> str:

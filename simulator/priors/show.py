@@ -1,0 +1,94 @@
+"""A prior graph as a table in the terminal."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+
+from simulator.prior_graph import Placement, PriorGraph
+
+
+def select_rows(
+    prior: PriorGraph, *, room: str | None = None, label: str | None = None
+) -> tuple[Placement, ...]:
+    """Placements of one room, one object type, or both.
+
+    Raises:
+        ValueError: if the prior has no such room or object; lists what it has.
+    """
+    if room is not None and room not in prior.rooms:
+        raise ValueError(f"room must be one of {', '.join(prior.rooms)}, got {room!r}. Choose one.")
+    labels = [row.label for row in prior.objects]
+    if label is not None and label not in labels:
+        close = [other for other in labels if label[:3] in other] or labels
+        raise ValueError(
+            f"object must be in the prior, got {label!r}. Choose one of {', '.join(close)}."
+        )
+    return tuple(
+        row
+        for row in prior.placements
+        if (room is None or row.room in (room, None)) and (label is None or row.object == label)
+    )
+
+
+def print_prior(
+    prior: PriorGraph,
+    placements: Sequence[Placement],
+    *,
+    room: str | None = None,
+    label: str | None = None,
+    top: int = 6,
+) -> None:
+    """Print a prior as a table.
+
+    With an object: its places, the likeliest first, with count and source. Without: the furniture
+    of the rooms, and on each piece the objects that are most typical of it.
+
+    Args:
+        prior: the graph.
+        placements: its rows to print, from `select_rows`.
+        room: only this room.
+        label: only this object type.
+        top: objects listed per furniture.
+
+    Raises:
+        ModuleNotFoundError: if `rich` is not installed.
+    """
+    try:
+        from rich.console import Console
+        from rich.table import Table
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            "showing a prior must find the package 'rich', got none. "
+            "Install it with `pip install rich matplotlib`."
+        ) from error
+    table = Table(title="places" if label else "furniture", title_justify="left")
+    if label:
+        for column in ("room", "furniture", "relation", "prob", "count", "source"):
+            table.add_column(column, justify="right" if column in ("prob", "count") else "left")
+        for row in sorted(placements, key=lambda row: -row.prob):
+            count = "" if row.count is None else f"{row.count:g}"
+            cells = (row.room or "(any)", row.furniture, row.relation, f"{row.prob:.4f}", count)
+            table.add_row(*cells, row.source or "")
+    else:
+        for column in ("room", "furniture", "prob", "objects", "most typical objects"):
+            table.add_column(column, justify="right" if column in ("prob", "objects") else "left")
+        on_furniture: dict[tuple[str | None, str], list[Placement]] = defaultdict(list)
+        for row in placements:
+            on_furniture[row.room, row.furniture].append(row)
+        for node in prior.furniture:
+            if room is not None and node.room != room:
+                continue
+            rows = [
+                *on_furniture.get((node.room, node.label), []),
+                *on_furniture.get((None, node.label), []),
+            ]
+            typical = sorted(rows, key=lambda row: -row.prob)[:top]
+            table.add_row(
+                node.room,
+                node.label,
+                f"{node.prob:.3f}",
+                str(len({row.object for row in rows})),
+                ", ".join(f"{row.object} {row.prob:.2f}" for row in typical),
+            )
+    Console().print(table)

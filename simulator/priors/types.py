@@ -1,0 +1,166 @@
+"""The two type tables of the paper's appendix, and the names other data sets use for the types."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import resources
+
+from simulator.prior_graph import Adjectives
+
+ROOMS = ("kitchen", "living room", "bedroom", "bathroom")
+
+
+@dataclass(frozen=True, slots=True)
+class FurnitureRow:
+    """One row of the furniture table.
+
+    Attributes:
+        label: the type; the second `chair` row of the paper is "armchair".
+        sample_prob: how common the type is in a house.
+        max_count: most instances in a house.
+        num_edges: outgoing edges in the paper's own prior.
+        relation: relation of its objects where the source names none, "in" or "onTop".
+        alias_of: the type whose placements it shares, if any.
+        adjectives: one group of words per category.
+    """
+
+    label: str
+    sample_prob: float
+    max_count: int
+    num_edges: int
+    relation: str
+    alias_of: str | None
+    adjectives: Adjectives
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectRow:
+    """One row of the object table; fields as in `FurnitureRow` and `ObjectType`."""
+
+    label: str
+    sample_prob: float
+    max_count: int
+    move_freq: float
+    add_remove_prob: float
+    num_edges: int
+    alias_of: str | None
+    adjectives: Adjectives
+
+
+@dataclass(frozen=True, slots=True)
+class TypeTables:
+    """All furniture and object types, by label, in the order of the paper."""
+
+    furniture: Mapping[str, FurnitureRow]
+    objects: Mapping[str, ObjectRow]
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """Turns the names of one data set into ours.
+
+    Attributes:
+        rooms: room name -> our room.
+        furniture: type name -> our furniture label.
+        objects: type name -> our object label.
+        outside: type names that are in neither of our tables, but look as if they were.
+        assets: words of asset ids -> type name of the data set.
+    """
+
+    rooms: Mapping[str, str]
+    furniture: Mapping[str, str]
+    objects: Mapping[str, str]
+    outside: frozenset[str]
+    assets: Mapping[str, str]
+
+    def find_room(self, name: str) -> str | None:
+        """Our room for a name, or None if it is outside our four rooms."""
+        return self.rooms.get(name) or _match(name, ROOMS)
+
+    def find_furniture(self, name: str) -> str | None:
+        """Our furniture label for a name, or None if it is outside the furniture table."""
+        if name in self.outside:
+            return None
+        return self.furniture.get(name) or _match(name, load_types().furniture)
+
+    def find_object(self, name: str) -> str | None:
+        """Our object label for a name, or None if it is outside the object table."""
+        if name in self.outside:
+            return None
+        return self.objects.get(name) or _match(name, load_types().objects)
+
+
+@lru_cache(maxsize=1)
+def load_types() -> TypeTables:
+    """Read `data/furniture.csv` and `data/objects.csv`.
+
+    Source: paper appendix, tables "Furniture types" and "Objects types", all rows. The adjectives
+    are ours, as many per type as the tables say.
+    """
+    furniture = {
+        row["label"]: FurnitureRow(
+            label=row["label"],
+            sample_prob=float(row["sample_prob"]),
+            max_count=int(row["max_count"]),
+            num_edges=int(row["num_edges"]),
+            relation=row["relation"],
+            alias_of=row["alias_of"] or None,
+            adjectives=_parse_adjectives(row["adjectives"]),
+        )
+        for row in _read_table("furniture.csv")
+    }
+    objects = {
+        row["label"]: ObjectRow(
+            label=row["label"],
+            sample_prob=float(row["sample_prob"]),
+            max_count=int(row["max_count"]),
+            move_freq=float(row["move_freq"]),
+            add_remove_prob=float(row["add_remove_prob"]),
+            num_edges=int(row["num_edges"]),
+            alias_of=row["alias_of"] or None,
+            adjectives=_parse_adjectives(row["adjectives"]),
+        )
+        for row in _read_table("objects.csv")
+    }
+    return TypeTables(furniture, objects)
+
+
+@lru_cache(maxsize=8)
+def load_names(source: str) -> Names:
+    """Read the rows of `data/names.csv` for one source ("procthor", "behavior" or "igibson").
+
+    Names that differ from ours only in case, spacing or camel case need no row.
+    """
+    kinds = ("room", "furniture", "object", "outside", "asset")
+    parts: dict[str, dict[str, str]] = {kind: {} for kind in kinds}
+    for row in _read_table("names.csv"):
+        if row["source"] == source:
+            parts[row["kind"]][row["name"]] = row["label"]
+    return Names(
+        rooms=parts["room"],
+        furniture=parts["furniture"],
+        objects=parts["object"],
+        outside=frozenset(parts["outside"]),
+        assets=parts["asset"],
+    )
+
+
+def _read_table(name: str) -> Iterator[dict[str, str]]:
+    path = resources.files("simulator.priors").joinpath("data", name)
+    yield from csv.DictReader(path.read_text(encoding="utf-8").splitlines())
+
+
+def _parse_adjectives(text: str) -> Adjectives:
+    """Parse `size=small|large; colour=red` to (("small", "large"), ("red",))."""
+    groups = (group.partition("=")[2] for group in text.split(";") if group.strip())
+    return tuple(tuple(word.strip() for word in group.split("|")) for group in groups)
+
+
+def _match(name: str, labels: Mapping[str, object] | tuple[str, ...]) -> str | None:
+    """Match "SideTable", "side_table" and "Side table" to "side table"."""
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).replace("_", " ").strip().lower()
+    return words if words in labels else None

@@ -1,0 +1,150 @@
+"""`python -m simulator.priors`: build from a table, show, check, compare."""
+
+import json
+
+import pytest
+
+from simulator.prior_graph import PriorGraph
+from simulator.priors.__main__ import main
+from simulator.priors.compare import compare_priors, compute_rank_correlation
+
+TABLE = """room,furniture,object,relation,weight
+kitchen,fridge,egg,,6
+kitchen,counter,egg,,2
+kitchen,counter,mug,,5
+kitchen,table,mug,,5
+bedroom,bed,book,,9
+bedroom,desk,book,,1
+bedroom,desk,unicorn,,1
+"""
+
+
+@pytest.fixture
+def built(tmp_path):
+    table = tmp_path / "mine.csv"
+    table.write_text(TABLE)
+    path = tmp_path / "mine.json"
+    arguments = ["build", "--source", f"table={table}", "--out", str(path), "--min-edges", "1"]
+    assert main(arguments) == 0
+    return path
+
+
+def test_build_says_what_it_left_out(tmp_path, capsys, built):
+    printed = capsys.readouterr().out
+    assert "outside the objects table: 1 (unicorn 1)" in printed
+    assert "dropped objects: apple, box," in printed
+    assert "2 rooms, 5 furniture nodes" in printed
+    probs = {(row.furniture, row.object): row.prob for row in PriorGraph.load(built).placements}
+    assert probs["fridge", "egg"] == 0.75
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        ("nothing", "source must be one of procthor, behavior"),
+        ("igibson", "source 'igibson' must have a path"),
+        ("table=missing.csv", "source 'table' must exist, got missing.csv"),
+    ],
+)
+def test_build_refuses_unknown_sources(tmp_path, capsys, source, message):
+    out = tmp_path / "prior.json"
+    assert main(["build", "--source", source, "--out", str(out)]) == 1
+    assert message in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_bad_rows_stop_the_build_unless_skipped(tmp_path, capsys):
+    table = tmp_path / "mine.csv"
+    table.write_text(f"{TABLE}kitchen,fridge,egg,under,1\n")
+    arguments = ["build", "--source", f"table={table}", "--out", str(tmp_path / "p.json")]
+    assert main([*arguments, "--min-edges", "1"]) == 1
+    assert "mine.csv:9" in capsys.readouterr().err
+    assert main([*arguments, "--min-edges", "1", "--skip-bad"]) == 0
+    assert "bad rows skipped: 1; first: relation must be onTop or in" in capsys.readouterr().out
+
+
+def test_check_lists_every_problem(built, capsys):
+    assert main(["check", str(built)]) == 0
+    assert "2 rooms" in capsys.readouterr().out
+    data = json.loads(built.read_text())
+    data["placements"][1]["prob"] = -1
+    data["objects"][0]["max_count"] = 0
+    built.write_text(json.dumps(data))
+    assert main(["check", str(built)]) == 1
+    printed = capsys.readouterr()
+    assert "placements[1].prob must be a finite number" in printed.out
+    assert "objects[0].max_count must be a whole number" in printed.out
+    assert "2 problems" in printed.err
+
+
+def test_check_notes_a_file_edited_by_hand(built, capsys):
+    data = json.loads(built.read_text())
+    data["placements"][0]["prob"] = 0.123
+    built.write_text(json.dumps(data))
+    assert main(["check", str(built)]) == 0
+    assert "edited since it was built" in capsys.readouterr().out
+    assert main(["check", str(built.with_name("none.json"))]) == 1
+
+
+@pytest.mark.parametrize("options", [[], ["--room", "kitchen"], ["--object", "egg"]])
+def test_show_prints_and_draws(built, tmp_path, capsys, options):
+    picture = tmp_path / "graph.png"
+    assert main(["show", str(built), "--out", str(picture), *options]) == 0
+    printed = capsys.readouterr().out
+    assert "fridge" in printed
+    assert ("bed" in printed) == (not options)
+    for path in (picture, tmp_path / "graph-heat.png"):
+        assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_show_draws_a_coarse_prior(tmp_path):
+    table = tmp_path / "mine.csv"
+    table.write_text(TABLE)
+    path = tmp_path / "coarse.json"
+    arguments = ["build", "--source", f"table={table}", "--out", str(path), "--min-edges", "1"]
+    assert main([*arguments, "--coarse"]) == 0
+    assert main(["show", str(path), "--out", str(tmp_path / "coarse.png")]) == 0
+    assert (tmp_path / "coarse.png").exists()
+
+
+def test_show_names_what_there_is(built, capsys):
+    assert main(["show", str(built), "--room", "attic"]) == 1
+    assert "room must be one of kitchen, bedroom, got 'attic'" in capsys.readouterr().err
+    assert main(["show", str(built), "--object", "egs"]) == 1
+    assert "object must be in the prior, got 'egs'" in capsys.readouterr().err
+
+
+def test_compare_finds_what_differs(built, tmp_path, capsys):
+    data = json.loads(built.read_text())
+    for row in data["placements"]:
+        if (row["furniture"], row["object"]) == ("fridge", "egg"):
+            row["prob"] = 0.25 / 3  # P(fridge | egg, kitchen) falls from .75 to .25
+    data["furniture"].append({**data["furniture"][0], "label": "sink"})
+    data["placements"].append({**data["placements"][0], "furniture": "sink", "object": "mug"})
+    other = tmp_path / "other.json"
+    other.write_text(json.dumps(data))
+    result = compare_priors(PriorGraph.load(built), PriorGraph.load(other))
+    assert result.only_b["furniture"] == ["sink in kitchen"]
+    assert result.only_a["furniture"] == []
+    difference, name = next(pair for pair in result.placement_differences if "fridge" in pair[1])
+    assert (name, difference) == ("egg in fridge in kitchen", pytest.approx(-0.5))
+    assert main(["compare", str(built), str(other)]) == 0
+    printed = capsys.readouterr().out
+    assert "only in B, furniture: sink in kitchen" in printed
+    assert "-0.500  egg in fridge in kitchen" in printed
+
+
+def test_a_prior_agrees_with_itself(built):
+    prior = PriorGraph.load(built)
+    result = compare_priors(prior, prior)
+    assert result.placement_correlation == pytest.approx(1)
+    assert not result.placement_differences
+
+
+def test_rank_correlation_by_hand():
+    import numpy as np
+
+    # ranks 1, 2.5, 2.5, 4 and 1, 2, 3, 4: covariance 4.5 / 4, variances 4.5 / 4 and 5 / 4
+    value = compute_rank_correlation(np.array([0.0, 1, 1, 9]), np.array([1.0, 2, 3, 4]))
+    assert value == pytest.approx(4.5 / np.sqrt(4.5 * 5))
+    assert np.isnan(compute_rank_correlation(np.array([1.0, 1]), np.array([1.0, 2])))
