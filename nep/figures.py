@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.optimize import isotonic_regression
 
 from nep.statistics import smooth
 from simulator.evaluation import Scores
@@ -37,7 +38,7 @@ def draw_accuracy_over_steps(
 
     Source: paper figure 4.
     """
-    figure = Figure(figsize=(9, 5), layout="constrained")
+    figure = Figure(figsize=(7.5, 4.8), dpi=120, layout="constrained")
     axes = figure.subplots()
     ends: list[tuple[float, str, str]] = []
     for name, score in scores.items():
@@ -53,9 +54,10 @@ def draw_accuracy_over_steps(
                 steps, mean - error, mean + error, color=style["color"], alpha=0.2, linewidth=0
             )
         ends.append((float(mean[-1]), name, style["color"]))
-    _label_ends(axes, ends, x=len(mean) + 1.5)
-    axes.set_xlim(1, len(mean) + 20)
     axes.set_ylim(bottom=0)
+    _label_ends(axes, ends, x=len(mean) * 1.015)
+    axes.set_xlim(1, len(mean) * 1.24)  # room for the names
+    axes.set_xticks([tick for tick in axes.get_xticks() if 0 < tick <= len(mean)])
     axes.set_xlabel("time step")
     axes.set_ylabel(f"accuracy, mean of {window} steps")
     axes.set_title("Predict Object Location on unseen homes")
@@ -65,11 +67,10 @@ def draw_accuracy_over_steps(
 
 
 def _label_ends(axes: Axes, ends: list[tuple[float, str, str]], x: float) -> None:
-    """Write names at the ends of curves, pushed apart so that none overlap."""
-    top = max(end for end, _, _ in ends) or 1.0
-    gap = top * 0.05
-    lowest = -np.inf
-    for end, name, color in sorted(ends):
-        y = max(end, lowest + gap)
-        axes.text(x, y, name.replace("_", " "), color=color, va="center", fontsize=9)
-        lowest = y
+    """Write names at the ends of curves, each as near to its own as the others allow."""
+    ends = sorted(ends)
+    values = np.array([end for end, _, _ in ends])
+    steps = np.arange(len(ends)) * 0.045 * (axes.get_ylim()[1] or 1.0)  # a line of text each
+    heights = isotonic_regression(values - steps).x + steps
+    for y, (_, name, color) in zip(heights, ends, strict=True):
+        axes.text(x, y, name.replace("_", " "), color=color, va="center", fontsize=10)
