@@ -22,6 +22,9 @@ from datamodules.batch import (
 
 NUM_LABELS = 12
 
+# The tensors are tiny: a second thread only waits, for very long on a busy machine.
+torch.set_num_threads(1)
+
 
 def make_batch(
     seed: int, num_snapshots: int = 3, num_furniture: int = 5, num_objects: int = 8
