@@ -8,7 +8,7 @@ import dgl
 import numpy as np
 import torch
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, SGMBatch
+from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, TEXT_DIM, SGMBatch
 from datamodules.features import (
     FeatureConfig,
     compute_edge_features,
@@ -42,7 +42,8 @@ class GraphBuilder:
         self.num_hops = num_hops
         self._rng = np.random.default_rng(seed)
         self._text = TextVectors(config.text_pipeline)
-        self._tables: dict[tuple[str, ...], tuple[torch.Tensor, np.ndarray]] = {}
+        self._labels: tuple[str, ...] = ()
+        self._table = (torch.zeros(0, TEXT_DIM), np.zeros((0, 0), dtype=np.float32))
 
     def build(self, snapshots: Snapshots) -> SGMBatch:
         """Build the batch of B snapshots."""
@@ -97,12 +98,18 @@ class GraphBuilder:
 
     def _get_text(self, labels: tuple[str, ...]) -> tuple[torch.Tensor, np.ndarray]:
         """Return the text table (L, 96) and the cosine of every pair (L, L)."""
-        if labels not in self._tables:
+        if labels != self._labels:  # a memory in use learns new labels now and then
             vectors = self._text.vectors(labels)
             if not self.config.semantic:
                 vectors = np.zeros_like(vectors)
-            self._tables[labels] = (torch.from_numpy(vectors), self._text.cosines(labels))
-        return self._tables[labels]
+            self._labels = labels
+            self._table = (torch.from_numpy(vectors), self._text.cosines(labels))
+        return self._table
+
+    @property
+    def text_name(self) -> str:
+        """Name and version of the text vectors; a model fits the ones it was trained with."""
+        return self._text.name
 
     def _propose(self, snapshots: Snapshots) -> np.ndarray:
         """Mark the hypothetical edges of each query: proposed and not remembered, (B, F, 2)."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import cast
 
@@ -78,7 +78,12 @@ class SGMDataModule(pl.LightningDataModule):
         self.data_dir = Path(data_dir)
         self.batch_size = batch_size
         self.workers = workers if workers is not None else os.cpu_count() or 1
-        self.builder = GraphBuilder(features or FeatureConfig(), num_hops, seed)
+        features = features or FeatureConfig()
+        self.builder = GraphBuilder(features, num_hops, seed)
+        # What a checkpoint needs to be used without this data module, as plain data.
+        self.save_hyperparameters(
+            {"features": asdict(features), "text": self.builder.text_name}, logger=False
+        )
 
     def get_folder(self, config: CollectConfig) -> Path:
         """Return the folder of a collection."""

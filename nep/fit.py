@@ -75,15 +75,16 @@ class FitCLI(LightningCLI):
         if self.config.trainer.enable_progress_bar is not False:
             callbacks.append(RichProgressBar())
         if self.config.trainer.enable_checkpointing is not False:
-            callbacks.append(
+            # Two callbacks: with `save_last` the last epoch is only saved where it is the best.
+            callbacks += [
                 ModelCheckpoint(
                     monitor="val/top_one",
                     mode="max",
                     filename="best",
-                    save_last=True,
                     enable_version_counter=False,
-                )
-            )
+                ),
+                ModelCheckpoint(filename="last", enable_version_counter=False),
+            ]
         self.trainer_defaults["callbacks"] = callbacks
         return super().instantiate_trainer(**kwargs)
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import pickle
+from pathlib import Path
+
 import numpy as np
 import torch
 
 from datamodules.batch import QUERY_EDGE_TYPES
+from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep.module import NEPModule
 from simulator.memory.memory_batch import MemoryBatch, Queries
@@ -23,6 +27,37 @@ class NEPPolicy(Policy):
         """Keep the model and what turns snapshots into its batches."""
         self._module = module
         self._builder = builder
+
+    @classmethod
+    def load(cls, checkpoint: str | Path) -> NEPPolicy:
+        """Load a checkpoint that `python -m nep.fit` wrote; nothing in it is executed.
+
+        Args:
+            checkpoint: path of the file.
+
+        Raises:
+            ValueError: if the file is not such a checkpoint, or was trained with other text
+                vectors than those installed.
+        """
+        try:
+            content = torch.load(checkpoint, map_location="cpu", weights_only=True)
+            data = content["datamodule_hyper_parameters"]
+            features = FeatureConfig(**data["features"])
+            module = NEPModule.load_from_checkpoint(
+                checkpoint, map_location="cpu", weights_only=True
+            )
+        except (pickle.UnpicklingError, KeyError, TypeError, RuntimeError) as error:
+            raise ValueError(
+                f"checkpoint must be one that nep.fit wrote, got {type(error).__name__} for "
+                f"{checkpoint}. Train again, or check the path."
+            ) from error
+        builder = GraphBuilder(features, module.num_hops)
+        if builder.text_name != data["text"]:
+            raise ValueError(
+                f"text vectors must be {data['text']}, got {builder.text_name} for {checkpoint}. "
+                "Install the version of the package that trained it, or train again."
+            )
+        return cls(module, builder)
 
     @torch.inference_mode()
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:

@@ -161,7 +161,7 @@ class OnlineEvaluation(pl.Callback):
         for logger in trainer.loggers:
             if isinstance(logger, TensorBoardLogger):
                 logger.experiment.add_figure(
-                    "online/accuracy over steps", figure, global_step=trainer.global_step
+                    "online/accuracy_over_steps", figure, global_step=trainer.global_step
                 )
 
     def _gap_closed(self, top: str) -> float:

@@ -38,4 +38,4 @@ def make_policy(name: str, houses: Houses) -> Policy:
     return POLICIES[name](houses)
 
 
-__all__ = ["POLICIES", "Policy", "make_policy"]
+__all__ = ["POLICIES", "Bayesian", "Policy", "make_policy"]

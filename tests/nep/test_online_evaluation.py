@@ -1,0 +1,97 @@
+"""The online evaluation: what it logs, draws, prints and writes."""
+
+import json
+
+import numpy as np
+import pytest
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+from nep.callbacks.online_evaluation import OnlineEvaluation
+from nep.figures import draw_accuracy_over_steps
+from nep.fit import main
+from nep.policy import NEPPolicy
+from simulator import HouseConfig, PriorGraph, Streams, evaluate_policy
+from simulator.evaluation import Scores
+from simulator.policies import POLICIES
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A short fit with two online evaluations."""
+    folder = tmp_path_factory.mktemp("fit")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        main(
+            ["--config", "mlp.yaml", "--trainer.max_epochs=3", "--data.houses=2", "--data.steps=8",
+             "--data.val_houses=1", "--data.batch_size=8", "--data.workers=1", "--online.houses=2",
+             "--online.steps=5", "--online.every_n_epochs=2",
+             "--trainer.log_every_n_steps=1", "--trainer.enable_progress_bar=false"]
+        )  # fmt: skip
+    return folder / "runs" / "mlp" / "version_0"
+
+
+def test_logs_scalars_figure_and_chart(run):
+    events = EventAccumulator(str(run), size_guidance={"scalars": 0, "images": 0})
+    events.Reload()
+    tags = events.Tags()
+    # Epoch 2 by the interval, epoch 3 because it is the last.
+    assert len(events.Scalars("online/accuracy")) == 2
+    for tag in ("online/candidate_recall", "online/gap_closed_oracle", "online/gap_closed_ceiling"):
+        assert tag in tags["scalars"]
+    for name in POLICIES:
+        assert f"online_heuristics/{name}" in tags["scalars"]
+    assert len(events.Images("online/accuracy_over_steps")) == 2
+
+
+def test_written_scores_are_those_of_the_checkpoint(run):
+    """The final table of the model is what its last checkpoint scores when played again."""
+    written = json.loads((run / "online_evaluation.json").read_text())
+    assert set(written) == {*POLICIES, "NEP-MLP"}
+    policy = NEPPolicy.load(run / "checkpoints" / "last.ckpt")
+    again = evaluate_policy(
+        lambda houses: policy, PriorGraph.default(), HouseConfig(), Streams(0, "val", range(2)), 5
+    )
+    assert written["NEP-MLP"]["accuracy_per_home"] == again.accuracy.tolist()
+    assert written["NEP-MLP"]["accuracy"] == pytest.approx(again.is_correct.mean())
+
+
+def test_table_is_sorted_and_paired(capsys):
+    evaluation = OnlineEvaluation(houses=2, steps=10, name="NEP")
+    everywhere = np.ones((2, 10), dtype=bool)
+
+    def make_scores(first: int, second: int) -> Scores:
+        return Scores(np.arange(10) < np.array([[first], [second]]), everywhere)
+
+    evaluation.scores = {
+        "bayesian": make_scores(2, 4),  # accuracy 0.3
+        "oracle": make_scores(6, 8),  # 0.7
+        "ceiling": make_scores(8, 8),  # 0.8
+        "NEP": make_scores(4, 6),  # 0.5: half of 0.3 -> 0.7, two fifths of 0.3 -> 0.8
+    }
+    evaluation.print_table()
+    out = capsys.readouterr().out
+    rows = [line.split("│")[1].strip() for line in out.splitlines() if line.startswith("│")]
+    assert rows == ["bayesian", "NEP", "oracle", "ceiling"]
+    assert "+0.200 [+0.200, +0.200]" in out  # both homes differ by exactly 0.2
+    assert "-0.300 [-0.400, -0.200]" in out  # homes differ by -0.4 and -0.2
+    flat = " ".join(out.split())
+    assert "gap closed 50%" in flat
+    assert "gap closed 40%" in flat
+
+
+def test_names_at_the_ends_of_curves_do_not_overlap():
+    same = np.ones((2, 10), dtype=bool)
+    scores = {name: Scores(same, same) for name in POLICIES}
+    figure = draw_accuracy_over_steps(scores, "bayesian")
+    figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in figure.axes[0].texts]
+    assert len(boxes) == len(POLICIES)
+    heights = sorted((box.y0, box.y1) for box in boxes)
+    # Letters may reach below their line; lines themselves are apart.
+    assert all(low[1] - next_low[0] < 2 for low, next_low in zip(heights, heights[1:], strict=False))
+
+
+@pytest.mark.parametrize("name", ["houses", "steps", "every_n_epochs"])
+def test_counts_below_one_are_refused(name):
+    with pytest.raises(ValueError, match=rf"{name} must be at least 1, got 0"):
+        OnlineEvaluation(**{name: 0})

@@ -1,0 +1,78 @@
+"""A network as a policy: one score per candidate place, the same for one home as for many."""
+
+import numpy as np
+import pytest
+import torch
+
+from datamodules.features import FeatureConfig
+from datamodules.graph import GraphBuilder
+from nep.encoders import GCN, HEAT, MLP
+from nep.module import NEPModule
+from nep.policy import NEPPolicy
+from simulator import HouseConfig, Houses, PriorGraph, SceneGraphMemory, Sighting, Streams
+from simulator.policies import make_policy
+from simulator.rollout import Rollout
+
+
+def make_nep_policy(encoder) -> NEPPolicy:
+    torch.manual_seed(0)
+    module = NEPModule(encoder)
+    return NEPPolicy(module, GraphBuilder(FeatureConfig(), module.num_hops))
+
+
+@pytest.mark.parametrize("encoder", [MLP, GCN, HEAT])
+def test_scores_are_finite_exactly_at_the_candidates(encoder):
+    policy = make_nep_policy(encoder())
+    config = HouseConfig(furniture_per_room=4)
+    houses = Houses(PriorGraph.default(), config, Streams(0, "val", range(3)))
+    rollout = Rollout(houses, make_policy("bayesian", houses))
+    for step in rollout.run(10):
+        scores = policy.scores(rollout.memory, step.queries)
+        candidates = rollout.memory.compute_candidates(step.queries).any(axis=2)
+        np.testing.assert_array_equal(np.isfinite(scores), candidates)
+
+
+def test_a_home_scores_the_same_alone_and_beside_others():
+    policy = make_nep_policy(HEAT())
+    scores = []
+    for numbers in ([2], [0, 1, 2]):
+        houses = Houses(PriorGraph.default(), HouseConfig(), Streams(0, "val", numbers))
+        rollout = Rollout(houses, policy)
+        scores.append([step.scores[-1] for step in rollout.run(6)])
+    np.testing.assert_allclose(scores[0], scores[1], rtol=1e-4, atol=1e-5)
+
+
+def test_scoring_leaves_the_model_in_training_mode():
+    policy = make_nep_policy(MLP())
+    policy._module.train()
+    houses = Houses(PriorGraph.default(), HouseConfig(), Streams(0, "val", [0]))
+    first, second = (
+        next(Rollout(houses, policy).run(1)).scores.shape,
+        policy._module.training,
+    )
+    assert first == (1, 32)
+    assert second
+
+
+def test_ranks_a_memory_without_any_simulator():
+    memory = SceneGraphMemory()
+    kitchen, attic = memory.add_room("kitchen"), memory.add_room("attic")
+    counter = memory.add_furniture("counter top", room=kitchen)
+    memory.add_furniture("hammock", room=attic)  # neither label is in any training data
+    memory.observe(counter, [Sighting("large red mug"), Sighting("flux capacitor", "in")])
+    memory.step()
+    policy = make_nep_policy(HEAT())
+    for description in ("large red mug", "flux capacitor", "never seen at all"):
+        ranking = memory.rank(policy, description)
+        assert sorted(furniture for furniture, _ in ranking) == [0, 1]
+        assert np.isfinite(ranking[0][1])
+
+
+def test_a_file_that_is_no_checkpoint_is_refused(tmp_path):
+    path = tmp_path / "odd.ckpt"
+    torch.save({"weights": torch.zeros(3)}, path)
+    with pytest.raises(ValueError, match=r"must be one that nep\.fit wrote.*odd\.ckpt"):
+        NEPPolicy.load(path)
+    path.write_bytes(b"not a checkpoint")
+    with pytest.raises(ValueError, match=r"must be one that nep\.fit wrote.*odd\.ckpt"):
+        NEPPolicy.load(path)
