@@ -124,6 +124,11 @@ def main(args: ArgsType = None) -> FitCLI:
     # lightning 2.6 tests torch's tree specifications in a way that torch 2.13 deprecated
     warnings.filterwarnings("ignore", message=".isinstance.treespec, LeafSpec")
     cli = FitCLI(args)
+    try:  # Lightning does both again, at no cost: what can be wrong with data is said here
+        cli.datamodule.prepare_data()
+        cli.datamodule.setup()
+    except (ValueError, OSError) as error:
+        cli.parser.error(str(error))
     cli.trainer.fit(
         cli.model,
         datamodule=cli.datamodule,

@@ -23,6 +23,8 @@ class NEPPolicy(Policy):
     A furniture node's score is the highest logit of its query edges.
     """
 
+    score_kind = "logits"
+
     def __init__(self, module: NEPModule, builder: GraphBuilder) -> None:
         """Keep the model and what turns snapshots into its batches."""
         self._module = module

@@ -12,13 +12,13 @@ from lightning.pytorch.loggers import TensorBoardLogger
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
 
 from datamodules.sgm_datamodule import SGMDataModule
+from nep.comparison import Comparison
 from nep.figures import draw_accuracy_over_steps
 from nep.module import NEPModule
 from nep.policy import NEPPolicy
-from nep.statistics import compute_bootstrap_interval, compute_gap_closed
+from nep.statistics import compute_gap_closed
 from simulator.evaluation import Scores, evaluate_policy
 from simulator.houses import Houses
 from simulator.policies import POLICIES, Policy, make_policy
@@ -42,7 +42,7 @@ class OnlineEvaluation(pl.Callback):
     All homes run in lockstep, one forward pass per time step. Heuristics and oracles play the
     same homes once, when training starts. Logs accuracy, candidate recall and the share of the
     gap between Bayesian and each oracle that is closed, draws accuracy over steps, and ends with
-    a table, which is also written to `online_evaluation.json` beside the checkpoints.
+    a table, which is also written beside the checkpoints (`online_evaluation.md`, `.json`).
 
     Source: paper sections 5.2 and 6.1.
     """
@@ -102,33 +102,14 @@ class OnlineEvaluation(pl.Callback):
                 self._save(Path(trainer.log_dir))
 
     def print_table(self) -> None:
-        """Print accuracy of every policy, best last, and its distance to the model."""
-        own = self.scores[self.name].accuracy
-        table = Table(
-            title=f"Predict Object Location, {self.houses} unseen homes x {self.steps} steps"
-        )
-        table.add_column("policy")
-        table.add_column("accuracy", justify="right")
-        table.add_column("std over homes", justify="right")
-        table.add_column(f"{self.name} minus policy [95 %]", justify="right")
-        for name, scores in sorted(self.scores.items(), key=lambda item: item[1].accuracy.mean()):
-            accuracy = scores.accuracy
-            low, high = compute_bootstrap_interval(own - accuracy)
-            is_own = name == self.name
-            table.add_row(
-                name,
-                f"{accuracy.mean():.3f}",
-                f"{accuracy.std():.3f}",
-                "" if is_own else f"{(own - accuracy).mean():+.3f} [{low:+.3f}, {high:+.3f}]",
-                style="bold" if is_own else None,
-            )
+        """Print accuracy of every policy and its distance to the model."""
+        comparison = Comparison(self.scores, self.name)
         console = Console()
-        console.print(table)
-        console.print(
-            f"candidate recall {self.scores[self.name].candidate_recall:.3f}; "
-            f"Bayesian-to-Oracle gap closed {self._gap_closed('oracle'):.0%}, "
-            f"Bayesian-to-Ceiling gap closed {self._gap_closed('ceiling'):.0%}"
-        )
+        console.print(comparison.make_table(self._get_title()))
+        console.print(comparison.summary)
+
+    def _get_title(self) -> str:
+        return f"Predict Object Location, {self.houses} unseen homes x {self.steps} steps"
 
     def _play(self, trainer: pl.Trainer, make: Callable[[Houses], Policy]) -> Scores:
         data = _get_datamodule(trainer)
@@ -182,6 +163,8 @@ class OnlineEvaluation(pl.Callback):
         write_whole(
             folder / "online_evaluation.json", (json.dumps(content, indent=1) + "\n").encode()
         )
+        markdown = Comparison(self.scores, self.name).make_markdown(self._get_title())
+        write_whole(folder / "online_evaluation.md", markdown.encode())
 
 
 def _get_datamodule(trainer: pl.Trainer) -> SGMDataModule:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 import torch
 import yaml
 
 from nep.fit import CONFIG_FOLDER, FitCLI, find_configs, main
 from nep.module import NEPModule
+from simulator import PriorGraph
 
 SMALL = [
     "--trainer.max_epochs=1",
@@ -107,3 +110,27 @@ def test_unknown_key_in_a_config_file_is_named(folder, capsys):
     with pytest.raises(SystemExit):
         main(["--config", "my.yaml"])
     assert "hauses" in capsys.readouterr().err
+
+
+def test_damaged_data_ends_with_a_message_that_names_the_file(folder, capsys):
+    args = ["--config", "mlp.yaml", *SMALL]
+    data = FitCLI(args).datamodule
+    data.prepare_data()
+    shard = next(data.data_dir.rglob("house_000001.safetensors"))
+    shard.write_bytes(shard.read_bytes()[:-10])
+    with pytest.raises(SystemExit) as stop:
+        main(args)
+    assert stop.value.code == 2
+    error = capsys.readouterr().err
+    assert str(shard) in error
+    assert "collect again" in error
+
+
+def test_malformed_prior_names_its_row(folder, capsys):
+    prior = json.loads(json.dumps(PriorGraph.default().to_dict()))
+    prior["placements"][7]["prob"] = -1
+    (folder / "bad.json").write_text(json.dumps(prior))
+    with pytest.raises(SystemExit) as stop:
+        main(["--config", "mlp.yaml", *SMALL, "--data.prior=bad.json"])
+    assert stop.value.code == 2
+    assert "placements[7]" in capsys.readouterr().err

@@ -1,5 +1,6 @@
 """The online evaluation: what it logs, draws, prints and writes."""
 
+import itertools
 import json
 
 import numpy as np
@@ -79,6 +80,16 @@ def test_table_is_sorted_and_paired(capsys):
     assert "gap closed 40%" in flat
 
 
+def test_markdown_says_what_the_terminal_says(run):
+    text = (run / "online_evaluation.md").read_text(encoding="utf-8")
+    written = json.loads((run / "online_evaluation.json").read_text())
+    rows = {line.split("|")[1].strip(" *"): line for line in text.splitlines() if "|" in line}
+    assert rows.keys() == {"policy", "---", *written}
+    for name, scores in written.items():
+        assert f"{scores['accuracy']:.3f}" in rows[name]
+    assert rows["NEP-MLP"].startswith("| **NEP-MLP** | **")
+
+
 def test_names_at_the_ends_of_curves_do_not_overlap():
     same = np.ones((2, 10), dtype=bool)
     scores = {name: Scores(same, same) for name in POLICIES}
@@ -88,7 +99,7 @@ def test_names_at_the_ends_of_curves_do_not_overlap():
     assert len(boxes) == len(POLICIES)
     heights = sorted((box.y0, box.y1) for box in boxes)
     # Letters may reach below their line; lines themselves are apart.
-    assert all(low[1] - next_low[0] < 2 for low, next_low in zip(heights, heights[1:], strict=False))
+    assert all(low[1] - next_low[0] < 2 for low, next_low in itertools.pairwise(heights))
 
 
 @pytest.mark.parametrize("name", ["houses", "steps", "every_n_epochs"])

@@ -1,0 +1,40 @@
+"""iGridson with a network: that of a very short fit is enough."""
+
+import json
+
+import pytest
+
+from nep import fit
+from nep.igridson import main
+
+
+@pytest.fixture(scope="module")
+def checkpoint(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("fit")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        fit.main(
+            ["--config", "mlp.yaml", "--trainer.max_epochs=1", "--data.houses=1", "--data.steps=4",
+             "--data.val_houses=1", "--data.batch_size=4", "--data.workers=1", "--online.houses=1",
+             "--online.steps=2", "--trainer.log_every_n_steps=1",
+             "--trainer.enable_progress_bar=false"]
+        )  # fmt: skip
+    return folder / "runs" / "mlp" / "version_0" / "checkpoints" / "last.ckpt"
+
+
+def test_run_with_a_checkpoint(checkpoint, tmp_path, capsys):
+    out = tmp_path / "runs.json"
+    args = ["run", "--policy", "nep", "nep+travel", "random", "--checkpoint", str(checkpoint),
+            "--threads", "1", "--runs", "12", "--queries-per-home", "4", "--quiet",
+            "--out", str(out)]  # fmt: skip
+    assert main(args) == 0
+    assert "| nep | " in capsys.readouterr().out
+    policies = json.loads(out.read_text("utf-8"))["policies"]
+    assert list(policies) == ["nep", "nep+travel", "random"]
+
+
+def test_missing_checkpoints_are_named(tmp_path, capsys):
+    assert main(["run", "--checkpoint", str(tmp_path / "no.ckpt")]) == 2
+    assert "No such file" in capsys.readouterr().err
+    assert main(["run", "--policy", "nep", "--runs", "100"]) == 2  # no checkpoint at all
+    assert "[--checkpoint CKPT]" in capsys.readouterr().err
