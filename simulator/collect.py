@@ -9,7 +9,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +59,7 @@ class CollectConfig:
     task: str = "predict_location"
     split: str = "train"
     seed: int = 0
-    house: HouseConfig = HouseConfig()
+    house: HouseConfig = field(default_factory=HouseConfig)
     prior: str | None = None
 
     def __post_init__(self) -> None:
@@ -83,8 +83,20 @@ class CollectConfig:
                 )
 
     def load_prior(self) -> PriorGraph:
-        """Load the prior graph that the homes are sampled from."""
-        return PriorGraph.default() if self.prior is None else PriorGraph.load(self.prior)
+        """Load the prior graph that the homes are sampled from.
+
+        Raises:
+            ValueError: if the file cannot be read or is malformed.
+        """
+        if self.prior is None:
+            return PriorGraph.default()
+        try:
+            return PriorGraph.load(self.prior)
+        except OSError as error:
+            raise ValueError(
+                f"prior must be a file that can be read, got {error.strerror!r} for {self.prior}. "
+                "Check the path, or leave it out for the shipped prior."
+            ) from error
 
 
 def collect(config: CollectConfig, out: Path, workers: int = 1, progress: bool = True) -> None:
@@ -107,12 +119,12 @@ def collect(config: CollectConfig, out: Path, workers: int = 1, progress: bool =
         raise ValueError(f"workers must be at least 1, got {workers}. Ask for more.")
     prior = config.load_prior()
     settings = _describe_settings(config, prior)
-    finished = _open_folder(out, settings)
-    missing = [house for house in range(config.houses) if house not in finished]
+    shards = _open_folder(out, settings)  # checksums of the finished ones
+    missing = [house for house in range(config.houses) if get_shard_name(house) not in shards]
     jobs = [missing[i : i + _HOUSES_PER_JOB] for i in range(0, len(missing), _HOUSES_PER_JOB)]
     with tqdm(
         total=config.houses * config.steps,
-        initial=len(finished) * config.steps,
+        initial=len(shards) * config.steps,
         desc=f"collecting {config.split} snapshots",
         unit="SGM",
         disable=not progress,
@@ -120,24 +132,27 @@ def collect(config: CollectConfig, out: Path, workers: int = 1, progress: bool =
         if jobs:
             run = Parallel(n_jobs=min(workers, len(jobs)), return_as="generator_unordered")
             for done in run(delayed(collect_houses)(config, prior, job, out) for job in jobs):
-                bar.update(done * config.steps)
-    names = [get_shard_name(house) for house in range(config.houses)]
-    save_manifest(out, settings, {name: compute_checksum(out / name) for name in names})
+                shards.update(done)
+                save_manifest(out, settings, dict(sorted(shards.items())))
+                bar.update(len(done) * config.steps)
 
 
 def collect_houses(
     config: CollectConfig, prior: PriorGraph, houses: Sequence[int], out: Path
-) -> int:
-    """Collect some houses in lockstep and write their shards; return how many."""
+) -> dict[str, str]:
+    """Collect some houses in lockstep; write their shards and return the checksum of each."""
     state = Houses(prior, config.house, Streams(config.seed, config.split, houses))
     rollout = Rollout(state, make_policy(config.policy, state))
     recorder = Recorder(rollout.memory)
     rollout.on_change = recorder.add_change
     for step in rollout.run(config.steps):
         recorder.add_snapshot(step.queries, step.answers)
+    checksums = {}
     for house, arrays in zip(houses, recorder.finish(), strict=True):
-        save_shard(out / get_shard_name(house), arrays)
-    return len(houses)
+        name = get_shard_name(house)
+        save_shard(out / name, arrays)
+        checksums[name] = compute_checksum(out / name)
+    return checksums
 
 
 def _describe_settings(config: CollectConfig, prior: PriorGraph) -> dict[str, Any]:
@@ -149,13 +164,22 @@ def _describe_settings(config: CollectConfig, prior: PriorGraph) -> dict[str, An
     return {**settings, "labels": list_labels(state)}
 
 
-def _open_folder(out: Path, settings: dict[str, Any]) -> set[int]:
-    """Prepare the folder and return the houses that are finished already.
+def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
+    """Prepare the folder and return the checksum of every finished shard.
+
+    A shard that the manifest does not list is collected again: nothing vouches for its bytes.
 
     Raises:
-        ValueError: if the folder holds something else.
+        ValueError: if the folder cannot be made or holds something else, or if a shard of the
+            manifest is truncated or altered (the file is named).
     """
-    out.mkdir(parents=True, exist_ok=True)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ValueError(
+            f"output folder must be one that can be made, got {error.strerror!r} for {out}. "
+            "Choose another folder."
+        ) from error
     if not (out / MANIFEST).exists():
         strangers = sorted(path.name for path in out.iterdir() if not path.name.endswith(".part"))
         if strangers:
@@ -174,12 +198,10 @@ def _open_folder(out: Path, settings: dict[str, Any]) -> set[int]:
             )
     for partial in out.glob("*.part"):
         partial.unlink()
-    finished = set()
-    for house in range(settings["houses"]):
-        path = out / get_shard_name(house)
-        if path.exists():
-            load_shard(path, manifest["shards"].get(path.name))
-            finished.add(house)
+    shards: dict[str, str] = manifest["shards"]
+    finished = {name: checksum for name, checksum in shards.items() if (out / name).exists()}
+    for name, checksum in finished.items():
+        load_shard(out / name, checksum)
     return finished
 
 
@@ -194,7 +216,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, required=True, help="folder for shards and manifest")
     parser.add_argument("--houses", type=int, default=defaults.houses, help="number of homes")
     parser.add_argument("--steps", type=int, default=defaults.steps, help="time steps per home")
-    parser.add_argument("--policy", default=defaults.policy, help="who plays: " + ", ".join(POLICIES))
+    parser.add_argument(
+        "--policy", default=defaults.policy, help="who plays: " + ", ".join(POLICIES)
+    )
     parser.add_argument("--task", default=defaults.task, help="what is played: " + ", ".join(TASKS))
     parser.add_argument("--split", default=defaults.split, help=", ".join(SPLITS))
     parser.add_argument("--seed", type=int, default=defaults.seed, help="experiment seed")

@@ -34,7 +34,8 @@ class DescriptionTable:
             words, prob = _list_combinations(categories)
             self._combinations.extend(words)
             type_of_code.extend([index] * len(words))
-            probs.append(index + np.cumsum(prob) / prob.sum())
+            cumulative = np.cumsum(prob)
+            probs.append(index + cumulative / cumulative[-1])
         self.type_of_code = np.array(type_of_code, dtype=np.int32)
         self.num_descriptions = len(self._combinations)
         # One ascending ruler over all types: type t owns (t, t + 1].

@@ -29,6 +29,7 @@ def remove_objects(houses: Houses) -> None:
     prob = houses.add_remove_prob[houses.object_type]
     house, slot = np.nonzero(present & (uniform < prob))
     floor = np.ceil(houses.initial_count * (1 - houses.config.count_slack)).astype(np.int64)
+    floor = np.maximum(floor, 1)  # something to ask for is always left
     budget = np.maximum(present.sum(axis=1) - floor, 0)
     # Given that it is below the probability, uniform / prob is uniform: a random order for free.
     order = np.lexsort((uniform[house, slot] / prob[house, slot], house))
@@ -44,16 +45,18 @@ def move_objects(houses: Houses) -> None:
     largest log(u) / weight win), among the objects that have somewhere else to go.
     """
     uniform = houses.streams.rows("move who", houses.num_slots).next()  # (H, C)
-    num_moves = np.floor(
-        houses.is_present.sum(axis=1) * houses.config.move_share + 0.5
-    ).astype(np.int64)
+    num_moves = np.floor(houses.is_present.sum(axis=1) * houses.config.move_share + 0.5).astype(
+        np.int64
+    )
     most = min(int(num_moves.max()), houses.num_slots)
     where_to = houses.streams.rows("move where", _count_most_moves(houses)).next()
     if most == 0:
         return
     weight = houses.object_move_weight
     key = np.divide(
-        np.log(np.maximum(uniform, 1e-300)), weight, out=np.full(weight.shape, -np.inf),
+        np.log(np.maximum(uniform, 1e-300)),
+        weight,
+        out=np.full(weight.shape, -np.inf),
         where=weight > 0,
     )
     top = np.argpartition(key, houses.num_slots - most, axis=1)[:, houses.num_slots - most :]

@@ -21,7 +21,8 @@ class Scores:
 
     Attributes:
         is_correct: whether the chosen furniture held an object asked for, bool (H, T).
-        has_candidate: whether a true place was among the query's candidate edges, bool (H, T).
+        has_candidate: whether the policy gave a true place any score above -inf, which for NEP
+            means that it was among the query's candidate edges, bool (H, T).
     """
 
     is_correct: np.ndarray
@@ -62,7 +63,6 @@ def evaluate_policy(
     correct, candidate = [], []
     for step in rollout.run(num_steps):
         correct.append(step.is_correct)
-        places = rollout.memory.compute_candidates(step.queries).any(axis=2)
-        candidate.append((places & step.answers).any(axis=1))
+        candidate.append((np.isfinite(step.scores) & step.answers).any(axis=1))
         on_step()
     return Scores(np.stack(correct, axis=1), np.stack(candidate, axis=1))

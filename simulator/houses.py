@@ -29,7 +29,8 @@ class Houses:
         furniture_type: index into `prior.furniture`, (H, F).
         furniture_room: index into `config.rooms`, the same in every house, (F,).
         furniture_code: description code of `furniture_descriptions`, (H, F).
-        place_weights: P^i of the home, per object type, float32 (H, O, P); sums to <= 1 over P.
+        place_weights: P^i at the home's own furniture, per object type, float32 (H, O, P); not
+            normalised over P (a furniture type may stand there twice, or not at all).
         object_type: index into `prior.objects`, (H, C).
         object_code: description code of `object_descriptions`, (H, C).
         object_place: the place it is at, -1 if the slot is empty, (H, C).
@@ -124,9 +125,7 @@ class Houses:
         rows = self._row_of_code[houses, codes]
         return np.where(rows[:, None] >= 0, self.transitions[houses, rows], 0)
 
-    def place_objects(
-        self, houses: np.ndarray, slots: np.ndarray, places: np.ndarray
-    ) -> None:
+    def place_objects(self, houses: np.ndarray, slots: np.ndarray, places: np.ndarray) -> None:
         """Put the objects of slots (n,) of houses (n,) at places (n,)."""
         self.object_place[houses, slots] = places
         options = self.compute_move_options(houses, self.object_row[houses, slots], places)
@@ -232,9 +231,12 @@ class Houses:
         cap = np.repeat([row.max_count for row in self.prior.objects], NUM_RELATIONS)
         count = np.zeros((self.num_houses, len(self.prior.objects)), dtype=np.int64)
         houses = np.arange(self.num_houses)
-        weights = self.place_weights.reshape(
-            self.num_houses, len(self.prior.objects), self.num_furniture, NUM_RELATIONS
-        ) * self.sample_prob[:, None, None]
+        weights = (
+            self.place_weights.reshape(
+                self.num_houses, len(self.prior.objects), self.num_furniture, NUM_RELATIONS
+            )
+            * self.sample_prob[:, None, None]
+        )
         holder = self._find_holders(weights.any(axis=(1, 3)))
         weights = np.take_along_axis(weights, holder[:, None, :, None], axis=2)
         weights = np.ascontiguousarray(np.moveaxis(weights, 2, 0)).reshape(
@@ -258,9 +260,7 @@ class Houses:
             self.object_type[:, :slot].ravel(), uniform[..., 1].ravel()
         )
         house_index, slot_index = np.divmod(np.arange(self.num_houses * slot), slot)
-        self.fill_slots(
-            house_index, slot_index, self.object_type[house_index, slot_index], codes
-        )
+        self.fill_slots(house_index, slot_index, self.object_type[house_index, slot_index], codes)
         self.place_objects(house_index, slot_index, self.object_place[house_index, slot_index])
 
     def _find_holders(self, can_hold: np.ndarray) -> np.ndarray:
@@ -268,7 +268,17 @@ class Houses:
 
         Class noise can leave a furniture node without a single object; then the next one of
         its room that has some takes its share, so that every home starts with F x 6 objects.
+
+        Raises:
+            ValueError: if a home has no furniture left that can hold an object.
         """
+        if not can_hold.any(axis=1).all():
+            house = self.streams.houses[int(np.argmin(can_hold.any(axis=1)))]
+            raise ValueError(
+                f"house must have furniture that holds some object, got none after the noise of "
+                f"house {house} ({self.streams.split}, seed {self.streams.seed}). Use a prior with "
+                "more placements, more furniture per room, or less noise."
+            )
         holder = np.tile(np.arange(self.num_furniture), (self.num_houses, 1))
         for house, furniture in np.argwhere(~can_hold):
             ring = np.roll(np.arange(self.num_furniture), -furniture - 1)
@@ -338,9 +348,7 @@ def _nodes_per_room(prior: PriorGraph, rooms: Sequence[str]) -> list[np.ndarray]
     ]
 
 
-def _index_nodes(
-    prior: PriorGraph, rooms: Sequence[str], weights: np.ndarray
-) -> list[np.ndarray]:
+def _index_nodes(prior: PriorGraph, rooms: Sequence[str], weights: np.ndarray) -> list[np.ndarray]:
     """List the furniture nodes of each room that may be drawn and can hold an object.
 
     Raises:

@@ -61,9 +61,7 @@ class Recorder:
             "furniture",
             change.home,
             change.furniture,
-            {
-                name: getattr(memory, f"furniture_{name}")[place] for name in FURNITURE_COUNTERS
-            },
+            {name: getattr(memory, f"furniture_{name}")[place] for name in FURNITURE_COUNTERS},
         )
 
     def finish(self) -> list[Arrays]:
@@ -97,9 +95,11 @@ class Recorder:
                 "snapshot_prior": snapshots["query_prior"][:, home],
                 "snapshot_answers": snapshots["answers"][:, home],
             }
-            numbers = {
-                "object": number, "edge": edge_number, "furniture": np.arange(memory.num_furniture)
-            }  # fmt: skip
+            numbers: Arrays = {
+                "object": number,
+                "edge": edge_number,
+                "furniture": np.arange(memory.num_furniture),
+            }
             for kind, columns in versions.items():
                 own = columns["home"] == home
                 for name, column in columns.items():
@@ -110,9 +110,7 @@ class Recorder:
             shards.append({name: _compact(array) for name, array in arrays.items()})
         return shards
 
-    def _add_versions(
-        self, kind: str, home: np.ndarray, rows: np.ndarray, values: Arrays
-    ) -> None:
+    def _add_versions(self, kind: str, home: np.ndarray, rows: np.ndarray, values: Arrays) -> None:
         valid_from = np.full(len(rows), self._num_snapshots)
         self._versions[kind].append({"home": home, "row": rows, "valid_from": valid_from, **values})
 

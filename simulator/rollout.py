@@ -49,7 +49,10 @@ def make_memory(houses: Houses) -> MemoryBatch:
     furniture_label = label_of_node[houses.furniture_type]
     names = np.array(labels, dtype=object)
     place_prior = PlacePrior(
-        prior, [houses.config.rooms] * houses.num_houses, names[furniture_label].tolist(), furniture_room
+        prior,
+        [houses.config.rooms] * houses.num_houses,
+        names[furniture_label].tolist(),
+        furniture_room,
     )
     return MemoryBatch(
         labels,
@@ -96,25 +99,26 @@ class Rollout:
     def run(self, num_steps: int) -> Iterator[Step]:
         """Play steps; each is yielded before its look enters the memory."""
         for _ in range(num_steps):
-            step = self._ask()
-            yield step
-            self._look(step)
+            codes, queries = self.ask()
+            scores = self.policy.scores(self.memory, queries)
+            choice = choose_furniture(scores, self.houses)
+            yield Step(queries, compute_answers(self.houses, codes), scores, choice)
+            self.look(choice)
 
-    def _ask(self) -> Step:
+    def ask(self) -> tuple[np.ndarray, Queries]:
+        """Evolve every home by one step and ask its query: description codes (H,), queries."""
         houses, memory = self.houses, self.memory
         evolve(houses)
         memory.step()
         slot = sample_query(houses)
         codes = houses.object_code[self._homes, slot]
         types = houses.object_type[self._homes, slot]
-        queries = memory.query(self._homes, codes, self._label_of_type[types], types)
-        scores = self.policy.scores(memory, queries)
-        choice = choose_furniture(scores, houses)
-        return Step(queries, compute_answers(houses, codes), scores, choice)
+        return codes, memory.query(self._homes, codes, self._label_of_type[types], types)
 
-    def _look(self, step: Step) -> None:
+    def look(self, furniture: np.ndarray) -> None:
+        """Fold one look per home into the memory; a negative index means no look there, (H,)."""
         memory = self.memory
-        seen = observe(self.houses, step.choice)
+        seen = observe(self.houses, furniture)
         types = self.houses.object_descriptions.type_of_code[seen.seen_code]
         rows = memory.ensure_objects(
             seen.seen_house, seen.seen_code, self._label_of_type[types], types

@@ -39,14 +39,16 @@ def observe(houses: Houses, furniture: np.ndarray) -> Observation:
 
     Source: appendix "Detection error"; ruling 11.
     """
-    uniform = houses.streams.rows("detection", houses.num_slots).next()  # (H, C)
-    looks = furniture >= 0
-    is_seen = (houses.object_furniture == furniture[:, None]) & looks[:, None]
+    looking = np.flatnonzero(furniture >= 0)  # (n,)
+    # Only homes that look draw numbers: a home's numbers do not depend on its neighbours.
+    uniform = houses.streams.rows("detection", houses.num_slots).take(looking)  # (n, C)
+    is_seen = houses.object_furniture[looking] == furniture[looking, None]
     is_seen &= uniform >= houses.config.detection_error
-    house, slot = np.nonzero(is_seen)
+    row, slot = np.nonzero(is_seen)
+    house = looking[row]
     return Observation(
-        house=np.flatnonzero(looks),
-        furniture=furniture[looks],
+        house=looking,
+        furniture=furniture[looking],
         seen_house=house,
         seen_code=houses.object_code[house, slot],
         seen_relation=houses.object_place[house, slot] % NUM_RELATIONS,

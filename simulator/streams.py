@@ -55,7 +55,7 @@ class UniformStream:
 
     def _refill(self) -> None:
         """Draw a new block for every house that has used up its own."""
-        for house in np.flatnonzero(self._cursor >= _BLOCK_ROWS):
+        for house in np.flatnonzero(self._cursor >= _BLOCK_ROWS).tolist():
             self._generators[house].random(out=self._buffer[house])
             self._cursor[house] = 0
 
@@ -97,13 +97,13 @@ class Streams:
     def generator(self, purpose: str, position: int) -> np.random.Generator:
         """Return a fresh generator for one purpose of the house at `position`."""
         key = (SPLITS.index(self.split), self.houses[position], zlib.crc32(purpose.encode()))
-        return np.random.Generator(np.random.PCG64(np.random.SeedSequence(self.seed, spawn_key=key)))
+        return np.random.Generator(
+            np.random.PCG64(np.random.SeedSequence(self.seed, spawn_key=key))
+        )
 
     def sample_once(self, purpose: str, *shape: int) -> np.ndarray:
         """Draw one array of uniforms per house from the start of a stream, (H, *shape)."""
-        return np.stack(
-            [self.generator(purpose, i).random(shape) for i in range(len(self.houses))]
-        )
+        return np.stack([self.generator(purpose, i).random(shape) for i in range(len(self.houses))])
 
     def rows(self, purpose: str, width: int) -> UniformStream:
         """Return the row stream of a purpose; a purpose keeps one width for its lifetime."""

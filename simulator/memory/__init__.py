@@ -1,0 +1,1 @@
+"""What an agent remembers of a home: scene graph memories, their prior and snapshots."""

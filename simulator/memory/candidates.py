@@ -21,8 +21,8 @@ def propose_places(prior_rows: np.ndarray, threshold: float = 0.0) -> np.ndarray
     Source: paper section 4.2, f_h; ruling 12.
     """
     proposed = prior_rows > threshold
-    is_unknown = ~proposed.any(axis=(-2, -1))
-    proposed[..., 1] |= is_unknown[..., None]
+    is_known = proposed.any(axis=(-2, -1), keepdims=True)
+    proposed[..., 1:] |= ~is_known
     return proposed
 
 

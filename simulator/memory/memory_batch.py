@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.grouped import concatenate_ranges
 from simulator.memory.candidates import propose_places
 from simulator.memory.place_prior import PlacePrior
 from simulator.memory.table import Table
@@ -210,11 +211,14 @@ class MemoryBatch:
         Returns:
             (k,) query numbers and (k,) rows of `edges`.
         """
-        query_of_object = np.full(len(self.objects), -1)
-        query_of_object[queries.object] = np.arange(len(queries.object))
-        query = query_of_object[self.edges["object"]]
-        edge = np.flatnonzero(query >= 0)
-        return query[edge], edge
+        by_object = np.argsort(queries.object, kind="stable")
+        num_asked = np.bincount(queries.object, minlength=len(self.objects))
+        start = np.cumsum(num_asked) - num_asked
+        edge = np.flatnonzero(num_asked[self.edges["object"]])
+        object_of_edge = self.edges["object"][edge]
+        count = num_asked[object_of_edge]  # an object may be asked for more than once
+        query = by_object[concatenate_ranges(start[object_of_edge], count)]
+        return query, np.repeat(edge, count)
 
     def observe(
         self,

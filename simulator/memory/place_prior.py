@@ -39,14 +39,19 @@ class PlacePrior:
             furniture_rooms: room index of each furniture node within its home, (H, F).
         """
         self.objects: Mapping[str, int] = {row.label: i for i, row in enumerate(prior.objects)}
-        nodes = {(row.room, row.label): i for i, row in enumerate(prior.furniture)}
+        nodes: dict[tuple[str | None, str], int] = {
+            (row.room, row.label): i for i, row in enumerate(prior.furniture)
+        }
         # One more column per label for "in a room the prior does not know it in".
         same_label: dict[str, list[int]] = {}
         for index, row in enumerate(prior.furniture):
             same_label.setdefault(row.label, []).append(index)
         columns = [prior.weights]
         room_prob = np.array([row.prob for row in prior.furniture])
-        total = {room: sum(r.prob for r in prior.furniture if r.room == room) for room in prior.rooms}
+        total = {
+            room: sum(row.prob for row in prior.furniture if row.room == room)
+            for room in prior.rooms
+        }
         node_prob = [room_prob / np.array([total[row.room] or 1.0 for row in prior.furniture])]
         for label, members in same_label.items():
             nodes[None, label] = len(prior.furniture) + len(columns) - 1
@@ -56,7 +61,7 @@ class PlacePrior:
         node_prob.append(np.zeros(1))
         table, prob = np.concatenate(columns, axis=1), np.concatenate(node_prob)
         unknown = table.shape[1] - 1
-        index = np.array(
+        node = np.array(
             [
                 [
                     nodes.get((rooms[room], label), nodes.get((None, label), unknown))
@@ -68,12 +73,12 @@ class PlacePrior:
             ],
             dtype=np.int64,
         )
-        weights = np.moveaxis(table[:, index], 0, 1)  # (H, O, F, 2)
+        weights = np.moveaxis(table[:, node], 0, 1)  # (H, O, F, 2)
         sums = weights.sum(axis=(2, 3), keepdims=True)
-        self.weights = np.divide(
-            weights, sums, out=np.zeros(weights.shape), where=sums > 0
-        ).astype(np.float32)
-        self.furniture_prob = prob[index].astype(np.float32)
+        self.weights = np.divide(weights, sums, out=np.zeros(weights.shape), where=sums > 0).astype(
+            np.float32
+        )
+        self.furniture_prob = prob[node].astype(np.float32)
 
     def rows(self, home: np.ndarray, object_type: np.ndarray) -> np.ndarray:
         """Return the prior over places, (n,), (n,) -> (n, F, 2); type -1 is unknown: zeros."""

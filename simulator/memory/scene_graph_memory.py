@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simulator.memory.memory_batch import MemoryBatch, Queries
 from simulator.memory.place_prior import PlacePrior
-from simulator.policies.policy import Policy
 from simulator.prior_graph import PriorGraph
+
+if TYPE_CHECKING:  # policies read memories; the memory only names their type
+    from simulator.policies.policy import Policy
 
 RELATIONS = ("in", "onTop")
 

@@ -87,7 +87,9 @@ class PlaceFilter(Policy):
         """Return the expected number of objects asked for at each furniture node, (Q, F)."""
         is_asked = np.zeros(len(memory.objects), dtype=bool)
         is_asked[queries.object] = True
-        self._asked.setdefault(memory.time, is_asked)
+        earlier = self._asked.get(memory.time, is_asked[:0])
+        is_asked[: len(earlier)] |= earlier
+        self._asked[memory.time] = is_asked
         rules = self.compute_rules(memory, queries)
         room = memory.furniture_room[queries.home]  # (Q, F)
         leave = _compute_leave_weights(rules.moves, room, self._config.cross_room_moves)
@@ -95,12 +97,13 @@ class PlaceFilter(Policy):
         others = rules.initial.copy()
         looks = iter([*self._looks, None])
         look = next(looks)
-        for time in range(1, memory.time + 1):
-            asked = _lookup(self._asked[time], queries.object) if time in self._asked else False
-            rate = np.where(asked, rules.asked_move_rate, rules.move_rate)
-            last = self._predict(last, rules, rate, leave, room)
-            others = self._predict(others, rules, rate, leave, room)
-            others += rules.add_rate[:, None] * rules.moves
+        for time in range(memory.time + 1):
+            if time > 0:
+                asked = _lookup(self._asked[time], queries.object) if time in self._asked else False
+                rate = np.where(asked, rules.asked_move_rate, rules.move_rate)
+                last = self._predict(last, rules, rate, leave, room)
+                others = self._predict(others, rules, rate, leave, room)
+                others += rules.add_rate[:, None] * rules.moves
             while look is not None and look[0] == time:
                 at = look[1][queries.home]
                 seen = _lookup(look[2], queries.object)
@@ -181,13 +184,14 @@ class PlaceFilter(Policy):
         weight = self._move_freq[types]
         move = -np.expm1(-self._kappa[home] * weight)
         num_moves = self._config.move_share * count.sum(axis=1)[home]
-        by_weight = (1 - self._asks_moved) * weight / np.maximum(count @ self._move_freq, 1e-12)[home]
+        total_weight = np.maximum((count * self._move_freq).sum(axis=1), 1e-12)[home]
+        by_weight = (1 - self._asks_moved) * weight / total_weight
         if_moved = move * (self._asks_moved / np.maximum(num_moves, 1e-12) + by_weight)
         asked = if_moved / np.maximum(if_moved + (1 - move) * by_weight, 1e-12)
         if not self._config.dynamic_nodes:
             return move, asked, np.zeros_like(move), np.zeros_like(move)
         # The bounds on the object count keep removals and additions equal in the long run.
-        leaving = count @ self._add_remove
+        leaving = (count * self._add_remove).sum(axis=1)
         coming = ((count > 0) * self._add_remove).sum(axis=1)
         both = np.minimum(leaving, coming)
         rate = self._add_remove[types]

@@ -35,7 +35,9 @@ class Frequentist(Policy):
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return true / total observations of each edge, (Q, F)."""
         ratio = memory.edges["num_true"] / memory.edges["num_observed"]
-        return spread_over_furniture(memory, queries, ratio, np.zeros(queries.prior.shape)).max(axis=2)
+        return spread_over_furniture(memory, queries, ratio, np.zeros(queries.prior.shape)).max(
+            axis=2
+        )
 
 
 class Myopic(Policy):

@@ -21,9 +21,9 @@ class LastSeenUnlessAbsent(Policy):
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return 2 for a trusted last place, otherwise weights in [0, 1], (Q, F)."""
         never = np.full((len(queries.home), memory.num_furniture, NUM_RELATIONS), NEVER)
-        last_true = spread_over_furniture(
-            memory, queries, memory.edges["last_true"], never
-        ).max(axis=2)
+        last_true = spread_over_furniture(memory, queries, memory.edges["last_true"], never).max(
+            axis=2
+        )
         last_look = memory.furniture_last_observed[queries.home]
         is_absent = (last_look > last_true) & (last_look != NEVER)
         is_empty = is_absent & (memory.time - last_look <= self.recent_steps)

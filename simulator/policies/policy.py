@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import numpy as np
 
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.metrics import ScoreKind
 
 
 class Policy(ABC):
@@ -14,7 +16,12 @@ class Policy(ABC):
 
     A task cannot tell a heuristic from a network: it calls `reset` once per batch of homes,
     `scores` for every query and `observe` after every look. Only oracles reach the true homes.
+
+    Attributes:
+        score_kind: what its scores mean as probabilities, see `compute_probabilities`.
     """
+
+    score_kind: ClassVar[ScoreKind] = "weights"
 
     def reset(self, memory: MemoryBatch) -> None:  # noqa: B027 - most policies keep no state
         """Forget earlier homes; `memory` is that of the new ones."""

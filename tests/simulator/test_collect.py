@@ -1,0 +1,253 @@
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from simulator import collect as collect_module
+from simulator.collect import CollectConfig, collect, main
+from simulator.config import HouseConfig
+from simulator.shards import load_manifest
+
+ROOT = Path(__file__).resolve().parents[2]
+SMALL = CollectConfig(houses=5, steps=4, seed=3)
+
+
+def read_all(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
+
+
+def start(out: Path, *arguments: str, houses_per_job: int = 20, **options) -> subprocess.Popen:
+    """Run the command line in a process of its own."""
+    code = (
+        "import sys, simulator.collect as c; "
+        f"c._HOUSES_PER_JOB = {houses_per_job}; c.main(sys.argv[1:])"
+    )
+    return subprocess.Popen(
+        [sys.executable, "-c", code, "--out", str(out), *arguments],
+        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def reference(tmp_path_factory) -> dict[str, bytes]:
+    """What `SMALL` gives, collected in one go by one process."""
+    out = tmp_path_factory.mktemp("reference") / "data"
+    collect(SMALL, out, progress=False)
+    return read_all(out)
+
+
+def test_one_shard_per_house_and_a_manifest_that_vouches_for_them(reference):
+    manifest = json.loads(reference["manifest.json"])
+    assert len(reference) == 6
+    assert list(manifest["shards"]) == [f"house_{house:06d}.safetensors" for house in range(5)]
+    settings = manifest["settings"]
+    assert (settings["houses"], settings["steps"], settings["seed"]) == (5, 4, 3)
+    assert (settings["policy"], settings["split"]) == ("bayesian", "train")
+    assert settings["house"]["detection_error"] == 0.25
+    assert settings["labels"][:2] == ["house", "floor"]
+    assert len({reference[name] for name in manifest["shards"]}) == 5
+
+
+def test_two_workers_give_the_same_bytes(reference, tmp_path, monkeypatch):
+    monkeypatch.setattr(collect_module, "_HOUSES_PER_JOB", 2)
+    collect(SMALL, tmp_path / "data", workers=2, progress=False)
+    assert read_all(tmp_path / "data") == reference
+
+
+def test_killed_and_started_again_gives_the_same_bytes(tmp_path):
+    """SIGKILL in the middle of a collection, once some shards are there."""
+    arguments = ["--houses", "12", "--steps", "30", "--workers", "1", "--seed", "1"]
+    out = tmp_path / "killed"
+    process = start(out, *arguments, houses_per_job=1)
+    deadline = time.monotonic() + 60
+    while len(list(out.glob("*.safetensors"))) < 2 and time.monotonic() < deadline:
+        time.sleep(0.005)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    assert process.returncode == -signal.SIGKILL
+    finished = {path: path.stat().st_mtime_ns for path in out.glob("*.safetensors")}
+    vouched = load_manifest(out)["shards"]
+    assert 2 <= len(finished) < 12
+    (out / "house_000011.safetensors.123.part").write_bytes(b"half")  # of an earlier process
+    main(["--out", str(out), *arguments])
+    for path, stamp in finished.items():
+        if path.name in vouched:
+            assert path.stat().st_mtime_ns == stamp, "a finished house was collected again"
+    main(["--out", str(tmp_path / "whole"), *arguments])
+    assert read_all(out) == read_all(tmp_path / "whole")
+
+
+def test_a_finished_collection_is_left_as_it_is(tmp_path, reference):
+    collect(SMALL, tmp_path / "data", progress=False)
+    stamps = {path: path.stat().st_mtime_ns for path in (tmp_path / "data").iterdir()}
+    collect(SMALL, tmp_path / "data", progress=False)
+    assert {path: path.stat().st_mtime_ns for path in stamps} == stamps
+
+
+def test_a_deleted_shard_is_collected_again(tmp_path, reference):
+    collect(SMALL, tmp_path / "data", progress=False)
+    (tmp_path / "data" / "house_000002.safetensors").unlink()
+    collect(SMALL, tmp_path / "data", progress=False)
+    assert read_all(tmp_path / "data") == reference
+
+
+@pytest.mark.parametrize(
+    "damage", [lambda content: content[:-9], lambda content: content[:-1] + b"?"]
+)
+def test_a_truncated_or_altered_shard_is_named_and_kept(tmp_path, reference, damage):
+    folder = tmp_path / "data"
+    folder.mkdir()
+    for name, content in reference.items():
+        (folder / name).write_bytes(content)
+    bad = folder / "house_000003.safetensors"
+    bad.write_bytes(damage(reference[bad.name]))
+    before = read_all(folder)
+    with pytest.raises(ValueError, match=rf"got .* for {bad}\. .*delete it and collect again"):
+        collect(SMALL, folder, progress=False)
+    assert read_all(folder) == before
+
+
+@pytest.mark.parametrize(
+    ("other", "named"),
+    [
+        (CollectConfig(houses=6, steps=4, seed=3), "houses = 5 instead of 6"),
+        (CollectConfig(houses=5, steps=4, seed=4), "seed = 3 instead of 4"),
+        (CollectConfig(houses=5, steps=4, seed=3, policy="random"), "policy = bayesian"),
+        (CollectConfig(houses=5, steps=4, seed=3, split="val"), "split = train instead of val"),
+        (
+            CollectConfig(houses=5, steps=4, seed=3, house=HouseConfig(dynamic_nodes=False)),
+            "house = .*'dynamic_nodes': True",
+        ),
+    ],
+)
+def test_a_folder_of_other_settings_is_refused_and_kept(tmp_path, reference, other, named):
+    for name, content in reference.items():
+        (tmp_path / name).write_bytes(content)
+    message = rf"same settings, got {named}.* in {tmp_path}\. Choose another folder or delete"
+    with pytest.raises(ValueError, match=message):
+        collect(other, tmp_path, progress=False)
+    assert read_all(tmp_path) == reference
+
+
+def test_another_prior_is_another_setting(tmp_path, tiny_prior):
+    prior = tmp_path / "tiny.json"
+    tiny_prior.save(prior)
+    house = HouseConfig(rooms=("kitchen", "bedroom"))
+    collect(CollectConfig(houses=1, steps=2, house=house), tmp_path / "data", progress=False)
+    other = CollectConfig(houses=1, steps=2, house=house, prior=str(prior))
+    with pytest.raises(ValueError, match=r"got prior = \w{64} instead of \w{64} in"):
+        collect(other, tmp_path / "data", progress=False)
+    collect(other, tmp_path / "tiny", progress=False)
+    assert load_manifest(tmp_path / "tiny")["settings"]["prior"] == tiny_prior.checksum
+
+
+def test_a_folder_of_other_files_is_refused_and_kept(tmp_path):
+    (tmp_path / "thesis.txt").write_text("years of work")
+    with pytest.raises(ValueError, match=r"must be empty or hold a collection, got 'thesis\.txt'"):
+        collect(SMALL, tmp_path, progress=False)
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.txt"]
+
+
+def fail(tmp_path, capsys, *arguments: str) -> str:
+    """Run the command line, which must fail without a traceback; return its message."""
+    out = tmp_path / "out"
+    with pytest.raises(SystemExit) as stop:
+        main(["--out", str(out), "--steps", "2", "--workers", "1", *arguments])
+    assert isinstance(stop.value.code, str)  # printed to stderr; the exit status is 1
+    assert capsys.readouterr().out == ""
+    assert not list(tmp_path.glob("out/*.safetensors"))
+    return stop.value.code
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--houses", "0"], "error: houses must be at least 1, got 0. Ask for more."),
+        (["--steps", "-3"], "error: steps must be at least 1, got -3. Ask for more."),
+        (["--workers", "0"], "error: workers must be at least 1, got 0. Ask for more."),
+        (["--seed", "-1"], "error: seed must be non-negative, got -1. Choose 0 or more."),
+        (["--policy", "clever"], "got 'clever'. Choose one of these."),
+        (["--task", "dance"], "error: task must be one of predict_location, got 'dance'. Choose"),
+        (["--split", "all"], "error: split must be one of train, val, test, got 'all'. Choose"),
+        (["--rooms", "kitchen", "garage"], "got none for 'garage' in the prior"),
+        (["--rooms", "kitchen", "kitchen"], "Name each room once."),
+        (["--prior", "no/such/file.json"], "'No such file or directory' for no/such/file.json."),
+    ],
+)
+def test_bad_arguments_are_answered_with_a_remedy(tmp_path, capsys, arguments, message):
+    found = fail(tmp_path, capsys, *arguments)
+    assert message in found
+    assert found.endswith(".")
+
+
+def test_a_malformed_prior_is_answered_with_its_row(tmp_path, capsys, tiny_prior):
+    prior = tmp_path / "prior.json"
+    data = tiny_prior.to_dict()
+    data["placements"][4]["prob"] = -1
+    prior.write_text(json.dumps(data))
+    found = fail(tmp_path, capsys, "--prior", str(prior))
+    assert "placements[4].prob" in found
+    assert "got -1" in found
+    prior.write_text('{"version": 1,\n "rooms": [}')
+    found = fail(tmp_path, capsys, "--prior", str(prior))
+    assert f"in {prior}, line 2" in found
+
+
+def test_an_output_folder_that_is_a_file_is_answered(tmp_path, capsys):
+    (tmp_path / "out").write_text("not a folder")
+    found = fail(tmp_path, capsys)
+    assert "output folder must be one that can be made" in found
+    assert found.endswith("Choose another folder.")
+    assert (tmp_path / "out").read_text() == "not a folder"
+
+
+def test_an_unknown_option_ends_with_status_2(tmp_path, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["--out", str(tmp_path / "out"), "--house", "3", "--speed", "9"])
+    assert stop.value.code == 2
+    assert "--speed" in capsys.readouterr().err
+
+
+def test_a_full_disk_is_answered_and_finished_houses_are_kept(tmp_path):
+    """The operating system refuses files above 20 KB, as a full disk refuses any."""
+    arguments = ["--houses", "3", "--steps", "30", "--workers", "1"]
+    limit = 20_000
+    full = start(
+        tmp_path / "data", *arguments, houses_per_job=1,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+    )  # fmt: skip
+    _, errors = full.communicate(timeout=120)
+    assert full.returncode == 1
+    assert "Traceback" not in errors
+    last = errors.strip().splitlines()[-1]
+    assert "disk must take" in last
+    assert "house_000000.safetensors. Free some space" in last
+    assert last.endswith("finished files are kept.")
+    assert [path.name for path in (tmp_path / "data").iterdir()] == ["manifest.json"]
+    main(["--out", str(tmp_path / "data"), *arguments])
+    main(["--out", str(tmp_path / "whole"), *arguments])
+    assert read_all(tmp_path / "data") == read_all(tmp_path / "whole")
+
+
+def test_a_snapshot_takes_less_than_20_kilobytes(tmp_path):
+    collect(CollectConfig(houses=1, steps=100), tmp_path, progress=False)
+    size = os.path.getsize(tmp_path / "house_000000.safetensors")
+    assert size / 100 < 20_000
+
+
+def test_the_module_runs_as_documented(tmp_path):
+    command = ["--houses", "1", "--steps", "2", "--policy", "bayesian", "--task",
+               "predict_location", "--workers", "1", "--no-dynamic-nodes"]  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-m", "simulator.collect", "--out", str(tmp_path / "data"), *command],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "collecting train snapshots" in done.stderr
+    assert not load_manifest(tmp_path / "data")["settings"]["house"]["dynamic_nodes"]
