@@ -80,8 +80,7 @@ def add_objects(houses: Houses) -> None:
     uniform = houses.streams.rows("add", num_types * 3).next()
     uniform = uniform.reshape(-1, num_types, 3)  # whether and when, description, place
     prob = houses.add_remove_prob
-    has_place = houses.place_weights.any(axis=2)  # no furniture of the home takes some types
-    house, types = np.nonzero((uniform[..., 0] < prob) & has_place)
+    house, types = np.nonzero((uniform[..., 0] < prob) & houses.has_place)
     ceiling = np.floor(houses.initial_count * (1 + houses.config.count_slack)).astype(np.int64)
     budget = np.maximum(ceiling - houses.is_present.sum(axis=1), 0)
     order = np.lexsort((uniform[house, types, 0] / prob[types], house))

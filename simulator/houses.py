@@ -31,6 +31,7 @@ class Houses:
         furniture_code: description code of `furniture_descriptions`, (H, F).
         place_weights: P^i at the home's own furniture, per object type, float32 (H, O, P); not
             normalised over P (a furniture type may stand there twice, or not at all).
+        has_place: whether some furniture of the home takes the object type, (H, O).
         object_type: index into `prior.objects`, (H, C).
         object_code: description code of `object_descriptions`, (H, C).
         object_place: the place it is at, -1 if the slot is empty, (H, C).
@@ -93,6 +94,7 @@ class Houses:
             streams.sample_once("furniture description", self.num_furniture).ravel(),
         ).reshape(self.furniture_type.shape)
         self.place_weights = self._sample_place_weights()
+        self.has_place = self.place_weights.any(axis=2)
 
         capacity = self.num_furniture * config.objects_per_furniture
         self.num_slots = int(np.floor(capacity * (1 + config.count_slack)))
