@@ -58,16 +58,16 @@ def load_source(
         raise ValueError(f"source {key!r} must have a path, got none. Write {key}=PATH.")
     if path is not None and not path.exists():
         raise FileNotFoundError(f"source {key!r} must exist, got {path}. Correct the path.")
-    if key == "procthor":
-        return count_procthor_databases(path, num_houses=num_houses, seed=seed, progress=progress)
-    if key == "behavior":
-        return count_behavior(path, skip_bad=skip_bad)
-    if key == "procthor-10k":
-        return count_procthor_houses(path, skip_bad=skip_bad)
-    if path is not None and key == "igibson":
-        return count_igibson(path, skip_bad=skip_bad)
-    assert path is not None
-    return count_table(path, skip_bad=skip_bad)
+    counters: dict[str, Callable[[], PlacementCounts]] = {
+        "procthor": lambda: count_procthor_databases(
+            path, num_houses=num_houses, seed=seed, progress=progress
+        ),
+        "behavior": lambda: count_behavior(path, skip_bad=skip_bad),
+        "procthor-10k": lambda: count_procthor_houses(path, skip_bad=skip_bad),
+        "igibson": lambda: count_igibson(Path(text), skip_bad=skip_bad),
+        "table": lambda: count_table(Path(text), skip_bad=skip_bad),
+    }
+    return counters[key]()
 
 
 def build_from_sources(
