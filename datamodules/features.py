@@ -14,12 +14,17 @@ from simulator.memory.snapshots import Snapshots
 NODE_SCALE = 200 / (100 * 10.0)
 EDGE_SCALE = 500 / (100 * 10.0)
 
+# Raise it when the meaning or order of features changes: checkpoints state theirs.
+FEATURE_SCHEMA_VERSION = 1
+
 
 @dataclass(frozen=True, slots=True)
 class FeatureConfig:
     """Which groups of features the model sees; a group that is off is all zeros.
 
     Attributes:
+        memory: whether the model sees what was observed at all. Without it, a snapshot is the
+            layout, the query object and its hypothetical edges, as in a static scene.
         temporal: counters and time stamps of nodes and edges.
         semantic: text vectors of nodes and the cosine of an edge's two nodes.
         prior: prior probability of edges.
@@ -32,6 +37,7 @@ class FeatureConfig:
     Source: paper appendix B, Table 2; rulings 12-14.
     """
 
+    memory: bool = True
     temporal: bool = True
     semantic: bool = True
     prior: bool = True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import dgl
 import numpy as np
@@ -20,7 +21,7 @@ from datamodules.features import (
 )
 from datamodules.text import TextVectors
 from simulator.memory.candidates import propose_places, sample_places
-from simulator.memory.snapshots import Snapshots
+from simulator.memory.snapshots import Snapshots, forget
 
 
 class GraphBuilder:
@@ -41,12 +42,14 @@ class GraphBuilder:
         self.config = config
         self.num_hops = num_hops
         self._rng = np.random.default_rng(seed)
-        self._text = TextVectors(config.text_pipeline)
+        self._text = _load_text(config.text_pipeline)
         self._labels: tuple[str, ...] = ()
         self._table = (torch.zeros(0, TEXT_DIM), np.zeros((0, 0), dtype=np.float32))
 
     def build(self, snapshots: Snapshots) -> SGMBatch:
         """Build the batch of B snapshots."""
+        if not self.config.memory:
+            snapshots = forget(snapshots)
         text, cosine = self._get_text(snapshots.labels)
         nodes = _Nodes.count(snapshots)
         proposed = self._propose(snapshots)
@@ -137,6 +140,12 @@ class GraphBuilder:
             keep_node = keep_node.copy()
             keep_node[edges.src[keep_edge]] = True
         return keep_node, keep_edge
+
+
+@lru_cache(maxsize=2)
+def _load_text(pipeline: str | None) -> TextVectors:
+    """Load text vectors once per process: it takes a quarter of a second."""
+    return TextVectors(pipeline)
 
 
 @dataclass(frozen=True, slots=True)

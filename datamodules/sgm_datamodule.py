@@ -12,7 +12,7 @@ import torch
 from torch.utils.data import DataLoader
 
 from datamodules.batch import SGMBatch
-from datamodules.features import FeatureConfig
+from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.collect import CollectConfig, collect
@@ -47,7 +47,8 @@ class SGMDataModule(pl.LightningDataModule):
         Args:
             data_dir: folder that holds the collections.
             houses: training homes.
-            steps: time steps, and so snapshots, per home.
+            steps: time steps per home; `predict_location` takes one snapshot a step,
+                `relative_likelihood` five, `find_object` one per look.
             val_houses: validation homes.
             policy: the policy that collects.
             task: the task it plays.
@@ -82,7 +83,12 @@ class SGMDataModule(pl.LightningDataModule):
         self.builder = GraphBuilder(features, num_hops, seed)
         # What a checkpoint needs to be used without this data module, as plain data.
         self.save_hyperparameters(
-            {"features": asdict(features), "text": self.builder.text_name}, logger=False
+            {
+                "features": asdict(features),
+                "feature_schema": FEATURE_SCHEMA_VERSION,
+                "text": self.builder.text_name,
+            },
+            logger=False,
         )
 
     def get_folder(self, config: CollectConfig) -> Path:
@@ -94,8 +100,9 @@ class SGMDataModule(pl.LightningDataModule):
 
     def prepare_data(self) -> None:
         """Collect what is not on disk yet; an interrupted collection is finished."""
+        progress = self.trainer is None or self.trainer.progress_bar_callback is not None
         for config in (self.train_config, self.val_config):
-            collect(config, self.get_folder(config), workers=self.workers)
+            collect(config, self.get_folder(config), self.workers, progress)
 
     def setup(self, stage: str | None = None) -> None:
         """Load both collections; damaged files are named in the error."""

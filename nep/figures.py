@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -28,27 +29,61 @@ _STYLES: Mapping[str, dict[str, Any]] = {
 }
 
 
+# Networks, in the order in which they are given.
+_MODEL_COLORS = ("#d62728", "#ff7f0e", "#17becf", "#e41a8c", "#a65628", "#377eb8")
+
+
 def draw_accuracy_over_steps(
-    scores: Mapping[str, Scores], highlight: str, window: int = 10
+    scores: Mapping[str, Scores], highlight: str | Sequence[str], window: int = 10
 ) -> Figure:
-    """Draw accuracy over steps for every policy, the model in bold with a band.
+    """Draw accuracy over the steps of Predict Object Location for every policy.
+
+    Source: paper figure 4.
+    """
+    return draw_over_steps(
+        {name: score.is_correct for name, score in scores.items()},
+        highlight,
+        title="Predict Object Location on unseen homes",
+        metric="accuracy",
+        window=window,
+    )
+
+
+def draw_over_steps(
+    values: Mapping[str, np.ndarray],
+    highlight: str | Sequence[str],
+    *,
+    title: str,
+    metric: str,
+    window: int = 10,
+) -> Figure:
+    """Draw a score over steps for every policy, models in bold with a band.
 
     Curves are averaged over the last `window` steps; the band is one standard error over homes.
     Names stand at the end of their curves.
 
+    Args:
+        values: score of each home and step, (H, T), by policy.
+        highlight: which ones to draw in bold: one name or several.
+        title: of the figure.
+        metric: what the score is.
+        window: steps to average over.
+
     Source: paper figure 4.
     """
+    bold = {highlight} if isinstance(highlight, str) else set(highlight)
     figure = Figure(figsize=(7.5, 4.8), dpi=120, layout="constrained")
     axes = figure.subplots()
     ends: list[tuple[float, str, str]] = []
-    for name, score in scores.items():
-        style: dict[str, Any] = dict(_STYLES.get(name, {"color": "#d62728"}))
-        curves = smooth(score.is_correct, window)  # (H, T)
+    colors = cycle(_MODEL_COLORS)
+    for name, rows in values.items():
+        style: dict[str, Any] = dict(_STYLES[name] if name in _STYLES else {"color": next(colors)})
+        curves = smooth(rows, window)  # (H, T)
         mean = curves.mean(axis=0)
         steps = np.arange(1, len(mean) + 1)
-        is_own = name == highlight
-        axes.plot(steps, mean, linewidth=3 if is_own else 1.4, zorder=3 if is_own else 2, **style)
-        if is_own:
+        is_bold = name in bold
+        axes.plot(steps, mean, linewidth=3 if is_bold else 1.4, zorder=3 if is_bold else 2, **style)
+        if is_bold:
             error = curves.std(axis=0) / np.sqrt(len(curves))
             axes.fill_between(
                 steps, mean - error, mean + error, color=style["color"], alpha=0.2, linewidth=0
@@ -59,8 +94,8 @@ def draw_accuracy_over_steps(
     axes.set_xlim(1, len(mean) * 1.24)  # room for the names
     axes.set_xticks([tick for tick in axes.get_xticks() if 0 < tick <= len(mean)])
     axes.set_xlabel("time step")
-    axes.set_ylabel(f"accuracy, mean of {window} steps")
-    axes.set_title("Predict Object Location on unseen homes")
+    axes.set_ylabel(f"{metric}, mean of {window} steps")
+    axes.set_title(title)
     axes.grid(alpha=0.25)
     axes.spines[["top", "right"]].set_visible(False)
     return figure
@@ -72,5 +107,6 @@ def _label_ends(axes: Axes, ends: list[tuple[float, str, str]], x: float) -> Non
     values = np.array([end for end, _, _ in ends])
     steps = np.arange(len(ends)) * 0.045 * (axes.get_ylim()[1] or 1.0)  # a line of text each
     heights = isotonic_regression(values - steps).x + steps
+    heights = np.maximum(heights, axes.get_ylim()[0] + steps)  # none below the axis
     for y, (_, name, color) in zip(heights, ends, strict=True):
         axes.text(x, y, name.replace("_", " "), color=color, va="center", fontsize=10)

@@ -124,6 +124,7 @@ def main(args: ArgsType = None) -> FitCLI:
     # lightning 2.6 tests torch's tree specifications in a way that torch 2.13 deprecated
     warnings.filterwarnings("ignore", message=".isinstance.treespec, LeafSpec")
     cli = FitCLI(args)
+    cli.datamodule.trainer = cli.trainer  # for whether to show progress
     try:  # Lightning does both again, at no cost: what can be wrong with data is said here
         cli.datamodule.prepare_data()
         cli.datamodule.setup()

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 
 from datamodules.batch import QUERY_EDGE_TYPES
-from datamodules.features import FeatureConfig
+from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep.module import NEPModule
 from simulator.memory.memory_batch import MemoryBatch, Queries
@@ -38,17 +38,24 @@ class NEPPolicy(Policy):
             checkpoint: path of the file.
 
         Raises:
-            ValueError: if the file is not such a checkpoint, or was trained with other text
-                vectors than those installed.
+            ValueError: if there is no such file, it is not such a checkpoint, or it was trained
+                with another feature schema or other text vectors than those installed.
         """
         try:
             content = torch.load(checkpoint, map_location="cpu", weights_only=True)
             data = content["datamodule_hyper_parameters"]
+            # Checkpoints from before the schema was written down have the first one.
+            check_feature_schema(data.get("feature_schema", 1), checkpoint)
             features = FeatureConfig(**data["features"])
             module = NEPModule.load_from_checkpoint(
                 checkpoint, map_location="cpu", weights_only=True
             )
-        except (pickle.UnpicklingError, KeyError, TypeError, RuntimeError) as error:
+        except OSError as error:
+            raise ValueError(
+                f"checkpoint must be a file that can be read, got {error.strerror!r} for "
+                f"{checkpoint}. Train one with `python -m nep.fit`, or check the path."
+            ) from error
+        except (pickle.UnpicklingError, EOFError, KeyError, TypeError, RuntimeError) as error:
             raise ValueError(
                 f"checkpoint must be one that nep.fit wrote, got {type(error).__name__} for "
                 f"{checkpoint}. Train again, or check the path."
@@ -80,3 +87,16 @@ class NEPPolicy(Policy):
             places.append(local[furniture[query >= 0]])
         np.maximum.at(scores, (torch.cat(snapshots).numpy(), torch.cat(places).numpy()), logits)
         return scores
+
+
+def check_feature_schema(version: int, checkpoint: str | Path) -> None:
+    """Check that a checkpoint reads the features that this package makes.
+
+    Raises:
+        ValueError: if its feature schema is another one.
+    """
+    if version != FEATURE_SCHEMA_VERSION:
+        raise ValueError(
+            f"checkpoint must have feature schema {FEATURE_SCHEMA_VERSION}, got {version} for "
+            f"{checkpoint}. Train again, or install the version of the package that trained it."
+        )

@@ -21,7 +21,7 @@ from simulator.houses import Houses
 from simulator.policies import POLICIES, make_policy
 from simulator.prior_graph import PriorGraph
 from simulator.recorder import Recorder
-from simulator.rollout import Rollout, list_labels
+from simulator.rollout import list_labels
 from simulator.shards import (
     MANIFEST,
     compute_checksum,
@@ -32,8 +32,8 @@ from simulator.shards import (
     save_shard,
 )
 from simulator.streams import SPLITS, Streams
-
-TASKS = ("predict_location",)
+from simulator.tasks.registry import TASKS
+from simulator.tasks.task import Answered
 
 _HOUSES_PER_JOB = 20  # in lockstep; also what is lost at most when a collection is killed
 
@@ -44,7 +44,7 @@ class CollectConfig:
 
     Attributes:
         houses: number of homes.
-        steps: time steps per home.
+        steps: time steps per home, or searches of Find Object.
         policy: name of the collecting policy.
         task: name of the task it plays.
         split: "train", "val" or "test": their homes never coincide.
@@ -126,8 +126,8 @@ def collect(config: CollectConfig, out: Path, workers: int = 1, progress: bool =
         total=config.houses * config.steps,
         initial=len(shards) * config.steps,
         desc=f"collecting {config.split} snapshots",
-        unit="SGM",
-        disable=not progress,
+        unit="step",
+        disable=not progress or not jobs,
     ) as bar:
         if jobs:
             run = Parallel(n_jobs=min(workers, len(jobs)), return_as="generator_unordered")
@@ -142,11 +142,16 @@ def collect_houses(
 ) -> dict[str, str]:
     """Collect some houses in lockstep; write their shards and return the checksum of each."""
     state = Houses(prior, config.house, Streams(config.seed, config.split, houses))
-    rollout = Rollout(state, make_policy(config.policy, state))
-    recorder = Recorder(rollout.memory)
-    rollout.on_change = recorder.add_change
-    for step in rollout.run(config.steps):
-        recorder.add_snapshot(step.queries, step.answers)
+    task = TASKS[config.task](state, make_policy(config.policy, state))
+    recorder = Recorder(task.rollout.memory)
+    task.rollout.on_change = recorder.add_change
+
+    def record(answered: Answered) -> None:
+        recorder.add_snapshot(answered.queries, answered.answers)
+
+    task.on_answer = record
+    for _ in task.run(config.steps):
+        pass  # every answer was recorded
     checksums = {}
     for house, arrays in zip(houses, recorder.finish(), strict=True):
         name = get_shard_name(house)

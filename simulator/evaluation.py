@@ -9,20 +9,30 @@ import numpy as np
 
 from simulator.config import HouseConfig
 from simulator.houses import Houses
+from simulator.metrics import (
+    compute_away,
+    compute_calibration_error,
+    compute_nll,
+    compute_probabilities,
+)
 from simulator.policies import Policy
 from simulator.prior_graph import PriorGraph
-from simulator.rollout import Rollout
 from simulator.streams import Streams
+from simulator.tasks.registry import TASKS, check_task
+from simulator.tasks.task import Answered, Task
 
 
 @dataclass(frozen=True, slots=True)
 class Scores:
-    """What a policy scored in H homes over T steps of Predict Object Location.
+    """How a policy answered A queries in each of H homes.
+
+    Predict Object Location has one query a step, so that A is the number of steps; Find Object
+    counts the first look of each search.
 
     Attributes:
-        is_correct: whether the chosen furniture held an object asked for, bool (H, T).
+        is_correct: whether the chosen furniture held an object asked for, bool (H, A).
         has_candidate: whether the policy gave a true place any score above -inf, which for NEP
-            means that it was among the query's candidate edges, bool (H, T).
+            means that it was among the query's candidate edges, bool (H, A).
     """
 
     is_correct: np.ndarray
@@ -39,6 +49,43 @@ class Scores:
         return float(self.has_candidate.mean())
 
 
+@dataclass(frozen=True, slots=True)
+class TaskScores(Scores):
+    """What a policy scored in H homes over T steps of a task, and how it answered.
+
+    Attributes:
+        values: the task's own score of each step (`Task.metric`), (H, T).
+        is_away: whether the object was not where the agent had last seen it, bool (H, A).
+        confidence: probability that the policy gave to its choice, (H, A).
+        likelihood: probability that it gave to the true places together, (H, A).
+    """
+
+    values: np.ndarray
+    is_away: np.ndarray
+    confidence: np.ndarray
+    likelihood: np.ndarray
+
+    @property
+    def home_values(self) -> np.ndarray:
+        """Mean score per home, (H,)."""
+        return self.values.mean(axis=1)
+
+    @property
+    def away_accuracy(self) -> float:
+        """Share of correct answers about objects that have left their last known place."""
+        return float(self.is_correct[self.is_away].mean()) if self.is_away.any() else float("nan")
+
+    @property
+    def calibration_error(self) -> float:
+        """Expected calibration error of the answers."""
+        return compute_calibration_error(self.confidence.ravel(), self.is_correct.ravel())
+
+    @property
+    def nll(self) -> float:
+        """Mean negative log likelihood of the true places, in nats."""
+        return compute_nll(self.likelihood.ravel())
+
+
 def evaluate_policy(
     make: Callable[[Houses], Policy],
     prior: PriorGraph,
@@ -46,23 +93,62 @@ def evaluate_policy(
     streams: Streams,
     num_steps: int,
     on_step: Callable[[], None] = lambda: None,
-) -> Scores:
-    """Let a policy play Predict Object Location in fresh homes, all in lockstep.
+    task: str = "predict_location",
+) -> TaskScores:
+    """Let a policy play a task in fresh homes, all in lockstep.
 
     Args:
         make: gets the homes and returns the policy; only oracles keep them.
         prior: what homes look like.
         config: the rules.
-        streams: of the homes to play in; the same streams give the same homes and queries to
-            every policy, so that policies can be compared home by home.
+        streams: of the homes to play in, fresh for every policy: equal ones give the same homes
+            and queries, so that policies can be compared home by home.
         num_steps: T.
         on_step: called after each step.
+        task: name of the task.
+
+    Raises:
+        ValueError: if there is no task of that name.
     """
+    check_task(task)
     houses = Houses(prior, config, streams)
-    rollout = Rollout(houses, make(houses))
-    correct, candidate = [], []
-    for step in rollout.run(num_steps):
-        correct.append(step.is_correct)
-        candidate.append((np.isfinite(step.scores) & step.answers).any(axis=1))
+    policy = make(houses)
+    game = TASKS[task](houses, policy)
+    log = _AnswerLog(game, policy)
+    values = []
+    for value in game.run(num_steps):
+        values.append(value)
         on_step()
-    return Scores(np.stack(correct, axis=1), np.stack(candidate, axis=1))
+    return TaskScores(values=np.stack(values, axis=1), **log.finish())
+
+
+class _AnswerLog:
+    """Keeps what `TaskScores` says about answers; looks that go on a search are left out."""
+
+    def __init__(self, game: Task, policy: Policy) -> None:
+        """Listen to a task."""
+        self._memory = game.rollout.memory
+        self._kind = policy.score_kind
+        self._columns: dict[str, list[np.ndarray]] = {
+            name: []
+            for name in ("is_correct", "has_candidate", "is_away", "confidence", "likelihood")
+        }
+        game.on_answer = self._add
+
+    def finish(self) -> dict[str, np.ndarray]:
+        """Return the columns, (H, A) each."""
+        return {name: np.concatenate(parts, axis=1) for name, parts in self._columns.items()}
+
+    def _add(self, answered: Answered) -> None:
+        if answered.is_repeat:
+            return
+        probability = compute_probabilities(answered.scores, self._kind)
+        row = {
+            "is_correct": answered.is_correct,
+            "has_candidate": (np.isfinite(answered.scores) & answered.answers).any(axis=1),
+            "is_away": compute_away(self._memory, answered.queries, answered.answers),
+            "confidence": probability[np.arange(len(answered.choice)), answered.choice],
+            "likelihood": (probability * answered.answers).sum(axis=1),
+        }
+        for name, values in row.items():
+            self._columns[name].append(values.reshape(self._memory.num_homes, -1))

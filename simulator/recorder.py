@@ -24,21 +24,27 @@ class Recorder:
     def __init__(self, memory: MemoryBatch) -> None:
         """Start with no snapshot."""
         self._memory = memory
-        self._num_snapshots = 0
+        self._num_snapshots = np.zeros(memory.num_homes, dtype=np.int64)  # so far, (H,)
         self._snapshots: list[Arrays] = []
         self._versions: dict[str, list[Arrays]] = defaultdict(list)
 
     def add_snapshot(self, queries: Queries, answers: np.ndarray) -> None:
-        """Record the memories at a query, one query per home, with the true answers (H, F)."""
+        """Record the memories at queries; a home may have several, or none.
+
+        Args:
+            queries: what is asked, (Q,); one snapshot each.
+            answers: furniture that truly holds the object asked for, bool (Q, F).
+        """
         self._snapshots.append(
             {
-                "time": np.full(self._memory.num_homes, self._memory.time, dtype=np.int32),
+                "home": queries.home,
+                "time": np.full(len(queries.home), self._memory.time, dtype=np.int32),
                 "query_row": queries.object,
                 "query_prior": queries.prior,
                 "answers": answers,
             }
         )
-        self._num_snapshots += 1
+        self._num_snapshots += np.bincount(queries.home, minlength=self._memory.num_homes)
 
     def add_change(self, change: Change) -> None:
         """Record what a look has changed; valid from the next snapshot on."""
@@ -68,8 +74,9 @@ class Recorder:
         """Return the arrays of every home; docs/data.md lists them with their shapes."""
         memory = self._memory
         snapshots = {
-            name: np.stack([row[name] for row in self._snapshots]) for name in self._snapshots[0]
-        }  # (S, H, ...)
+            name: np.concatenate([row[name] for row in self._snapshots])
+            for name in self._snapshots[0]
+        }  # (snapshots of all homes, ...)
         versions = {kind: self._sort_versions(kind) for kind in ("object", "edge", "furniture")}
         shards = []
         for home in range(memory.num_homes):
@@ -79,6 +86,7 @@ class Recorder:
             number[objects] = np.arange(len(objects))
             edge_number = np.full(len(memory.edges), -1, dtype=np.int32)
             edge_number[edges] = np.arange(len(edges))
+            asked = np.flatnonzero(snapshots["home"] == home)
             arrays = {
                 "room_label": memory.room_label[home],
                 "furniture_label": memory.furniture_label[home],
@@ -90,10 +98,10 @@ class Recorder:
                 "edge_furniture": memory.edges["furniture"][edges],
                 "edge_relation": memory.edges["relation"][edges],
                 "edge_prior": memory.edges["prior"][edges],
-                "snapshot_time": snapshots["time"][:, home],
-                "snapshot_query": number[snapshots["query_row"][:, home]],
-                "snapshot_prior": snapshots["query_prior"][:, home],
-                "snapshot_answers": snapshots["answers"][:, home],
+                "snapshot_time": snapshots["time"][asked],
+                "snapshot_query": number[snapshots["query_row"][asked]],
+                "snapshot_prior": snapshots["query_prior"][asked],
+                "snapshot_answers": snapshots["answers"][asked],
             }
             numbers: Arrays = {
                 "object": number,
@@ -111,7 +119,7 @@ class Recorder:
         return shards
 
     def _add_versions(self, kind: str, home: np.ndarray, rows: np.ndarray, values: Arrays) -> None:
-        valid_from = np.full(len(rows), self._num_snapshots)
+        valid_from = self._num_snapshots[home]
         self._versions[kind].append({"home": home, "row": rows, "valid_from": valid_from, **values})
 
     def _sort_versions(self, kind: str) -> Arrays:
@@ -125,7 +133,7 @@ class Recorder:
             columns["home"][1:] != columns["home"][:-1]
         )
         following = np.append(columns["valid_from"][1:], 0)
-        columns["valid_to"] = np.where(is_last, self._num_snapshots, following)
+        columns["valid_to"] = np.where(is_last, self._num_snapshots[columns["home"]], following)
         return columns
 
 

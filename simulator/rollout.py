@@ -107,13 +107,19 @@ class Rollout:
 
     def ask(self) -> tuple[np.ndarray, Queries]:
         """Evolve every home by one step and ask its query: description codes (H,), queries."""
-        houses, memory = self.houses, self.memory
-        evolve(houses)
-        memory.step()
-        slot = sample_query(houses)
-        codes = houses.object_code[self._homes, slot]
-        types = houses.object_type[self._homes, slot]
-        return codes, memory.query(self._homes, codes, self._label_of_type[types], types)
+        self.evolve()
+        return self.ask_for(self._homes, sample_query(self.houses))
+
+    def evolve(self) -> None:
+        """Let one time step pass in every home and in the memory."""
+        evolve(self.houses)
+        self.memory.step()
+
+    def ask_for(self, homes: np.ndarray, slots: np.ndarray) -> tuple[np.ndarray, Queries]:
+        """Ask for the objects in slots (Q,) of homes (Q,): description codes (Q,), queries."""
+        codes = self.houses.object_code[homes, slots]
+        types = self.houses.object_type[homes, slots]
+        return codes, self.memory.query(homes, codes, self._label_of_type[types], types)
 
     def look(self, furniture: np.ndarray) -> None:
         """Fold one look per home into the memory; a negative index means no look there, (H,)."""

@@ -76,7 +76,8 @@ class OnlineEvaluation(pl.Callback):
         """Let every heuristic and oracle play."""
         if not trainer.is_global_zero:
             return
-        with Progress(transient=True) as progress:
+        is_quiet = trainer.progress_bar_callback is None
+        with Progress(transient=True, disable=is_quiet) as progress:
             task = progress.add_task("heuristics on validation homes", total=len(POLICIES))
             for name in POLICIES:
                 progress.update(task, description=f"{name} on validation homes")

@@ -2,7 +2,9 @@
 
 from nep.encoders.encoder import Encoder
 from nep.encoders.gcn import GCN
+from nep.encoders.han import HAN
 from nep.encoders.heat import HEAT
+from nep.encoders.hgt import HGT
 from nep.encoders.mlp import MLP
 
-__all__ = ["GCN", "HEAT", "MLP", "Encoder"]
+__all__ = ["GCN", "HAN", "HEAT", "HGT", "MLP", "Encoder"]

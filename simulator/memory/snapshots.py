@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from simulator.grouped import concatenate_ranges
-from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,4 +130,32 @@ def take_snapshots(memory: MemoryBatch, queries: Queries) -> Snapshots:
         query_prior=queries.prior,
         **{f"object_{name}": objects[name][row] for name in OBJECT_COUNTERS},
         **{f"edge_{name}": edges[name][edge] for name in EDGE_COUNTERS},
+    )
+
+
+def forget(snapshots: Snapshots) -> Snapshots:
+    """Return the snapshots of agents that have not seen anything yet and are asked the same.
+
+    The layout and the query objects are left; there is no remembered edge, no counter, no time.
+    """
+    batch = snapshots.num_snapshots
+    none, never = np.zeros(batch, dtype=np.int32), np.full(batch, NEVER, dtype=np.int32)
+    shape = snapshots.furniture_label.shape
+    no_edges = np.zeros(0, dtype=np.int32)
+    counters: dict[str, Any] = {f"edge_{name}": no_edges for name in EDGE_COUNTERS}
+    for name in OBJECT_COUNTERS:
+        counters[f"object_{name}"] = never if name.startswith("last") else none
+    return replace(
+        snapshots,
+        time=none,
+        furniture_num_observed=np.zeros(shape, dtype=np.int32),
+        furniture_last_observed=np.full(shape, NEVER, dtype=np.int32),
+        object_snapshot=np.arange(batch),
+        object_label=snapshots.object_label[snapshots.query_object],
+        query_object=np.arange(batch),
+        edge_object=no_edges,
+        edge_furniture=no_edges,
+        edge_relation=no_edges,
+        edge_prior=np.zeros(0, dtype=np.float32),
+        **counters,
     )

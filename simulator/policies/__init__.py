@@ -31,11 +31,20 @@ def make_policy(name: str, houses: Houses) -> Policy:
     Raises:
         ValueError: if there is no policy of that name.
     """
+    check_policy(name)
+    return POLICIES[name](houses)
+
+
+def check_policy(name: str) -> None:
+    """Check the name of a policy.
+
+    Raises:
+        ValueError: if there is no policy of that name.
+    """
     if name not in POLICIES:
         raise ValueError(
             f"policy must be one of {', '.join(POLICIES)}, got {name!r}. Choose one of these."
         )
-    return POLICIES[name](houses)
 
 
-__all__ = ["POLICIES", "Bayesian", "Policy", "make_policy"]
+__all__ = ["POLICIES", "Bayesian", "Policy", "check_policy", "make_policy"]

@@ -1,0 +1,1 @@
+"""Tasks that are played in simulated homes."""

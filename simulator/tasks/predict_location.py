@@ -17,27 +17,46 @@ def sample_query(houses: Houses) -> np.ndarray:
     Source: appendix "Choice of query object"; ruling 9.
     """
     uniform = houses.streams.rows("query", 2).next()
-    present = houses.is_present
-    moved = houses.object_moved & present
-    by_frequency = np.where(present, houses.move_freq[houses.object_type], 0.0)
-    by_frequency = np.where(by_frequency.any(axis=1, keepdims=True), by_frequency, present)
-    ask_moved = (uniform[:, 0] < 0.5) & moved.any(axis=1)
-    weights = np.where(ask_moved[:, None], moved, by_frequency)
+    weights = compute_query_weights(houses, houses.is_present, uniform[:, 0])
     return sample_categorical(weights, uniform[:, 1])
 
 
-def compute_answers(houses: Houses, code: np.ndarray) -> np.ndarray:
-    """Mark the furniture that holds an object with the description asked for, bool (H, F).
+def compute_query_weights(houses: Houses, is_open: np.ndarray, uniform: np.ndarray) -> np.ndarray:
+    """Return the weights that an object to ask for is drawn with, (H, C).
 
     Args:
         houses: the true homes.
-        code: description code per house, (H,).
+        is_open: objects that may be asked for, bool (H, C); some in each row.
+        uniform: below one half to ask for an object that has moved, (H,).
+
+    Source: ruling 9.
+    """
+    moved = houses.object_moved & is_open
+    by_frequency = np.where(is_open, houses.move_freq[houses.object_type], 0.0)
+    by_frequency = np.where(by_frequency.any(axis=1, keepdims=True), by_frequency, is_open)
+    ask_moved = (uniform < 0.5) & moved.any(axis=1)
+    return np.where(ask_moved[:, None], moved, by_frequency)
+
+
+def compute_answers(
+    houses: Houses, code: np.ndarray, homes: np.ndarray | None = None
+) -> np.ndarray:
+    """Mark the furniture that holds an object with the description asked for, bool (Q, F).
+
+    Args:
+        houses: the true homes.
+        code: description codes, (Q,).
+        homes: the home of each, (Q,); None for one query per home, in order.
 
     Source: ruling 10.
     """
-    answers = np.zeros((houses.num_houses, houses.num_furniture), dtype=bool)
-    house, slot = np.nonzero(houses.is_present & (houses.object_code == code[:, None]))
-    answers[house, houses.object_furniture[house, slot]] = True
+    if homes is None:
+        homes = np.arange(houses.num_houses)
+    answers = np.zeros((len(code), houses.num_furniture), dtype=bool)
+    query, slot = np.nonzero(
+        houses.is_present[homes] & (houses.object_code[homes] == code[:, None])
+    )
+    answers[query, houses.object_furniture[homes[query], slot]] = True
     return answers
 
 

@@ -91,7 +91,10 @@ def test_query_edges_are_marked_with_their_answers(builder, hand_written):
 
 def test_both_directions_carry_the_same_features(builder, collection):
     graph = SnapshotDataset(collection, builder).__getitems__(range(10)).graph
-    pairs = [(INSIDE, ("furniture", "contains", "object")), (ON_TOP, ("furniture", "under", "object"))]
+    pairs = [
+        (INSIDE, ("furniture", "contains", "object")),
+        (ON_TOP, ("furniture", "under", "object")),
+    ]
     for forth, back in pairs:
         src, dst = graph.edges(etype=forth)
         back_src, back_dst = graph.edges(etype=back)
@@ -171,7 +174,9 @@ def test_pruning_keeps_the_neighbourhood_of_query_edges(collection, num_hops):
 @pytest.mark.parametrize(
     ("switch", "zero_columns"), [("temporal", range(1, 8)), ("semantic", [0]), ("prior", [8])]
 )
-def test_a_group_that_is_off_is_zero_and_the_others_stay(builder, hand_written, switch, zero_columns):
+def test_a_group_that_is_off_is_zero_and_the_others_stay(
+    builder, hand_written, switch, zero_columns
+):
     on = builder.build(hand_written)
     off = GraphBuilder(FeatureConfig(**{switch: False})).build(hand_written)
     others = [column for column in range(9) if column not in zero_columns]
@@ -183,12 +188,34 @@ def test_a_group_that_is_off_is_zero_and_the_others_stay(builder, hand_written, 
     assert bool(off.graph.nodes["object"].data["temporal"].any()) == (switch != "temporal")
 
 
+def test_without_memory_there_is_the_layout_and_the_question(hand_written):
+    """What was seen changes nothing: the mug, its edge, the looks and the time are gone."""
+    config = FeatureConfig(memory=False)
+    graph = GraphBuilder(config).build(hand_written).graph
+    assert [graph.num_nodes(ntype) for ntype in NODE_TYPES] == [1, 1, 1, 2, 1]
+    # The apple's hypothetical edges: on the table (0.25) and in the fridge (0.75).
+    on_top, inside = graph.edges[ON_TOP].data, graph.edges[INSIDE].data
+    assert on_top["feature"][:, 8].tolist() == [0.25]
+    assert inside["feature"][:, 8].tolist() == [0.75]
+    assert (on_top["query"].tolist(), inside["query"].tolist()) == ([0], [0])
+    assert (on_top["target"].tolist(), inside["target"].tolist()) == ([0], [1])
+    assert not on_top["feature"][:, 1:8].any()
+    for ntype in ("furniture", "object"):
+        assert not graph.nodes[ntype].data["temporal"].any()
+    later = dataclasses.replace(
+        hand_written, time=hand_written.time + 50, furniture_num_observed=np.array([[9, 9]])
+    )
+    again = GraphBuilder(config).build(later).graph
+    for etype in EDGE_TYPES:
+        assert again.edges[etype].data["feature"].equal(graph.edges[etype].data["feature"])
+
+
 def test_random_candidates_ignore_the_prior(hand_written):
     config = FeatureConfig(prior=False, candidates="random", random_candidates=1)
     places = set()
     for seed in range(20):
         graph = GraphBuilder(config, seed=seed).build(hand_written).graph
-        src, dst = graph.edges(etype=ON_TOP)
+        _, dst = graph.edges(etype=ON_TOP)
         marked = graph.edges[ON_TOP].data["query"] >= 0
         assert marked.sum() == 1
         assert graph.num_edges(INSIDE) == 0

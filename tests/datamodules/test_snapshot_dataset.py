@@ -49,9 +49,7 @@ def test_snapshots_on_disk_equal_the_live_memories(collection, builder):
 
 
 def _sort_edges(snapshots, column):
-    order = np.lexsort(
-        (snapshots.edge_relation, snapshots.edge_furniture, snapshots.edge_object)
-    )
+    order = np.lexsort((snapshots.edge_relation, snapshots.edge_furniture, snapshots.edge_object))
     return column[order]
 
 

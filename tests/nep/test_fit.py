@@ -8,6 +8,7 @@ import pytest
 import torch
 import yaml
 
+from datamodules.features import FeatureConfig
 from nep.fit import CONFIG_FOLDER, FitCLI, find_configs, main
 from nep.module import NEPModule
 from simulator import PriorGraph
@@ -33,7 +34,9 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize(("name", "num_hops"), [("mlp", 0), ("gcn", 1), ("heat", 1)])
+@pytest.mark.parametrize(
+    ("name", "num_hops"), [("mlp", 0), ("gcn", 1), ("heat", 1), ("hgt", 1), ("han", 1)]
+)
 def test_packaged_configs_build_the_papers_setting(name, num_hops, folder):
     cli = FitCLI(["--config", f"{name}.yaml"])
     assert type(cli.model.predictor.encoder).__name__ == name.upper()
@@ -70,6 +73,33 @@ def test_fit_writes_what_replays_reloads_and_resumes(folder, capsys):
     last = str(checkpoints / "last.ckpt")
     resumed = main(["--config", str(saved), "--ckpt_path", last, "--trainer.max_epochs", "2"])
     assert resumed.trainer.global_step == 2 * cli.trainer.global_step
+
+
+def test_packaged_config_of_hms_has_no_memory(folder):
+    cli = FitCLI(["--config", "hms.yaml"])
+    features = cli.datamodule.builder.config
+    assert (features.memory, features.temporal, features.prior) == (False, False, True)
+    assert cli.model.predictor.query_attention is None
+    assert type(cli.model.predictor.encoder).__name__ == "GCN"
+
+
+@pytest.mark.parametrize(
+    ("ablation", "features", "has_transformer"),
+    [
+        ("no_prior", FeatureConfig(prior=False, candidates="random"), True),
+        ("no_transformer", FeatureConfig(), False),
+        ("no_temporal", FeatureConfig(temporal=False), True),
+        ("no_semantic", FeatureConfig(semantic=False), True),
+    ],
+)
+def test_an_ablation_is_put_after_the_config_of_a_model(
+    ablation, features, has_transformer, folder
+):
+    cli = FitCLI(["--config", "gcn.yaml", "--config", f"{ablation}.yaml"])
+    assert cli.datamodule.builder.config == features
+    assert (cli.model.predictor.query_attention is not None) == has_transformer
+    assert type(cli.model.predictor.encoder).__name__ == "GCN"
+    assert cli.trainer.max_epochs == 25
 
 
 def test_a_file_here_goes_before_the_packaged_one(folder):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dgl
 import numpy as np
 import pytest
 import torch
@@ -11,7 +12,9 @@ from datamodules.batch import EDGE_TYPES, NODE_TYPES
 from nep.flat_graph import FlatGraph
 from nep.layers.dropout import ByteDropout
 from nep.layers.gcn import GCNConv
+from nep.layers.han import HANConv
 from nep.layers.heat import HEATConv
+from nep.layers.hgt import HGTConv
 from nep.layers.segment import segment_softmax, segment_sum
 
 IN, OUT, EDGE = 6, 8, 5
@@ -53,27 +56,100 @@ def loop_gcn(layer, graph, node, edge):
     for src, dst in zip(graph.edge_src, graph.edge_dst, strict=True):
         adjacency[dst, src] += 1
     scale = np.diag((graph.degree.numpy() + 1.0) ** -0.5)
-    return scale @ adjacency @ scale @ node @ layer.weight.weight.detach().numpy().T
+    weight, bias = layer.weight.weight.detach().numpy(), layer.bias.detach().numpy()
+    return scale @ adjacency @ scale @ node @ weight.T + bias
 
 
-class GCNOverEdges(GCNConv):
-    """Takes and ignores edges, so that both layers are called alike."""
+def list_types(graph):
+    """Type of each node and of each edge."""
+    return (
+        np.repeat(np.arange(len(NODE_TYPES)), graph.node_counts),
+        np.repeat(np.arange(len(EDGE_TYPES)), graph.edge_counts),
+    )
 
-    def forward(self, graph, node, edge):
-        return super().forward(graph, node)
+
+def loop_hgt(layer, graph, node, edge):
+    """Hu et al. 2020, literally: one softmax over all incoming edges per node and head."""
+    p = {name: value.detach().numpy() for name, value in layer.named_parameters()}
+    ntype, etype = list_types(graph)
+    src, dst = graph.edge_src.numpy(), graph.edge_dst.numpy()
+    width = IN // layer.heads
+    out = np.zeros((graph.num_nodes, IN))
+    for i in range(graph.num_nodes):
+        h = np.zeros(IN)
+        incoming = np.flatnonzero(dst == i)
+        for k in range(layer.heads):
+            own = slice(k * width, (k + 1) * width)
+            query = (node[i] @ p["query"][ntype[i]])[own]
+            logits, messages = [], []
+            for e in incoming:
+                key = (node[src[e]] @ p["key"][ntype[src[e]]])[own]
+                value = (node[src[e]] @ p["value"][ntype[src[e]]])[own]
+                score = key @ p["attend"][etype[e], k] @ query
+                logits.append(score * p["importance"][etype[e], k] / np.sqrt(width))
+                messages.append(value @ p["message"][etype[e], k])
+            if len(incoming):
+                weight = np.exp(logits) / np.exp(logits).sum()
+                h[own] = weight @ np.array(messages)
+        share = 1 / (1 + np.exp(-p["skip"][ntype[i]]))
+        out[i] = share * np.maximum(h, 0) @ p["output"][ntype[i]] + (1 - share) * node[i]
+    return out
 
 
-@pytest.fixture(params=["gcn", "heat", "heat with one head"])
+def loop_han(layer, graph, node, edge):
+    """Wang et al. 2019, literally, with edge types for meta-paths and weights per node."""
+    p = {name: value.detach().numpy() for name, value in layer.named_parameters()}
+    ntype, etype = list_types(graph)
+    src, dst = graph.edge_src.numpy(), graph.edge_dst.numpy()
+    h = (node[:, None] @ p["node_weight"][ntype])[:, 0] + p["node_bias"][ntype]
+    width = IN // layer.heads
+    out = np.zeros((graph.num_nodes, IN))
+    for i in range(graph.num_nodes):
+        found = []
+        for kind in range(len(EDGE_TYPES)):
+            sources = src[(dst == i) & (etype == kind)]
+            if len(sources) == 0:
+                continue
+            z = np.zeros(IN)
+            for k in range(layer.heads):
+                own = slice(k * width, (k + 1) * width)
+                a, b = p["attend_dst"][kind, k], p["attend_src"][kind, k]
+                weight = np.exp(leaky(h[i, own] @ a + h[sources][:, own] @ b))
+                z[own] = weight / weight.sum() @ h[sources][:, own]
+            found.append(np.maximum(z, 0))
+        if found:
+            z = np.array(found)
+            score = np.tanh(z @ p["semantic.weight"].T + p["semantic.bias"])
+            weight = np.exp(score @ p["semantic_query.weight"][0])
+            out[i] = weight / weight.sum() @ z
+    return out
+
+
+def over_edges(layer_class):
+    """A layer that takes and ignores edges, so that all layers are called alike."""
+
+    class OverEdges(layer_class):
+        def forward(self, graph, node, edge):
+            return super().forward(graph, node)
+
+    return OverEdges
+
+
+@pytest.fixture(params=["gcn", "heat", "heat with one head", "hgt", "han", "han with one head"])
 def layer_and_loop(request):
     torch.manual_seed(1)
     layer, loop = {
-        "gcn": (GCNOverEdges(IN, OUT), loop_gcn),
+        "gcn": (over_edges(GCNConv)(IN, OUT), loop_gcn),
+        "hgt": (over_edges(HGTConv)(IN, 2), loop_hgt),
+        "han": (over_edges(HANConv)(IN, 2), loop_han),
+        "han with one head": (over_edges(HANConv)(IN, 1), loop_han),
         "heat": (HEATConv(IN, OUT, EDGE, 2, 3, 4), loop_heat),
         "heat with one head": (HEATConv(IN, OUT, EDGE, 1, 3, 4), loop_heat),
     }[request.param]
-    for bias in ("node_bias", "bias"):  # zero at first, which would hide a lost bias
-        if loop is loop_heat:
-            nn.init.normal_(getattr(layer, bias))
+    # Constant at first, which would hide a lost bias or a lost weight of a type.
+    for name in ("node_bias", "bias", "importance", "skip"):
+        if hasattr(layer, name):
+            nn.init.normal_(getattr(layer, name))
     return layer, loop
 
 
@@ -121,6 +197,40 @@ def test_gradients_of_heat_match_finite_differences(random_batch):
     graph = FlatGraph.from_batch(random_batch(0, num_snapshots=1, num_furniture=2, num_objects=2))
     node, edge = (x.double().requires_grad_() for x in make_features(graph))
     assert torch.autograd.gradcheck(lambda n, e: layer(graph, n, e), (node, edge))
+
+
+class Activated(nn.Module):
+    """DGL leaves out the activation before the output projection."""
+
+    def __init__(self, linear):
+        super().__init__()
+        self.linear = linear
+
+    def forward(self, x, types, presorted):
+        return self.linear(torch.relu(x), types, presorted)
+
+
+def test_hgt_equals_dgl(random_batch):
+    torch.manual_seed(2)
+    ours = HGTConv(8, 2)
+    nn.init.normal_(ours.importance)
+    nn.init.normal_(ours.skip)
+    theirs = dgl.nn.HGTConv(8, 4, 2, len(NODE_TYPES), len(EDGE_TYPES), dropout=0.0)
+    for mine, other in (("key", "k"), ("query", "q"), ("value", "v"), ("output", "a")):
+        getattr(theirs, f"linear_{other}").W.data = getattr(ours, mine).data
+    for head in range(2):
+        theirs.relation_att[head].W.data = ours.attend.data[:, head].contiguous()
+        theirs.relation_msg[head].W.data = ours.message.data[:, head].contiguous()
+        theirs.relation_pri[head].data = ours.importance.data[:, head].contiguous()
+    theirs.skip.data = ours.skip.data
+    theirs.linear_a = Activated(theirs.linear_a)
+    graph = FlatGraph.from_batch(random_batch(3))
+    node = torch.randn(graph.num_nodes, 8)
+    ntype, etype = (torch.from_numpy(types) for types in list_types(graph))
+    flat = dgl.graph((graph.edge_src, graph.edge_dst), num_nodes=graph.num_nodes)
+    torch.testing.assert_close(
+        ours(graph, node), theirs(flat, node, ntype, etype), rtol=1e-4, atol=1e-5
+    )
 
 
 def test_heads_must_divide_the_width():

@@ -12,7 +12,7 @@ from torch.nn import functional as F
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, RELATIONS
 from nep.embedding import EdgeEmbedding, NodeEmbedding
-from nep.encoders import GCN, HEAT, MLP
+from nep.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.flat_graph import FlatGraph
 from nep.loss import balanced_bce
 from nep.node_edge_predictor import NodeEdgePredictor
@@ -23,6 +23,9 @@ ENCODERS = {
     "gcn": lambda: GCN(16),
     "gcn with residual": lambda: GCN(16, residual=True),
     "heat": lambda: HEAT(16),
+    "hgt": lambda: HGT(16),
+    "han": lambda: HAN(16),
+    "two hops of han without residual": lambda: HAN(16, num_convolutions=2, residual=False),
     "two hops of heat without residual": lambda: HEAT(16, num_convolutions=2, residual=False),
 }
 
@@ -247,6 +250,9 @@ def test_a_graph_of_another_schema_is_refused(random_batch):
         (lambda: MLP(0), "units must be at least 1, got 0"),
         (lambda: GCN(16, num_convolutions=0), "num_convolutions must be at least 1, got 0"),
         (lambda: HEAT(16, heads=5), "got 5 heads for 16 units"),
+        (lambda: HGT(16, heads=0), "got 0 heads for 16 units"),
+        (lambda: HGT(16, num_convolutions=0), "num_convolutions must be at least 1, got 0"),
+        (lambda: HAN(16, heads=3), "got 3 heads for 16 units"),
         (lambda: NodeEdgePredictor(MLP(16), transformer_heads=3), "got 3 heads for width 32"),
     ],
 )

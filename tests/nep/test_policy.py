@@ -6,7 +6,7 @@ import torch
 
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
-from nep.encoders import GCN, HEAT, MLP
+from nep.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.module import NEPModule
 from nep.policy import NEPPolicy
 from simulator import HouseConfig, Houses, PriorGraph, SceneGraphMemory, Sighting, Streams
@@ -20,7 +20,7 @@ def make_nep_policy(encoder) -> NEPPolicy:
     return NEPPolicy(module, GraphBuilder(FeatureConfig(), module.num_hops))
 
 
-@pytest.mark.parametrize("encoder", [MLP, GCN, HEAT])
+@pytest.mark.parametrize("encoder", [MLP, GCN, HEAT, HGT, HAN])
 def test_scores_are_finite_exactly_at_the_candidates(encoder):
     policy = make_nep_policy(encoder())
     config = HouseConfig(furniture_per_room=4)
@@ -66,6 +66,25 @@ def test_ranks_a_memory_without_any_simulator():
         ranking = memory.rank(policy, description)
         assert sorted(furniture for furniture, _ in ranking) == [0, 1]
         assert np.isfinite(ranking[0][1])
+
+
+def test_without_memory_looks_change_no_score():
+    """HMS sees the layout and the question alone, a network with memory what was seen, too."""
+    house = HouseConfig(furniture_per_room=4)
+    for remembers in (False, True):
+        torch.manual_seed(0)
+        module = NEPModule(GCN(), transformer=False)
+        policy = NEPPolicy(module, GraphBuilder(FeatureConfig(memory=remembers), module.num_hops))
+        scores = []
+        for looks in (0, 1):
+            houses = Houses(PriorGraph.default(), house, Streams(0, "val", range(2)))
+            rollout = Rollout(houses, policy)
+            rollout.evolve()
+            for furniture in range(looks * houses.num_furniture):
+                rollout.look(np.full(2, furniture))
+            _, queries = rollout.ask_for(np.arange(2), np.zeros(2, dtype=int))
+            scores.append(policy.scores(rollout.memory, queries))
+        assert np.array_equal(*scores) != remembers
 
 
 def test_a_file_that_is_no_checkpoint_is_refused(tmp_path):

@@ -173,7 +173,7 @@ def fail(tmp_path, capsys, *arguments: str) -> str:
         (["--workers", "0"], "error: workers must be at least 1, got 0. Ask for more."),
         (["--seed", "-1"], "error: seed must be non-negative, got -1. Choose 0 or more."),
         (["--policy", "clever"], "got 'clever'. Choose one of these."),
-        (["--task", "dance"], "error: task must be one of predict_location, got 'dance'. Choose"),
+        (["--task", "dance"], "relative_likelihood, find_object, got 'dance'. Choose one"),
         (["--split", "all"], "error: split must be one of train, val, test, got 'all'. Choose"),
         (["--rooms", "kitchen", "garage"], "got none for 'garage' in the prior"),
         (["--rooms", "kitchen", "kitchen"], "Name each room once."),

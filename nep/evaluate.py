@@ -1,0 +1,302 @@
+"""Lets policies and trained networks play the tasks: `python -m nep.evaluate --help`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import platform
+import shlex
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import torch
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from nep.contestants import Checkpoint, check_contestants, list_contestants
+from nep.figures import draw_over_steps
+from nep.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
+from simulator.config import HouseConfig
+from simulator.evaluation import TaskScores, evaluate_policy
+from simulator.houses import Houses
+from simulator.policies import POLICIES
+from simulator.prior_graph import PriorGraph
+from simulator.shards import write_whole
+from simulator.streams import SPLITS, Streams
+from simulator.tasks.registry import TASKS
+
+RESULTS_VERSION = 1
+_LOG_WIDTH = 100
+_PACKAGES = ("scene-graph-memory", "numpy", "scipy", "torch", "dgl")
+
+# Scores by task and by policy.
+Results = Mapping[str, Mapping[str, TaskScores]]
+
+
+@dataclass(frozen=True, slots=True)
+class EvaluateConfig:
+    """What is played, by whom and where.
+
+    Attributes:
+        tasks: names of tasks.
+        policies: names of policies.
+        checkpoints: trained networks.
+        houses: homes, H, all in lockstep.
+        steps: time steps per home, or searches of Find Object, T.
+        seed: of the homes.
+        split: "train", "val" or "test": their homes never coincide.
+        house: rules of the homes.
+        prior: prior file; None for the shipped default.
+    """
+
+    tasks: tuple[str, ...] = tuple(TASKS)
+    policies: tuple[str, ...] = tuple(POLICIES)
+    checkpoints: tuple[Checkpoint, ...] = ()
+    houses: int = 100
+    steps: int = 100
+    seed: int = 0
+    split: str = "test"
+    house: HouseConfig = field(default_factory=HouseConfig)
+    prior: str | None = None
+
+    def check(self) -> None:
+        """Check everything that can be checked before anything runs.
+
+        Raises:
+            ValueError: if a value is out of range, a name unknown, or a file unfit.
+        """
+        for name in ("houses", "steps"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}. Raise it.")
+        check_contestants(self.tasks, self.policies, self.checkpoints)
+        # A prior without furniture for some room is noticed by the first home.
+        Houses(self.load_prior(), self.house, Streams(self.seed, self.split, [0]))
+
+    def load_prior(self) -> PriorGraph:
+        """Load the prior graph that the homes are sampled from.
+
+        Raises:
+            ValueError: if the file cannot be read or is malformed.
+        """
+        if self.prior is None:
+            return PriorGraph.default()
+        try:
+            return PriorGraph.load(self.prior)
+        except OSError as error:
+            raise ValueError(
+                f"prior must be a file that can be read, got {error.strerror!r} for {self.prior}. "
+                "Check the path, or leave it out for the shipped prior."
+            ) from error
+
+    def describe(self) -> dict[str, Any]:
+        """Return everything that the scores depend on, as JSON values."""
+        return {
+            **asdict(self),
+            "checkpoints": [checkpoint.describe() for checkpoint in self.checkpoints],
+            "prior": self.load_prior().checksum,
+        }
+
+
+def evaluate(
+    config: EvaluateConfig, on_step: Callable[[str, str], None] = lambda task, name: None
+) -> Results:
+    """Let everybody play every task in the same homes; the same config gives the same scores.
+
+    Args:
+        config: what is played; `config.check()` says beforehand whether it can be.
+        on_step: called with task and policy after each step.
+    """
+    prior = config.load_prior()
+    results: dict[str, dict[str, TaskScores]] = {}
+    for task in config.tasks:
+        results[task] = {}
+        for name, make in list_contestants(task, config.policies, config.checkpoints).items():
+
+            def advance(task: str = task, name: str = name) -> None:
+                on_step(task, name)
+
+            streams = Streams(config.seed, config.split, range(config.houses))
+            results[task][name] = evaluate_policy(
+                make, prior, config.house, streams, config.steps, advance, task
+            )
+    return results
+
+
+def save_results(config: EvaluateConfig, results: Results, out: Path, command: str) -> None:
+    """Write `results.json`, `table.md`, `table.csv` and a figure per task, each whole or not.
+
+    Args:
+        config: what was played.
+        results: what came of it.
+        out: folder; made if needed.
+        command: the command line that makes these files again.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    tables = {task: compute_rows(TASKS[task], scores) for task, scores in results.items()}
+    content = {
+        "results_version": RESULTS_VERSION,
+        "command": command,
+        "config": config.describe(),
+        "versions": {"python": platform.python_version(), **_list_versions()},
+        "tasks": {
+            task: {
+                "metric": TASKS[task].metric,
+                "policies": {
+                    row.policy: _replace_nan(asdict(row))
+                    | {"values": results[task][row.policy].values.round(6).tolist()}
+                    for row in rows
+                },
+            }
+            for task, rows in tables.items()
+        },
+    }
+    write_whole(out / "results.json", (json.dumps(content) + "\n").encode())
+    parts = [
+        make_markdown(TASKS[task], rows, _make_title(config, task)) for task, rows in tables.items()
+    ]
+    write_whole(out / "table.md", ("\n".join(parts) + f"\n`{command}`\n").encode())
+    write_whole(out / "table.csv", make_csv(tables).encode())
+    models = [checkpoint.name for checkpoint in config.checkpoints]
+    for task, scores in results.items():
+        figure = draw_over_steps(
+            {name: own.values for name, own in scores.items()},
+            models,
+            title=f"{TASKS[task].title} on unseen homes",
+            metric=TASKS[task].metric,
+        )
+        figure.savefig(
+            out / f"{TASKS[task].metric.lower()}_over_steps.png", metadata={"Software": None}
+        )
+
+
+def print_tables(config: EvaluateConfig, results: Results, console: Console) -> None:
+    """Print one table per task, the worst policy first."""
+    for task, scores in results.items():
+        rows: list[Row] = compute_rows(TASKS[task], scores)
+        console.print(make_rich_table(TASKS[task], rows, _make_title(config, task)))
+
+
+def _make_title(config: EvaluateConfig, task: str) -> str:
+    nodes = "on" if config.house.dynamic_nodes else "off"
+    return (
+        f"{TASKS[task].title}, dynamic nodes {nodes}, "
+        f"{config.houses} {config.split} homes x {config.steps} steps"
+    )
+
+
+def _list_versions() -> dict[str, str]:
+    versions = {}
+    for package in _PACKAGES:
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:  # run from a checkout that is not installed
+            versions[package] = "not installed"
+    return versions
+
+
+def _replace_nan(value: Any) -> Any:
+    """Replace nan by None, which JSON has."""
+    if isinstance(value, dict):
+        return {key: _replace_nan(part) for key, part in value.items()}
+    return None if isinstance(value, float) and math.isnan(value) else value
+
+
+def _make_parser() -> argparse.ArgumentParser:
+    defaults = EvaluateConfig()
+    parser = argparse.ArgumentParser(
+        prog="python -m nep.evaluate",
+        description="Let policies and trained networks play tasks in the same unseen homes.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )
+    parser.add_argument("--out", type=Path, required=True, help="folder for tables and figures")
+    parser.add_argument(
+        "--tasks", nargs="+", default=["all"], help="all, or some of " + ", ".join(TASKS)
+    )
+    parser.add_argument(
+        "--policies",
+        nargs="+",
+        default=["all"],
+        help="all, none, or some of " + ", ".join(POLICIES),
+    )
+    parser.add_argument(
+        "--checkpoint",
+        action="append",
+        default=[],
+        metavar="[NAME[@TASK]=]PATH",
+        help="a trained network, for all tasks or for one; may be repeated",
+    )
+    parser.add_argument("--houses", type=int, default=defaults.houses, help="number of homes")
+    parser.add_argument("--steps", type=int, default=defaults.steps, help="time steps per home")
+    parser.add_argument("--seed", type=int, default=defaults.seed, help="seed of the homes")
+    parser.add_argument("--split", default=defaults.split, help=", ".join(SPLITS))
+    parser.add_argument("--prior", help="prior file (JSON); the shipped one if left out")
+    parser.add_argument(
+        "--dynamic-nodes",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="whether objects are added and removed",
+    )
+    parser.add_argument("--threads", type=int, help="CPU threads; all cores if left out")
+    return parser
+
+
+def _make_config(options: argparse.Namespace) -> EvaluateConfig:
+    policies = {("all",): tuple(POLICIES), ("none",): ()}
+    return EvaluateConfig(
+        tasks=tuple(TASKS) if options.tasks == ["all"] else tuple(options.tasks),
+        policies=policies.get(tuple(options.policies), tuple(options.policies)),
+        checkpoints=tuple(Checkpoint.parse(text) for text in options.checkpoint),
+        houses=options.houses,
+        steps=options.steps,
+        seed=options.seed,
+        split=options.split,
+        house=HouseConfig(dynamic_nodes=options.dynamic_nodes),
+        prior=options.prior,
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    parser = _make_parser()
+    options = parser.parse_args(arguments)
+    # Where there is no terminal, in a log, lines are as long as the table needs.
+    console = Console() if sys.stdout.isatty() else Console(width=_LOG_WIDTH)
+    try:
+        if options.threads is not None:
+            if options.threads < 1:
+                raise ValueError(f"threads must be at least 1, got {options.threads}. Raise it.")
+            torch.set_num_threads(options.threads)
+        config = _make_config(options)
+        config.check()
+        options.out.mkdir(parents=True, exist_ok=True)
+    except (ValueError, OSError) as error:
+        parser.error(str(error))
+    games = [
+        (task, name)
+        for task in config.tasks
+        for name in list_contestants(task, config.policies, config.checkpoints)
+    ]
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+    )  # fmt: skip
+    with Progress(*columns, console=console, transient=True) as progress:
+        bar = progress.add_task("", total=len(games) * config.steps)
+
+        def advance(task: str, name: str) -> None:
+            progress.update(bar, advance=1, description=f"{name}: {TASKS[task].title}")
+
+        results = evaluate(config, advance)
+    save_results(
+        config, results, options.out, shlex.join(["python", "-m", "nep.evaluate", *arguments])
+    )
+    print_tables(config, results, console)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,42 @@
+"""iGridson with a trained Node Edge Predictor: `python -m nep.igridson run --checkpoint CKPT`.
+
+The commands are those of `python -m simulator.igridson`, with one more policy, `nep`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import torch
+
+from nep.policy import NEPPolicy
+from simulator.igridson import command
+from simulator.igridson.find_object import Searcher
+
+PROG = "python -m nep.igridson"
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Load the checkpoint and hand on to iGridson's own command line."""
+    parser = argparse.ArgumentParser(prog=PROG, add_help=False, allow_abbrev=False)
+    parser.add_argument("--checkpoint", type=Path)
+    parser.add_argument("--threads", type=int)
+    options, rest = parser.parse_known_args(args)
+    if options.threads is not None:
+        torch.set_num_threads(options.threads)
+    searchers: dict[str, Searcher] = {}
+    if options.checkpoint is not None:
+        try:
+            policy = NEPPolicy.load(options.checkpoint)
+        except (ValueError, OSError) as error:
+            print(f"{PROG}: {error}", file=sys.stderr)
+            return 2
+        searchers["nep"] = Searcher(lambda houses: policy)
+    return command.main(rest, searchers, f"{PROG} [--checkpoint CKPT] [--threads N]")
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,24 @@
+"""Homes on a grid: an agent walks to where the memory says a thing may be, and looks.
+
+Importing this package registers `gymnasium.make("iGridson-v0")`.
+"""
+
+from __future__ import annotations
+
+import os
+
+# pygame prints a banner when MiniGrid imports it.
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+
+try:
+    import gymnasium
+except ModuleNotFoundError as error:
+    raise ModuleNotFoundError(
+        "iGridson must have MiniGrid, got no gymnasium. "
+        "Install it with `pip install 'scene-graph-memory[igridson]'`."
+    ) from error
+
+ENV_ID = "iGridson-v0"
+
+if ENV_ID not in gymnasium.registry:
+    gymnasium.register(ENV_ID, entry_point="simulator.igridson.env:IGridsonEnv")

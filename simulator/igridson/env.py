@@ -1,0 +1,345 @@
+"""The grid home as a Gymnasium environment on MiniGrid: iGridson-v0."""
+
+from __future__ import annotations
+
+import string
+from enum import IntEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pygame
+from gymnasium import spaces
+from minigrid.core.constants import COLOR_NAMES, COLOR_TO_IDX, OBJECT_TO_IDX
+from minigrid.core.grid import Grid
+from minigrid.core.mission import MissionSpace
+from minigrid.core.world_object import Door, Wall, WorldObj
+from minigrid.minigrid_env import MiniGridEnv
+
+from simulator.dynamics import evolve
+from simulator.igridson.drawing import HomePicture
+from simulator.igridson.find_object import make_houses
+from simulator.igridson.layout import GridLayout, load_layout
+from simulator.igridson.navigation import Routes
+from simulator.igridson.placement import Placement
+from simulator.igridson.scene import Scene, list_things
+from simulator.prior_graph import PriorGraph
+from simulator.sensing import observe
+from simulator.streams import Streams
+from simulator.tasks.predict_location import compute_answers, sample_query
+
+
+class GridAction(IntEnum):
+    """What the agent can do; the first three as MiniGrid numbers them."""
+
+    left = 0
+    right = 1
+    forward = 2
+    look = 3
+
+
+class FurnitureBlock(WorldObj):
+    """A cell of a furniture node: blocks the way, but not the view."""
+
+    def __init__(self, furniture: int, room: int) -> None:
+        super().__init__("box", COLOR_NAMES[room % len(COLOR_NAMES)])
+        self.furniture = furniture
+
+    def encode(self) -> tuple[int, int, int]:
+        """Return MiniGrid's type and colour (the room's), and the furniture index."""
+        return OBJECT_TO_IDX["box"], COLOR_TO_IDX[self.color], self.furniture
+
+
+class IGridsonEnv(MiniGridEnv):
+    """Find Object in a grid home: walk to furniture, face it, look.
+
+    An episode is one search. Every reset lets the home evolve by one step and asks for another
+    object; the agent goes on from where it stands. A new home is drawn by `reset(seed=...)`, by
+    `reset(options={"new_home": True})` and after `queries_per_home` searches.
+
+    Actions: turn left, turn right, one step forward, look at the furniture in front (any of its
+    cells). A look is an attempt. The search succeeds when the furniture looked at truly holds
+    the object, and ends without success after `attempts` looks.
+
+    Observations, all symbolic:
+        image: MiniGrid's view of the 7 x 7 cells ahead, uint8 (7, 7, 3): type, colour (of the
+            room), state (furniture index for type "box"). Objects are not in it.
+        direction: where the agent faces: right, down, left, up.
+        mission: "find the ..." with the description asked for.
+        position: (column, row).
+        query: number of the description asked for.
+        looked: furniture looked at in this step, counted from 1; 0 for none.
+        seen: what was detected there, int8 (D, 2) by description and relation ("in", "onTop");
+            each object is missed with probability 0.25.
+
+    Reward: 1 - 0.9 steps / max_steps on success, as in MiniGrid, else 0.
+
+    Attributes:
+        layout, routes: the grid.
+        houses: the true home, a batch of one.
+        placement: the cell of every object.
+        belief: probability per furniture node that pictures show, or None, (F,).
+        answers: furniture that holds an object asked for, bool (F,).
+        looked_at: furniture looked at in this episode, in order.
+        path_length: steps walked in this episode.
+        trail: cells walked over in this episode.
+
+    Source: paper section 4.1 "iGridson" and appendix F.
+    """
+
+    metadata = {  # noqa: RUF012 - an instance variable in Gymnasium's typing
+        "render_modes": ["human", "rgb_array"],
+        "render_fps": 10,
+    }
+
+    def __init__(
+        self,
+        layout: GridLayout | str | Path | None = None,
+        prior: PriorGraph | None = None,
+        queries_per_home: int = 100,
+        attempts: int = 10,
+        max_steps: int = 500,
+        tile_size: int = 40,
+        shows_all: bool = True,
+        render_mode: str | None = None,
+    ) -> None:
+        """Load the layout.
+
+        Args:
+            layout: a layout or the path of its file; None for the shipped home.
+            prior: what homes look like; None for the shipped prior.
+            queries_per_home: searches before a new home is drawn.
+            attempts: looks per search.
+            max_steps: actions after which a search is truncated.
+            tile_size: pixels per cell in pictures.
+            shows_all: whether pictures show every object, or only what lies on furniture that
+                was looked at in this search.
+            render_mode: "human", "rgb_array" or None.
+
+        Raises:
+            ValueError: if the layout is broken or a count is below 1.
+        """
+        for name, value in (
+            ("queries_per_home", queries_per_home), ("attempts", attempts),
+            ("max_steps", max_steps),
+        ):  # fmt: skip
+            if value < 1:
+                raise ValueError(f"{name} must be at least 1, got {value}. Raise it.")
+        self.layout = layout if isinstance(layout, GridLayout) else load_layout(layout)
+        self.routes = Routes(self.layout)
+        self.queries_per_home = queries_per_home
+        self.attempts = attempts
+        self.shows_all = shows_all
+        self.belief: np.ndarray | None = None
+        self._prior = PriorGraph.default() if prior is None else prior
+        self._picture: HomePicture | None = None
+        self._wants_new_home = True
+        self._is_moving = False
+        self._pose = (self.layout.start, 0)
+        self.path_length = 0
+        self.trail = [self.layout.start]
+        self.looked_at: list[int] = []
+        self._window: pygame.Surface | None = None
+        self._frame_clock = pygame.time.Clock()
+        columns, rows = self.layout.size
+        super().__init__(
+            MissionSpace(mission_func=lambda: "find the object"),
+            width=columns,
+            height=rows,
+            max_steps=max_steps,
+            render_mode=render_mode,
+            tile_size=tile_size,
+        )
+        self._sample_home(home_seed=0)  # for the number of descriptions; replaced on reset
+        self._wants_new_home = True
+        num_codes = self.houses.object_descriptions.num_descriptions
+        self.action_space = spaces.Discrete(len(GridAction))
+        assert isinstance(self.observation_space, spaces.Dict)
+        self.observation_space = spaces.Dict(
+            {
+                **self.observation_space.spaces,
+                "mission": spaces.Text(max_length=200, charset=string.printable),
+                "position": spaces.Box(
+                    np.zeros(2), np.array([columns - 1, rows - 1]), dtype=np.int64
+                ),
+                "query": spaces.Discrete(num_codes),
+                "looked": spaces.Discrete(len(self.layout.furniture) + 1),
+                "seen": spaces.MultiBinary([num_codes, 2]),
+            }
+        )
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Start the next search; see the class for when it is in a new home."""
+        if seed is not None or (options or {}).get("new_home"):
+            self._wants_new_home = True
+        observation, _ = super().reset(seed=seed)
+        return observation, self._get_info()
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Turn, walk or look.
+
+        Raises:
+            ValueError: if there is no such action.
+        """
+        if action not in self.action_space:
+            raise ValueError(
+                f"action must be one of {', '.join(f'{a.value} {a.name}' for a in GridAction)}, "
+                f"got {action!r}. Choose one of these."
+            )
+        before = self.position
+        self._looked = -1
+        if action == GridAction.look:
+            self.step_count += 1
+            self._look()
+        else:
+            self._is_moving = True
+            super().step(action)
+            self._is_moving = False
+        if self.position != before:
+            self.path_length += 1
+            self.trail.append(self.position)
+        self._pose = (self.position, int(self.agent_dir))
+        if self.render_mode == "human":
+            self.render()
+        is_over = self.is_found or len(self.looked_at) >= self.attempts
+        reward = float(self._reward()) if self.is_found else 0.0
+        is_truncated = self.step_count >= self.max_steps and not is_over
+        return self.gen_obs(), reward, is_over, is_truncated, self._get_info()
+
+    @property
+    def position(self) -> tuple[int, int]:
+        """(column, row) of the agent."""
+        return int(self.agent_pos[0]), int(self.agent_pos[1])
+
+    @property
+    def is_found(self) -> bool:
+        """Whether a look of this episode went to furniture that holds the object."""
+        return bool(self.answers[self.looked_at].any())
+
+    @property
+    def is_looking(self) -> bool:
+        """Whether the last action was a look at furniture."""
+        return self._looked >= 0
+
+    def gen_obs(self) -> dict[str, Any]:
+        """Return what the agent perceives."""
+        seen = np.zeros((self.houses.object_descriptions.num_descriptions, 2), dtype=np.int8)
+        seen[self._seen_code, self._seen_relation] = self._looked >= 0
+        return {
+            **super().gen_obs(),
+            "direction": int(self.agent_dir),
+            "position": np.array(self.position, dtype=np.int64),
+            "query": self._query_code,
+            "looked": self._looked + 1,
+            "seen": seen,
+        }
+
+    def get_scene(self) -> Scene:
+        """Return what a picture of this moment shows."""
+        things = list_things(self.houses, self.placement, self._query_code)
+        if not self.shows_all:
+            at = self.layout.furniture_at
+            things = tuple(t for t in things if at[t.cell[1], t.cell[0]] in self.looked_at)
+        return Scene(
+            position=self.position,
+            direction=int(self.agent_dir),
+            things=things,
+            trail=tuple(self.trail),
+            looked_at=tuple(self.looked_at),
+            is_found=self.is_found,
+            belief=self.belief,
+            title=self.mission,
+            note=f"look {len(self.looked_at)} of {self.attempts}, {self.path_length} steps",
+        )
+
+    def get_frame(
+        self, highlight: bool = True, tile_size: int = 40, agent_pov: bool = False
+    ) -> np.ndarray:
+        """Draw the home, uint8 (height, width, 3); the agent's own view is MiniGrid's."""
+        if agent_pov:
+            return self.get_pov_render(tile_size)
+        if self._picture is None or self._picture.tile != tile_size:
+            self._picture = HomePicture(self.layout, tile_size)
+        return self._picture.draw(self.get_scene())
+
+    def render(self) -> np.ndarray | None:
+        """Return a picture, or show it in a window, as `render_mode` says."""
+        if self.render_mode is None or self._is_moving:
+            return None  # MiniGrid shows a picture in the middle of a step
+        frame = self.get_frame(tile_size=self.tile_size)
+        if self.render_mode == "rgb_array":
+            return frame
+        if self._window is None:
+            pygame.display.init()
+            self._window = pygame.display.set_mode((frame.shape[1], frame.shape[0]))
+            pygame.display.set_caption("iGridson")
+        self._window.blit(pygame.surfarray.make_surface(frame.transpose(1, 0, 2)), (0, 0))
+        pygame.event.pump()
+        self._frame_clock.tick(self.metadata["render_fps"])
+        pygame.display.flip()
+        return None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            pygame.display.quit()
+        self._window = None
+
+    def _gen_grid(self, width: int, height: int) -> None:
+        """Let the home evolve, ask the next query, and set up the cells."""
+        if self._wants_new_home or self._num_queries >= self.queries_per_home:
+            self._sample_home(int(self.np_random.integers(2**31)))
+        evolve(self.houses)
+        self.placement.update(self.houses)
+        self._num_queries += 1
+        slot = sample_query(self.houses)[0]
+        self._query_code = int(self.houses.object_code[0, slot])
+        self.answers = compute_answers(self.houses, np.array([self._query_code]))[0]
+        self.mission = f"find the {self.houses.object_descriptions.text(self._query_code)}"
+        self.agent_pos, self.agent_dir = self._pose
+        self.trail = [self.position]
+        self.looked_at = []
+        self.path_length = 0
+        self._looked = -1
+        self._seen_code = np.zeros(0, dtype=np.int64)
+        self._seen_relation = np.zeros(0, dtype=np.int64)
+        self.grid = Grid(width, height)
+        for y in range(height):
+            for x in range(width):
+                self.grid.set(x, y, self._make_cell(x, y))
+
+    def _make_cell(self, x: int, y: int) -> WorldObj | None:
+        """Return MiniGrid's content of a cell; doors stand open."""
+        layout = self.layout
+        furniture = int(layout.furniture_at[y, x])
+        if furniture >= 0:
+            return FurnitureBlock(furniture, int(layout.room[y, x]))
+        if layout.is_wall[y, x]:
+            return Wall()
+        return Door("grey", is_open=True) if layout.is_door[y, x] else None
+
+    def _sample_home(self, home_seed: int) -> None:
+        self.houses = make_houses(self._prior, self.layout, Streams(home_seed, "test", [0]))
+        self.placement = Placement(self.layout, self.houses)
+        self._num_queries = 0
+        self._pose = (self.layout.start, 0)
+        self._wants_new_home = False
+
+    def _look(self) -> None:
+        """Look at the furniture in front, if there is some."""
+        ahead = self.grid.get(*(int(c) for c in self.front_pos))
+        if not isinstance(ahead, FurnitureBlock):
+            return
+        self._looked = ahead.furniture
+        self.looked_at.append(ahead.furniture)
+        seen = observe(self.houses, np.array([ahead.furniture]))
+        self._seen_code, self._seen_relation = seen.seen_code, seen.seen_relation
+
+    def _get_info(self) -> dict[str, Any]:
+        return {
+            "is_found": self.is_found,
+            "num_looks": len(self.looked_at),
+            "path_length": self.path_length,
+        }

@@ -1,0 +1,110 @@
+"""What a picture of a grid home shows, and in which colours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.houses import NUM_RELATIONS, Houses
+from simulator.igridson.placement import Placement
+
+Color = tuple[int, int, int]
+
+WALL: Color = (63, 68, 80)
+WALL_TEXT: Color = (236, 238, 242)
+FLOORS: tuple[Color, ...] = ((244, 239, 230), (233, 240, 236), (238, 236, 245), (229, 239, 246))
+DOOR: Color = (201, 173, 133)
+FURNITURE: Color = (255, 253, 248)
+OUTLINE: Color = (120, 124, 134)
+BELIEF: Color = (240, 120, 32)
+AGENT: Color = (32, 96, 200)
+FOUND: Color = (22, 150, 84)
+TEXT: Color = (28, 30, 36)
+PAPER: Color = (255, 255, 255)
+ASKED: Color = (214, 22, 108)
+# Objects without a colour word in their description take one of these by type.
+NEUTRALS: tuple[Color, ...] = (
+    (122, 134, 150), (150, 128, 106), (108, 142, 128), (146, 120, 144), (136, 136, 96),
+)  # fmt: skip
+COLOR_WORDS: dict[str, Color] = {
+    "black": (40, 40, 44), "blue": (58, 112, 214), "brown": (132, 86, 48),
+    "copper": (184, 115, 51), "golden": (212, 168, 40), "green": (60, 152, 74),
+    "grey": (140, 144, 150), "orange": (238, 140, 40), "pink": (236, 142, 176),
+    "red": (208, 52, 48), "silver": (176, 182, 190), "white": (250, 250, 250),
+    "yellow": (236, 206, 56),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Thing:
+    """An object as a picture shows it.
+
+    Attributes:
+        cell: (column, row).
+        is_inside: in its furniture (a ring) rather than on top of it (a disc).
+        color: of the disc or ring.
+        is_asked: whether it is asked for (a star).
+    """
+
+    cell: tuple[int, int]
+    is_inside: bool
+    color: Color
+    is_asked: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What one picture shows.
+
+    Attributes:
+        position: (column, row) of the agent.
+        direction: index into `navigation.DIRECTIONS`.
+        things: the objects.
+        trail: cells walked over in this search, in order.
+        looked_at: furniture looked at in this search.
+        is_found: whether the last of them held the object.
+        belief: probability per furniture node, or None, (F,).
+        title, note: caption, left and right.
+    """
+
+    position: tuple[int, int]
+    direction: int
+    things: tuple[Thing, ...] = ()
+    trail: tuple[tuple[int, int], ...] = ()
+    looked_at: tuple[int, ...] = ()
+    is_found: bool = False
+    belief: np.ndarray | None = None
+    title: str = ""
+    note: str = ""
+
+
+def list_things(houses: Houses, placement: Placement, asked_code: int) -> tuple[Thing, ...]:
+    """List the objects of the first home as pictures show them."""
+    things = []
+    for slot in np.flatnonzero(houses.is_present[0]):
+        code = int(houses.object_code[0, slot])
+        words = houses.object_descriptions.text(code).split()
+        named = [COLOR_WORDS[word] for word in words if word in COLOR_WORDS]
+        neutral = NEUTRALS[int(houses.object_type[0, slot]) % len(NEUTRALS)]
+        x, y = placement.cell[slot]
+        things.append(
+            Thing(
+                cell=(int(x), int(y)),
+                is_inside=int(houses.object_place[0, slot]) % NUM_RELATIONS == 0,
+                color=named[0] if named else neutral,
+                is_asked=code == asked_code,
+            )
+        )
+    return tuple(things)
+
+
+def compute_shade(probability: float) -> float:
+    """Return how strongly a probability is coloured; small ones show, too."""
+    return float(np.sqrt(np.clip(probability, 0, 1)))
+
+
+def mix(color: Color, other: Color, share: float) -> Color:
+    """Return a colour on the way from one to another."""
+    red, green, blue = (round(a + (b - a) * share) for a, b in zip(color, other, strict=True))
+    return red, green, blue

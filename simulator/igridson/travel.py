@@ -1,0 +1,123 @@
+"""A search order that weighs the walk against the chance of finding the object."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simulator.igridson.walk import Walk
+from simulator.metrics import ScoreKind, compute_probabilities
+from simulator.tasks.find_object import SearchOrder
+
+LOOK_COST = 5.0  # opening a fridge and scanning it takes as long as walking some cells
+
+
+def compute_belief(
+    scores: np.ndarray, kind: ScoreKind, is_open: np.ndarray, floor: float = 0.0
+) -> np.ndarray:
+    """Return where the object is, if at one of the open places, (n, F); sums to one.
+
+    Args:
+        scores: the policy's, (n, F).
+        kind: the policy's `score_kind`.
+        is_open: bool (n, F), some in each row.
+        floor: share that is spread over all open places, so that none is impossible.
+    """
+    even = is_open / is_open.sum(axis=1, keepdims=True)
+    known = compute_probabilities(np.where(is_open, scores, -np.inf), kind) * is_open
+    # Where no open place has any mass, they are all alike.
+    known = known / known.sum(axis=1, keepdims=True)
+    return (1 - floor) * known + floor * even
+
+
+class ByTravel(SearchOrder):
+    """The next place of the tour that is expected to cost least until the object is found.
+
+    A tour that visits places k_1, k_2, ... costs, in steps, the sum over its legs of
+    (distance of the leg + look_cost) x P(not found before the leg). The tour over the
+    `num_places` most promising open places that minimises this is found exactly, by dynamic
+    programming over sets of places visited; only its first place is looked at, then the policy
+    is asked again. Legs between furniture nodes take the shortest way from beside one to the
+    other.
+
+    The promise of a place is its probability over its distance plus look cost, so that what is
+    on the way stands for election, too.
+    """
+
+    _floor = 0.01  # a policy may be wrong about places that it rules out
+
+    def __init__(
+        self,
+        walk: Walk,
+        score_kind: ScoreKind = "weights",
+        look_cost: float = LOOK_COST,
+        num_places: int = 7,
+    ) -> None:
+        """Keep the agents' positions.
+
+        Args:
+            walk: where the agents stand.
+            score_kind: the policy's.
+            look_cost: the price of one look, in steps.
+            num_places: places that a tour is planned over.
+
+        Raises:
+            ValueError: if the look cost is negative or `num_places` is not in 1 to 12.
+        """
+        if look_cost < 0:
+            raise ValueError(f"look_cost must be non-negative, got {look_cost}. Raise it.")
+        if not 1 <= num_places <= 12:
+            raise ValueError(
+                f"num_places must lie in 1 to 12, got {num_places}. Work grows as 2^num_places."
+            )
+        self._walk = walk
+        self._score_kind = score_kind
+        self._look_cost = look_cost
+        self._num_places = min(num_places, len(walk.routes.layout.furniture))
+
+    def choose(
+        self, homes: np.ndarray, scores: np.ndarray, is_open: np.ndarray, uniform: np.ndarray
+    ) -> np.ndarray:
+        """Choose the first place of the best tour; `uniform` is not needed."""
+        routes = self._walk.routes
+        prob = compute_belief(scores, self._score_kind, is_open, self._floor)
+        cost = routes.to_furniture[self._walk.cell[homes]] + self._look_cost  # (n, F)
+        promise = np.where(is_open, prob / np.maximum(cost, 1e-9), -1.0)
+        places = np.argsort(-promise, axis=1, kind="stable")[:, : self._num_places]  # (n, K)
+        rows = np.arange(len(homes))[:, None]
+        legs = routes.between[places[:, :, None], places[:, None, :]] + self._look_cost
+        first = plan_tour(prob[rows, places], cost[rows, places], legs, is_open[rows, places])
+        return places[np.arange(len(homes)), first]
+
+
+def plan_tour(
+    prob: np.ndarray, first_leg: np.ndarray, legs: np.ndarray, is_open: np.ndarray
+) -> np.ndarray:
+    """Return the first place of the tour with the least expected cost until found, (n,).
+
+    Args:
+        prob: probability that the object is at each place, (n, K); sums to at most one.
+        first_leg: cost of going to each place from here and looking, (n, K).
+        legs: cost of going from place to place and looking, (n, K, K).
+        is_open: places that may be visited, bool (n, K), some in each row.
+    """
+    num_tours, num_places = prob.shape
+    never = 1e9  # finite: times a probability of zero it is zero
+    first_leg = np.where(is_open, first_leg, np.inf)
+    # Closed places are left out by visiting them for nothing at the end: no probability, no leg.
+    prob = np.where(is_open, prob, 0.0)
+    legs = np.where(is_open[:, None, :], legs, 0.0)
+    legs = np.where(is_open[:, :, None] | ~is_open[:, None, :], legs, never)
+    num_sets = 1 << num_places
+    is_in = (np.arange(num_sets)[:, None] >> np.arange(num_places)) & 1 == 1  # (S, K)
+    missing = np.maximum(1 - prob @ is_in.T, 0)  # P(not found after visiting the set), (n, S)
+    # Cost to go after visiting a set with its last place, (n, S, K); the full set is the end.
+    togo = np.zeros((num_tours, num_sets, num_places))
+    for visited in range(num_sets - 2, 0, -1):
+        after = [
+            missing[:, visited, None] * legs[:, :, following]
+            + togo[:, visited | 1 << following, following, None]
+            for following in np.flatnonzero(~is_in[visited])
+        ]
+        togo[:, visited] = np.min(after, axis=0)
+    single = togo[:, 1 << np.arange(num_places), np.arange(num_places)]  # (n, K)
+    return np.argmin(first_leg + single, axis=1)

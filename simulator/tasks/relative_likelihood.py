@@ -1,0 +1,113 @@
+"""Task "Predict Relative Location Likelihood": which places are likely for several objects?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from simulator.houses import NUM_RELATIONS, Houses
+from simulator.metrics import compute_ndcg
+from simulator.policies import Policy
+from simulator.streams import sample_categorical
+from simulator.tasks.predict_location import compute_answers, compute_query_weights
+from simulator.tasks.task import Answered, Task
+
+
+class RelativeLikelihood(Task):
+    """Ranks all furniture for several objects a step; the best place of each is looked at.
+
+    A place that is best for several objects is looked at once. The score of a home is the mean
+    NDCG of its rankings.
+
+    Source: paper section 5.2; ruling 17.
+    """
+
+    title = "Predict Relative Location Likelihood"
+    metric = "NDCG"
+    is_higher_better = True
+
+    def __init__(self, houses: Houses, policy: Policy, num_queries: int = 5) -> None:
+        """Start at t = 0 with an empty memory.
+
+        Args:
+            houses: the true homes.
+            policy: who answers.
+            num_queries: objects asked for per home and step, K.
+
+        Raises:
+            ValueError: if `num_queries` is below 1.
+        """
+        if num_queries < 1:
+            raise ValueError(f"num_queries must be at least 1, got {num_queries}. Raise it.")
+        super().__init__(houses, policy)
+        self.num_queries = num_queries
+
+    def run(self, num_steps: int) -> Iterator[np.ndarray]:
+        """Play steps; each gives the mean NDCG of every home, (H,)."""
+        rollout, houses = self.rollout, self.rollout.houses
+        for _ in range(num_steps):
+            rollout.evolve()
+            slots = sample_queries(houses, self.num_queries)
+            homes = np.repeat(np.arange(houses.num_houses), self.num_queries)  # (H * K,)
+            codes, queries = rollout.ask_for(homes, slots.ravel())
+            scores = rollout.policy.scores(rollout.memory, queries)
+            choice = self._choose(scores)
+            answers = compute_answers(houses, codes, homes)
+            self.on_answer(Answered(queries, answers, scores, choice))
+            ndcg = compute_ndcg(scores, compute_gains(houses, homes, codes))
+            for furniture in list_looks(choice.reshape(slots.shape)):
+                rollout.look(furniture)
+            yield ndcg.reshape(slots.shape).mean(axis=1)
+
+    def _choose(self, scores: np.ndarray) -> np.ndarray:
+        """Choose the furniture of the highest score, ties at random, (H * K, F) -> (H * K,)."""
+        streams = self.rollout.houses.streams
+        uniform = streams.rows("likelihood ties", self.num_queries).next().ravel()
+        is_best = scores == scores.max(axis=1, keepdims=True)
+        return sample_categorical(is_best.astype(float), uniform)
+
+
+def sample_queries(houses: Houses, num_queries: int) -> np.ndarray:
+    """Ask K questions per house; return the object slots they are about, (H, K).
+
+    Each is drawn like a single one (ruling 9), among the objects whose description was not asked
+    for yet in this step; a home without any such object left is asked for the same again.
+    """
+    uniform = houses.streams.rows("queries", 2 * num_queries).next()
+    uniform = uniform.reshape(houses.num_houses, num_queries, 2)
+    is_open = houses.is_present.copy()
+    slots = np.empty((houses.num_houses, num_queries), dtype=np.int64)
+    rows = np.arange(houses.num_houses)
+    for turn in range(num_queries):
+        is_open = np.where(is_open.any(axis=1, keepdims=True), is_open, houses.is_present)
+        weights = compute_query_weights(houses, is_open, uniform[:, turn, 0])
+        slots[:, turn] = sample_categorical(weights, uniform[:, turn, 1])
+        is_open &= houses.object_code != houses.object_code[rows, slots[:, turn], None]
+    return slots
+
+
+def compute_gains(houses: Houses, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
+    """Return what each furniture node is worth for descriptions, (n,), (n,) -> (n, F).
+
+    The row of the true T; all objects of a description share one row.
+
+    Source: ruling 17.
+    """
+    rows = houses.transition_rows(homes, codes).astype(float)
+    return rows.reshape(len(rows), -1, NUM_RELATIONS).sum(axis=2)
+
+
+def list_looks(choice: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield the looks of a step in turn, -1 where a home has looked there already.
+
+    Args:
+        choice: furniture chosen by the home's queries, (H, K).
+
+    Yields:
+        (H,) furniture.
+    """
+    for turn in range(choice.shape[1]):
+        furniture = choice[:, turn]
+        is_known = (choice[:, :turn] == furniture[:, None]).any(axis=1)
+        yield np.where(is_known, -1, furniture)

@@ -1,0 +1,66 @@
+"""Snapshots of tasks with several queries or looks a step equal the live memories."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import torch
+
+from datamodules.batch import QUERY_EDGE_TYPES
+from datamodules.features import FeatureConfig
+from datamodules.graph import GraphBuilder
+from datamodules.snapshot_dataset import SnapshotDataset
+from simulator.collect import CollectConfig, collect
+from simulator.config import HouseConfig
+from simulator.houses import Houses
+from simulator.memory.snapshots import take_snapshots
+from simulator.policies import make_policy
+from simulator.streams import Streams
+from simulator.tasks.registry import TASKS
+
+
+@pytest.mark.parametrize("task", ["relative_likelihood", "find_object"])
+def test_snapshots_on_disk_equal_the_live_memories(task, tmp_path):
+    house = HouseConfig(furniture_per_room=3, objects_per_furniture=4)
+    config = CollectConfig(houses=3, steps=8, task=task, house=house)
+    collect(config, tmp_path, progress=False)
+    dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig()))
+    houses = Houses(config.load_prior(), config.house, Streams(0, "train", range(3)))
+    game = TASKS[task](houses, make_policy(config.policy, houses))
+    live, homes = [], []
+
+    def keep(answered):
+        live.append((take_snapshots(game.rollout.memory, answered.queries), answered.answers))
+        homes.append(answered.queries.home)
+
+    game.on_answer = keep
+    for _ in game.run(config.steps):
+        pass
+    total = np.bincount(np.concatenate(homes), minlength=3)
+    assert len(dataset) == total.sum()
+    number = np.cumsum(total) - total  # of each home's next snapshot in the dataset
+    for (snapshots, answers), home in zip(live, homes, strict=True):
+        indices = np.empty(len(home), dtype=np.int64)
+        for position, own in enumerate(home):
+            indices[position] = number[own]
+            number[own] += 1
+        read = dataset.take(indices)
+        for field in dataclasses.fields(snapshots):
+            expected = getattr(snapshots, field.name)
+            if field.name == "answers":
+                expected = answers
+            found = getattr(read, field.name)
+            if field.name.startswith("edge_"):
+                # The order of edges within a snapshot is free; compare as a sorted table.
+                found, expected = sort_edges(read, found), sort_edges(snapshots, expected)
+            np.testing.assert_array_equal(found, expected, err_msg=field.name)
+    targets = [
+        dataset.__getitems__([0, 1, 2]).graph.edges[etype].data for etype in QUERY_EDGE_TYPES
+    ]
+    known = torch.cat([data["target"][data["query"] >= 0] for data in targets])
+    assert set(known.tolist()) == {0.0, 1.0}
+
+
+def sort_edges(snapshots, column):
+    order = np.lexsort((snapshots.edge_relation, snapshots.edge_furniture, snapshots.edge_object))
+    return column[order]

@@ -1,0 +1,164 @@
+"""`python -m nep.evaluate`: what it writes, that it repeats, and what it refuses."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+import torch
+
+from nep.contestants import Checkpoint
+from nep.evaluate import main
+from nep.fit import main as fit
+from simulator.policies import POLICIES
+from simulator.tasks.registry import TASKS
+
+SMALL = ["--houses", "2", "--steps", "4"]
+
+
+@pytest.fixture(scope="module")
+def checkpoint(tmp_path_factory):
+    """An NEP-MLP that was trained for one epoch."""
+    folder = tmp_path_factory.mktemp("fit")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        fit(
+            ["--config", "mlp.yaml", "--trainer.max_epochs=1", "--data.houses=2",
+             "--data.steps=6", "--data.val_houses=1", "--data.batch_size=8", "--data.workers=1",
+             "--online.houses=1", "--online.steps=2", "--trainer.log_every_n_steps=1",
+             "--trainer.enable_progress_bar=false"]
+        )  # fmt: skip
+    return folder / "runs" / "mlp" / "version_0" / "checkpoints" / "last.ckpt"
+
+
+def read(folder):
+    return json.loads((folder / "results.json").read_text())
+
+
+def test_all_tasks_and_policies(tmp_path, checkpoint, capsys):
+    out = tmp_path / "out"
+    main(["--out", str(out), *SMALL, "--checkpoint", f"NEP-MLP={checkpoint}"])
+    assert {path.name for path in out.iterdir()} == {
+        "results.json", "table.md", "table.csv", "accuracy_over_steps.png",
+        "ndcg_over_steps.png", "looks_over_steps.png",
+    }  # fmt: skip
+    results = read(out)
+    assert list(results["tasks"]) == list(TASKS)
+    for task in results["tasks"].values():
+        assert set(task["policies"]) == {*POLICIES, "NEP-MLP"}
+        for row in task["policies"].values():
+            assert np.shape(row["values"]) == (2, 4)
+            assert row["mean"] == pytest.approx(np.mean(row["values"]), abs=1e-6)
+    assert results["config"]["houses"] == 2
+    assert results["config"]["house"]["dynamic_nodes"]
+    assert len(results["config"]["prior"]) == 64
+    assert results["config"]["checkpoints"][0]["name"] == "NEP-MLP"
+    assert len(results["config"]["checkpoints"][0]["sha256"]) == 64
+    assert results["versions"]["torch"] == torch.__version__
+    assert results["command"].startswith("python -m nep.evaluate --out ")
+    text = capsys.readouterr().out
+    for task in TASKS.values():
+        assert f"{task.title}, dynamic nodes on, 2 test homes x 4 steps" in text
+    assert "NEP-MLP" in text
+    assert re.search(r"ceiling .* 100%", text)
+
+
+def test_the_same_seed_gives_the_same_files(tmp_path, checkpoint):
+    arguments = [*SMALL, "--tasks", "predict_location", "find_object", "--policies", "bayesian",
+                 "ceiling", "--checkpoint", str(checkpoint)]  # fmt: skip
+    for name in ("a", "b"):
+        main(["--out", str(tmp_path / name), *arguments])
+    for name in ("table.csv", "accuracy_over_steps.png"):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+    assert read(tmp_path / "a")["tasks"] == read(tmp_path / "b")["tasks"]
+    main(["--out", str(tmp_path / "c"), *arguments, "--seed", "1"])
+    assert read(tmp_path / "a")["tasks"] != read(tmp_path / "c")["tasks"]
+
+
+def test_what_is_played_beside_it_changes_nothing(tmp_path, checkpoint):
+    """Neither other tasks and policies, nor how many homes there are."""
+    main(["--out", str(tmp_path / "a"), *SMALL, "--policies", "random", "myopic",
+          "--checkpoint", f"N={checkpoint}"])  # fmt: skip
+    main(["--out", str(tmp_path / "b"), "--houses", "3", "--steps", "4", "--policies", "myopic",
+          "--tasks", "find_object", "--checkpoint", f"N={checkpoint}"])  # fmt: skip
+    for name in ("myopic", "N"):
+        first, second = (
+            read(tmp_path / folder)["tasks"]["find_object"]["policies"][name]["values"]
+            for folder in ("a", "b")
+        )
+        assert first == second[:2]
+
+
+def test_a_checkpoint_for_one_task_and_other_rules(tmp_path, checkpoint):
+    main(["--out", str(tmp_path), *SMALL, "--policies", "none", "--no-dynamic-nodes",
+          "--tasks", "predict_location", "find_object", "--split", "val",
+          "--checkpoint", f"N@find_object={checkpoint}",
+          "--checkpoint", f"N@predict_location={checkpoint}",
+          "--checkpoint", f"only@find_object={checkpoint}"])  # fmt: skip
+    results = read(tmp_path)
+    assert set(results["tasks"]["find_object"]["policies"]) == {"N", "only"}
+    assert set(results["tasks"]["predict_location"]["policies"]) == {"N"}
+    assert not results["config"]["house"]["dynamic_nodes"]
+    assert "dynamic nodes off, 2 val homes x 4 steps" in (tmp_path / "table.md").read_text()
+
+
+def test_names_of_checkpoints(checkpoint, tmp_path):
+    bare = Checkpoint.parse(str(checkpoint))
+    assert (bare.name, bare.path, bare.task) == ("mlp/version_0", checkpoint, None)
+    odd = tmp_path / "a=b.ckpt"
+    odd.write_bytes(b"")
+    assert Checkpoint.parse(str(odd)).path == odd
+    one = Checkpoint.parse(f"my net@find_object={checkpoint}")
+    assert (one.name, one.task) == ("my net", "find_object")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--tasks", "dance"], "task must be one of predict_location, .*, got 'dance'. Choose"),
+        (["--policies", "clever"], "policy must be one of random, .*, got 'clever'. Choose"),
+        (["--policies", "random", "random"], "policies must differ, got random, random. Name"),
+        (["--policies", "none"], "somebody must play predict_location, got no policy"),
+        (["--houses", "0"], "houses must be at least 1, got 0. Raise it."),
+        (["--steps", "-1"], "steps must be at least 1, got -1. Raise it."),
+        (["--seed", "-1"], "seed must be non-negative, got -1. Choose 0 or more."),
+        (["--threads", "0"], "threads must be at least 1, got 0. Raise it."),
+        (["--split", "all"], "split must be one of train, val, test, got 'all'"),
+        (["--prior", "no.json"], "prior must be a file that can be read, got 'No such file"),
+        (["--checkpoint", "no.ckpt"], "checkpoint must be a file that exists, got 'no.ckpt'"),
+        (["--checkpoint", "a@dance=no.ckpt"], "task must be one of .*, got 'dance'"),
+    ],
+)
+def test_bad_input_ends_with_a_message(tmp_path, capsys, arguments, message):
+    refuse(tmp_path, capsys, arguments, message)
+
+
+def refuse(tmp_path, capsys, arguments, message):
+    """Nothing may be written, and argparse's exit status is 2."""
+    with pytest.raises(SystemExit) as stop:
+        main(["--out", str(tmp_path / "out"), *SMALL, *arguments])
+    assert stop.value.code == 2
+    assert re.search(message, " ".join(capsys.readouterr().err.split()))
+    assert not (tmp_path / "out").exists()
+
+
+def test_checkpoints_that_do_not_fit_are_refused(tmp_path, capsys, checkpoint):
+    clash = ["--checkpoint", f"bayesian={checkpoint}"]
+    refuse(tmp_path, capsys, clash, "names of checkpoints must differ .* got 'bayesian' twice")
+    twice = ["--checkpoint", f"N={checkpoint}", "--checkpoint", f"N@find_object={checkpoint}"]
+    refuse(tmp_path, capsys, twice, "got 'N' twice for find_object")
+
+    other = tmp_path / "other.ckpt"
+    content = torch.load(checkpoint, weights_only=True)
+    content["datamodule_hyper_parameters"]["feature_schema"] = 2
+    torch.save(content, other)
+    message = r"must have feature schema 1, got 2 for .*other\.ckpt\. Train again"
+    refuse(tmp_path, capsys, ["--checkpoint", str(other)], message)
+
+    content["datamodule_hyper_parameters"]["feature_schema"] = 1
+    content["datamodule_hyper_parameters"]["features"]["smell"] = True
+    torch.save(content, other)
+    message = r"must be one that nep\.fit wrote, got TypeError for .*other\.ckpt"
+    refuse(tmp_path, capsys, ["--checkpoint", str(other)], message)
+    other.write_bytes(b"")
+    refuse(tmp_path, capsys, ["--checkpoint", str(other)], r"must be one that nep\.fit wrote")

@@ -1,0 +1,104 @@
+import json
+import re
+import subprocess
+import sys
+
+import pygame
+import pytest
+from PIL import Image
+
+from simulator.igridson.command import main
+
+
+def test_run_prints_a_table_and_writes_json(tmp_path, capsys):
+    out = tmp_path / "sub" / "runs.json"
+    args = ["run", "--policy", "random", "bayesian", "prior_filter+travel", "--runs", "40",
+            "--queries-per-home", "10", "--quiet", "--out", str(out)]  # fmt: skip
+    assert main(args) == 0
+    table = capsys.readouterr().out
+    assert "40 runs, 4 homes x 10 queries, 10 attempts" in table
+    assert "| 0.57 | 9.36 ± 4.09 | 141.7 ± 63.9 |" in table  # the paper's random row
+    assert "| prior_filter+travel |" in table
+    content = json.loads(out.read_text("utf-8"))
+    assert list(content["policies"]) == ["random", "bayesian", "prior_filter+travel"]
+    assert content["homes"] == 4
+    assert 0 < content["policies"]["random"]["num_actions_standard_error"] < 2
+    assert main(args) == 0
+    again = json.loads(out.read_text("utf-8"))
+    assert again["policies"] == content["policies"]
+
+
+def test_video_writes_film_and_still(tmp_path):
+    film, still = tmp_path / "search.gif", tmp_path / "search.png"
+    args = ["video", "--policy", "bayesian", "--searches", "1", "--warm-up", "1", "--tile", "32",
+            "--out", str(film), "--still", str(still)]  # fmt: skip
+    assert main(args) == 0
+    with Image.open(film) as image:
+        assert image.format == "GIF"
+    with Image.open(still) as image:
+        assert image.size[0] == 22 * 32
+
+
+@pytest.mark.parametrize(
+    ("args", "message"),
+    [
+        (["run", "--policy", "nep"], "policy must be one of random, .*got 'nep'.*nep.igridson"),
+        (["run", "--runs", "150"], "runs must be a multiple of the 100 queries per home, got 150"),
+        (["run", "--attempts", "40"], "attempts must be at most the 21 furniture nodes, got 40"),
+        (["run", "--layout", "missing.txt"], "No such file"),
+        (["video", "--out", "film.avi"], "got 'film.avi'"),
+    ],
+)
+def test_bad_arguments_end_with_their_message_alone(args, message, capsys):
+    assert main(args) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("python -m simulator.igridson: ")
+    assert error.count("\n") == 1
+    assert re.search(message, error)
+
+
+@pytest.mark.parametrize("policy", [None, "bayesian"])
+def test_play_takes_keys_until_it_is_left(monkeypatch, policy, capsys):
+    from simulator.igridson.env import IGridsonEnv
+
+    keys = [pygame.K_UP, pygame.K_LEFT, pygame.K_UP, pygame.K_UP, pygame.K_SPACE, pygame.K_x,
+            pygame.K_n, pygame.K_h, pygame.K_RIGHT, pygame.K_q]  # fmt: skip
+    events = [pygame.event.Event(pygame.KEYUP, key=pygame.K_UP)]
+    events += [pygame.event.Event(pygame.KEYDOWN, key=key) for key in keys]
+    monkeypatch.setattr(pygame.event, "wait", lambda: events.pop(0))
+    taken, beliefs = [], []
+    step = IGridsonEnv.step
+
+    def record(env, action):
+        taken.append(int(action))
+        beliefs.append(env.belief is not None)
+        return step(env, action)
+
+    monkeypatch.setattr(IGridsonEnv, "step", record)
+    assert main(["play", *([] if policy is None else ["--policy", policy])]) == 0
+    assert events == []
+    assert taken == [2, 0, 2, 2, 3, 1]
+    assert all(belief == (policy is not None) for belief in beliefs)
+    assert "space: look" in capsys.readouterr().out
+
+
+def test_import_simulator_does_not_need_minigrid():
+    code = "import sys, simulator, simulator.tasks.find_object; print(sorted(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    for name in ("minigrid", "gymnasium", "pygame", "PIL"):
+        assert f"'{name}'" not in done.stdout
+
+
+def test_a_missing_extra_is_named():
+    code = "import sys; sys.modules['gymnasium'] = None; import simulator.igridson"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert "pip install 'scene-graph-memory[igridson]'" in done.stderr
+
+
+def test_the_banner_of_pygame_stays_away():
+    done = subprocess.run(
+        [sys.executable, "-m", "simulator.igridson", "--help"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout.startswith("usage: python -m simulator.igridson")
+    assert "pygame" not in done.stdout
