@@ -25,16 +25,6 @@ from simulator.policies import POLICIES, Policy, make_policy
 from simulator.shards import write_whole
 from simulator.streams import Streams
 
-# TensorBoard's "custom scalars" page: the model's accuracy in one chart with the heuristics'.
-_CUSTOM_SCALARS = {
-    "online evaluation": {
-        "accuracy beside the heuristics": [
-            "Multiline", ["online/accuracy", "online_heuristics/.*"]
-        ],
-        "gap closed": ["Multiline", ["online/gap_closed_oracle", "online/gap_closed_ceiling"]],
-    }
-}  # fmt: skip
-
 
 class OnlineEvaluation(pl.Callback):
     """Lets the model in training play the online task on validation homes.
@@ -83,9 +73,6 @@ class OnlineEvaluation(pl.Callback):
                 progress.update(task, description=f"{name} on validation homes")
                 self.scores[name] = self._play(trainer, partial(make_policy, name))
                 progress.advance(task)
-        for logger in trainer.loggers:
-            if isinstance(logger, TensorBoardLogger):
-                logger.experiment.add_custom_scalars(_CUSTOM_SCALARS)
 
     def on_train_epoch_end(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         """Let the model play every few epochs."""
