@@ -10,7 +10,7 @@ from torch.utils.data import Dataset
 
 from datamodules.batch import SGMBatch
 from datamodules.graph import GraphBuilder
-from simulator.grouped import concatenate_ranges
+from simulator.grouped import concatenate_ranges, number_keys
 from simulator.memory.memory_batch import NEVER
 from simulator.memory.snapshots import (
     EDGE_COUNTERS,
@@ -97,12 +97,7 @@ class SnapshotDataset(Dataset[SGMBatch]):
         width = int(np.diff(self._starts["object_label"]).max())
         object_key = object_sample * width + flat["object_version_of"][object_row]
         query_key = batch * width + flat["snapshot_query"][indices]
-        is_node = np.zeros(len(indices) * width, dtype=bool)
-        is_node[object_key] = True
-        is_node[query_key] = True
-        node_keys = np.flatnonzero(is_node)
-        node_of_key = np.zeros(len(is_node), dtype=np.int32)
-        node_of_key[node_keys] = np.arange(len(node_keys))
+        node_keys, node_of_key = number_keys(len(indices) * width, object_key, query_key)
         snapshot, local = np.divmod(node_keys, width)
         objects = {
             name: np.full(len(node_keys), NEVER if name.startswith("last") else 0, dtype=np.int32)

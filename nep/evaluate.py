@@ -25,7 +25,7 @@ from simulator.config import HouseConfig
 from simulator.evaluation import TaskScores, evaluate_policy
 from simulator.houses import Houses
 from simulator.policies import POLICIES
-from simulator.prior_graph import PriorGraph
+from simulator.prior_graph import PriorGraph, load_prior
 from simulator.shards import write_whole
 from simulator.streams import SPLITS, Streams
 from simulator.tasks.registry import TASKS
@@ -83,15 +83,7 @@ class EvaluateConfig:
         Raises:
             ValueError: if the file cannot be read or is malformed.
         """
-        if self.prior is None:
-            return PriorGraph.default()
-        try:
-            return PriorGraph.load(self.prior)
-        except OSError as error:
-            raise ValueError(
-                f"prior must be a file that can be read, got {error.strerror!r} for {self.prior}. "
-                "Check the path, or leave it out for the shipped prior."
-            ) from error
+        return load_prior(self.prior)
 
     def describe(self) -> dict[str, Any]:
         """Return everything that the scores depend on, as JSON values."""

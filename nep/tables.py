@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from rich.box import SIMPLE_HEAD
@@ -15,7 +15,7 @@ from nep.statistics import compute_bootstrap_interval, compute_gap_closed
 from simulator.evaluation import TaskScores
 from simulator.tasks.task import Task
 
-# Whom every policy is compared with, home by home, where they played.
+# Whom every policy is compared with unless others are named.
 REFERENCES = ("bayesian", "last_seen_prior")
 FLOOR, TOP = "bayesian", "ceiling"
 
@@ -41,7 +41,7 @@ class Row:
     Attributes:
         policy: its name.
         mean, std: score, and its standard deviation over homes (ruling 22).
-        differences: to each of `REFERENCES` that played, itself left out.
+        differences: to each reference that played, None to itself.
         gap_closed: share of the way from Bayesian to the ceiling, None unless both played.
         accuracy, away_accuracy: share of right answers, of all and of those about objects that
             were not where the agent had last seen them.
@@ -52,7 +52,7 @@ class Row:
     policy: str
     mean: float
     std: float
-    differences: Mapping[str, Difference]
+    differences: Mapping[str, Difference | None]
     gap_closed: float | None
     accuracy: float
     away_accuracy: float
@@ -61,17 +61,26 @@ class Row:
     candidate_recall: float
 
 
-def compute_rows(task: type[Task], scores: Mapping[str, TaskScores]) -> list[Row]:
-    """Summarise what every policy scored in the same homes, worst first."""
+def compute_rows(
+    task: type[Task], scores: Mapping[str, TaskScores], references: Sequence[str] = REFERENCES
+) -> list[Row]:
+    """Summarise what every policy scored in the same homes, worst first.
+
+    Args:
+        task: what was played.
+        scores: by policy.
+        references: whom every policy is compared with, home by home, where they played.
+    """
     rows = []
     for name, own in scores.items():
         values = own.home_values  # (H,)
-        differences = {}
-        for reference in REFERENCES:
-            if reference in scores and reference != name:
+        differences: dict[str, Difference | None] = {}
+        for reference in references:
+            if reference in scores:
                 delta = values - scores[reference].home_values
-                differences[reference] = Difference(
-                    float(delta.mean()), *compute_bootstrap_interval(delta)
+                interval = compute_bootstrap_interval(delta)
+                differences[reference] = (
+                    None if reference == name else Difference(float(delta.mean()), *interval)
                 )
         gap = None
         if FLOOR in scores and TOP in scores:
@@ -96,7 +105,7 @@ def compute_rows(task: type[Task], scores: Mapping[str, TaskScores]) -> list[Row
 
 def format_table(task: type[Task], rows: list[Row]) -> tuple[list[str], list[list[str]]]:
     """Return the header and the cells of a table."""
-    references = [name for name in REFERENCES if any(name in row.differences for row in rows)]
+    references = list(rows[0].differences) if rows else []
     has_gap = any(row.gap_closed is not None for row in rows)
     digits = 3 if task.is_higher_better else 2
     header = ["policy", task.metric, "std"]

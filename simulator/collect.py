@@ -19,7 +19,7 @@ from tqdm import tqdm
 from simulator.config import HouseConfig
 from simulator.houses import Houses
 from simulator.policies import POLICIES, make_policy
-from simulator.prior_graph import PriorGraph
+from simulator.prior_graph import PriorGraph, load_prior
 from simulator.recorder import Recorder
 from simulator.rollout import list_labels
 from simulator.shards import (
@@ -88,15 +88,7 @@ class CollectConfig:
         Raises:
             ValueError: if the file cannot be read or is malformed.
         """
-        if self.prior is None:
-            return PriorGraph.default()
-        try:
-            return PriorGraph.load(self.prior)
-        except OSError as error:
-            raise ValueError(
-                f"prior must be a file that can be read, got {error.strerror!r} for {self.prior}. "
-                "Check the path, or leave it out for the shipped prior."
-            ) from error
+        return load_prior(self.prior)
 
 
 def collect(config: CollectConfig, out: Path, workers: int = 1, progress: bool = True) -> None:

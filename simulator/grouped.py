@@ -19,3 +19,22 @@ def concatenate_ranges(starts: np.ndarray, counts: np.ndarray) -> np.ndarray:
     ends = np.cumsum(counts)
     total = int(ends[-1]) if len(ends) else 0
     return np.arange(total) + np.repeat(starts - (ends - counts), counts)
+
+
+def number_keys(size: int, *keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Number the keys that occur, in ascending order.
+
+    Args:
+        size: keys lie in 0..size-1.
+        keys: arrays of keys, with repetitions.
+
+    Returns:
+        The keys that occur, ascending, (n,), and the number of every key, int32 (size,).
+    """
+    occurs = np.zeros(size, dtype=bool)
+    for array in keys:
+        occurs[array] = True
+    found = np.flatnonzero(occurs)
+    number = np.zeros(size, dtype=np.int32)
+    number[found] = np.arange(len(found))
+    return found, number

@@ -181,6 +181,23 @@ class PriorGraph:
         return weights
 
 
+def load_prior(path: str | None) -> PriorGraph:
+    """Load a prior file, or the shipped prior for None.
+
+    Raises:
+        ValueError: if the file cannot be read or is malformed.
+    """
+    if path is None:
+        return PriorGraph.default()
+    try:
+        return PriorGraph.load(path)
+    except OSError as error:
+        raise ValueError(
+            f"prior must be a file that can be read, got {error.strerror!r} for {path}. "
+            "Check the path, or leave it out for the shipped prior."
+        ) from error
+
+
 def parse_json(text: str, *, where: str) -> Any:
     """Parse JSON.
 

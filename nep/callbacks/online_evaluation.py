@@ -14,16 +14,19 @@ from rich.console import Console
 from rich.progress import Progress
 
 from datamodules.sgm_datamodule import SGMDataModule
-from nep.comparison import Comparison
 from nep.figures import draw_accuracy_over_steps
 from nep.module import NEPModule
 from nep.policy import NEPPolicy
 from nep.statistics import compute_gap_closed
-from simulator.evaluation import Scores, evaluate_policy
+from nep.tables import Row, compute_rows, make_markdown, make_rich_table
+from simulator.evaluation import TaskScores, evaluate_policy
 from simulator.houses import Houses
 from simulator.policies import POLICIES, Policy, make_policy
 from simulator.shards import write_whole
 from simulator.streams import Streams
+from simulator.tasks.registry import TASKS
+
+_TASK = TASKS["predict_location"]
 
 
 class OnlineEvaluation(pl.Callback):
@@ -60,7 +63,7 @@ class OnlineEvaluation(pl.Callback):
         self.steps = steps
         self.every_n_epochs = every_n_epochs
         self.name = name
-        self.scores: dict[str, Scores] = {}
+        self.scores: dict[str, TaskScores] = {}
 
     def on_fit_start(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         """Let every heuristic and oracle play."""
@@ -90,16 +93,25 @@ class OnlineEvaluation(pl.Callback):
                 self._save(Path(trainer.log_dir))
 
     def print_table(self) -> None:
-        """Print accuracy of every policy and its distance to the model."""
-        comparison = Comparison(self.scores, self.name)
+        """Print accuracy of every policy and its distance to the model, the worst first."""
         console = Console()
-        console.print(comparison.make_table(self._get_title()))
-        console.print(comparison.summary)
+        console.print(make_rich_table(_TASK, self._compute_rows(), self._get_title()))
+        console.print(self._summarise())
+
+    def _compute_rows(self) -> list[Row]:
+        return compute_rows(_TASK, self.scores, references=(self.name,))
 
     def _get_title(self) -> str:
-        return f"Predict Object Location, {self.houses} unseen homes x {self.steps} steps"
+        return f"{_TASK.title}, {self.houses} unseen homes x {self.steps} steps"
 
-    def _play(self, trainer: pl.Trainer, make: Callable[[Houses], Policy]) -> Scores:
+    def _summarise(self) -> str:
+        return (
+            f"candidate recall {self.scores[self.name].candidate_recall:.3f}; "
+            f"Bayesian-to-Oracle gap closed {self._gap_closed('oracle'):.0%}, "
+            f"Bayesian-to-Ceiling gap closed {self._gap_closed('ceiling'):.0%}"
+        )
+
+    def _play(self, trainer: pl.Trainer, make: Callable[[Houses], Policy]) -> TaskScores:
         data = _get_datamodule(trainer)
         config = data.val_config
         streams = Streams(config.seed, config.split, range(self.houses))
@@ -151,7 +163,8 @@ class OnlineEvaluation(pl.Callback):
         write_whole(
             folder / "online_evaluation.json", (json.dumps(content, indent=1) + "\n").encode()
         )
-        markdown = Comparison(self.scores, self.name).make_markdown(self._get_title())
+        table = make_markdown(_TASK, self._compute_rows(), self._get_title())
+        markdown = f"{table}\n{self._summarise()}\n"
         write_whole(folder / "online_evaluation.md", markdown.encode())
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from simulator.grouped import concatenate_ranges
+from simulator.grouped import concatenate_ranges, number_keys
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
 
 
@@ -103,12 +103,8 @@ def take_snapshots(memory: MemoryBatch, queries: Queries) -> Snapshots:
     num_objects = len(objects)
     edge_key = edge_snapshot * num_objects + edges["object"][edge]
     query_key = np.arange(len(queries.home)) * num_objects + queries.object
-    is_node = np.zeros(len(queries.home) * num_objects, dtype=bool)
-    is_node[edge_key] = True
-    is_node[query_key] = True
-    node_keys = np.flatnonzero(is_node)
-    node_of_key = np.zeros(len(is_node), dtype=np.int32)
-    node_of_key[node_keys] = np.arange(len(node_keys))
+    size = len(queries.home) * num_objects
+    node_keys, node_of_key = number_keys(size, edge_key, query_key)
     snapshot, row = np.divmod(node_keys, num_objects)
     home = queries.home
     return Snapshots(

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simulator.grouped import compute_rank_in_group, concatenate_ranges
+from simulator.grouped import compute_rank_in_group, concatenate_ranges, number_keys
 
 
 def test_ranks_count_from_zero_in_every_run():
@@ -35,3 +35,10 @@ def test_ranks_equal_a_loop(groups):
     groups = sorted(groups)
     expected = [groups[:i].count(group) for i, group in enumerate(groups)]
     assert compute_rank_in_group(np.array(groups, dtype=np.int64)).tolist() == expected
+
+
+def test_number_keys_by_hand():
+    found, number = number_keys(8, np.array([5, 2, 5]), np.array([7]))
+    assert found.tolist() == [2, 5, 7]
+    assert number[[2, 5, 7]].tolist() == [0, 1, 2]
+    assert number_keys(3, np.zeros(0, dtype=int))[0].tolist() == []
