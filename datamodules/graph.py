@@ -198,8 +198,9 @@ class _Edges:
 
     Attributes:
         src, dst: node ids, (E,).
-        source: which row of features: a remembered edge (0 <= i < M), a hypothetical edge
-            (M <= i < M + H), or an edge of the layout (i = -1 - furniture id or so), (E,).
+        source: where the features come from: a remembered edge (0 <= i < M), a hypothetical edge
+            (M <= i < M + H), or the layout (negative: `_CERTAIN`, or `_FIRST_FURNITURE` minus
+            the furniture node), (E,).
         query: snapshot whose query edge it is, or -1, (E,).
         target: 1 or 0 for query edges with a known answer, else nan, float32 (E,).
         bounds: start of each edge type, 11 of them.
