@@ -32,6 +32,17 @@ def test_scores_are_finite_exactly_at_the_candidates(encoder):
         np.testing.assert_array_equal(np.isfinite(scores), candidates)
 
 
+@pytest.mark.parametrize("encoder", [MLP, GCN, HEAT])
+def test_the_pruned_graph_scores_like_the_full_one(encoder):
+    pruned = make_nep_policy(encoder())
+    full = NEPPolicy(pruned._module, GraphBuilder(FeatureConfig()))
+    houses = Houses(PriorGraph.default(), HouseConfig(), Streams(0, "val", range(2)))
+    rollout = Rollout(houses, make_policy("bayesian", houses))
+    for step in rollout.run(8):
+        scores = [policy.scores(rollout.memory, step.queries) for policy in (pruned, full)]
+        np.testing.assert_allclose(*scores, rtol=1e-4, atol=1e-5)
+
+
 def test_a_home_scores_the_same_alone_and_beside_others():
     policy = make_nep_policy(HEAT())
     scores = []
