@@ -122,6 +122,17 @@ class FlatGraph:
         """Give each node the row of its node type: (5, D) -> (N, D)."""
         return _repeat_blocks(values, self.node_counts)
 
+    def project_per_node_type(
+        self, node: Tensor, weight: Tensor, bias: Tensor | None = None
+    ) -> Tensor:
+        """Multiply each node by the matrix of its type: (N, C), (5, C, D), (5, D) -> (N, D)."""
+        blocks = zip(node.split(self.node_counts), weight.unbind(0), strict=True)
+        if bias is None:
+            return torch.cat([x @ w for x, w in blocks])
+        return torch.cat(
+            [torch.addmm(b, x, w) for b, (x, w) in zip(bias.unbind(0), blocks, strict=True)]
+        )
+
 
 def _repeat_blocks(values: Tensor, counts: tuple[int, ...]) -> Tensor:
     # The backward of expand is a sum per block, that of repeat_interleave a slow scatter.

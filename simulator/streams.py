@@ -129,3 +129,12 @@ def sample_categorical(weights: np.ndarray, uniform: np.ndarray) -> np.ndarray:
     # Rounding can push the target onto the total: fall back to the last positive weight.
     last = weights.shape[1] - 1 - np.argmax(weights[:, ::-1] > 0, axis=1)
     return np.minimum(index, last)
+
+
+def sample_best(scores: np.ndarray, uniform: np.ndarray) -> np.ndarray:
+    """Return the index of the highest score of each row, ties at random, (n, m), (n,) -> (n,).
+
+    A row of -inf alone is a tie of all.
+    """
+    is_best = scores == scores.max(axis=1, keepdims=True)
+    return sample_categorical(is_best.astype(float), uniform)

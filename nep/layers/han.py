@@ -73,13 +73,9 @@ class HANConv(nn.Module):
         Returns:
             (N, units).
         """
-        blocks = node.split(graph.node_counts)
-        hidden = torch.cat(
-            [
-                torch.addmm(b, x, w)
-                for b, x, w in zip(self.node_bias, blocks, self.node_weight, strict=True)
-            ]
-        ).unflatten(1, (self.heads, -1))  # (N, K, d)
+        hidden = graph.project_per_node_type(node, self.node_weight, self.node_bias).unflatten(
+            1, (self.heads, -1)
+        )  # (N, K, d)
         # One segment per destination and edge type that occur together, P of them.
         counts = torch.tensor(graph.edge_counts, device=graph.edge_dst.device)
         etype = torch.repeat_interleave(counts)  # (E,)

@@ -140,12 +140,9 @@ class HEATConv(nn.Module):
     def _project_nodes(self, graph: FlatGraph, node: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Messages (N, out_units), attention logits as source and as destination (N, K)."""
         readout = torch.cat([self.message_node, self.attend_src, self.attend_dst], dim=1)
-        weight = (self.node_weight @ readout).unbind(0)  # 5 x (in_units, out_units + 2 K)
-        bias = (self.node_bias @ readout).unbind(0)
-        blocks = node.split(graph.node_counts)
-        projected = torch.cat(
-            [torch.addmm(b, x, w) for b, x, w in zip(bias, blocks, weight, strict=True)]
-        )
+        projected = graph.project_per_node_type(
+            node, self.node_weight @ readout, self.node_bias @ readout
+        )  # (N, out_units + 2 K)
         message, logit_src, logit_dst = projected.split(
             [self.message_node.shape[1], self.heads, self.heads], dim=1
         )

@@ -74,7 +74,9 @@ class HGTConv(nn.Module):
         Returns:
             (N, units).
         """
-        query = _project(graph, node, self.query).unflatten(1, (self.heads, -1))  # (N, K, d)
+        query = graph.project_per_node_type(node, self.query).unflatten(
+            1, (self.heads, -1)
+        )  # (N, K, d)
         key, message = self._gather(graph, node)  # (E, K, d), twice
         scale = self.importance / math.sqrt(query.shape[2])  # (10, K)
         logits = (key * query.index_select(0, graph.edge_dst)).sum(dim=2)
@@ -85,12 +87,15 @@ class HGTConv(nn.Module):
             (attention.unsqueeze(2) * message).flatten(1), graph.edge_dst, graph.num_nodes
         )
         share = torch.sigmoid(graph.repeat_per_node_type(self.skip.unsqueeze(1)))  # (N, 1)
-        return share * _project(graph, torch.relu(incoming), self.output) + (1 - share) * node
+        return (
+            share * graph.project_per_node_type(torch.relu(incoming), self.output)
+            + (1 - share) * node
+        )
 
     def _gather(self, graph: FlatGraph, node: Tensor) -> tuple[Tensor, Tensor]:
         """Keys and messages of every edge, each (E, K, d)."""
-        key = _project(graph, node, self.key).unflatten(1, (self.heads, -1))
-        value = _project(graph, node, self.value).unflatten(1, (self.heads, -1))
+        key = graph.project_per_node_type(node, self.key).unflatten(1, (self.heads, -1))
+        value = graph.project_per_node_type(node, self.value).unflatten(1, (self.heads, -1))
         key_blocks = dict(zip(NODE_TYPES, key.split(graph.node_counts), strict=True))
         value_blocks = dict(zip(NODE_TYPES, value.split(graph.node_counts), strict=True))
         first = {
@@ -105,9 +110,3 @@ class HGTConv(nn.Module):
             sent = torch.einsum("nkd,kdo->nko", value_blocks[ntype], self.message[position])
             messages.append(sent.index_select(0, local))
         return torch.cat(keys), torch.cat(messages)
-
-
-def _project(graph: FlatGraph, node: Tensor, weight: Tensor) -> Tensor:
-    """Multiply each node by the matrix of its type: (N, D), (5, D, D) -> (N, D)."""
-    blocks = node.split(graph.node_counts)
-    return torch.cat([x @ w for x, w in zip(blocks, weight.unbind(0), strict=True)])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simulator.houses import Houses
-from simulator.streams import sample_categorical
+from simulator.streams import sample_best, sample_categorical
 
 
 def sample_query(houses: Houses) -> np.ndarray:
@@ -65,6 +65,4 @@ def choose_furniture(scores: np.ndarray, houses: Houses) -> np.ndarray:
 
     A policy without any opinion (all -inf) chooses among all furniture.
     """
-    uniform = houses.streams.rows("ties", 1).next()[:, 0]
-    is_best = scores == scores.max(axis=1, keepdims=True)
-    return sample_categorical(is_best.astype(float), uniform)
+    return sample_best(scores, houses.streams.rows("ties", 1).next()[:, 0])

@@ -9,7 +9,7 @@ import numpy as np
 from simulator.houses import NUM_RELATIONS, Houses
 from simulator.metrics import compute_ndcg
 from simulator.policies import Policy
-from simulator.streams import sample_categorical
+from simulator.streams import sample_best, sample_categorical
 from simulator.tasks.predict_location import compute_answers, compute_query_weights
 from simulator.tasks.task import Answered, Task
 
@@ -64,8 +64,7 @@ class RelativeLikelihood(Task):
         """Choose the furniture of the highest score, ties at random, (H * K, F) -> (H * K,)."""
         streams = self.rollout.houses.streams
         uniform = streams.rows("likelihood ties", self.num_queries).next().ravel()
-        is_best = scores == scores.max(axis=1, keepdims=True)
-        return sample_categorical(is_best.astype(float), uniform)
+        return sample_best(scores, uniform)
 
 
 def sample_queries(houses: Houses, num_queries: int) -> np.ndarray:
