@@ -11,7 +11,9 @@ import torch
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, TEXT_DIM, SGMBatch
 from datamodules.features import (
+    BELIEF_DIM,
     FeatureConfig,
+    compute_belief_features,
     compute_edge_features,
     compute_furniture_temporal,
     compute_hypothetical_features,
@@ -69,6 +71,8 @@ class GraphBuilder:
         kept = edges.take(keep_edge)
         feature = _compute_features(snapshots, kept, cosine[labels[kept.src], labels[kept.dst]])
         drop_features(temporal, feature, self.config)
+        if self.config.belief:
+            feature = _append_belief(snapshots, kept, nodes, feature)
 
         graph = dgl.heterograph(
             {
@@ -317,3 +321,24 @@ def _compute_features(snapshots: Snapshots, edges: _Edges, cosine: np.ndarray) -
         np.where(layout == _CERTAIN, 1.0, prob), cosine[is_layout]
     )
     return features
+
+
+def _append_belief(
+    snapshots: Snapshots, edges: _Edges, nodes: _Nodes, feature: np.ndarray
+) -> np.ndarray:
+    """Append the belief features of query edges, zero for other edges, (E, 9) -> (E, 13).
+
+    Raises:
+        ValueError: if the snapshots hold no belief.
+    """
+    if snapshots.query_belief is None:
+        raise ValueError(
+            "snapshots must hold a belief for `features.belief`, got none. Collect with "
+            "`--belief`, or switch the feature off."
+        )
+    columns = np.zeros((len(feature), BELIEF_DIM), dtype=np.float32)
+    is_query = np.flatnonzero(edges.query >= 0)
+    furniture = (edges.dst[is_query] - nodes.first["furniture"]) % snapshots.num_furniture
+    belief = snapshots.query_belief[edges.query[is_query], furniture]
+    columns[is_query] = compute_belief_features(belief)
+    return np.concatenate([feature, columns], axis=1)

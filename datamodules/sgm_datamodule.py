@@ -74,6 +74,7 @@ class SGMDataModule(pl.LightningDataModule):
             seed=seed,
             house=HouseConfig(dynamic_nodes=dynamic_nodes),
             prior=prior,
+            belief=features is not None and features.belief,
         )
         self.val_config = replace(self.train_config, split="val", houses=val_houses)
         self.data_dir = Path(data_dir)
@@ -96,7 +97,10 @@ class SGMDataModule(pl.LightningDataModule):
         prior = config.load_prior().checksum[:8]
         nodes = "dynamic" if config.house.dynamic_nodes else "static"
         name = f"{config.task}-{config.policy}-{nodes}-{config.steps}steps-seed{config.seed}"
-        return self.data_dir / f"{name}-prior{prior}" / f"{config.split}-{config.houses}houses"
+        belief = "-belief" if config.belief else ""
+        return (
+            self.data_dir / f"{name}-prior{prior}{belief}" / f"{config.split}-{config.houses}houses"
+        )
 
     def prepare_data(self) -> None:
         """Collect what is not on disk yet; an interrupted collection is finished."""

@@ -9,11 +9,11 @@ from functools import partial
 from pathlib import Path
 
 from nep.policy import NEPPolicy
-from simulator.houses import Houses
+from simulator.homes import Homes
 from simulator.policies import POLICIES, Policy, check_policy, make_policy
 from simulator.tasks.registry import TASKS, check_task
 
-MakePolicy = Callable[[Houses], Policy]
+MakePolicy = Callable[[Homes], Policy]
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,8 +101,8 @@ def list_contestants(
 ) -> dict[str, MakePolicy]:
     """Return what makes each player of a task, by name; networks come last."""
 
-    def load(path: Path, houses: Houses) -> Policy:
-        return NEPPolicy.load(path)  # afresh: random candidates (ruling 13) start over
+    def load(path: Path, houses: Homes) -> Policy:
+        return NEPPolicy.load(path).with_rules(houses.prior, houses.config)
 
     players: dict[str, MakePolicy] = {name: partial(make_policy, name) for name in policies}
     for point in checkpoints:

@@ -14,6 +14,7 @@ from datamodules.batch import (
     RELATIONS,
     TEXT_DIM,
 )
+from datamodules.features import BELIEF_DIM
 from nep.flat_graph import FlatGraph
 
 
@@ -48,19 +49,21 @@ class NodeEmbedding(nn.Module):
 
 
 class EdgeEmbedding(nn.Module):
-    """Two layers over [edge features (9), relation one-hot (4)], ReLU after each.
+    """Two layers over [edge features (9; 13 with belief), relation one-hot (4)], ReLU after each.
 
     Args:
         units: width of both layers.
+        belief: whether edges carry the belief features.
 
     Source: paper appendices B and C.
     """
 
     relation: Tensor
 
-    def __init__(self, units: int) -> None:
+    def __init__(self, units: int, belief: bool = False) -> None:
         super().__init__()
-        self.first = nn.Linear(EDGE_FEATURE_DIM + len(RELATIONS), units)
+        num_features = EDGE_FEATURE_DIM + (BELIEF_DIM if belief else 0)
+        self.first = nn.Linear(num_features + len(RELATIONS), units)
         self.second = nn.Linear(units, units)
         one_hot = torch.eye(len(RELATIONS))
         relation = torch.stack([one_hot[RELATIONS.index(name)] for _, name, _ in EDGE_TYPES])

@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from jsonargparse import Namespace
 from jsonargparse.typing import PositiveInt
 from lightning.pytorch import Trainer
 from lightning.pytorch.callbacks import Callback, ModelCheckpoint, RichProgressBar
 from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCLI
 
+from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.module import NEPModule
@@ -45,6 +47,7 @@ class FitCLI(LightningCLI):
             "--threads", type=PositiveInt | None, help="CPU threads; null for all cores."
         )
         parser.add_lightning_class_args(OnlineEvaluation, "online")
+        parser.link_arguments("data.features", "model.belief", compute_fn=_has_belief)
         parser.link_arguments("model.num_hops", "data.num_hops", apply_on="instantiate")
 
     def parse_arguments(self, parser: LightningArgumentParser, args: ArgsType) -> None:
@@ -105,6 +108,11 @@ def find_configs(args: Sequence[str]) -> list[str]:
         elif arg.startswith("--config="):
             found[position] = "--config=" + _find_config(arg.removeprefix("--config="))
     return found
+
+
+def _has_belief(features: Namespace | FeatureConfig | None) -> bool:
+    settings = getattr(features, "init_args", features)  # unless they are an instance already
+    return settings is not None and bool(settings.belief)
 
 
 def _find_config(name: str) -> str:

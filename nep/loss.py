@@ -1,10 +1,12 @@
-"""Training loss of query edges."""
+"""Training losses of query edges."""
 
 from __future__ import annotations
 
 import torch
 from torch import Tensor
 from torch.nn import functional as F
+
+from nep.layers.segment import segment_softmax, segment_sum
 
 
 def balanced_bce(logits: Tensor, target: Tensor) -> Tensor:
@@ -31,3 +33,31 @@ def balanced_bce(logits: Tensor, target: Tensor) -> Tensor:
     false_weight = num_true / num_false.clamp(min=1)
     weight = torch.where(target > 0, torch.ones_like(target), false_weight)
     return F.binary_cross_entropy_with_logits(logits, target, weight=weight)
+
+
+def listwise_loss(logits: Tensor, target: Tensor, snapshot: Tensor, num_snapshots: int) -> Tensor:
+    """Negative log of the softmax share that a snapshot's true query edges get, averaged.
+
+    Where `balanced_bce` asks of each edge whether it is true, this asks which edge of a snapshot
+    is. Snapshots without an edge that is known to be true do not enter.
+
+    Args:
+        logits: (Q,).
+        target: (Q,) 1 or 0, nan where the truth is unknown: those edges do not enter.
+        snapshot: (Q,) int64 in 0..B-1, the snapshot of each edge.
+        num_snapshots: B.
+
+    Returns:
+        Scalar; zero, with gradient zero, if no edge is known to be true.
+
+    Source: Cao et al. 2007 (ListNet, top one), with a set of true edges. Not in the paper.
+    """
+    is_known = ~target.isnan()
+    logits, snapshot, is_true = logits[is_known], snapshot[is_known], target[is_known] > 0
+    share = segment_softmax(logits.unsqueeze(1), snapshot, num_snapshots)
+    share_true = segment_sum(share[is_true], snapshot[is_true], num_snapshots).squeeze(1)
+    has_true = torch.bincount(snapshot[is_true], minlength=num_snapshots) > 0
+    if not has_true.any():
+        return logits.sum() * 0
+    # Differentiable down to a share of 1e-12, where the logits differ by 28.
+    return -share_true[has_true].clamp(min=1e-12).log().mean()

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import lightning.pytorch as pl
 import torch
+from lightning.pytorch.utilities.types import OptimizerLRScheduler
 from torch import Tensor
 from torchmetrics import MetricCollection
 from torchmetrics.classification import BinaryAUROC, BinaryAveragePrecision
@@ -12,7 +15,7 @@ from datamodules.batch import SGMBatch
 from nep.encoders.encoder import Encoder
 from nep.flat_graph import FlatGraph
 from nep.hit_rate import TopOneHitRate
-from nep.loss import balanced_bce
+from nep.loss import balanced_bce, listwise_loss
 from nep.node_edge_predictor import NodeEdgePredictor
 
 
@@ -30,6 +33,9 @@ class NEPModule(pl.LightningModule):
         feed_forward_units: hidden width of each layer's feed-forward network.
         dropout: probability in those layers.
         learning_rate: of Adam.
+        schedule: "constant", or "cosine": the rate falls to zero over the training.
+        listwise_weight: how much `listwise_loss` weighs beside the paper's loss.
+        belief: whether edges carry the belief features; follows `data.features.belief`.
 
     Source: paper section 4.3 and appendix C.
     """
@@ -43,6 +49,9 @@ class NEPModule(pl.LightningModule):
         feed_forward_units: int = 64,
         dropout: float = 0.1,
         learning_rate: float = 1e-4,
+        schedule: Literal["constant", "cosine"] = "constant",
+        listwise_weight: float = 0.0,
+        belief: bool = False,
     ) -> None:
         super().__init__()
         self.save_hyperparameters(
@@ -54,11 +63,16 @@ class NEPModule(pl.LightningModule):
                 "feed_forward_units": feed_forward_units,
                 "dropout": dropout,
                 "learning_rate": learning_rate,
+                "schedule": schedule,
+                "listwise_weight": listwise_weight,
+                "belief": belief,
                 # Lightning's name for what turns the plain encoder entry back into an encoder
                 "_instantiator": "lightning.pytorch.cli.instantiate_module",
             }
         )
         self.learning_rate = learning_rate
+        self.schedule = schedule
+        self.listwise_weight = listwise_weight
         self.predictor = NodeEdgePredictor(
             encoder,
             transformer=transformer,
@@ -66,6 +80,7 @@ class NEPModule(pl.LightningModule):
             transformer_heads=transformer_heads,
             feed_forward_units=feed_forward_units,
             dropout=dropout,
+            belief=belief,
         )
         # The curve of the training metric is binned: an exact one would keep every training edge.
         self.train_metrics = MetricCollection(
@@ -94,9 +109,17 @@ class NEPModule(pl.LightningModule):
         """Loss of one batch; updates the validation metrics."""
         return self._step(batch, "val", self.val_metrics, self.val_top_one)
 
-    def configure_optimizers(self) -> torch.optim.Optimizer:
-        """Adam, as in the paper."""
-        return torch.optim.Adam(self.parameters(), lr=self.learning_rate)
+    def configure_optimizers(self) -> OptimizerLRScheduler:
+        """Adam, as in the paper; with a cosine schedule if asked for."""
+        optimizer = torch.optim.Adam(self.parameters(), lr=self.learning_rate)
+        if self.schedule == "constant":
+            return optimizer
+        num_steps = int(self.trainer.estimated_stepping_batches)
+        schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, num_steps)
+        return {
+            "optimizer": optimizer,
+            "lr_scheduler": {"scheduler": schedule, "interval": "step"},
+        }
 
     def _step(
         self, batch: SGMBatch, stage: str, metrics: MetricCollection, top_one: TopOneHitRate
@@ -104,6 +127,10 @@ class NEPModule(pl.LightningModule):
         graph = FlatGraph.from_batch(batch)
         logits = self.predictor.score(graph)
         loss = balanced_bce(logits, graph.query_target)
+        if self.listwise_weight:
+            loss = loss + self.listwise_weight * listwise_loss(
+                logits, graph.query_target, graph.query_snapshot, graph.num_snapshots
+            )
         known = ~graph.query_target.isnan()
         if known.any():
             target = graph.query_target[known]

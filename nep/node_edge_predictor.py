@@ -24,6 +24,7 @@ class NodeEdgePredictor(nn.Module):
         transformer_heads: heads of each layer.
         feed_forward_units: hidden width of each layer's feed-forward network.
         dropout: probability in those layers; PyTorch's default, which the paper keeps.
+        belief: whether edges carry the belief features (`FeatureConfig.belief`).
 
     Source: paper section 4.3 and appendix C.
     """
@@ -36,11 +37,12 @@ class NodeEdgePredictor(nn.Module):
         transformer_heads: int = 2,
         feed_forward_units: int = 64,
         dropout: float = 0.1,
+        belief: bool = False,
     ) -> None:
         super().__init__()
         units = encoder.units
         self.node_embedding = NodeEmbedding(units)
-        self.edge_embedding = EdgeEmbedding(units)
+        self.edge_embedding = EdgeEmbedding(units, belief)
         self.encoder = encoder
         self.query_attention = (
             QueryAttention(

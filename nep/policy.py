@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,12 @@ from datamodules.batch import QUERY_EDGE_TYPES
 from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep.module import NEPModule
-from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.config import HouseConfig
+from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.memory.snapshots import take_snapshots
 from simulator.policies import Policy
+from simulator.policies.home_filter import HomeFilter
+from simulator.prior_graph import PriorGraph
 
 
 class NEPPolicy(Policy):
@@ -25,10 +29,34 @@ class NEPPolicy(Policy):
 
     score_kind = "logits"
 
-    def __init__(self, module: NEPModule, builder: GraphBuilder) -> None:
-        """Keep the model and what turns snapshots into its batches."""
+    def __init__(
+        self, module: NEPModule, builder: GraphBuilder, believer: HomeFilter | None = None
+    ) -> None:
+        """Keep the model and what turns snapshots into its batches.
+
+        Args:
+            module: the model.
+            builder: with the features that it was trained on.
+            believer: the filter whose belief is among the features; None if there is none.
+        """
         self._module = module
         self._builder = builder
+        self._believer = believer
+
+    def with_rules(self, prior: PriorGraph, config: HouseConfig) -> NEPPolicy:
+        """Return the same network with the rules of the homes, if it reads a filter's belief."""
+        believer = HomeFilter(prior, config) if self._builder.config.belief else None
+        return NEPPolicy(self._module, self._builder, believer)
+
+    def reset(self, memory: MemoryBatch) -> None:
+        """Forget earlier homes."""
+        if self._believer is not None:
+            self._believer.reset(memory)
+
+    def observe(self, memory: MemoryBatch, change: Change) -> None:
+        """Tell the filter about a look."""
+        if self._believer is not None:
+            self._believer.observe(memory, change)
 
     @classmethod
     def load(cls, checkpoint: str | Path) -> NEPPolicy:
@@ -73,19 +101,25 @@ class NEPPolicy(Policy):
         """Return logits, (Q, F), -inf where there is no query edge."""
         was_training = self._module.training
         self._module.eval()
-        batch = self._builder.build(take_snapshots(memory, queries))
+        snapshots = take_snapshots(memory, queries)
+        if self._believer is not None:
+            belief = self._believer.follow(memory, queries).stack()
+            snapshots = replace(snapshots, query_belief=belief)
+        batch = self._builder.build(snapshots)
         logits = self._module(batch.to(self._module.device)).cpu().numpy()
         self._module.train(was_training)
         scores = np.full((len(queries.home), memory.num_furniture), -np.inf)
         graph = batch.graph
         local = graph.nodes["furniture"].data["index"]
-        snapshots, places = [], []
+        query_snapshots, places = [], []
         for etype in QUERY_EDGE_TYPES:
             query = graph.edges[etype].data["query"]
             furniture = graph.edges(etype=etype)[1]
-            snapshots.append(query[query >= 0])
+            query_snapshots.append(query[query >= 0])
             places.append(local[furniture[query >= 0]])
-        np.maximum.at(scores, (torch.cat(snapshots).numpy(), torch.cat(places).numpy()), logits)
+        np.maximum.at(
+            scores, (torch.cat(query_snapshots).numpy(), torch.cat(places).numpy()), logits
+        )
         return scores
 
 

@@ -18,10 +18,11 @@ from tqdm import tqdm
 
 from simulator.config import HouseConfig
 from simulator.houses import Houses
+from simulator.memory.memory_batch import Change
 from simulator.policies import POLICIES, make_policy
+from simulator.policies.home_filter import HomeFilter
 from simulator.prior_graph import PriorGraph, load_prior
 from simulator.recorder import Recorder
-from simulator.rollout import list_labels
 from simulator.shards import (
     MANIFEST,
     compute_checksum,
@@ -51,6 +52,7 @@ class CollectConfig:
         seed: experiment seed.
         house: rules of the homes.
         prior: prior file; None for the shipped default.
+        belief: whether each snapshot keeps what `HomeFilter` believes about its query object.
     """
 
     houses: int = 100
@@ -61,6 +63,7 @@ class CollectConfig:
     seed: int = 0
     house: HouseConfig = field(default_factory=HouseConfig)
     prior: str | None = None
+    belief: bool = False
 
     def __post_init__(self) -> None:
         """Check every value.
@@ -136,12 +139,24 @@ def collect_houses(
     state = Houses(prior, config.house, Streams(config.seed, config.split, houses))
     task = TASKS[config.task](state, make_policy(config.policy, state))
     recorder = Recorder(task.rollout.memory)
-    task.rollout.on_change = recorder.add_change
+
+    believer = HomeFilter(prior, config.house) if config.belief else None
+    if believer is not None:
+        believer.reset(task.rollout.memory)
 
     def record(answered: Answered) -> None:
-        recorder.add_snapshot(answered.queries, answered.answers)
+        belief = None
+        if believer is not None:
+            belief = believer.follow(task.rollout.memory, answered.queries).stack()
+        recorder.add_snapshot(answered.queries, answered.answers, belief)
+
+    def record_change(change: Change) -> None:
+        recorder.add_change(change)
+        if believer is not None:
+            believer.observe(task.rollout.memory, change)
 
     task.on_answer = record
+    task.rollout.on_change = record_change
     for _ in task.run(config.steps):
         pass  # every answer was recorded
     checksums = {}
@@ -155,10 +170,12 @@ def collect_houses(
 def _describe_settings(config: CollectConfig, prior: PriorGraph) -> dict[str, Any]:
     """Return everything that the bytes depend on, as JSON values."""
     settings = asdict(config)
+    if not config.belief:
+        del settings["belief"]  # collections without it are what they were before it existed
     settings["house"]["rooms"] = list(config.house.rooms)
     settings["prior"] = prior.checksum
     state = Houses(prior, config.house, Streams(config.seed, config.split, [0]))
-    return {**settings, "labels": list_labels(state)}
+    return {**settings, "labels": state.labels}
 
 
 def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
@@ -229,6 +246,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         default=True,
         help="whether objects are added and removed",
     )
+    parser.add_argument(
+        "--belief",
+        action="store_true",
+        help="also keep what the home filter believes about each query object",
+    )
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes")
     options = parser.parse_args(arguments)
     try:
@@ -238,6 +260,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         config = CollectConfig(
             houses=options.houses, steps=options.steps, policy=options.policy, task=options.task,
             split=options.split, seed=options.seed, house=house, prior=options.prior,
+            belief=options.belief,
         )  # fmt: skip
         collect(config, options.out, workers=options.workers)
     except (ValueError, OSError) as error:

@@ -28,12 +28,15 @@ class Recorder:
         self._snapshots: list[Arrays] = []
         self._versions: dict[str, list[Arrays]] = defaultdict(list)
 
-    def add_snapshot(self, queries: Queries, answers: np.ndarray) -> None:
+    def add_snapshot(
+        self, queries: Queries, answers: np.ndarray, belief: np.ndarray | None = None
+    ) -> None:
         """Record the memories at queries; a home may have several, or none.
 
         Args:
             queries: what is asked, (Q,); one snapshot each.
             answers: furniture that truly holds the object asked for, bool (Q, F).
+            belief: what a filter believes about them, (Q, F, 3); given always or never.
         """
         self._snapshots.append(
             {
@@ -43,6 +46,7 @@ class Recorder:
                 "query_prior": queries.prior,
                 "answers": answers,
             }
+            | ({} if belief is None else {"belief": belief})
         )
         self._num_snapshots += np.bincount(queries.home, minlength=self._memory.num_homes)
 
@@ -103,6 +107,8 @@ class Recorder:
                 "snapshot_prior": snapshots["query_prior"][asked],
                 "snapshot_answers": snapshots["answers"][asked],
             }
+            if "belief" in snapshots:
+                arrays["snapshot_belief"] = snapshots["belief"][asked]
             numbers: Arrays = {
                 "object": number,
                 "edge": edge_number,

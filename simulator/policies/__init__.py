@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from simulator.houses import Houses
+from simulator.homes import Homes
 from simulator.policies.filters import Ceiling, PriorFilter
 from simulator.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
+from simulator.policies.home_filter import HomeFilter
 from simulator.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior, Oracle
 from simulator.policies.policy import Policy
 
 # Every policy by the name that command lines and tables use. Only oracles read the true homes.
-POLICIES: Mapping[str, Callable[[Houses], Policy]] = {
+POLICIES: Mapping[str, Callable[[Homes], Policy]] = {
     "random": lambda houses: Random(),
     "priors": lambda houses: Priors(),
     "frequentist": lambda houses: Frequentist(),
@@ -20,12 +21,13 @@ POLICIES: Mapping[str, Callable[[Houses], Policy]] = {
     "last_seen": lambda houses: LastSeenUnlessAbsent(),
     "last_seen_prior": lambda houses: LastSeenUnlessAbsentPrior(),
     "prior_filter": lambda houses: PriorFilter(houses.prior, houses.config),
+    "home_filter": lambda houses: HomeFilter(houses.prior, houses.config),
     "oracle": Oracle,
     "ceiling": Ceiling,
 }
 
 
-def make_policy(name: str, houses: Houses) -> Policy:
+def make_policy(name: str, houses: Homes) -> Policy:
     """Make a policy by name.
 
     Raises:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from simulator.config import HouseConfig
 from simulator.descriptions import DescriptionTable
-from simulator.houses import NUM_RELATIONS, Houses
+from simulator.homes import NUM_RELATIONS, Homes
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.policies.policy import Policy
 from simulator.prior_graph import PriorGraph
@@ -36,6 +37,25 @@ class Rules:
     add_rate: np.ndarray
 
 
+@dataclass(slots=True)
+class Belief:
+    """What a filter believes about each queried object.
+
+    Attributes:
+        last: probability that the instance that was seen last is at each furniture node, (Q, F).
+        others: expected number of other instances at each furniture node, (Q, F).
+        possible: probability that such an object can be at each furniture node at all, (Q, F).
+    """
+
+    last: np.ndarray
+    others: np.ndarray
+    possible: np.ndarray
+
+    def stack(self) -> np.ndarray:
+        """Return the three as columns, float32 (Q, F, 3)."""
+        return np.stack([self.last, self.others, self.possible], axis=2).astype(np.float32)
+
+
 class PlaceFilter(Policy):
     """Follows where the objects of a description can be, given every look so far.
 
@@ -45,7 +65,12 @@ class PlaceFilter(Policy):
     furniture node of its room in proportion to `moves`. Correction: an unseen object at a
     furniture node looked at keeps the share `detection_error` there. That an object is asked
     for makes it likelier to have just moved (ruling 9), and the filter knows that, too.
+
+    Attributes:
+        learns: whether `learn` changes the belief, and with it what `weigh` returns.
     """
+
+    learns: ClassVar[bool] = False
 
     def __init__(self, prior: PriorGraph, config: HouseConfig, asks_moved: float = 0.5) -> None:
         """Keep the rules.
@@ -85,6 +110,11 @@ class PlaceFilter(Policy):
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the expected number of objects asked for at each furniture node, (Q, F)."""
+        belief = self.follow(memory, queries)
+        return belief.last + belief.others
+
+    def follow(self, memory: MemoryBatch, queries: Queries) -> Belief:
+        """Play every look so far again, from the start, for the objects asked for."""
         is_asked = np.zeros(len(memory.objects), dtype=bool)
         is_asked[queries.object] = True
         earlier = self._asked.get(memory.time, is_asked[:0])
@@ -92,35 +122,59 @@ class PlaceFilter(Policy):
         self._asked[memory.time] = is_asked
         rules = self.compute_rules(memory, queries)
         room = memory.furniture_room[queries.home]  # (Q, F)
-        leave = _compute_leave_weights(rules.moves, room, self._config.cross_room_moves)
-        last = np.zeros(rules.initial.shape)
-        others = rules.initial.copy()
+        belief = self.start(memory, queries, rules)
+        moves = self.weigh(rules, belief)
+        leave = _compute_leave_weights(moves, room, self._config.cross_room_moves)
         looks = iter([*self._looks, None])
         look = next(looks)
         for time in range(memory.time + 1):
             if time > 0:
                 asked = _lookup(self._asked[time], queries.object) if time in self._asked else False
                 rate = np.where(asked, rules.asked_move_rate, rules.move_rate)
-                last = self._predict(last, rules, rate, leave, room)
-                others = self._predict(others, rules, rate, leave, room)
-                others += rules.add_rate[:, None] * rules.moves
-            while look is not None and look[0] == time:
-                at = look[1][queries.home]
-                seen = _lookup(look[2], queries.object)
-                self._correct(last, others, at, seen)
-                look = next(looks)
-        return last + others
+                kept = 1 - rules.remove_rate
+                belief.last = self._predict(belief.last, moves, kept, rate, leave, room)
+                belief.others = self._predict(belief.others, moves, kept, rate, leave, room)
+                belief.others += rules.add_rate[:, None] * moves
+            if look is not None and look[0] == time:
+                while look is not None and look[0] == time:
+                    at = look[1][queries.home]
+                    seen = _lookup(look[2], queries.object)
+                    self.learn(belief, at, seen)
+                    self._correct(belief.last, belief.others, at, seen)
+                    look = next(looks)
+                if self.learns:
+                    moves = self.weigh(rules, belief)
+                    leave = _compute_leave_weights(moves, room, self._config.cross_room_moves)
+        return belief
+
+    def start(self, memory: MemoryBatch, queries: Queries, rules: Rules) -> Belief:
+        """Return the belief at t = 0, before any look."""
+        nothing = np.zeros(rules.initial.shape)
+        return Belief(nothing, rules.initial.copy(), np.ones(rules.initial.shape))
+
+    def weigh(self, rules: Rules, belief: Belief) -> np.ndarray:
+        """Return the weight of each furniture node for an object that moves, (Q, F)."""
+        return rules.moves
+
+    def learn(self, belief: Belief, at: np.ndarray, seen: np.ndarray) -> None:
+        """Learn about the home itself from one look per query, before the belief is corrected.
+
+        Args:
+            belief: what is believed; `possible` may be changed in place.
+            at: furniture looked at, or -1, (Q,).
+            seen: whether the object was seen there, bool (Q,).
+        """
 
     @abstractmethod
     def compute_rules(self, memory: MemoryBatch, queries: Queries) -> Rules:
         """Return what is taken for the dynamics of each queried object."""
 
     def _predict(
-        self, belief: np.ndarray, rules: Rules, rate: np.ndarray, leave: np.ndarray,
-        room: np.ndarray,
+        self, density: np.ndarray, moves: np.ndarray, kept: np.ndarray, rate: np.ndarray,
+        leave: np.ndarray, room: np.ndarray,
     ) -> np.ndarray:  # fmt: skip
         """Let one step pass, (Q, F) -> (Q, F)."""
-        movers = belief * rate[:, None] * (leave > 0)
+        movers = density * rate[:, None] * (leave > 0)
         flow = np.divide(movers, leave, out=np.zeros_like(movers), where=leave > 0)
         if self._config.cross_room_moves:
             inflow = flow.sum(axis=1, keepdims=True) - flow
@@ -128,7 +182,7 @@ class PlaceFilter(Policy):
             same = room[:, :, None] == np.arange(room.max() + 1)  # (Q, F, R)
             per_room = np.einsum("qf,qfr->qr", flow, same)
             inflow = np.einsum("qr,qfr->qf", per_room, same) - flow
-        return (belief - movers + rules.moves * inflow) * (1 - rules.remove_rate[:, None])
+        return (density - movers + moves * inflow) * kept[:, None]
 
     def _correct(
         self, last: np.ndarray, others: np.ndarray, at: np.ndarray, seen: np.ndarray
@@ -226,7 +280,7 @@ class Ceiling(PlaceFilter):
     Source: ruling 20.
     """
 
-    def __init__(self, houses: Houses, asks_moved: float = 0.5) -> None:
+    def __init__(self, houses: Homes, asks_moved: float = 0.5) -> None:
         """Keep the true homes."""
         super().__init__(houses.prior, houses.config, asks_moved)
         self._houses = houses
@@ -241,7 +295,7 @@ class Ceiling(PlaceFilter):
         return Rules(moves, initial, *self._compute_rates(queries.home, types))
 
     def _read_weights(self, memory: MemoryBatch) -> np.ndarray:
-        weights = self._houses.place_weights
+        weights = self._houses.get_place_weights()
         return weights.reshape(*weights.shape[:2], -1, NUM_RELATIONS).sum(axis=3)
 
 

@@ -11,7 +11,7 @@ from torch.utils.data import DataLoader
 
 from nep.encoders import GCN, HEAT, MLP
 from nep.hit_rate import TopOneHitRate
-from nep.loss import balanced_bce
+from nep.loss import balanced_bce, listwise_loss
 from nep.module import NEPModule
 
 
@@ -43,6 +43,48 @@ def test_half_is_the_best_constant_answer():
     losses = {p: balanced_bce(torch.full((10,), math.log(p / (1 - p))), target).item()
               for p in (0.4, 0.5, 0.6)}  # fmt: skip
     assert min(losses, key=losses.__getitem__) == 0.5
+
+
+def test_listwise_loss_by_hand():
+    # snapshot 0: shares 1/4, 1/2, 1/4 of logits 0, log 2, 0; true are the first two: -log 3/4
+    # snapshot 1: one edge, unknown; snapshot 2: shares 1/2, 1/2, one true: -log 1/2
+    # snapshot 3: no true edge. Only snapshots 0 and 2 enter: (log 4/3 + log 2) / 2
+    logits = torch.tensor([0.0, 5.0, math.log(2), 0.0, 1.0, 1.0, 3.0], requires_grad=True)
+    target = torch.tensor([1.0, math.nan, 1.0, 0.0, 0.0, 1.0, 0.0])
+    snapshot = torch.tensor([0, 1, 0, 0, 2, 2, 3])
+    loss = listwise_loss(logits, target, snapshot, 4)
+    assert loss.item() == pytest.approx((math.log(4 / 3) + math.log(2)) / 2)
+    loss.backward()
+    # gradient of -log of the true share: share - share given true, half of it in the mean
+    want = [(1 / 4 - 1 / 3) / 2, 0, (1 / 2 - 2 / 3) / 2, 1 / 8, 1 / 4, -1 / 4, 0]
+    torch.testing.assert_close(logits.grad, torch.tensor(want))
+
+
+def test_listwise_loss_without_a_true_edge():
+    logits = torch.tensor([1.0, 2.0], requires_grad=True)
+    for target in ([0.0, math.nan], [math.nan, math.nan]):
+        loss = listwise_loss(logits, torch.tensor(target), torch.tensor([0, 1]), 2)
+        assert loss.item() == 0
+        loss.backward()
+        assert not logits.grad.any()
+
+
+def test_the_cosine_schedule_ends_at_zero(random_batch):
+    module = NEPModule(MLP(units=8), learning_rate=0.01, schedule="cosine")
+    loader = DataLoader([random_batch(seed=s) for s in range(4)], batch_size=None)
+    rates = []
+
+    class Watch(pl.Callback):
+        def on_train_batch_start(self, trainer, pl_module, batch, batch_idx):
+            rates.append(trainer.optimizers[0].param_groups[0]["lr"])
+
+    pl.Trainer(
+        max_epochs=2, logger=False, enable_checkpointing=False, enable_progress_bar=False,
+        enable_model_summary=False, accelerator="cpu", callbacks=[Watch()],
+    ).fit(module, loader, loader)  # fmt: skip
+    # 8 steps: 0.01 x (1 + cos(pi t / 8)) / 2
+    want = [0.01 * (1 + math.cos(math.pi * step / 8)) / 2 for step in range(8)]
+    assert rates == pytest.approx(want)
 
 
 def test_top_one_hit_rate_by_hand():

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import torch
 
-from datamodules.features import FeatureConfig
+from datamodules.batch import QUERY_EDGE_TYPES
+from datamodules.features import FeatureConfig, compute_belief_features
 from datamodules.graph import GraphBuilder
 from nep.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.module import NEPModule
@@ -96,6 +97,40 @@ def test_without_memory_looks_change_no_score():
             _, queries = rollout.ask_for(np.arange(2), np.zeros(2, dtype=int))
             scores.append(policy.scores(rollout.memory, queries))
         assert np.array_equal(*scores) != remembers
+
+
+def test_a_network_that_reads_a_belief_follows_it_online():
+    """The columns that the network sees are those of a filter that plays beside it."""
+    torch.manual_seed(0)
+    module = NEPModule(MLP(units=8), belief=True)
+    house = HouseConfig(furniture_per_room=4)
+    houses = Houses(PriorGraph.default(), house, Streams(0, "val", range(2)))
+    policy = NEPPolicy(module, GraphBuilder(FeatureConfig(belief=True), 0))
+    policy = policy.with_rules(houses.prior, house)
+    believer = make_policy("home_filter", houses)
+    seen = []
+    module.predictor.register_forward_pre_hook(lambda _, inputs: seen.append(inputs[0].graph))
+    rollout = Rollout(houses, policy)
+    believer.reset(rollout.memory)
+    rollout.on_change = lambda change: believer.observe(rollout.memory, change)
+    for step in rollout.run(6):
+        believed = believer.follow(rollout.memory, step.queries).stack()
+        for etype in QUERY_EDGE_TYPES:
+            data = seen[-1].edges[etype].data
+            furniture = seen[-1].edges(etype=etype)[1]
+            local = seen[-1].nodes["furniture"].data["index"][furniture]
+            found = data["feature"][:, 9:].numpy()
+            expected = compute_belief_features(believed[data["query"].numpy(), local.numpy()])
+            np.testing.assert_allclose(found, expected, atol=1e-6)
+    assert len(seen) == 6
+
+
+def test_a_network_that_reads_a_belief_needs_the_rules():
+    module = NEPModule(MLP(units=8), belief=True)
+    policy = NEPPolicy(module, GraphBuilder(FeatureConfig(belief=True), 0))
+    houses = Houses(PriorGraph.default(), HouseConfig(), Streams(0, "val", [0]))
+    with pytest.raises(ValueError, match="must hold a belief"):
+        next(Rollout(houses, policy).run(1))
 
 
 def test_a_file_that_is_no_checkpoint_is_refused(tmp_path):

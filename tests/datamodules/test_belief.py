@@ -1,0 +1,100 @@
+"""A filter's belief: collected beside the snapshots, read back as features of query edges."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from datamodules.batch import EDGE_TYPES, QUERY_EDGE_TYPES
+from datamodules.features import FeatureConfig, compute_belief_features
+from datamodules.graph import GraphBuilder
+from datamodules.snapshot_dataset import SnapshotDataset
+from simulator.collect import CollectConfig, collect
+from simulator.config import HouseConfig
+from simulator.houses import Houses
+from simulator.memory.snapshots import take_snapshots
+from simulator.policies import make_policy
+from simulator.streams import Streams
+from simulator.tasks.registry import TASKS
+
+HOUSE = HouseConfig(furniture_per_room=3, objects_per_furniture=4)
+
+
+def test_features_by_hand():
+    """Others at most 1; 1 + log10(sum) / 4 with the sum in [1e-4, 1]: 0.01 -> 0.5."""
+    belief = np.array([[0.006, 0.004, 0.5], [0.5, 3.0, 1.0], [0.0, 0.0, 0.02]])
+    expected = [[0.006, 0.004, 0.5, 0.5], [0.5, 1, 1, 1], [0, 0, 0, 0.02]]
+    np.testing.assert_allclose(compute_belief_features(belief), expected, atol=1e-7)
+
+
+@pytest.mark.parametrize("task", ["predict_location", "find_object"])
+def test_a_collected_belief_is_what_a_live_filter_believes(task, tmp_path):
+    config = CollectConfig(houses=2, steps=6, task=task, house=HOUSE, belief=True)
+    collect(config, tmp_path, progress=False)
+    dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig(belief=True)))
+    houses = Houses(config.load_prior(), HOUSE, Streams(0, "train", range(2)))
+    game = TASKS[task](houses, make_policy("bayesian", houses))
+    filters = make_policy("home_filter", houses)
+    filters.reset(game.rollout.memory)
+    game.rollout.on_change = lambda change: filters.observe(game.rollout.memory, change)
+    live, homes = [], []
+
+    def keep(answered):
+        live.append(filters.follow(game.rollout.memory, answered.queries).stack())
+        homes.append(answered.queries.home)
+
+    game.on_answer = keep
+    for _ in game.run(config.steps):
+        pass
+    order = np.argsort(np.concatenate(homes), kind="stable")
+    found = dataset.take(np.arange(len(dataset))).query_belief
+    np.testing.assert_array_equal(found, np.concatenate(live)[order])
+
+
+def test_a_collection_without_belief_is_what_it_was(tmp_path):
+    """Same bytes of every other column, and a clear error where a model asks for the belief."""
+    for name, belief in (("with", True), ("without", False)):
+        config = CollectConfig(houses=1, steps=5, house=HOUSE, belief=belief)
+        collect(config, tmp_path / name, progress=False)
+    with_belief, without = (
+        SnapshotDataset(tmp_path / name, GraphBuilder(FeatureConfig())).take(np.arange(5))
+        for name in ("with", "without")
+    )
+    assert without.query_belief is None
+    for field in dataclasses.fields(without):
+        if field.name != "query_belief":
+            found = getattr(with_belief, field.name)
+            np.testing.assert_array_equal(found, getattr(without, field.name))
+    builder = GraphBuilder(FeatureConfig(belief=True))
+    with pytest.raises(ValueError, match=r"must hold a belief .* got none. .*`--belief`"):
+        builder.build(without)
+
+
+def test_belief_stands_on_its_query_edge_alone():
+    houses = Houses(CollectConfig().load_prior(), HOUSE, Streams(0, "val", range(3)))
+    game = TASKS["predict_location"](houses, make_policy("bayesian", houses))
+    batches = []
+
+    def keep(answered):
+        queries = answered.queries
+        belief = np.zeros((len(queries.home), 12, 3), dtype=np.float32)
+        # the same number at no two places: query q, furniture f -> (12 q + f + 1) / 100
+        belief[..., 2] = np.arange(1, 12 * len(belief) + 1).reshape(-1, 12) / 100
+        snapshots = take_snapshots(game.rollout.memory, queries)
+        snapshots = dataclasses.replace(snapshots, query_belief=belief)
+        batches.append(GraphBuilder(FeatureConfig(belief=True), 1).build(snapshots))
+
+    game.on_answer = keep
+    for _ in game.run(5):
+        pass
+    for batch in batches:
+        for etype in EDGE_TYPES:
+            data = batch.graph.edges[etype].data
+            assert data["feature"].shape[1] == 13
+            if etype not in QUERY_EDGE_TYPES:
+                assert not data["feature"][:, 9:].any()
+                continue
+            query, furniture = data["query"], batch.graph.edges(etype=etype)[1]
+            local = batch.graph.nodes["furniture"].data["index"][furniture]
+            expected = (12 * query + local + 1).where(query >= 0, 0) / 100
+            np.testing.assert_allclose(data["feature"][:, 12], expected, atol=1e-6)
