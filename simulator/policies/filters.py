@@ -51,9 +51,23 @@ class Belief:
     others: np.ndarray
     possible: np.ndarray
 
+    def take(self, rows: np.ndarray) -> Belief:
+        """Return a copy of some rows."""
+        return Belief(self.last[rows], self.others[rows], self.possible[rows])
+
     def stack(self) -> np.ndarray:
         """Return the three as columns, float32 (Q, F, 3)."""
         return np.stack([self.last, self.others, self.possible], axis=2).astype(np.float32)
+
+
+@dataclass(frozen=True, slots=True)
+class _Trail:
+    """What was believed at the last question: its time, looks known, objects (Q,) and belief."""
+
+    time: int
+    num_looks: int
+    objects: np.ndarray
+    belief: Belief
 
 
 class PlaceFilter(Policy):
@@ -91,11 +105,13 @@ class PlaceFilter(Policy):
         self._sameness = table.compute_sameness()
         self._looks: list[tuple[int, np.ndarray, np.ndarray]] = []
         self._asked: dict[int, np.ndarray] = {}
+        self._trail: _Trail | None = None
 
     def reset(self, memory: MemoryBatch) -> None:
         """Forget all looks and work out the expected inventory of the new homes."""
         self._looks = []
         self._asked = {}
+        self._trail = None
         self._expected = self._compute_expected_objects(memory)  # (H, O, F)
         self._kappa = self._solve_move_race()  # (H,)
 
@@ -114,21 +130,21 @@ class PlaceFilter(Policy):
         return belief.last + belief.others
 
     def follow(self, memory: MemoryBatch, queries: Queries) -> Belief:
-        """Play every look so far again, from the start, for the objects asked for."""
-        is_asked = np.zeros(len(memory.objects), dtype=bool)
-        is_asked[queries.object] = True
-        earlier = self._asked.get(memory.time, is_asked[:0])
-        is_asked[: len(earlier)] |= earlier
-        self._asked[memory.time] = is_asked
+        """Play the looks so far again for the objects asked for, (Q, F).
+
+        From the start; where the same objects, or some of them, were asked for just before in the
+        same step, in a search that goes on, only the looks since then.
+        """
+        self._mark_asked(memory, queries)
         rules = self.compute_rules(memory, queries)
         room = memory.furniture_room[queries.home]  # (Q, F)
-        belief = self.start(memory, queries, rules)
+        belief, first_time, num_looks = self._resume(memory, queries, rules)
         moves = self.weigh(rules, belief)
         leave = _compute_leave_weights(moves, room, self._config.cross_room_moves)
-        looks = iter([*self._looks, None])
+        looks = iter([*self._looks[num_looks:], None])
         look = next(looks)
-        for time in range(memory.time + 1):
-            if time > 0:
+        for time in range(first_time, memory.time + 1):
+            if time > first_time:
                 asked = _lookup(self._asked[time], queries.object) if time in self._asked else False
                 rate = np.where(asked, rules.asked_move_rate, rules.move_rate)
                 kept = 1 - rules.remove_rate
@@ -145,7 +161,28 @@ class PlaceFilter(Policy):
                 if self.learns:
                     moves = self.weigh(rules, belief)
                     leave = _compute_leave_weights(moves, room, self._config.cross_room_moves)
+        self._trail = _Trail(memory.time, len(self._looks), queries.object, belief)
         return belief
+
+    def _mark_asked(self, memory: MemoryBatch, queries: Queries) -> None:
+        is_asked = np.zeros(len(memory.objects), dtype=bool)
+        is_asked[queries.object] = True
+        earlier = self._asked.get(memory.time, is_asked[:0])
+        is_asked[: len(earlier)] |= earlier
+        self._asked[memory.time] = is_asked
+
+    def _resume(
+        self, memory: MemoryBatch, queries: Queries, rules: Rules
+    ) -> tuple[Belief, int, int]:
+        """Return a belief, the time that it is of, and how many looks it knows."""
+        trail = self._trail
+        if trail is not None and trail.time == memory.time:
+            row_of_object = np.full(len(memory.objects), -1)
+            row_of_object[trail.objects] = np.arange(len(trail.objects))
+            rows = row_of_object[queries.object]
+            if (rows >= 0).all():
+                return trail.belief.take(rows), trail.time, trail.num_looks
+        return self.start(memory, queries, rules), 0, 0
 
     def start(self, memory: MemoryBatch, queries: Queries, rules: Rules) -> Belief:
         """Return the belief at t = 0, before any look."""

@@ -47,7 +47,8 @@ class HomeFilter(PriorFilter):
         return np.divide(weight, total, out=np.zeros_like(weight), where=total > 0)
 
     def learn(self, belief: Belief, at: np.ndarray, seen: np.ndarray) -> None:
-        """Doubt a place where the object was expected and not seen, in place."""
+        """Doubt a place where the object was expected and not seen; be sure of one where it was."""
+        belief.possible[seen, at[seen]] = 1.0
         q = np.flatnonzero((at >= 0) & ~seen)
         f = at[q]
         possible = belief.possible[q, f]

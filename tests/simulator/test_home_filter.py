@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from simulator.config import HouseConfig
+from simulator.memory.memory_batch import Queries
 from simulator.policies import make_policy
 from simulator.policies.filters import Belief, Rules
 from simulator.policies.home_filter import HomeFilter
@@ -33,7 +34,7 @@ def test_doubt_by_hand(tiny_prior, config):
     """P(possible | not seen) = (p - found) / (1 - found), found = 0.75 x belief.
 
     p = 0.5625, belief 0.4: found 0.3, (0.5625 - 0.3) / (1 - 0.3) = 0.375
-    p = 1: certain places are never doubted; no look, and a sighting, change nothing
+    p = 1: certain places are never doubted; no look changes nothing; a sighting makes certain
     p = 0.5625, belief 1.2: found at most 0.95 p = 0.534375, 0.028125 / 0.465625 = 0.0604
     """
     policy = HomeFilter(tiny_prior, config)
@@ -43,7 +44,7 @@ def test_doubt_by_hand(tiny_prior, config):
         np.array([[p, 1.0], [p, 1.0], [p, p], [p, p], [p, p]]),
     )  # fmt: skip
     policy.learn(belief, np.array([0, 1, -1, 0, 1]), np.array([0, 0, 0, 1, 0], dtype=bool))
-    expected = [[0.375, 1], [p, 1], [p, p], [p, p], [p, 0.028125 / 0.465625]]
+    expected = [[0.375, 1], [p, 1], [p, p], [1, p], [p, 0.028125 / 0.465625]]
     np.testing.assert_allclose(belief.possible, expected)
 
 
@@ -104,6 +105,31 @@ def test_unknown_objects_are_followed_without_a_prior(make_tiny_memory, tiny_pri
     strange = memory.query(np.array([0]), np.array([8]), np.array([11]), np.array([-1]))
     scores = policy.scores(memory, strange)[0]
     assert np.ptp(scores) < 1e-9 < scores[0]
+
+
+@pytest.mark.parametrize("name", ["prior_filter", "ceiling"])
+def test_a_search_that_goes_on_is_followed_from_where_it_was(name, make_default_houses):
+    """Asked after each look, or once after all of them: the same belief to the last bit."""
+    beliefs = []
+    for asks_between in (True, False):
+        houses = make_default_houses(4, seed=1)
+        policy = make_policy(name, houses)
+        rollout = Rollout(houses, policy)
+        for _ in range(3):
+            rollout.evolve()
+            rollout.look(np.arange(4))
+        _, queries = rollout.ask()
+        policy.follow(rollout.memory, queries)
+        for turn in range(4):
+            rollout.look(np.array([turn, 5 + turn, -1, 9]))
+            if asks_between:
+                part = np.array([0, 1, 3])
+                asked = [getattr(queries, field)[part] for field in ("home", "object", "prior")]
+                policy.follow(rollout.memory, Queries(*asked))
+        fields = ("home", "object", "prior")
+        belief = policy.follow(rollout.memory, Queries(*(getattr(queries, f)[:2] for f in fields)))
+        beliefs.append(belief.stack())
+    np.testing.assert_array_equal(*beliefs)
 
 
 def test_it_learns_the_home(make_default_houses):
