@@ -9,7 +9,7 @@ from typing import cast
 
 import lightning.pytorch as pl
 import torch
-from torch.utils.data import DataLoader
+from torch.utils.data import DataLoader, Dataset, Subset
 
 from datamodules.batch import SGMBatch
 from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
@@ -32,6 +32,8 @@ class SGMDataModule(pl.LightningDataModule):
         houses: int = 100,
         steps: int = 100,
         val_houses: int = 20,
+        train_snapshots: int | None = None,
+        val_snapshots: int | None = None,
         policy: str = "bayesian",
         task: str = "predict_location",
         dynamic_nodes: bool = True,
@@ -50,6 +52,9 @@ class SGMDataModule(pl.LightningDataModule):
             steps: time steps per home; `predict_location` takes one snapshot a step,
                 `relative_likelihood` five, `find_object` one per look.
             val_houses: validation homes.
+            train_snapshots: train on so many of the snapshots, drawn once by `seed`, where there
+                are more; None for all.
+            val_snapshots: the same for validation.
             policy: the policy that collects.
             task: the task it plays.
             dynamic_nodes: whether objects are added and removed.
@@ -64,8 +69,12 @@ class SGMDataModule(pl.LightningDataModule):
             ValueError: if a count or a name is out of range.
         """
         super().__init__()
-        if batch_size < 1:
-            raise ValueError(f"batch_size must be at least 1, got {batch_size}. Raise it.")
+        for name, value in (
+            ("batch_size", batch_size), ("train_snapshots", train_snapshots),
+            ("val_snapshots", val_snapshots),
+        ):  # fmt: skip
+            if value is not None and value < 1:
+                raise ValueError(f"{name} must be at least 1, got {value}. Raise it.")
         self.train_config = CollectConfig(
             houses=houses,
             steps=steps,
@@ -79,6 +88,8 @@ class SGMDataModule(pl.LightningDataModule):
         self.val_config = replace(self.train_config, split="val", houses=val_houses)
         self.data_dir = Path(data_dir)
         self.batch_size = batch_size
+        self.train_snapshots = train_snapshots
+        self.val_snapshots = val_snapshots
         self.workers = workers if workers is not None else os.cpu_count() or 1
         features = features or FeatureConfig()
         self.builder = GraphBuilder(features, num_hops, seed)
@@ -110,8 +121,8 @@ class SGMDataModule(pl.LightningDataModule):
 
     def setup(self, stage: str | None = None) -> None:
         """Load both collections; damaged files are named in the error."""
-        self.train_dataset = SnapshotDataset(self.get_folder(self.train_config), self.builder)
-        self.val_dataset = SnapshotDataset(self.get_folder(self.val_config), self.builder)
+        self.train_dataset = self._load(self.train_config, self.train_snapshots)
+        self.val_dataset = self._load(self.val_config, self.val_snapshots)
 
     def train_dataloader(self) -> DataLoader[SGMBatch]:
         """Shuffled batches of training snapshots."""
@@ -122,8 +133,16 @@ class SGMDataModule(pl.LightningDataModule):
         """Batches of validation snapshots in order."""
         return self._make_loader(self.val_dataset, None)
 
+    def _load(self, config: CollectConfig, limit: int | None) -> Dataset[SGMBatch]:
+        dataset = SnapshotDataset(self.get_folder(config), self.builder)
+        if limit is None or limit >= len(dataset):
+            return dataset
+        generator = torch.Generator().manual_seed(config.seed)
+        chosen = torch.randperm(len(dataset), generator=generator)[:limit]
+        return Subset(dataset, chosen.sort().values.tolist())
+
     def _make_loader(
-        self, dataset: SnapshotDataset, shuffle: torch.Generator | None
+        self, dataset: Dataset[SGMBatch], shuffle: torch.Generator | None
     ) -> DataLoader[SGMBatch]:
         return DataLoader(
             dataset,

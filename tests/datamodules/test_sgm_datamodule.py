@@ -1,5 +1,6 @@
 """The data module: collects once, splits homes, batches in a seeded order."""
 
+import numpy as np
 import pytest
 import torch
 
@@ -46,6 +47,25 @@ def test_order_is_seeded_and_differs_between_epochs(tmp_path):
     assert first != [fingerprint(batch) for batch in loader]
 
 
+def test_a_limit_draws_other_snapshots_once(tmp_path):
+    """5 of the 12 training snapshots, the same in every epoch and every run, none of them twice."""
+    everything = make_datamodule(tmp_path)
+    limited = [make_datamodule(tmp_path, train_snapshots=5, val_snapshots=100) for _ in range(2)]
+    for data in (everything, *limited):
+        data.prepare_data()
+        data.setup()
+    numbers = [list(data.train_dataset.indices) for data in limited]
+    assert numbers[0] == numbers[1] == sorted(set(numbers[0]))
+    assert len(numbers[0]) == 5
+    (batch,) = list(limited[0].train_dataloader())
+    assert batch.num_snapshots == 5
+    whole = everything.train_dataset.take(np.array(numbers[0]))
+    found = sorted(batch.graph.nodes["object"].data["temporal"][:, 1].tolist())
+    rebuilt = limited[0].builder.build(whole).graph.nodes["object"].data["temporal"][:, 1]
+    assert found == sorted(rebuilt.tolist())
+    assert len(limited[0].val_dataset) == len(everything.val_dataset) == 6
+
+
 def test_other_settings_get_another_folder(tmp_path):
     data = make_datamodule(tmp_path)
     folders = {data.get_folder(data.train_config), data.get_folder(data.val_config)}
@@ -61,6 +81,7 @@ def test_other_settings_get_another_folder(tmp_path):
         ({"houses": 0}, r"houses must be at least 1, got 0"),
         ({"policy": "clairvoyant"}, r"policy must be one of random, .*got 'clairvoyant'"),
         ({"batch_size": 0}, r"batch_size must be at least 1, got 0"),
+        ({"train_snapshots": 0}, r"train_snapshots must be at least 1, got 0"),
         ({"seed": -1}, r"seed must be non-negative, got -1"),
     ],
 )
