@@ -15,7 +15,7 @@ NODE_SCALE = 200 / (100 * 10.0)
 EDGE_SCALE = 500 / (100 * 10.0)
 
 # Columns of `compute_belief_features`.
-BELIEF_DIM = 4
+BELIEF_DIM = 5
 
 # Raise it when the meaning or order of features changes: checkpoints state theirs.
 FEATURE_SCHEMA_VERSION = 1
@@ -36,7 +36,7 @@ class FeatureConfig:
         threshold: prior weight above which a place gets a hypothetical edge.
         random_candidates: hypothetical edges per query with `candidates: random`.
         belief: what `HomeFilter` believes about the query object at the place of each query edge,
-            four more columns: the filter knows the rules of the homes. Not in the paper.
+            five more columns: the filter knows the rules of the homes. Not in the paper.
         text_pipeline: None for the shipped one, or "en_core_web_sm" (ruling 21).
 
     Source: paper appendix B, Table 2; rulings 12-14.
@@ -137,17 +137,18 @@ def compute_layout_features(prob: np.ndarray, cosine: np.ndarray) -> np.ndarray:
 
 
 def compute_belief_features(belief: np.ndarray) -> np.ndarray:
-    """Return the four belief features of query edges, float32 (n, 4).
+    """Return the five belief features of query edges, float32 (n, 5).
 
     Probability that the last seen instance is there, expected number of others (at most 1), the
-    logarithm of their sum, scaled to [0, 1] from 1e-4 to 1, and whether the place is possible.
+    logarithm of their sum, scaled to [0, 1] from 1e-4 to 1, and how likely class noise and
+    instance noise have left the place possible.
 
     Args:
-        belief: `Snapshots.query_belief` at the place of each edge, (n, 3).
+        belief: `Snapshots.query_belief` at the place of each edge, (n, 4).
     """
-    last, others, possible = belief[:, 0], belief[:, 1], belief[:, 2]
+    last, others = belief[:, 0], belief[:, 1]
     total = np.clip(last + others, 1e-4, 1)
-    columns = [last, np.minimum(others, 1), 1 + np.log10(total) / 4, possible]
+    columns = [last, np.minimum(others, 1), 1 + np.log10(total) / 4, *belief[:, 2:].T]
     return np.stack(columns, axis=1).astype(np.float32)
 
 

@@ -326,7 +326,7 @@ def _compute_features(snapshots: Snapshots, edges: _Edges, cosine: np.ndarray) -
 def _append_belief(
     snapshots: Snapshots, edges: _Edges, nodes: _Nodes, feature: np.ndarray
 ) -> np.ndarray:
-    """Append the belief features of query edges, zero for other edges, (E, 9) -> (E, 13).
+    """Append the belief features of query edges, zero for other edges, (E, 9) -> (E, 14).
 
     Raises:
         ValueError: if the snapshots hold no belief.

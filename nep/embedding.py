@@ -49,7 +49,7 @@ class NodeEmbedding(nn.Module):
 
 
 class EdgeEmbedding(nn.Module):
-    """Two layers over [edge features (9; 13 with belief), relation one-hot (4)], ReLU after each.
+    """Two layers over [edge features (9; 14 with belief), relation one-hot (4)], ReLU after each.
 
     Args:
         units: width of both layers.

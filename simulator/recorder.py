@@ -36,7 +36,7 @@ class Recorder:
         Args:
             queries: what is asked, (Q,); one snapshot each.
             answers: furniture that truly holds the object asked for, bool (Q, F).
-            belief: what a filter believes about them, (Q, F, 3); given always or never.
+            belief: what `HomeFilter` believes about them, (Q, F, 4); given always or never.
         """
         self._snapshots.append(
             {

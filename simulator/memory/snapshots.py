@@ -37,8 +37,8 @@ class Snapshots:
         query_object: index of the query object among the N, (B,).
         query_prior: prior weight of every place for the query object, (B, F, 2).
         answers: furniture that truly holds the query object, bool (B, F); None if unknown.
-        query_belief: what a filter believes about the query object at every place: the columns
-            of `Belief`, (B, F, 3); None where none was asked.
+        query_belief: what `HomeFilter` believes about the query object at every place, the columns
+            of `HomeBelief.stack`, (B, F, 4); None where it was not asked.
     """
 
     labels: tuple[str, ...]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import ClassVar
 
 import numpy as np
@@ -44,20 +44,44 @@ class Belief:
     Attributes:
         last: probability that the instance that was seen last is at each furniture node, (Q, F).
         others: expected number of other instances at each furniture node, (Q, F).
-        possible: probability that such an object can be at each furniture node at all, (Q, F).
     """
 
     last: np.ndarray
     others: np.ndarray
-    possible: np.ndarray
 
     def take(self, rows: np.ndarray) -> Belief:
         """Return a copy of some rows."""
-        return Belief(self.last[rows], self.others[rows], self.possible[rows])
+        return type(self)(*(getattr(self, field.name)[rows] for field in fields(self)))
 
-    def stack(self) -> np.ndarray:
-        """Return the three as columns, float32 (Q, F, 3)."""
-        return np.stack([self.last, self.others, self.possible], axis=2).astype(np.float32)
+
+@dataclass(frozen=True, slots=True)
+class Flow:
+    """Where objects that move go.
+
+    Attributes:
+        moves: weight of each furniture node, sums to one, (Q, F).
+        leave: total weight that can be moved to from each furniture node, (Q, F).
+    """
+
+    moves: np.ndarray
+    leave: np.ndarray
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """One look in each of some homes.
+
+    Attributes:
+        time: when.
+        furniture: where each home looked, or -1, (H,).
+        is_seen: objects that were seen, by row of `MemoryBatch.objects` at that time, bool.
+        is_type_seen: types that were seen, unknown ones last, bool (H, O + 1).
+    """
+
+    time: int
+    furniture: np.ndarray
+    is_seen: np.ndarray
+    is_type_seen: np.ndarray
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +105,7 @@ class PlaceFilter(Policy):
     for makes it likelier to have just moved (ruling 9), and the filter knows that, too.
 
     Attributes:
-        learns: whether `learn` changes the belief, and with it what `weigh` returns.
+        learns: whether looks change where objects go, so that `make_flows` is asked again.
     """
 
     learns: ClassVar[bool] = False
@@ -103,7 +127,7 @@ class PlaceFilter(Policy):
             [r.label for r in prior.objects], [r.adjectives for r in prior.objects]
         )
         self._sameness = table.compute_sameness()
-        self._looks: list[tuple[int, np.ndarray, np.ndarray]] = []
+        self._looks: list[Look] = []
         self._asked: dict[int, np.ndarray] = {}
         self._trail: _Trail | None = None
 
@@ -120,9 +144,12 @@ class PlaceFilter(Policy):
         looked = np.full(memory.num_homes, -1)
         looked[change.home] = change.furniture
         seen = change.edges[memory.edges["is_true"][change.edges]]
+        rows = memory.edges["object"][seen]
         is_seen = np.zeros(len(memory.objects), dtype=bool)
-        is_seen[memory.edges["object"][seen]] = True
-        self._looks.append((memory.time, looked, is_seen))
+        is_seen[rows] = True
+        is_type_seen = np.zeros((memory.num_homes, len(self._move_freq) + 1), dtype=bool)
+        is_type_seen[memory.objects["home"][rows], memory.objects["type"][rows]] = True
+        self._looks.append(Look(memory.time, looked, is_seen, is_type_seen))
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the expected number of objects asked for at each furniture node, (Q, F)."""
@@ -139,28 +166,20 @@ class PlaceFilter(Policy):
         rules = self.compute_rules(memory, queries)
         room = memory.furniture_room[queries.home]  # (Q, F)
         belief, first_time, num_looks = self._resume(memory, queries, rules)
-        moves = self.weigh(rules, belief)
-        leave = _compute_leave_weights(moves, room, self._config.cross_room_moves)
+        flows = self.make_flows(rules, belief, room)
         looks = iter([*self._looks[num_looks:], None])
         look = next(looks)
         for time in range(first_time, memory.time + 1):
             if time > first_time:
                 asked = _lookup(self._asked[time], queries.object) if time in self._asked else False
                 rate = np.where(asked, rules.asked_move_rate, rules.move_rate)
-                kept = 1 - rules.remove_rate
-                belief.last = self._predict(belief.last, moves, kept, rate, leave, room)
-                belief.others = self._predict(belief.others, moves, kept, rate, leave, room)
-                belief.others += rules.add_rate[:, None] * moves
-            if look is not None and look[0] == time:
-                while look is not None and look[0] == time:
-                    at = look[1][queries.home]
-                    seen = _lookup(look[2], queries.object)
-                    self.learn(belief, at, seen)
-                    self._correct(belief.last, belief.others, at, seen)
+                self.predict(belief, rules, rate, flows, room)
+            if look is not None and look.time == time:
+                while look is not None and look.time == time:
+                    self.correct(belief, memory, queries, look)
                     look = next(looks)
                 if self.learns:
-                    moves = self.weigh(rules, belief)
-                    leave = _compute_leave_weights(moves, room, self._config.cross_room_moves)
+                    flows = self.make_flows(rules, belief, room)
         self._trail = _Trail(memory.time, len(self._looks), queries.object, belief)
         return belief
 
@@ -186,42 +205,59 @@ class PlaceFilter(Policy):
 
     def start(self, memory: MemoryBatch, queries: Queries, rules: Rules) -> Belief:
         """Return the belief at t = 0, before any look."""
-        nothing = np.zeros(rules.initial.shape)
-        return Belief(nothing, rules.initial.copy(), np.ones(rules.initial.shape))
+        return Belief(np.zeros(rules.initial.shape), rules.initial.copy())
 
-    def weigh(self, rules: Rules, belief: Belief) -> np.ndarray:
-        """Return the weight of each furniture node for an object that moves, (Q, F)."""
-        return rules.moves
+    def make_flows(self, rules: Rules, belief: Belief, room: np.ndarray) -> tuple[Flow, ...]:
+        """Return where objects go that move: the queried ones first; `room` is (Q, F)."""
+        return (self.make_flow(rules.moves, room),)
 
-    def learn(self, belief: Belief, at: np.ndarray, seen: np.ndarray) -> None:
-        """Learn about the home itself from one look per query, before the belief is corrected.
+    def predict(
+        self, belief: Belief, rules: Rules, rate: np.ndarray, flows: tuple[Flow, ...],
+        room: np.ndarray,
+    ) -> None:  # fmt: skip
+        """Let one step pass, in place.
 
         Args:
-            belief: what is believed; `possible` may be changed in place.
-            at: furniture looked at, or -1, (Q,).
-            seen: whether the object was seen there, bool (Q,).
+            belief: what is believed.
+            rules: what is taken for the dynamics.
+            rate: probability that each queried object moves in this step, (Q,).
+            flows: from `make_flows`.
+            room: room of each furniture node, (Q, F).
         """
+        kept = 1 - rules.remove_rate
+        belief.last = self.spread(belief.last, flows[0], kept, rate, room)
+        belief.others = self.spread(belief.others, flows[0], kept, rate, room)
+        belief.others += rules.add_rate[:, None] * flows[0].moves
+
+    def correct(self, belief: Belief, memory: MemoryBatch, queries: Queries, look: Look) -> None:
+        """Fold one look per home into the belief, in place."""
+        at = look.furniture[queries.home]
+        self._correct_places(belief.last, belief.others, at, find_seen(look, queries))
 
     @abstractmethod
     def compute_rules(self, memory: MemoryBatch, queries: Queries) -> Rules:
         """Return what is taken for the dynamics of each queried object."""
 
-    def _predict(
-        self, density: np.ndarray, moves: np.ndarray, kept: np.ndarray, rate: np.ndarray,
-        leave: np.ndarray, room: np.ndarray,
-    ) -> np.ndarray:  # fmt: skip
-        """Let one step pass, (Q, F) -> (Q, F)."""
-        movers = density * rate[:, None] * (leave > 0)
-        flow = np.divide(movers, leave, out=np.zeros_like(movers), where=leave > 0)
+    def make_flow(self, moves: np.ndarray, room: np.ndarray) -> Flow:
+        """Return where objects go that move with these weights, (Q, F)."""
+        leave = _compute_leave_weights(moves, room, self._config.cross_room_moves)
+        return Flow(moves, leave)
+
+    def spread(
+        self, density: np.ndarray, flow: Flow, kept: np.ndarray, rate: np.ndarray, room: np.ndarray
+    ) -> np.ndarray:
+        """Let the objects of a density move and leave for one step, (Q, F) -> (Q, F)."""
+        movers = density * rate[:, None] * (flow.leave > 0)
+        out = np.divide(movers, flow.leave, out=np.zeros_like(movers), where=flow.leave > 0)
         if self._config.cross_room_moves:
-            inflow = flow.sum(axis=1, keepdims=True) - flow
+            inflow = out.sum(axis=1, keepdims=True) - out
         else:
             same = room[:, :, None] == np.arange(room.max() + 1)  # (Q, F, R)
-            per_room = np.einsum("qf,qfr->qr", flow, same)
-            inflow = np.einsum("qr,qfr->qf", per_room, same) - flow
-        return (density - movers + moves * inflow) * kept[:, None]
+            per_room = np.einsum("qf,qfr->qr", out, same)
+            inflow = np.einsum("qr,qfr->qf", per_room, same) - out
+        return (density - movers + flow.moves * inflow) * kept[:, None]
 
-    def _correct(
+    def _correct_places(
         self, last: np.ndarray, others: np.ndarray, at: np.ndarray, seen: np.ndarray
     ) -> None:
         """Fold one look per home into both beliefs, in place."""
@@ -347,6 +383,11 @@ def _compute_leave_weights(
         total = np.einsum("qr,qfr->qf", np.einsum("qf,qfr->qr", moves, same), same)
     leave = total - moves
     return np.where(leave > 1e-9, leave, 0.0)
+
+
+def find_seen(look: Look, queries: Queries) -> np.ndarray:
+    """Tell which of the objects asked for were seen in a look, bool (Q,)."""
+    return _lookup(look.is_seen, queries.object)
 
 
 def _lookup(flags: np.ndarray, rows: np.ndarray) -> np.ndarray:

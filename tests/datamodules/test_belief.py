@@ -22,8 +22,8 @@ HOUSE = HouseConfig(furniture_per_room=3, objects_per_furniture=4)
 
 def test_features_by_hand():
     """Others at most 1; 1 + log10(sum) / 4 with the sum in [1e-4, 1]: 0.01 -> 0.5."""
-    belief = np.array([[0.006, 0.004, 0.5], [0.5, 3.0, 1.0], [0.0, 0.0, 0.02]])
-    expected = [[0.006, 0.004, 0.5, 0.5], [0.5, 1, 1, 1], [0, 0, 0, 0.02]]
+    belief = np.array([[0.006, 0.004, 0.5, 0.75], [0.5, 3.0, 1.0, 0.3], [0.0, 0.0, 0.02, 1.0]])
+    expected = [[0.006, 0.004, 0.5, 0.5, 0.75], [0.5, 1, 1, 1, 0.3], [0, 0, 0, 0.02, 1]]
     np.testing.assert_allclose(compute_belief_features(belief), expected, atol=1e-7)
 
 
@@ -77,9 +77,9 @@ def test_belief_stands_on_its_query_edge_alone():
 
     def keep(answered):
         queries = answered.queries
-        belief = np.zeros((len(queries.home), 12, 3), dtype=np.float32)
+        belief = np.zeros((len(queries.home), 12, 4), dtype=np.float32)
         # the same number at no two places: query q, furniture f -> (12 q + f + 1) / 100
-        belief[..., 2] = np.arange(1, 12 * len(belief) + 1).reshape(-1, 12) / 100
+        belief[..., 3] = np.arange(1, 12 * len(belief) + 1).reshape(-1, 12) / 100
         snapshots = take_snapshots(game.rollout.memory, queries)
         snapshots = dataclasses.replace(snapshots, query_belief=belief)
         batches.append(GraphBuilder(FeatureConfig(belief=True), 1).build(snapshots))
@@ -90,11 +90,11 @@ def test_belief_stands_on_its_query_edge_alone():
     for batch in batches:
         for etype in EDGE_TYPES:
             data = batch.graph.edges[etype].data
-            assert data["feature"].shape[1] == 13
+            assert data["feature"].shape[1] == 14
             if etype not in QUERY_EDGE_TYPES:
                 assert not data["feature"][:, 9:].any()
                 continue
             query, furniture = data["query"], batch.graph.edges(etype=etype)[1]
             local = batch.graph.nodes["furniture"].data["index"][furniture]
             expected = (12 * query + local + 1).where(query >= 0, 0) / 100
-            np.testing.assert_allclose(data["feature"][:, 12], expected, atol=1e-6)
+            np.testing.assert_allclose(data["feature"][:, 13], expected, atol=1e-6)
