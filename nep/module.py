@@ -137,7 +137,13 @@ class NEPModule(pl.LightningModule):
             known_logits = logits.detach()[known]
             metrics.update(known_logits, target.long())
             top_one.update(known_logits, target, graph.query_snapshot[known])
-        self.log(f"{stage}/loss", loss, prog_bar=True, batch_size=batch.num_snapshots)
+        self.log(
+            f"{stage}/loss",
+            loss,
+            prog_bar=True,
+            batch_size=batch.num_snapshots,
+            sync_dist=stage == "val",  # over the processes of a distributed training
+        )
         self.log(
             f"{stage}/top_one",
             top_one,
