@@ -17,6 +17,7 @@ from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from simulator.config import HouseConfig
+from simulator.homes import Homes
 from simulator.houses import Houses
 from simulator.memory.memory_batch import Change
 from simulator.policies import POLICIES, make_policy
@@ -35,6 +36,9 @@ from simulator.shards import (
 from simulator.streams import SPLITS, Streams
 from simulator.tasks.registry import TASKS
 from simulator.tasks.task import Answered
+from simulator.trace.arguments import add_trace_arguments, read_trace_arguments
+from simulator.trace.recordings import Recordings, TraceConfig
+from simulator.trace.scores import check_policies
 
 _HOUSES_PER_JOB = 20  # in lockstep; also what is lost at most when a collection is killed
 
@@ -53,6 +57,8 @@ class CollectConfig:
         house: rules of the homes.
         prior: prior file; None for the shipped default.
         belief: whether each snapshot keeps what `HomeFilter` believes about its query object.
+        trace: recorded homes to play in, the first `houses` of them, by their own rules; None to
+            sample homes.
     """
 
     houses: int = 100
@@ -64,6 +70,7 @@ class CollectConfig:
     house: HouseConfig = field(default_factory=HouseConfig)
     prior: str | None = None
     belief: bool = False
+    trace: TraceConfig | None = None
 
     def __post_init__(self) -> None:
         """Check every value.
@@ -93,6 +100,22 @@ class CollectConfig:
         """
         return load_prior(self.prior)
 
+    def load_recordings(self, prior: PriorGraph) -> Recordings | None:
+        """Load the recorded homes; None if homes are sampled.
+
+        Raises:
+            ValueError: if a trace is broken or too short, homes have different sizes, or the policy
+                needs what nobody knows of a recorded home.
+        """
+        if self.trace is None:
+            return None
+        recordings = self.trace.load(prior)
+        recordings.list_groups(range(self.houses))  # are there so many?
+        recordings.check_steps(self.steps)
+        recordings.check_sizes()
+        check_policies([self.policy], recordings)
+        return recordings
+
 
 def collect(config: CollectConfig, out: Path, workers: int = 1, progress: bool = True) -> None:
     """Collect snapshots into a folder, or finish an interrupted collection there.
@@ -113,10 +136,16 @@ def collect(config: CollectConfig, out: Path, workers: int = 1, progress: bool =
     if workers < 1:
         raise ValueError(f"workers must be at least 1, got {workers}. Ask for more.")
     prior = config.load_prior()
-    settings = _describe_settings(config, prior)
+    recordings = config.load_recordings(prior)
+    settings = _describe_settings(config, prior, recordings)
     shards = _open_folder(out, settings)  # checksums of the finished ones
     missing = [house for house in range(config.houses) if get_shard_name(house) not in shards]
-    jobs = [missing[i : i + _HOUSES_PER_JOB] for i in range(0, len(missing), _HOUSES_PER_JOB)]
+    groups = [missing] if recordings is None else recordings.list_groups(missing)
+    jobs = [
+        group[first : first + _HOUSES_PER_JOB]
+        for group in groups
+        for first in range(0, len(group), _HOUSES_PER_JOB)
+    ]
     with tqdm(
         total=config.houses * config.steps,
         initial=len(shards) * config.steps,
@@ -126,33 +155,41 @@ def collect(config: CollectConfig, out: Path, workers: int = 1, progress: bool =
     ) as bar:
         if jobs:
             run = Parallel(n_jobs=min(workers, len(jobs)), return_as="generator_unordered")
-            for done in run(delayed(collect_houses)(config, prior, job, out) for job in jobs):
+            for done in run(
+                delayed(collect_houses)(config, prior, job, out, recordings) for job in jobs
+            ):
                 shards.update(done)
                 save_manifest(out, settings, dict(sorted(shards.items())))
                 bar.update(len(done) * config.steps)
 
 
 def collect_houses(
-    config: CollectConfig, prior: PriorGraph, houses: Sequence[int], out: Path
+    config: CollectConfig,
+    prior: PriorGraph,
+    houses: Sequence[int],
+    out: Path,
+    recordings: Recordings | None = None,
 ) -> dict[str, str]:
     """Collect some houses in lockstep; write their shards and return the checksum of each."""
-    state = Houses(prior, config.house, Streams(config.seed, config.split, houses))
-    task = TASKS[config.task](state, make_policy(config.policy, state))
+    state = _make_houses(config, prior, houses, recordings)
+    policy = make_policy(config.policy, state)
+    task = TASKS[config.task](state, policy)
     recorder = Recorder(task.rollout.memory)
-
-    believer = HomeFilter(prior, config.house) if config.belief else None
-    if believer is not None:
+    # A collecting filter believes already; another policy is watched by one.
+    believer = policy if isinstance(policy, HomeFilter) else HomeFilter(prior, state.config)
+    watches = config.belief and believer is not policy
+    if watches:
         believer.reset(task.rollout.memory)
 
     def record(answered: Answered) -> None:
         belief = None
-        if believer is not None:
+        if config.belief:
             belief = believer.follow(task.rollout.memory, answered.queries).stack()
         recorder.add_snapshot(answered.queries, answered.answers, belief)
 
     def record_change(change: Change) -> None:
         recorder.add_change(change)
-        if believer is not None:
+        if watches:
             believer.observe(task.rollout.memory, change)
 
     task.on_answer = record
@@ -167,15 +204,30 @@ def collect_houses(
     return checksums
 
 
-def _describe_settings(config: CollectConfig, prior: PriorGraph) -> dict[str, Any]:
+def _make_houses(
+    config: CollectConfig, prior: PriorGraph, houses: Sequence[int], recordings: Recordings | None
+) -> Homes:
+    """Return some homes at t = 0, sampled or recorded."""
+    streams = Streams(config.seed, config.split, houses)
+    if recordings is None:
+        return Houses(prior, config.house, streams)
+    return recordings.make_houses(streams)
+
+
+def _describe_settings(
+    config: CollectConfig, prior: PriorGraph, recordings: Recordings | None
+) -> dict[str, Any]:
     """Return everything that the bytes depend on, as JSON values."""
     settings = asdict(config)
     if not config.belief:
         del settings["belief"]  # collections without it are what they were before it existed
+    if recordings is None:
+        del settings["trace"]
+    else:
+        settings["trace"] = recordings.describe()
     settings["house"]["rooms"] = list(config.house.rooms)
     settings["prior"] = prior.checksum
-    state = Houses(prior, config.house, Streams(config.seed, config.split, [0]))
-    return {**settings, "labels": state.labels}
+    return {**settings, "labels": _make_houses(config, prior, [0], recordings).labels}
 
 
 def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
@@ -228,8 +280,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         formatter_class=argparse.ArgumentDefaultsHelpFormatter,
     )
     parser.add_argument("--out", type=Path, required=True, help="folder for shards and manifest")
-    parser.add_argument("--houses", type=int, default=defaults.houses, help="number of homes")
-    parser.add_argument("--steps", type=int, default=defaults.steps, help="time steps per home")
+    parser.add_argument("--houses", type=int, help="number of homes; 100, or all recorded ones")
+    parser.add_argument("--steps", type=int, help="time steps; 100, or all recorded ones")
     parser.add_argument(
         "--policy", default=defaults.policy, help="who plays: " + ", ".join(POLICIES)
     )
@@ -251,16 +303,24 @@ def main(arguments: Sequence[str] | None = None) -> None:
         action="store_true",
         help="also keep what the home filter believes about each query object",
     )
+    add_trace_arguments(parser)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes")
     options = parser.parse_args(arguments)
     try:
         house = replace(
             defaults.house, rooms=tuple(options.rooms), dynamic_nodes=options.dynamic_nodes
         )
+        trace = read_trace_arguments(options)
+        houses, steps = defaults.houses, defaults.steps
+        if trace is not None:
+            recordings = trace.load(load_prior(options.prior))
+            houses, steps = recordings.num_homes, recordings.num_steps
+            print(*recordings.left_out, sep="\n", end="\n" if recordings.left_out else "")
         config = CollectConfig(
-            houses=options.houses, steps=options.steps, policy=options.policy, task=options.task,
-            split=options.split, seed=options.seed, house=house, prior=options.prior,
-            belief=options.belief,
+            houses=houses if options.houses is None else options.houses,
+            steps=steps if options.steps is None else options.steps,
+            policy=options.policy, task=options.task, split=options.split, seed=options.seed,
+            house=house, prior=options.prior, belief=options.belief, trace=trace,
         )  # fmt: skip
         collect(config, options.out, workers=options.workers)
     except (ValueError, OSError) as error:

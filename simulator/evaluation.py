@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.config import HouseConfig
+from simulator.homes import Homes
 from simulator.houses import Houses
 from simulator.metrics import (
     compute_away,
@@ -87,7 +88,7 @@ class TaskScores(Scores):
 
 
 def evaluate_policy(
-    make: Callable[[Houses], Policy],
+    make: Callable[[Homes], Policy],
     prior: PriorGraph,
     config: HouseConfig,
     streams: Streams,
@@ -110,8 +111,22 @@ def evaluate_policy(
     Raises:
         ValueError: if there is no task of that name.
     """
+    return play_task(make, Houses(prior, config, streams), num_steps, on_step, task)
+
+
+def play_task(
+    make: Callable[[Homes], Policy],
+    houses: Homes,
+    num_steps: int,
+    on_step: Callable[[], None] = lambda: None,
+    task: str = "predict_location",
+) -> TaskScores:
+    """Let a policy play a task in homes at t = 0, sampled or recorded; see `evaluate_policy`.
+
+    Raises:
+        ValueError: if there is no task of that name, or the homes were recorded for fewer steps.
+    """
     check_task(task)
-    houses = Houses(prior, config, streams)
     policy = make(houses)
     game = TASKS[task](houses, policy)
     log = _AnswerLog(game, policy)

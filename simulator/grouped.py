@@ -10,8 +10,10 @@ def compute_rank_in_group(groups: np.ndarray) -> np.ndarray:
     if len(groups) == 0:
         return np.zeros(0, dtype=np.int64)
     index = np.arange(len(groups))
-    starts = np.flatnonzero(np.r_[True, groups[1:] != groups[:-1]])
-    return index - np.repeat(starts, np.diff(np.r_[starts, len(groups)]))
+    is_start = np.ones(len(groups), dtype=bool)
+    np.not_equal(groups[1:], groups[:-1], out=is_start[1:])
+    start = np.where(is_start, index, 0)
+    return index - np.maximum.accumulate(start, out=start)
 
 
 def concatenate_ranges(starts: np.ndarray, counts: np.ndarray) -> np.ndarray:

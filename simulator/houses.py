@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 from collections.abc import Sequence
 
@@ -9,17 +10,19 @@ import numpy as np
 
 from simulator.config import HouseConfig
 from simulator.descriptions import DescriptionTable
-from simulator.grouped import compute_rank_in_group
+from simulator.dynamics import evolve
+from simulator.homes import NUM_RELATIONS, Homes
 from simulator.noise import compute_noisy_weights
 from simulator.prior_graph import PriorGraph
 from simulator.streams import Streams, sample_categorical
+from simulator.transitions import Transitions
 
 logger = logging.getLogger(__name__)
 
-NUM_RELATIONS = 2  # 0 "in", 1 "onTop"; place p of a house = furniture p // 2, relation p % 2
+_NOISE_NUMBERS = 1 << 22  # of instance noise worked on at once: 32 MB
 
 
-class Houses:
+class Houses(Homes):
     """The true state of H homes, evolved together by `simulator.dynamics.evolve`.
 
     A house has R rooms x `furniture_per_room` = F furniture nodes, P = 2 F places (a furniture
@@ -36,13 +39,20 @@ class Houses:
         object_code: description code of `object_descriptions`, (H, C).
         object_place: the place it is at, -1 if the slot is empty, (H, C).
         object_moved: whether it moved in the last step, (H, C).
+        object_row: its row of `transitions`, (H, C).
         object_move_weight: `move_freq`, or 0 where it has nowhere else to go, (H, C).
-        transitions: T^i, a row per description that the home has had, float32 (H, D, P);
-            see `transition_rows`.
+        object_remove_prob: `add_remove_prob`, or 0 where there is no object, (H, C).
+        transitions: T^i, a row per home and description that it has had; see `transition_rows`.
+        num_objects: objects present, (H,).
         initial_count: objects at t = 0, (H,).
+        min_count, max_count: bounds of `num_objects`, (H,).
+
+    Methods that change objects name them by number: home * C + slot.
 
     Source: algorithm 1, section 4.1, appendix A; rulings 1-6.
     """
+
+    object_descriptions: DescriptionTable
 
     def __init__(
         self,
@@ -62,21 +72,25 @@ class Houses:
 
         Raises:
             ValueError: if a room has no furniture that can hold an object, or the layout has
-                furniture that the prior does not know in that room.
+                furniture that the prior does not know in that room, or is not room after room.
         """
         self.prior = prior
         self.config = config
         self.streams = streams
         self.num_houses = len(streams.houses)
+        self.room_labels = config.rooms
+        self.object_labels = [row.label for row in prior.objects]
         if layout is None:
             layout_rooms = np.repeat(np.arange(len(config.rooms)), config.furniture_per_room)
         else:
-            layout_rooms = np.array([_find_room(config.rooms, room) for room, _ in layout])
+            layout_rooms = _find_rooms(config.rooms, [room for room, _ in layout])
         self.furniture_room = layout_rooms
         self.num_furniture = len(layout_rooms)
         self.num_places = self.num_furniture * NUM_RELATIONS
         self.place_room = np.repeat(self.furniture_room, NUM_RELATIONS)
-        self.place_furniture = np.arange(self.num_places) // NUM_RELATIONS
+        self._places_of_rooms = [
+            np.flatnonzero(self.place_room == room) for room in range(len(config.rooms))
+        ]
         self.object_descriptions, self.furniture_descriptions = _describe(prior)
         self.move_freq = np.array([row.move_freq for row in prior.objects])
         self.add_remove_prob = np.array([row.add_remove_prob for row in prior.objects])
@@ -105,83 +119,82 @@ class Houses:
         self.object_place = np.full(shape, -1, dtype=np.int32)
         self.object_moved = np.zeros(shape, dtype=bool)
         self.object_move_weight = np.zeros(shape)
+        self.object_remove_prob = np.zeros(shape)
+        self.num_objects = np.zeros(self.num_houses, dtype=np.int64)
         num_codes = self.object_descriptions.num_descriptions
         self._row_of_code = np.full((self.num_houses, num_codes), -1, dtype=np.int32)
-        self._num_rows = np.zeros(self.num_houses, dtype=np.int64)
-        self.transitions = np.zeros((self.num_houses, 64, self.num_places), dtype=np.float32)
+        is_room_new = np.diff(self.place_room, prepend=self.place_room[0]) != 0
+        place_block = np.cumsum(is_room_new & (not config.cross_room_moves))
+        self.transitions = Transitions(place_block, NUM_RELATIONS)
         self._sample_objects()
-        self.initial_count = self.is_present.sum(axis=1)
+        self.initial_count = self.num_objects.copy()
+        floor = np.ceil(self.initial_count * (1 - config.count_slack)).astype(np.int64)
+        self.min_count = np.maximum(floor, 1)  # something to ask for is always left
+        self.max_count = np.floor(self.initial_count * (1 + config.count_slack)).astype(np.int64)
 
     @property
-    def is_present(self) -> np.ndarray:
-        """Which object slots hold an object, (H, C)."""
-        return self.object_place >= 0
+    def furniture_labels(self) -> np.ndarray:
+        """Text of every furniture node, (H, F)."""
+        labels = np.array([row.label for row in self.prior.furniture], dtype=object)
+        return labels[self.furniture_type]
 
-    @property
-    def object_furniture(self) -> np.ndarray:
-        """Furniture index that each object is at, -1 for an empty slot, (H, C)."""
-        return self.object_place // NUM_RELATIONS  # -1 // 2 == -1
+    def get_place_weights(self) -> np.ndarray:
+        """Return `place_weights`, (H, O, P)."""
+        return self.place_weights
+
+    def evolve(self) -> None:
+        """Let one time step pass in every home; see `simulator.dynamics`."""
+        evolve(self)
 
     def transition_rows(self, houses: np.ndarray, codes: np.ndarray) -> np.ndarray:
         """Return the T^i rows of descriptions, (n,), (n,) -> (n, P); zero for unknown ones."""
-        rows = self._row_of_code[houses, codes]
-        return np.where(rows[:, None] >= 0, self.transitions[houses, rows], 0)
+        return self.transitions.read(self._row_of_code[houses, codes])
 
-    def place_objects(self, houses: np.ndarray, slots: np.ndarray, places: np.ndarray) -> None:
-        """Put the objects of slots (n,) of houses (n,) at places (n,)."""
-        self.object_place[houses, slots] = places
-        options = self.compute_move_options(houses, self.object_row[houses, slots], places)
-        can_move = options.any(axis=1)
-        types = self.object_type[houses, slots]
-        self.object_move_weight[houses, slots] = np.where(can_move, self.move_freq[types], 0.0)
+    def place_objects(self, objects: np.ndarray, places: np.ndarray, can_leave: np.ndarray) -> None:
+        """Put objects at places from which they can leave or not, (n,) each."""
+        self.object_place.ravel()[objects] = places
+        types = self.object_type.ravel()[objects]
+        self.object_move_weight.ravel()[objects] = self.move_freq[types] * can_leave
 
-    def compute_move_options(
-        self, houses: np.ndarray, rows: np.ndarray, places: np.ndarray
-    ) -> np.ndarray:
-        """Return T^i over the places an object may move to from `places`, (n, P).
+    def fill_slots(self, objects: np.ndarray, types: np.ndarray, codes: np.ndarray) -> None:
+        """Make objects (n,), ascending, of types and descriptions (n,); then place them."""
+        houses = objects // self.num_slots
+        self.object_type.ravel()[objects] = types
+        self.object_code.ravel()[objects] = codes
+        self.object_row.ravel()[objects] = self._ensure_rows(houses, codes)
+        self.object_remove_prob.ravel()[objects] = self.add_remove_prob[types]
+        self.num_objects += np.bincount(houses, minlength=self.num_houses)
 
-        Another furniture node, of the same room unless `cross_room_moves`.
-        """
-        weights = self.transitions[houses, rows]
-        allowed = self.place_furniture != places[:, None] // NUM_RELATIONS
-        if not self.config.cross_room_moves:
-            allowed &= self.place_room == self.place_room[places][:, None]
-        return np.where(allowed, weights, 0)
-
-    def fill_slots(
-        self, houses: np.ndarray, slots: np.ndarray, types: np.ndarray, codes: np.ndarray
-    ) -> None:
-        """Give slots (n,) of houses (n,), ascending, an object of a type and description."""
-        self.object_type[houses, slots] = types
-        self.object_code[houses, slots] = codes
-        self.object_row[houses, slots] = self._ensure_rows(houses, codes)
+    def empty_slots(self, objects: np.ndarray) -> None:
+        """Remove objects (n,)."""
+        self.object_place.ravel()[objects] = -1
+        self.object_move_weight.ravel()[objects] = 0
+        self.object_remove_prob.ravel()[objects] = 0
+        self.num_objects -= np.bincount(objects // self.num_slots, minlength=self.num_houses)
 
     def _ensure_rows(self, houses: np.ndarray, codes: np.ndarray) -> np.ndarray:
         """Return T^i row numbers, drawing instance noise for descriptions that are new."""
-        is_new = self._row_of_code[houses, codes] < 0
-        pairs = np.unique(
-            houses[is_new].astype(np.int64) * self._row_of_code.shape[1] + codes[is_new]
-        )
-        new_houses, new_codes = np.divmod(pairs, self._row_of_code.shape[1])
-        if len(pairs):
-            rows = self._num_rows[new_houses] + compute_rank_in_group(new_houses)
-            self._num_rows += np.bincount(new_houses, minlength=self.num_houses)
-            if self._num_rows.max() > self.transitions.shape[1]:
-                self.transitions = np.pad(
-                    self.transitions,
-                    ((0, 0), (0, max(self.transitions.shape[1], len(pairs))), (0, 0)),
-                )
-            noise = self.streams.rows("instance noise", self.num_places * 2).take(new_houses)
+        num_codes = self._row_of_code.shape[1]
+        keys = houses * num_codes + codes
+        row_of_key = self._row_of_code.ravel()
+        new_keys = np.unique(keys[row_of_key[keys] < 0])
+        num_numbers = self.num_places * 2
+        at_once = max(_NOISE_NUMBERS // num_numbers, 1)
+        for first in range(0, len(new_keys), at_once):
+            some_keys = new_keys[first : first + at_once]
+            new_houses, new_codes = np.divmod(some_keys, num_codes)
+            noise = self.streams.rows("instance noise", num_numbers).take(new_houses)
             types = self.object_descriptions.type_of_code[new_codes]
-            self.transitions[new_houses, rows] = compute_noisy_weights(
-                self.place_weights[new_houses, types],
-                noise.reshape(-1, self.num_places, 2),
-                [np.flatnonzero(self.place_room == room) for room in range(len(self.config.rooms))],
-                zero_prob=self.config.noise_zero_prob,
-                scale=self.config.noise_scale,
+            row_of_key[some_keys] = self.transitions.append(
+                compute_noisy_weights(
+                    self.place_weights[new_houses, types],
+                    noise.reshape(-1, self.num_places, 2),
+                    self._places_of_rooms,
+                    zero_prob=self.config.noise_zero_prob,
+                    scale=self.config.noise_scale,
+                )
             )
-            self._row_of_code[new_houses, new_codes] = rows
-        return self._row_of_code[houses, codes]
+        return row_of_key[keys]
 
     def _sample_furniture(self) -> np.ndarray:
         """Draw furniture types, (H, F)."""
@@ -261,9 +274,11 @@ class Houses:
         codes = self.object_descriptions.sample(
             self.object_type[:, :slot].ravel(), uniform[..., 1].ravel()
         )
-        house_index, slot_index = np.divmod(np.arange(self.num_houses * slot), slot)
-        self.fill_slots(house_index, slot_index, self.object_type[house_index, slot_index], codes)
-        self.place_objects(house_index, slot_index, self.object_place[house_index, slot_index])
+        objects = (houses[:, None] * self.num_slots + np.arange(slot)).ravel()
+        self.fill_slots(objects, self.object_type[:, :slot].ravel(), codes)
+        places = self.object_place[:, :slot].ravel()
+        rows = self.object_row[:, :slot].ravel()
+        self.place_objects(objects, places, self.transitions.can_leave(rows, places))
 
     def _find_holders(self, can_hold: np.ndarray) -> np.ndarray:
         """Return who takes the initial objects of each furniture node, (H, F).
@@ -320,14 +335,21 @@ def _describe(prior: PriorGraph) -> tuple[DescriptionTable, DescriptionTable]:
     )
 
 
-def _find_room(rooms: Sequence[str], room: str) -> int:
-    """Return the index of a room of a layout."""
-    if room not in rooms:
+def _find_rooms(rooms: Sequence[str], layout_rooms: Sequence[str]) -> np.ndarray:
+    """Return the room index of every furniture node of a layout, (F,)."""
+    for room in layout_rooms:
+        if room not in rooms:
+            raise ValueError(
+                f"room of a layout must be one of {', '.join(rooms)}, got {room!r}. "
+                "Name it in the rooms of the config."
+            )
+    runs = [room for room, _ in itertools.groupby(layout_rooms)]
+    if len(runs) > len(set(runs)):
         raise ValueError(
-            f"room of a layout must be one of {', '.join(rooms)}, got {room!r}. "
-            "Name it in the rooms of the config."
+            f"layout must list its furniture room after room, got the rooms {', '.join(runs)}. "
+            "Sort the furniture by room."
         )
-    return list(rooms).index(room)
+    return np.array([list(rooms).index(room) for room in layout_rooms])
 
 
 def _find_nodes(prior: PriorGraph, layout: Sequence[tuple[str, str]]) -> np.ndarray:

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from simulator.grouped import compute_rank_in_group
+
 
 def compute_noisy_weights(
     weights: np.ndarray,
@@ -33,15 +35,40 @@ def compute_noisy_weights(
 
     Source: paper appendix A, "Sampling noise"; rulings 5 and 6.
     """
-    is_place = weights > 0
-    kept = is_place & (uniform[..., 0] >= zero_prob)
-    for group in groups:
-        draws = np.where(is_place[..., group], uniform[..., group, 0], -1.0)
-        if draws.shape[-1] >= min_kept:
-            threshold = np.partition(draws, -min_kept, axis=-1)[..., -min_kept, None]
-        else:
-            threshold = np.full((*draws.shape[:-1], 1), -1.0)
-        kept[..., group] |= (draws >= threshold) & (draws >= 0)
-    noisy = np.where(kept, weights * (1 - scale + 2 * scale * uniform[..., 1]), 0.0)
-    total = noisy.sum(axis=-1, keepdims=True)
-    return np.divide(noisy, total, out=np.zeros_like(noisy), where=total > 0)
+    # An object has some five places of sixty-four: only these are worked on.
+    place = np.flatnonzero(weights > 0)  # (k,) of all rows one after the other
+    row, column = np.divmod(place, weights.shape[-1])
+    draws, factor = uniform.reshape(-1, 2).take(place, axis=0).T  # (k,), (k,)
+    kept = draws >= zero_prob
+    room = np.full(weights.shape[-1], -1)
+    for number, group in enumerate(groups):
+        room[group] = number
+    _keep_nearest(kept, draws, row * len(groups) + room[column], room[column] >= 0, min_kept)
+    place, row, factor = place[kept], row[kept], factor[kept]
+    noisy = np.zeros(weights.shape)
+    noisy.ravel()[place] = weights.ravel()[place] * (1 - scale + 2 * scale * factor)
+    total = noisy.sum(axis=-1).ravel()[row]
+    noisy.ravel()[place[total > 0]] /= total[total > 0]
+    return noisy
+
+
+def _keep_nearest(
+    kept: np.ndarray, draws: np.ndarray, group: np.ndarray, is_grouped: np.ndarray, min_kept: int
+) -> None:
+    """Keep those that came nearest to being kept, in place, where too few of a group are.
+
+    Args:
+        kept: bool (k,).
+        draws: the higher, the nearer, (k,).
+        group: (k,).
+        is_grouped: whether it belongs to a group, bool (k,).
+        min_kept: wanted per group.
+    """
+    num_kept = np.bincount(group[kept & is_grouped], minlength=int(group.max(initial=0)) + 1)
+    short = np.flatnonzero(is_grouped & (num_kept[group] < min_kept))
+    order = short[np.lexsort((-draws[short], group[short]))]
+    rank = compute_rank_in_group(group[order])
+    threshold = np.full(len(num_kept), -1.0)
+    last = order[rank == min_kept - 1]
+    threshold[group[last]] = draws[last]
+    kept[short] |= draws[short] >= threshold[group[short]]

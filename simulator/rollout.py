@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.dynamics import evolve
-from simulator.houses import Houses
+from simulator.homes import Homes
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.memory.place_prior import PlacePrior
 from simulator.policies import Policy
@@ -38,21 +37,16 @@ class Step:
         return self.answers[np.arange(len(self.choice)), self.choice]
 
 
-def make_memory(houses: Houses) -> MemoryBatch:
+def make_memory(houses: Homes) -> MemoryBatch:
     """Make the empty memories of homes whose layout is known."""
-    prior = houses.prior
-    labels = list_labels(houses)
+    labels = houses.labels
     index = {label: i for i, label in enumerate(labels)}
-    room_label = np.array([index[room] for room in houses.config.rooms])
-    label_of_node = np.array([index[row.label] for row in prior.furniture])
+    room_label = np.array([index[room] for room in houses.room_labels])
+    furniture_labels = houses.furniture_labels.tolist()
+    furniture_label = np.array([[index[label] for label in row] for row in furniture_labels])
     furniture_room = np.tile(houses.furniture_room, (houses.num_houses, 1))
-    furniture_label = label_of_node[houses.furniture_type]
-    names = np.array(labels, dtype=object)
     place_prior = PlacePrior(
-        prior,
-        [houses.config.rooms] * houses.num_houses,
-        names[furniture_label].tolist(),
-        furniture_room,
+        houses.prior, [houses.room_labels] * houses.num_houses, furniture_labels, furniture_room
     )
     return MemoryBatch(
         labels,
@@ -60,18 +54,6 @@ def make_memory(houses: Houses) -> MemoryBatch:
         furniture_label,
         furniture_room,
         place_prior,
-    )
-
-
-def list_labels(houses: Houses) -> list[str]:
-    """List every label of the homes' prior once: house, floor, rooms, furniture, objects."""
-    prior = houses.prior
-    return list(
-        dict.fromkeys(
-            ["house", "floor", *houses.config.rooms]
-            + [row.label for row in prior.furniture]
-            + [row.label for row in prior.objects]
-        )
     )
 
 
@@ -85,14 +67,16 @@ class Rollout:
         on_change: called with the memory rows that each look has changed.
     """
 
-    def __init__(self, houses: Houses, policy: Policy) -> None:
+    def __init__(self, houses: Homes, policy: Policy) -> None:
         """Start at t = 0 with an empty memory."""
         self.houses = houses
         self.memory = make_memory(houses)
         self.policy = policy
         policy.reset(self.memory)
         index = {label: i for i, label in enumerate(self.memory.labels)}
-        self._label_of_type = np.array([index[row.label] for row in houses.prior.objects])
+        self._label_of_type = np.array([index[label] for label in houses.object_labels])
+        types = np.arange(len(houses.object_labels))
+        self._prior_type = np.where(types < len(houses.prior.objects), types, -1)
         self._homes = np.arange(houses.num_houses)
         self.on_change: Callable[[Change], None] = lambda change: None
 
@@ -112,14 +96,18 @@ class Rollout:
 
     def evolve(self) -> None:
         """Let one time step pass in every home and in the memory."""
-        evolve(self.houses)
+        self.houses.evolve()
         self.memory.step()
 
     def ask_for(self, homes: np.ndarray, slots: np.ndarray) -> tuple[np.ndarray, Queries]:
         """Ask for the objects in slots (Q,) of homes (Q,): description codes (Q,), queries."""
         codes = self.houses.object_code[homes, slots]
-        types = self.houses.object_type[homes, slots]
-        return codes, self.memory.query(homes, codes, self._label_of_type[types], types)
+        return codes, self.query(homes, codes)
+
+    def query(self, homes: np.ndarray, codes: np.ndarray) -> Queries:
+        """Ask for description codes (Q,) in homes (Q,), whether such an object is there or not."""
+        types = self.houses.object_descriptions.type_of_code[codes]
+        return self.memory.query(homes, codes, self._label_of_type[types], self._prior_type[types])
 
     def look(self, furniture: np.ndarray) -> None:
         """Fold one look per home into the memory; a negative index means no look there, (H,)."""
@@ -127,7 +115,7 @@ class Rollout:
         seen = observe(self.houses, furniture)
         types = self.houses.object_descriptions.type_of_code[seen.seen_code]
         rows = memory.ensure_objects(
-            seen.seen_house, seen.seen_code, self._label_of_type[types], types
+            seen.seen_house, seen.seen_code, self._label_of_type[types], self._prior_type[types]
         )
         change = memory.observe(seen.house, seen.furniture, rows, seen.seen_relation)
         self.policy.observe(memory, change)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.houses import NUM_RELATIONS, Houses
+from simulator.homes import NUM_RELATIONS, Homes
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Observation:
     seen_relation: np.ndarray
 
 
-def observe(houses: Houses, furniture: np.ndarray) -> Observation:
+def observe(houses: Homes, furniture: np.ndarray) -> Observation:
     """Look at one furniture node per house; a negative index means no look in that house.
 
     Each object there is missed with probability `detection_error`, independently.

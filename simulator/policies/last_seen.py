@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.houses import NUM_RELATIONS, Houses
+from simulator.homes import NUM_RELATIONS, Homes
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
 from simulator.policies.policy import Policy, spread_over_furniture
 
@@ -57,7 +57,7 @@ class Oracle(LastSeenUnlessAbsent):
     observed object locations"; ruling 20. `Ceiling` is what an answer can be worth.
     """
 
-    def __init__(self, houses: Houses) -> None:
+    def __init__(self, houses: Homes) -> None:
         """Keep the true homes."""
         self._houses = houses
 

@@ -1,4 +1,4 @@
-"""Command line: `python -m simulator.priors build | show | check | compare`."""
+"""Command line: `python -m simulator.priors build | from-trace | show | check | compare`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         the exit status: 0 if all is well, 1 on bad input.
     """
     options = _make_parser().parse_args(arguments)
-    commands = {"build": _build, "show": _show, "check": _check, "compare": _compare}
+    commands = {
+        "build": _build, "from-trace": _count_traces, "show": _show, "check": _check,
+        "compare": _compare,
+    }  # fmt: skip
     try:
         return commands[options.command](options)
     except (ValueError, OSError, ModuleNotFoundError) as error:
@@ -63,6 +66,15 @@ def _make_parser() -> argparse.ArgumentParser:
         "--min-places", type=int, default=2, help="drop objects from rooms with fewer"
     )
     build.add_argument("--skip-bad", action="store_true", help="report bad rows and go on")
+
+    traces = commands.add_parser("from-trace", help="count recorded homes and write a prior file")
+    traces.add_argument("traces", nargs="+", metavar="DIR", help="traces, or folders of traces")
+    traces.add_argument("--out", type=Path, default=Path("prior.json"), help="default: %(default)s")
+    traces.add_argument(
+        "--step-seconds",
+        type=float,
+        help="length of a time step; an hour, or what the homes were simulated with",
+    )
 
     show = commands.add_parser("show", help="print a prior and draw it")
     show.add_argument("file", nargs="?", help="prior file (default: the shipped one)")
@@ -109,6 +121,22 @@ def _build(options: argparse.Namespace) -> int:
     for source in counts:
         print(source.summarise())
     print(report.summarise())
+    prior.save(options.out)
+    print(f"{options.out}: {summarise_prior(prior)}")
+    return 0
+
+
+def _count_traces(options: argparse.Namespace) -> int:
+    # Loaded when needed: the other commands do without the simulator.
+    from simulator.priors.from_trace import count_prior
+    from simulator.trace.recordings import TraceConfig
+    from simulator.trace.trace import find_traces, load_trace
+
+    config = TraceConfig(tuple(options.traces), options.step_seconds)
+    traces = [load_trace(folder) for folder in find_traces(config.folders)]
+    prior, left_out = count_prior(traces, config.step_seconds)
+    for line in left_out:
+        print(f"left out: {line}")
     prior.save(options.out)
     print(f"{options.out}: {summarise_prior(prior)}")
     return 0

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import gzip
 import json
-import re
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
-from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeGuard
 
 from simulator.priors.counts import PlacementCounts
+from simulator.priors.procthor_schema import HouseRooms, find_labels, find_type
 from simulator.priors.types import load_names, load_types
 
 INSTALL = "Install it with `pip install prior`, or pass the path of train.jsonl.gz"
@@ -112,8 +111,8 @@ class _HouseCounter:
         self.place = place
         self.counts = counts
         self.skip_bad = skip_bad
+        self.rooms = HouseRooms()
         self.room_types: dict[str, str | None] = {}  # by the number in the room's id
-        self.polygons: dict[str, list[tuple[float, float]]] = {}
         self.held: set[tuple[str, str]] = set()  # (room number, furniture)
 
     def count(self) -> None:
@@ -124,10 +123,9 @@ class _HouseCounter:
             ):
                 self._report(f"rooms[{index}] must have the texts 'id' and 'roomType'", room)
                 continue
-            number = _find_room_number(room["id"]) or room["id"]
+            number = self.rooms.add(room)
             room_type = load_names("procthor").find_room(room["roomType"])
             self.room_types[number] = room_type
-            self.polygons[number] = _read_polygon(room.get("floorPolygon"))
             if room_type is None:
                 self.counts.outside["rooms"][room["roomType"]] += 1
             else:
@@ -141,12 +139,12 @@ class _HouseCounter:
                 self.counts.furniture[room_type, furniture] += 1
 
     def _count_furniture(self, item: Mapping[str, Any], name: str) -> None:
-        number = self._find_room(item)
+        number = self.rooms.find(item)
         room_type = self.room_types.get(number) if number is not None else None
         if number is None:
             self.counts.outside["rooms"]["(no known room)"] += 1
-        kind = _find_type(item)
-        furniture = None if kind is None else _find_labels(kind)[0]
+        kind = find_type(item)
+        furniture = None if kind is None else find_labels(kind)[0]
         if furniture is None:
             self.counts.outside["furniture"][kind or str(item.get("assetId"))] += 1
         elif room_type is not None and number is not None:
@@ -162,29 +160,13 @@ class _HouseCounter:
             if child is item or (child.get("id") is not None and child.get("id") == item.get("id")):
                 self._report(f"{child_name} must not be its own parent", child.get("id"))
                 continue
-            kind = _find_type(child)
-            label = None if kind is None else _find_labels(kind)[1]
+            kind = find_type(child)
+            label = None if kind is None else find_labels(kind)[1]
             if label is None:
                 self.counts.outside["objects"][kind or str(child.get("assetId"))] += 1
             elif room_type is not None and furniture is not None:
                 relation = load_types().furniture[furniture].relation
                 self.counts.placements[room_type, furniture, label, relation] += 1
-
-    def _find_room(self, item: Mapping[str, Any]) -> str | None:
-        """Number of the object's room: by id, else by floor polygon; None if in no room."""
-        number = _find_room_number(str(item.get("id", "")))
-        if number in self.room_types:
-            return number
-        position = item.get("position")
-        if not isinstance(position, Mapping):
-            return None
-        x, z = position.get("x"), position.get("z")
-        if not _is_number(x) or not _is_number(z):
-            return None
-        for other, polygon in self.polygons.items():
-            if _is_inside(x, z, polygon):
-                return other
-        return None
 
     def _is_object(self, item: Any, name: str) -> TypeGuard[Mapping[str, Any]]:
         if isinstance(item, Mapping) and (
@@ -206,94 +188,6 @@ def _report(problem: str, problems: list[str], skip_bad: bool, remedy: str) -> N
     if not skip_bad:
         raise ValueError(f"{problem}. {remedy}, or pass --skip-bad.")
     problems.append(problem)
-
-
-def _find_room_number(name: str) -> str | None:
-    """First number of an id: `room|2`, `Type|2|0`, `Type|surface|2|0`, `4|0|0`, `small|4|0`."""
-    return next((part for part in name.split("|") if part.isdigit()), None)
-
-
-def _find_type(item: Mapping[str, Any]) -> str | None:
-    """ProcTHOR's name of an object's type, or None if neither its id nor its asset tells."""
-    if isinstance(item.get("objectType"), str):
-        return str(item["objectType"])
-    first = str(item.get("id", "")).split("|")[0]
-    if _is_type(first):
-        return first
-    asset = find_asset_type(str(item.get("assetId", "")))
-    return asset or (first if first[:1].isupper() else None)
-
-
-@cache
-def _find_labels(kind: str) -> tuple[str | None, str | None]:
-    """Our furniture label and object label of ProcTHOR's type."""
-    names = load_names("procthor")
-    return names.find_furniture(kind), names.find_object(kind)
-
-
-@cache
-def _is_type(name: str) -> bool:
-    names = load_names("procthor")
-    known = names.find_furniture(name) or names.find_object(name) or name in names.outside
-    return bool(known) and name[:1].isupper()
-
-
-@cache
-def find_asset_type(asset: str) -> str | None:
-    """Type that an asset id speaks of: `RoboTHOR_office_chair_jules` is a Chair, or None.
-
-    The longest run of words that is a known type wins, the earliest if two are equally long. Types
-    outside our tables are known too, or `Toilet_Paper_Hanger_1` would be toilet paper.
-    """
-    words = []
-    for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", asset.removeprefix("RoboTHOR_")):
-        if word.isdigit():
-            break
-        words.append(word.lower())
-    known = _load_squashed_types()
-    runs = [
-        (start - stop, start, kind)
-        for start in range(len(words))
-        for stop in range(start + 1, len(words) + 1)
-        if (kind := known.get("".join(words[start:stop]))) is not None
-    ]
-    return min(runs)[2] if runs else None
-
-
-@cache
-def _load_squashed_types() -> dict[str, str]:
-    """`dishsponge` -> `DishSponge` for all known types, and other words for them."""
-    names, types = load_names("procthor"), load_types()
-    labels = [*types.furniture, *types.objects]
-    known = {label.replace(" ", ""): label.title().replace(" ", "") for label in labels}
-    for name in (*names.furniture, *names.objects, *names.outside):
-        known[name.lower()] = name
-    return known | {word: kind for word, kind in names.assets.items()}
-
-
-def _read_polygon(points: Any) -> list[tuple[float, float]]:
-    """Corners (x, z); empty if there is no usable polygon."""
-    if not isinstance(points, list):
-        return []
-    corners = [
-        (float(point["x"]), float(point["z"]))
-        for point in points
-        if isinstance(point, Mapping) and _is_number(point.get("x")) and _is_number(point.get("z"))
-    ]
-    return corners if len(corners) == len(points) >= 3 else []
-
-
-def _is_inside(x: float, z: float, polygon: list[tuple[float, float]]) -> bool:
-    """Even-odd rule."""
-    inside = False
-    for (x0, z0), (x1, z1) in zip(polygon, polygon[1:] + polygon[:1], strict=True):
-        if (z0 > z) != (z1 > z) and x < x0 + (z - z0) * (x1 - x0) / (z1 - z0):
-            inside = not inside
-    return inside
-
-
-def _is_number(value: Any) -> TypeGuard[float]:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _load_package_houses() -> Iterator[tuple[int, Any]]:

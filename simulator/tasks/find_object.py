@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.houses import Houses
+from simulator.homes import Homes
 from simulator.memory.memory_batch import Queries
 from simulator.policies import Policy
 from simulator.rollout import Rollout
@@ -105,7 +105,7 @@ class FindObject:
 
     def __init__(
         self,
-        houses: Houses,
+        houses: Homes,
         policy: Policy,
         max_looks: int | None = None,
         order: SearchOrder | None = None,

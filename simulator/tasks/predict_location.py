@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.houses import Houses
+from simulator.homes import Homes
 from simulator.streams import sample_best, sample_categorical
 
 
-def sample_query(houses: Houses) -> np.ndarray:
+def sample_query(houses: Homes) -> np.ndarray:
     """Ask one question per house; return the object slot it is about, (H,).
 
     With probability one half uniform among the objects that moved in this step and are present,
@@ -21,7 +21,7 @@ def sample_query(houses: Houses) -> np.ndarray:
     return sample_categorical(weights, uniform[:, 1])
 
 
-def compute_query_weights(houses: Houses, is_open: np.ndarray, uniform: np.ndarray) -> np.ndarray:
+def compute_query_weights(houses: Homes, is_open: np.ndarray, uniform: np.ndarray) -> np.ndarray:
     """Return the weights that an object to ask for is drawn with, (H, C).
 
     Args:
@@ -38,9 +38,7 @@ def compute_query_weights(houses: Houses, is_open: np.ndarray, uniform: np.ndarr
     return np.where(ask_moved[:, None], moved, by_frequency)
 
 
-def compute_answers(
-    houses: Houses, code: np.ndarray, homes: np.ndarray | None = None
-) -> np.ndarray:
+def compute_answers(houses: Homes, code: np.ndarray, homes: np.ndarray | None = None) -> np.ndarray:
     """Mark the furniture that holds an object with the description asked for, bool (Q, F).
 
     Args:
@@ -60,7 +58,7 @@ def compute_answers(
     return answers
 
 
-def choose_furniture(scores: np.ndarray, houses: Houses) -> np.ndarray:
+def choose_furniture(scores: np.ndarray, houses: Homes) -> np.ndarray:
     """Choose the furniture with the highest score, ties broken at random, (H, F) -> (H,).
 
     A policy without any opinion (all -inf) chooses among all furniture.

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from simulator.houses import Houses
+from simulator.homes import Homes
 from simulator.policies import Policy
 from simulator.rollout import Rollout
 from simulator.tasks.find_object import FindObject, Looks
@@ -41,7 +41,7 @@ class FindObjectTask(Task):
     metric = "looks"
     is_higher_better = False
 
-    def start(self, houses: Houses, policy: Policy) -> Rollout:
+    def start(self, houses: Homes, policy: Policy) -> Rollout:
         """Prepare searches in which every place may be looked at."""
         self._search = FindObject(houses, policy)
         self._search.on_look = self._hand_on

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from simulator.houses import NUM_RELATIONS, Houses
+from simulator.homes import NUM_RELATIONS, Homes
 from simulator.metrics import compute_ndcg
 from simulator.policies import Policy
 from simulator.streams import sample_best, sample_categorical
@@ -27,7 +27,7 @@ class RelativeLikelihood(Task):
     metric = "NDCG"
     is_higher_better = True
 
-    def __init__(self, houses: Houses, policy: Policy, num_queries: int = 5) -> None:
+    def __init__(self, houses: Homes, policy: Policy, num_queries: int = 5) -> None:
         """Start at t = 0 with an empty memory.
 
         Args:
@@ -67,7 +67,7 @@ class RelativeLikelihood(Task):
         return sample_best(scores, uniform)
 
 
-def sample_queries(houses: Houses, num_queries: int) -> np.ndarray:
+def sample_queries(houses: Homes, num_queries: int) -> np.ndarray:
     """Ask K questions per house; return the object slots they are about, (H, K).
 
     Each is drawn like a single one (ruling 9), among the objects whose description was not asked
@@ -86,7 +86,7 @@ def sample_queries(houses: Houses, num_queries: int) -> np.ndarray:
     return slots
 
 
-def compute_gains(houses: Houses, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
+def compute_gains(houses: Homes, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
     """Return what each furniture node is worth for descriptions, (n,), (n,) -> (n, F).
 
     The row of the true T; all objects of a description share one row.

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from simulator.houses import Houses
+from simulator.homes import Homes
 from simulator.memory.memory_batch import Queries
 from simulator.policies import Policy
 from simulator.rollout import Rollout
@@ -57,7 +57,7 @@ class Task(ABC):
     metric: ClassVar[str]
     is_higher_better: ClassVar[bool]
 
-    def __init__(self, houses: Houses, policy: Policy) -> None:
+    def __init__(self, houses: Homes, policy: Policy) -> None:
         """Start at t = 0 with an empty memory.
 
         Args:
@@ -67,7 +67,7 @@ class Task(ABC):
         self.rollout = self.start(houses, policy)
         self.on_answer: Callable[[Answered], None] = lambda answered: None
 
-    def start(self, houses: Houses, policy: Policy) -> Rollout:
+    def start(self, houses: Homes, policy: Policy) -> Rollout:
         """Make the rollout that the task is played in."""
         return Rollout(houses, policy)
 

@@ -27,13 +27,14 @@ def test_features_by_hand():
     np.testing.assert_allclose(compute_belief_features(belief), expected, atol=1e-7)
 
 
-@pytest.mark.parametrize("task", ["predict_location", "find_object"])
-def test_a_collected_belief_is_what_a_live_filter_believes(task, tmp_path):
-    config = CollectConfig(houses=2, steps=6, task=task, house=HOUSE, belief=True)
+@pytest.mark.parametrize("policy", ["bayesian", "home_filter"])
+@pytest.mark.parametrize("task", ["predict_location", "relative_likelihood", "find_object"])
+def test_a_collected_belief_is_what_a_live_filter_believes(task, policy, tmp_path):
+    config = CollectConfig(houses=2, steps=6, task=task, policy=policy, house=HOUSE, belief=True)
     collect(config, tmp_path, progress=False)
     dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig(belief=True)))
     houses = Houses(config.load_prior(), HOUSE, Streams(0, "train", range(2)))
-    game = TASKS[task](houses, make_policy("bayesian", houses))
+    game = TASKS[task](houses, make_policy(policy, houses))
     filters = make_policy("home_filter", houses)
     filters.reset(game.rollout.memory)
     game.rollout.on_change = lambda change: filters.observe(game.rollout.memory, change)

@@ -4,7 +4,7 @@ from simulator.config import HouseConfig
 from simulator.evaluation import Scores, evaluate_policy
 from simulator.policies import POLICIES, make_policy
 from simulator.policies.heuristics import Random
-from simulator.rollout import Rollout, list_labels, make_memory
+from simulator.rollout import Rollout, make_memory
 from simulator.streams import Streams
 
 
@@ -78,7 +78,7 @@ def test_answers_are_scored_by_what_the_chosen_furniture_holds(make_tiny_houses)
 def test_labels_and_layout_of_the_memory(make_tiny_houses, tiny_prior):
     houses = make_tiny_houses(2, layout=None, furniture_per_room=3)
     memory = make_memory(houses)
-    labels = list_labels(houses)
+    labels = houses.labels
     assert labels[:4] == ["house", "floor", "kitchen", "bedroom"]
     assert len(set(labels)) == len(labels) == 4 + 5 + 10
     for house in range(2):

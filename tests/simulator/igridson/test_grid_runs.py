@@ -1,6 +1,5 @@
 """Searches in lockstep: the same as an agent that walks the grid, only faster."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +9,7 @@ from simulator.igridson.agent import GridAgent, plan_turns
 from simulator.igridson.find_object import RunConfig, Runs, Searcher, run_searches
 from simulator.igridson.layout import parse_layout
 from simulator.igridson.navigation import Routes
-from simulator.igridson.travel import ByTravel, compute_belief, plan_tour
+from simulator.igridson.travel import ByTravel, compute_belief
 from simulator.igridson.walk import Walk
 from simulator.policies import make_policy
 
@@ -99,43 +98,6 @@ def test_travel_aware_searches_walk_less(default_prior, home):
         searcher_of("prior_filter", is_travel_aware=True), default_prior, home, config
     )
     assert aware.path_length.mean() < 0.9 * plain.path_length.mean()
-
-
-def find_best_tour(prob, first_leg, legs):
-    """The first place of the cheapest tour, by trying all orders."""
-    best = (np.inf, -1)
-    for order in itertools.permutations(range(len(prob))):
-        cost, missing, last = 0.0, 1.0, None
-        for place in order:
-            cost += missing * (first_leg[place] if last is None else legs[last, place])
-            missing -= prob[place]
-            last = place
-        best = min(best, (cost, order[0]))
-    return best[1]
-
-
-def test_tours_equal_trying_all_orders():
-    rng = np.random.default_rng(0)
-    prob = rng.dirichlet(np.ones(6), size=40)[:, :5]
-    first_leg = rng.uniform(0, 20, (40, 5))
-    legs = rng.uniform(0, 20, (40, 5, 5))
-    is_open = np.ones((40, 5), dtype=bool)
-    expected = [find_best_tour(*case) for case in zip(prob, first_leg, legs, strict=True)]
-    assert plan_tour(prob, first_leg, legs, is_open).tolist() == expected
-
-
-def test_tours_leave_closed_places_out():
-    rng = np.random.default_rng(1)
-    for _ in range(40):
-        prob, first_leg = rng.dirichlet(np.ones(6)), rng.uniform(0, 20, 6)
-        legs = rng.uniform(0, 20, (6, 6))
-        is_open = rng.random(6) < 0.6
-        is_open[rng.integers(6)] = True
-        left = np.flatnonzero(is_open)
-        prob = np.where(is_open, prob, 0.0)
-        expected = left[find_best_tour(prob[left], first_leg[left], legs[np.ix_(left, left)])]
-        chosen = plan_tour(prob[None], first_leg[None], legs[None], is_open[None])
-        assert chosen.tolist() == [expected]
 
 
 def test_a_near_place_comes_before_a_slightly_likelier_far_one(small_text):

@@ -1,0 +1,23 @@
+"""Find Object as a Gymnasium environment, and many homes of it at once.
+
+`gymnasium.make("simulator.gym:FindObject-v0")` imports this package, which registers it.
+"""
+
+from __future__ import annotations
+
+try:
+    import gymnasium
+except ModuleNotFoundError as error:
+    raise ModuleNotFoundError(
+        "FindObject must have Gymnasium, got none. "
+        "Install it with `pip install 'scene-graph-memory[gym]'`."
+    ) from error
+
+ENV_ID = "FindObject-v0"
+
+if ENV_ID not in gymnasium.registry:
+    gymnasium.register(
+        ENV_ID,
+        entry_point="simulator.gym.find_object_env:FindObjectEnv",
+        vector_entry_point="simulator.gym.find_object_vector_env:FindObjectVectorEnv",
+    )

@@ -1,0 +1,114 @@
+"""Find Object as a Gymnasium environment: FindObject-v0."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Discrete
+
+from simulator.gym.searches import MakeHomes, Searches
+from simulator.homes import Homes
+from simulator.policies import Policy
+
+
+class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
+    """Look at one furniture node after another until the object asked for is found.
+
+    An episode is one search. Every reset lets the home evolve by one step and asks for another
+    object; the memory lives on. A new home is drawn by `reset(seed=...)`, by
+    `reset(options={"new_home": True})` and after `queries_per_home` searches.
+
+    Action: index of the furniture node to look at. `info["action_mask"]` (int8, (F,)) has a 1 for
+    what was not yet looked at in this search; a second look costs the same and changes nothing.
+
+    Observation:
+        graph: what is remembered of the home, and the hypothetical edges of the query object;
+            features are listed in `simulator.gym.memory_graph`. Furniture f is node 2 + R + f.
+        query: number of the description asked for, as in the feature "description" of its node.
+
+    Reward: -1 a look, so that the return is minus the metric of the task. An episode terminates
+    when the object is found and is truncated after `max_looks` looks.
+
+    Info: `action_mask`; `query`, the description in words; `is_found`; `num_looks`.
+
+    Source: paper section 5.2; ruling 18.
+    """
+
+    metadata = {"render_modes": []}  # noqa: RUF012 - an instance variable in Gymnasium's typing
+
+    def __init__(
+        self,
+        homes: MakeHomes | None = None,
+        policy: str | Callable[[Homes], Policy] = "bayesian",
+        max_looks: int | None = None,
+        queries_per_home: int = 100,
+    ) -> None:
+        """Set up the spaces.
+
+        Args:
+            homes: makes the home from its random streams, for example `Recordings.make_houses`;
+                None to sample homes from the shipped prior.
+            policy: who answers `compute_scores`: a name of `POLICIES`, or what makes one.
+            max_looks: looks allowed per search; None for as many as there is furniture.
+            queries_per_home: searches before a new home is drawn.
+
+        Raises:
+            ValueError: if a count is below 1, or there is no policy of that name.
+        """
+        self.searches = Searches(1, homes, policy, max_looks, queries_per_home)
+        houses = self.searches.rollout.houses
+        self.labels: list[str] = houses.labels
+        self.observation_space = self.searches.observation_space
+        self.num_furniture = houses.num_furniture
+        self.action_space = Discrete(self.num_furniture)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Start the next search; see the class for when it is in a new home."""
+        super().reset(seed=seed)
+        is_new = seed is not None or (options or {}).get("new_home") or self.searches.needs_homes
+        self.searches.start(int(self.np_random.integers(2**31)) if is_new else None)
+        return self.searches.observe()[0], self._get_info()
+
+    def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+        """Look at a furniture node.
+
+        Raises:
+            ValueError: if there is no such furniture.
+            RuntimeError: if the search is over.
+        """
+        if action not in self.action_space:
+            raise ValueError(
+                f"action must be a furniture index from 0 to {self.num_furniture - 1}, got "
+                f"{action!r}. Choose one that info['action_mask'] allows."
+            )
+        if self.searches.is_over[0]:
+            raise RuntimeError(
+                "search must not be over, got a look after its end. Call reset first."
+            )
+        self.searches.look(np.array([action]))
+        is_found = bool(self.searches.is_found[0])
+        is_over = bool(self.searches.is_over[0])
+        return (
+            self.searches.observe()[0],
+            -1.0,
+            is_found,
+            is_over and not is_found,
+            self._get_info(),
+        )
+
+    def compute_scores(self) -> np.ndarray:
+        """Ask the policy how likely each furniture node holds the object, (F,)."""
+        return self.searches.compute_scores()[0]
+
+    def _get_info(self) -> dict[str, Any]:
+        return {
+            "action_mask": self.searches.is_open[0].astype(np.int8),
+            "query": self.searches.describe(0),
+            "is_found": bool(self.searches.is_found[0]),
+            "num_looks": int(self.searches.num_looks[0]),
+        }

@@ -1,0 +1,167 @@
+"""Searches of Find Object in homes that are stepped together, look by look."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Dict, Discrete
+
+from simulator.config import HouseConfig
+from simulator.gym.memory_graph import make_graph_space, make_graphs
+from simulator.homes import Homes
+from simulator.houses import Houses
+from simulator.memory.memory_batch import Queries
+from simulator.policies import Policy, make_policy
+from simulator.prior_graph import PriorGraph
+from simulator.rollout import Rollout
+from simulator.streams import Streams
+from simulator.tasks.predict_location import compute_answers
+
+MakeHomes = Callable[[Streams], Homes]
+
+
+class Searches:
+    """One search after another in each of H homes; all homes start each search together.
+
+    Rules are those of `simulator.tasks.find_object`: the homes evolve by one step before each
+    search and stand still within it, every look updates the memory, and a search ends when the
+    place looked at truly holds the object. A second look at a place counts, and changes nothing.
+
+    Attributes:
+        rollout: the homes, the memory and the policy that watches.
+        queries: what is searched for, one query per home.
+        codes: description asked for, (H,).
+        answers: furniture that holds such an object, bool (H, F).
+        is_open: furniture not yet looked at in this search, bool (H, F).
+        is_found: whether the search has succeeded, bool (H,).
+        num_looks: looks so far, (H,).
+        num_searches: searches that these homes have seen, this one included.
+    """
+
+    rollout: Rollout
+    queries: Queries
+    codes: np.ndarray
+    answers: np.ndarray
+
+    def __init__(
+        self,
+        num_homes: int,
+        homes: MakeHomes | None,
+        policy: str | Callable[[Homes], Policy],
+        max_looks: int | None,
+        queries_per_home: int,
+    ) -> None:
+        """Set up; nothing is played before `start`.
+
+        Args:
+            num_homes: H.
+            homes: makes the homes from their random streams, for example the method
+                `make_houses` of recorded homes; None to sample them from the shipped prior.
+            policy: who may be asked for scores: a name of `POLICIES`, or what makes one.
+            max_looks: looks allowed per search; None for as many as there is furniture.
+            queries_per_home: searches before new homes are drawn.
+
+        Raises:
+            ValueError: if a count is below 1, or there is no policy of that name.
+        """
+        for name, value in (
+            ("num_envs", num_homes), ("max_looks", max_looks),
+            ("queries_per_home", queries_per_home),
+        ):  # fmt: skip
+            if value is not None and value < 1:
+                raise ValueError(f"{name} must be at least 1, got {value}. Raise it.")
+        self._make_homes = _sample_homes if homes is None else homes
+        self._policy = policy
+        self._max_looks = max_looks
+        self._queries_per_home = queries_per_home
+        self._numbers = range(num_homes)
+        self._draw(home_seed=0)  # for the sizes of the spaces; `start` draws the first homes
+        self.num_searches = queries_per_home
+
+    @property
+    def max_looks(self) -> int:
+        """Looks allowed per search."""
+        return self._max_looks or self.rollout.houses.num_furniture
+
+    @property
+    def needs_homes(self) -> bool:
+        """Whether the next search is in new homes."""
+        return self.num_searches >= self._queries_per_home
+
+    @property
+    def observation_space(self) -> Dict:
+        """Space of the observation of one home."""
+        num_codes = self.rollout.houses.object_descriptions.num_descriptions
+        return Dict({"graph": make_graph_space(), "query": Discrete(num_codes)})
+
+    def start(self, home_seed: int | None) -> None:
+        """Let the homes evolve by one step and ask for an object in each.
+
+        Args:
+            home_seed: to draw new homes first; None to go on in the same.
+        """
+        if home_seed is not None:
+            self._draw(home_seed)
+        houses = self.rollout.houses
+        self.codes, self.queries = self.rollout.ask()
+        self.answers = compute_answers(houses, self.codes)
+        self.is_open = np.ones(self.answers.shape, dtype=bool)
+        self.is_found = np.zeros(houses.num_houses, dtype=bool)
+        self.num_looks = np.zeros(houses.num_houses, dtype=np.int64)
+        self.num_searches += 1
+
+    def look(self, furniture: np.ndarray) -> np.ndarray:
+        """Look once in every home that is still searching.
+
+        Args:
+            furniture: where, (H,); ignored in homes whose search is over.
+
+        Returns:
+            Which homes have looked, bool (H,).
+        """
+        is_looking = ~self.is_over
+        homes = np.flatnonzero(is_looking)
+        looked = np.full(len(furniture), -1)
+        new = homes[self.is_open[homes, furniture[homes]]]
+        looked[new] = furniture[new]
+        if len(new):
+            self.rollout.look(looked)
+        self.is_open[new, furniture[new]] = False
+        self.num_looks += is_looking
+        self.is_found[homes] = self.answers[homes, furniture[homes]]
+        return is_looking
+
+    @property
+    def is_over(self) -> np.ndarray:
+        """Whether the search has ended, found or not, bool (H,)."""
+        return self.is_found | (self.num_looks >= self.max_looks)
+
+    def compute_scores(self) -> np.ndarray:
+        """Ask the policy about the objects searched for, (H, F)."""
+        return self.rollout.policy.scores(self.rollout.memory, self.queries)
+
+    def observe(self) -> list[dict[str, Any]]:
+        """Return the observation of every home."""
+        graphs = make_graphs(self.rollout.memory, self.queries)
+        return [
+            {"graph": graph, "query": np.int64(code)}
+            for graph, code in zip(graphs, self.codes, strict=True)
+        ]
+
+    def describe(self, home: int) -> str:
+        """Spell out what is searched for in a home."""
+        return self.rollout.houses.object_descriptions.text(int(self.codes[home]))
+
+    def _draw(self, home_seed: int) -> None:
+        houses = self._make_homes(Streams(home_seed, "train", self._numbers))
+        make = self._policy
+        policy = make_policy(make, houses) if isinstance(make, str) else make(houses)
+        self.rollout = Rollout(houses, policy)
+        self.num_searches = 0
+
+
+def _sample_homes(streams: Streams) -> Homes:
+    """Sample homes from the shipped prior."""
+    return Houses(PriorGraph.default(), HouseConfig(), streams)

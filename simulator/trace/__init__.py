@@ -1,0 +1,30 @@
+"""Recorded homes: traces that are read, checked, written and replayed like simulated homes."""
+
+from simulator.trace.episode import Episode, make_episode, split_days
+from simulator.trace.events import Event
+from simulator.trace.layout import Furniture, Layout, Room
+from simulator.trace.record import TraceRecorder, record_homes
+from simulator.trace.recorded_houses import RecordedHouses
+from simulator.trace.recordings import Recordings, TraceConfig
+from simulator.trace.scores import evaluate_recordings
+from simulator.trace.trace import Trace, find_traces, load_trace, save_trace
+
+__all__ = [
+    "Episode",
+    "Event",
+    "Furniture",
+    "Layout",
+    "RecordedHouses",
+    "Recordings",
+    "Room",
+    "Trace",
+    "TraceConfig",
+    "TraceRecorder",
+    "evaluate_recordings",
+    "find_traces",
+    "load_trace",
+    "make_episode",
+    "record_homes",
+    "save_trace",
+    "split_days",
+]

@@ -1,0 +1,42 @@
+"""The options by which a command line takes recorded homes instead of sampled ones."""
+
+from __future__ import annotations
+
+import argparse
+
+from simulator.trace.recordings import TraceConfig
+
+
+def add_trace_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add --trace, --step-seconds and --by-day."""
+    parser.add_argument(
+        "--trace",
+        nargs="+",
+        metavar="DIR",
+        help="play in recorded homes: traces, or folders of traces (docs/traces.md)",
+    )
+    parser.add_argument(
+        "--step-seconds",
+        type=float,
+        help="with --trace: length of a time step; an hour, or what the homes were simulated with",
+    )
+    parser.add_argument(
+        "--by-day",
+        action="store_true",
+        help="with --trace: each day is a home of its own, with an empty memory at first",
+    )
+
+
+def read_trace_arguments(options: argparse.Namespace) -> TraceConfig | None:
+    """Return which recorded homes were asked for; None for sampled ones.
+
+    Raises:
+        ValueError: if a value is out of range, or given without --trace.
+    """
+    if options.trace is not None:
+        return TraceConfig(tuple(options.trace), options.step_seconds, options.by_day)
+    if options.step_seconds is not None or options.by_day:
+        raise ValueError(
+            "--step-seconds and --by-day must come with --trace, got no trace. Name a folder."
+        )
+    return None

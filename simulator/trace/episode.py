@@ -1,0 +1,231 @@
+"""A stretch of a trace in time steps: what changes in which step, slot by slot."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+import numpy as np
+
+from simulator.homes import NUM_RELATIONS
+from simulator.trace.events import GONE, Event
+from simulator.trace.trace import Trace
+
+DAY = 86_400.0
+_ROUNDING = 1e-6  # of a step: an event at the very end of a step belongs to it
+
+
+@dataclass(frozen=True)
+class Episode:
+    """A recorded home from one time on, in steps of equal length.
+
+    At t = 0 it is as it was at `start_s`; step t is all that happened in the `step_seconds` that
+    end at `start_s + t * step_seconds`. What came and went within one step was never there.
+
+    Attributes:
+        name: of the trace, with the date or number of the day if it is one day of it.
+        trace: the recording.
+        start_s: time of t = 0.
+        step_seconds: length of a step.
+        num_steps: T.
+        descriptions: what is called so, in order of appearance; columns point here.
+        step, slot, place, description, is_move, is_new: one row per slot that changes in a step,
+            in order of step: the place it holds now (-1: empty), what lies there, and whether that
+            moved there from other furniture, or was not in the home before. Step 0 fills the
+            home. (n,) each.
+        num_moves, num_present: objects that move in each step, and that are there after it, (T,).
+        is_dynamic: whether objects come or go after t = 0.
+        crosses_rooms: whether an object moves to another room.
+    """
+
+    name: str
+    trace: Trace
+    start_s: float
+    step_seconds: float
+    num_steps: int
+    descriptions: tuple[str, ...]
+    step: np.ndarray
+    slot: np.ndarray
+    place: np.ndarray
+    description: np.ndarray
+    is_move: np.ndarray
+    is_new: np.ndarray
+    num_moves: np.ndarray
+    num_present: np.ndarray
+    is_dynamic: bool
+    crosses_rooms: bool
+
+
+def make_episode(
+    trace: Trace,
+    step_seconds: float,
+    start_s: float | None = None,
+    num_steps: int | None = None,
+    name: str | None = None,
+) -> Episode:
+    """Cut a trace into steps.
+
+    Args:
+        trace: the recording.
+        step_seconds: length of a step.
+        start_s: time of t = 0; None for the first event.
+        num_steps: T; None for as many as there are until the end of the recording.
+        name: None for that of the trace.
+
+    Raises:
+        ValueError: if there is no whole step, or a step without any object to ask for.
+    """
+    start = trace.start_s if start_s is None else start_s
+    if num_steps is None:
+        num_steps = math.ceil((trace.end_s - start) / step_seconds - _ROUNDING)
+    if num_steps < 1:
+        raise ValueError(
+            f"trace must last at least one step of {step_seconds:g} s, got "
+            f"{trace.end_s - start:g} s for {trace.name}. Set end_s in layout.json, or take "
+            "shorter steps."
+        )
+    resolver = _Resolver(trace)
+    for now, events in _group_by_step(trace.events, start, step_seconds, num_steps):
+        resolver.play(now, events)
+    rows = np.array(resolver.rows, dtype=np.int64).reshape(-1, 6)
+    step, slot, place, description, is_move, is_new = rows.T
+    change = np.bincount(resolver.change_step, resolver.change, minlength=num_steps + 1)
+    num_present = np.cumsum(change).astype(np.int64)[1:]
+    if (num_present == 0).any():
+        empty = int(np.argmax(num_present == 0)) + 1
+        raise ValueError(
+            f"home must hold an object at every step, got none at step {empty} (time "
+            f"{start + empty * step_seconds:g} s) of {name or trace.name}. Say in events.csv what "
+            "is there."
+        )
+    return Episode(
+        name or trace.name, trace, start, step_seconds, num_steps, tuple(resolver.descriptions),
+        step, slot, place, description, is_move.astype(bool), is_new.astype(bool),
+        np.bincount(step[is_move > 0], minlength=num_steps + 1)[1:], num_present,
+        resolver.is_dynamic, resolver.crosses_rooms,
+    )  # fmt: skip
+
+
+def split_days(trace: Trace, step_seconds: float) -> tuple[list[Episode], list[str]]:
+    """Cut a trace into days from midnight to midnight, each one an episode.
+
+    Returns:
+        The episodes, and a line for each day that was left out because the recording covers only
+        a part of it.
+
+    Raises:
+        ValueError: if a day has no whole number of steps, or no day was recorded from midnight to
+            midnight.
+    """
+    num_steps = round(DAY / step_seconds)
+    if not math.isclose(num_steps * step_seconds, DAY):
+        raise ValueError(
+            f"step must divide a day of {DAY:g} s, got {step_seconds:g} s. Take 3600 s, or play "
+            "all days as one."
+        )
+    date = trace.layout.start
+    midnight = 0.0
+    if date is not None:
+        midnight = -(date - datetime.combine(date.date(), datetime.min.time())).total_seconds()
+    episodes, left_out = [], []
+    for day in range(math.ceil((trace.end_s - midnight) / DAY)):
+        begin, end = midnight + day * DAY, midnight + (day + 1) * DAY
+        label = str(day) if date is None else str(date.date() + timedelta(days=day))
+        if trace.start_s <= begin and end <= trace.end_s:
+            name = f"{trace.name} {label}"
+            episodes.append(make_episode(trace, step_seconds, begin, num_steps, name))
+        elif end > trace.start_s:
+            share = (min(end, trace.end_s) - max(begin, trace.start_s)) / DAY
+            left_out.append(f"{trace.name} {label}: only {share:.0%} of the day was recorded")
+    if not episodes:
+        raise ValueError(
+            f"trace must cover a day from midnight to midnight, got {trace.start_s:g} s to "
+            f"{trace.end_s:g} s of {trace.name}. Set start and end_s in layout.json, or play all "
+            "days as one."
+        )
+    return episodes, left_out
+
+
+class _Resolver:
+    """Follows objects and slots through the steps.
+
+    A slot is a row of the home's arrays: what leaves frees its own first, then newcomers take the
+    lowest free ones, as in the simulator.
+    """
+
+    def __init__(self, trace: Trace) -> None:
+        self._rooms = [row.room for row in trace.layout.furniture]
+        self._place: dict[str, int] = {}  # of every object that is there
+        self._slot: dict[str, int] = {}
+        self._free = list(range(trace.num_slots))
+        self._number: dict[str, int] = {}  # of every description
+        self.rows: list[tuple[int, int, int, int, bool, bool]] = []  # columns of `Episode`
+        self.change_step: list[int] = []
+        self.change: list[int] = []
+        self.is_dynamic = False
+        self.crosses_rooms = False
+
+    @property
+    def descriptions(self) -> list[str]:
+        """All that came up, by number."""
+        return list(self._number)
+
+    def play(self, step: int, events: Sequence[Event]) -> None:
+        """Apply all events of a step at once."""
+        last = {event.object: event for event in events}
+        emptied: set[int] = set()
+        filled: dict[int, tuple[int, int, bool, bool]] = {}
+        for name in [n for n, e in last.items() if e.furniture == GONE and n in self._place]:
+            slot = self._slot.pop(name)
+            del self._place[name]
+            heapq.heappush(self._free, slot)
+            emptied.add(slot)
+            self._count(step, -1)
+        for name, event in last.items():
+            if event.furniture == GONE:
+                continue
+            place = event.furniture * NUM_RELATIONS + event.relation
+            before = self._place.get(name)
+            if before is None:
+                self._slot[name] = heapq.heappop(self._free)
+                self._count(step, 1)
+            elif before == place:
+                continue
+            is_move = before is not None and before // NUM_RELATIONS != event.furniture
+            if before is not None:
+                came_from = self._rooms[before // NUM_RELATIONS]
+                self.crosses_rooms |= came_from != self._rooms[event.furniture]
+            number = self._number.setdefault(event.description, len(self._number))
+            self._place[name] = place
+            filled[self._slot[name]] = (place, number, is_move, before is None)
+        for slot in sorted(emptied - filled.keys()):
+            self.rows.append((step, slot, -1, 0, False, False))
+        for slot, row in sorted(filled.items()):
+            self.rows.append((step, slot, *row))
+
+    def _count(self, step: int, change: int) -> None:
+        self.change_step.append(step)
+        self.change.append(change)
+        self.is_dynamic |= step > 0
+
+
+def _group_by_step(
+    events: Sequence[Event], start: float, step_seconds: float, num_steps: int
+) -> Iterator[tuple[int, list[Event]]]:
+    """Yield the events of each step that has some; step 0 is all until the start."""
+    group: list[Event] = []
+    current = 0
+    for event in events:
+        step = max(math.ceil((event.time_s - start) / step_seconds - _ROUNDING), 0)
+        if step > num_steps:
+            break
+        if step != current and group:
+            yield current, group
+            group = []
+        current = step
+        group.append(event)
+    if group:
+        yield current, group

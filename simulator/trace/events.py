@@ -1,0 +1,184 @@
+"""What happened in a recorded home: `events.csv`."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from simulator.memory.sighting import RELATIONS
+from simulator.memory.words import read_words
+from simulator.trace.layout import Layout, get_label
+
+EVENTS_FILE = "events.csv"
+COLUMNS = ("time_s", "object", "furniture", "relation", "description")
+_REQUIRED = COLUMNS[:4]
+GONE = -1  # furniture of an object that has left the home
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """From now on an object is there.
+
+    Attributes:
+        time_s: seconds since the time 0 of the recording.
+        object: name that tells the object from all others, such as "mug 2".
+        description: what it is called, such as "large red mug"; the same in all its events.
+        furniture: index into the layout's furniture, or `GONE`.
+        relation: 0 "in", 1 "onTop".
+    """
+
+    time_s: float
+    object: str
+    description: str
+    furniture: int
+    relation: int
+
+
+def load_events(path: Path, layout: Layout) -> tuple[Event, ...]:
+    """Read an `events.csv`.
+
+    Raises:
+        ValueError: if it is missing or broken; names the file and the row.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise ValueError(
+            f"events must be a file that can be read, got {error.strerror!r} for {path}. "
+            "A trace is a folder with layout.json and events.csv."
+        ) from error
+    except UnicodeDecodeError as error:
+        raise ValueError(
+            f"events must be UTF-8, got {error} in {path}. Save it as UTF-8."
+        ) from None
+    reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
+    try:
+        events = tuple(_read_rows(reader, layout))
+    except (ValueError, csv.Error) as error:
+        raise ValueError(f"{path}, row {max(reader.reader.line_num, 1)}: {error}") from None
+    if not events:
+        raise ValueError(f"events must have a row, got none in {path}. Say where something is.")
+    return events
+
+
+def make_events_csv(events: Sequence[Event], layout: Layout) -> str:
+    """Write events as the text of an `events.csv`."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    named: set[str] = set()
+    for event in events:
+        is_new = event.object not in named
+        named.add(event.object)
+        time = int(event.time_s) if event.time_s == int(event.time_s) else event.time_s
+        description = event.description if is_new else ""
+        if description == get_label(event.object):
+            description = ""
+        if event.furniture == GONE:
+            writer.writerow([time, event.object, "", "", description])
+        else:
+            place = layout.furniture[event.furniture].name
+            writer.writerow([time, event.object, place, RELATIONS[event.relation], description])
+    return out.getvalue()
+
+
+def _read_rows(reader: csv.DictReader[str], layout: Layout) -> Iterator[Event]:
+    header = [name.strip() for name in reader.fieldnames or []]
+    missing = [name for name in _REQUIRED if name not in header]
+    unknown = [name for name in header if name not in COLUMNS]
+    if missing or unknown or len(set(header)) < len(header):
+        raise ValueError(
+            f"events must have the columns {', '.join(_REQUIRED)} and perhaps description, got "
+            f"{', '.join(header) or 'nothing'}. Name them in the first row."
+        )
+    reader.fieldnames = header
+    furniture = {read_words("name", row.name): i for i, row in enumerate(layout.furniture)}
+    known: dict[str, Event] = {}  # by the words of the object's name
+    last = 0.0
+    for row in reader:
+        if None in row or any(row[name] is None for name in header):
+            raise ValueError(
+                f"row must have {len(header)} cells, got {_count_cells(row)}. "
+                "Write texts that hold a comma in double quotes."
+            )
+        event = _read_row(row, furniture, layout, known, last)
+        known[read_words("object", event.object)] = event
+        last = event.time_s
+        yield event
+
+
+def _read_row(
+    row: Mapping[str, str],
+    furniture: Mapping[str, int],
+    layout: Layout,
+    known: Mapping[str, Event],
+    last: float,
+) -> Event:
+    time = _read_time(row["time_s"], last)
+    name = row["object"].strip()
+    before = known.get(read_words("object", name))
+    description = (row.get("description") or "").strip()
+    if before is not None:
+        if description and _differ(description, before.description):
+            raise ValueError(
+                f"description of an object must stay the same, got {description!r} for {name!r}, "
+                f"which was {before.description!r}. Give another thing another name."
+            )
+        name, description = before.object, before.description
+    elif description:
+        read_words("description", description)
+    else:
+        description = get_label(name)
+    if not row["furniture"].strip():
+        if before is None:
+            raise ValueError(
+                f"object must be somewhere before it is gone, got {name!r} for the first time. "
+                "Mend its name, or say first where it is."
+            )
+        return Event(time, name, description, GONE, before.relation)
+    place = furniture.get(read_words("furniture", row["furniture"]))
+    if place is None:
+        names = ", ".join(entry.name for entry in layout.furniture)
+        raise ValueError(
+            f"furniture must be in layout.json, got {row['furniture']!r}. "
+            f"Add it there, or mend its name; known: {names}."
+        )
+    return Event(time, name, description, place, _read_relation(row["relation"]))
+
+
+def _read_time(text: str, last: float) -> float:
+    try:
+        time = float(text)
+    except ValueError:
+        time = math.nan
+    if not math.isfinite(time) or time < 0:
+        raise ValueError(f"time_s must be a number of seconds >= 0, got {text!r}. Mend the row.")
+    if time < last:
+        raise ValueError(f"time_s must not decrease, got {text} after {last:g}. Sort the rows.")
+    return time
+
+
+def _read_relation(text: str) -> int:
+    words = text.strip().lower()
+    if words in ("in", "inside"):
+        return RELATIONS.index("in")
+    if words in ("", "ontop", "on"):
+        return RELATIONS.index("onTop")
+    raise ValueError(
+        f"relation must be one of {', '.join(RELATIONS)}, got {text!r}. Empty means onTop."
+    )
+
+
+def _differ(one: str, other: str) -> bool:
+    return read_words("description", one) != read_words("description", other)
+
+
+def _count_cells(row: Mapping[str | None, object]) -> int:
+    rest = row.get(None)
+    return sum(value is not None for key, value in row.items() if key is not None) + (
+        len(rest) if isinstance(rest, list) else 0
+    )

@@ -1,0 +1,205 @@
+"""A 3D scene graph of spark_dsg, such as Hydra writes, as a trace."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from simulator.priors.types import load_names
+from simulator.trace.importers.home_builder import HomeBuilder
+from simulator.trace.trace import Trace
+
+MAX_DISTANCE = 1.0
+"""Metres from furniture beyond which an object is not taken to be on it."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Box:
+    """Where a node is: an axis-aligned box, or a point if it has none."""
+
+    low: np.ndarray
+    high: np.ndarray
+
+    def compute_distance(self, point: np.ndarray) -> float:
+        """Metres from a point to the box, 0 inside."""
+        return float(np.linalg.norm(np.maximum(np.maximum(self.low - point, point - self.high), 0)))
+
+
+def read_scene_graph(
+    path: Path, furniture_labels: Collection[str] = ()
+) -> tuple[Trace, HomeBuilder]:
+    """Read rooms and objects of a scene graph; objects are assigned to the nearest parent.
+
+    A node of the object layer is furniture if the type table, or `furniture_labels`, has its label.
+    Its room is the nearest one above it in the graph, else the one whose box holds it. Any other
+    object belongs to the furniture that it is linked to, over places and objects, by the fewest
+    links; else to the nearest furniture of its room within `MAX_DISTANCE`; else it is left out.
+
+    Args:
+        path: JSON or binary, written by `DynamicSceneGraph.save`.
+        furniture_labels: labels that are furniture besides those of the type table.
+
+    Raises:
+        ValueError: if it is no such file, or nothing of it can be placed.
+        ModuleNotFoundError: if spark_dsg is not installed.
+    """
+    try:
+        spark_dsg: Any = import_module("spark_dsg")
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            "scene graphs must be read by the package spark_dsg, got none. "
+            "Install it with `pip install 'scene-graph-memory[spark]'`."
+        ) from error
+    if not path.is_file():
+        raise ValueError(
+            f"scene graph must be a file that exists, got none at {path}. Check the path."
+        )
+    try:
+        graph = spark_dsg.DynamicSceneGraph.load(str(path))
+    except (RuntimeError, ValueError, IndexError) as error:
+        raise ValueError(
+            f"scene graph must be one that spark_dsg saved, got {str(error)[:80]!r} for {path}. "
+            "Save it again with DynamicSceneGraph.save."
+        ) from None
+    reader = _GraphReader(spark_dsg, graph, HomeBuilder(furniture_labels))
+    reader.read()
+    return reader.builder.build(path.stem), reader.builder
+
+
+class _GraphReader:
+    """Reads one scene graph into a builder."""
+
+    def __init__(self, spark_dsg: Any, graph: Any, builder: HomeBuilder) -> None:
+        self.builder = builder
+        self._graph = graph
+        self._layers = spark_dsg.DsgLayers
+        self._boxes: dict[int, _Box] = {}
+        self._rooms: dict[int, int] = {}  # index by node id
+        self._furniture: dict[int, int] = {}
+        self._room_of_furniture: dict[int, int] = {}
+
+    def read(self) -> None:
+        """Read rooms, then furniture, then what is on it."""
+        for node in self._list_nodes(self._layers.ROOMS):
+            kind = self._find_label(node, self._layers.ROOMS) or "room"
+            self._rooms[node.id.value] = self.builder.add_room(
+                load_names("procthor").find_room(kind) or kind
+            )
+        objects = []
+        for node in self._list_nodes(self._layers.OBJECTS):
+            label = self._find_label(node, self._layers.OBJECTS)
+            if label is None:
+                self.builder.leave_out("neither a semantic label nor a name", str(node.id))
+            elif self.builder.is_furniture(label):
+                self._add_furniture(node, label)
+            else:
+                objects.append((node, label))
+        for node, label in objects:
+            self._add_object(node, label)
+
+    def _add_furniture(self, node: Any, label: str) -> None:
+        room = self._find_room(node)
+        if room is None:
+            self.builder.leave_out("in no room", label)
+            return
+        index = self.builder.add_furniture(label, room)
+        self._furniture[node.id.value] = index
+        self._room_of_furniture[index] = room
+
+    def _add_object(self, node: Any, label: str) -> None:
+        point = np.asarray(node.attributes.position, dtype=float)
+        found = self._search(node, self._furniture, climbs_only=False)
+        if found is not None:
+            holder, num_links = found
+            inside = self._boxes[holder].compute_distance(point) == 0
+            self.builder.add_object(label, self._furniture[holder], inside, num_links > 1)
+            return
+        room = self._find_room(node)
+        distances = {
+            holder: self._boxes[holder].compute_distance(point)
+            for holder, index in self._furniture.items()
+            if room is None or self._room_of_furniture[index] == room
+        }
+        nearest = min(distances, key=lambda holder: distances[holder], default=None)
+        if nearest is None:
+            self.builder.leave_out("no furniture in its room", label)
+        elif distances[nearest] > MAX_DISTANCE:
+            self.builder.leave_out(f"no furniture within {MAX_DISTANCE:g} m", label)
+        else:
+            self.builder.add_object(label, self._furniture[nearest], distances[nearest] == 0)
+
+    def _find_room(self, node: Any) -> int | None:
+        """Index of the room above a node, else of the room whose box holds it."""
+        found = self._search(node, self._rooms, climbs_only=True)
+        if found is not None:
+            return self._rooms[found[0]]
+        point = np.asarray(node.attributes.position, dtype=float)
+        for room, index in self._rooms.items():
+            box = self._boxes[room]
+            if (box.high > box.low).any() and box.compute_distance(point) == 0:
+                return index
+        return None
+
+    def _search(
+        self, node: Any, targets: Collection[int], climbs_only: bool
+    ) -> tuple[int, int] | None:
+        """Find the target linked to a node by the fewest links, and how many there are.
+
+        Links lead to parents, and to objects beside the node unless `climbs_only`; rooms end the
+        search, because everything of a room is linked through it.
+        """
+        reached = {node.id.value}
+        edge = [node.id.value]
+        num_links = 0
+        while edge:
+            num_links += 1
+            following: list[int] = []
+            for name in edge:
+                here = self._graph.get_node(name)
+                links = set(here.parents())
+                if not climbs_only and here.layer.layer == self._object_layer:
+                    links |= set(here.siblings())
+                following += sorted(links - reached)
+                reached |= links
+            hits = [name for name in following if name in targets]
+            if hits:
+                return self._choose_nearest(node, hits), num_links
+            edge = [name for name in following if name not in self._rooms]
+        return None
+
+    @property
+    def _object_layer(self) -> int:
+        return int(self._graph.get_layer_key(self._layers.OBJECTS).layer)
+
+    def _choose_nearest(self, node: Any, names: list[int]) -> int:
+        point = np.asarray(node.attributes.position, dtype=float)
+        return min(names, key=lambda name: self._boxes[name].compute_distance(point))
+
+    def _list_nodes(self, layer: str) -> Iterator[Any]:
+        """Nodes of a layer in order of id; their boxes are kept."""
+        if not self._graph.has_layer(layer):
+            return
+        for node in sorted(self._graph.get_layer(layer).nodes, key=lambda node: node.id.value):
+            box = getattr(node.attributes, "bounding_box", None)
+            point = np.asarray(node.attributes.position, dtype=float)
+            self._boxes[node.id.value] = _Box(point, point)
+            if box is not None and box.is_valid():
+                low, high = np.asarray(box.min, dtype=float), np.asarray(box.max, dtype=float)
+                self._boxes[node.id.value] = _Box(low, high)
+            yield node
+
+    def _find_label(self, node: Any, layer: str) -> str | None:
+        """What a node is: by its semantic label, else by its name, unless that is its symbol."""
+        key = self._graph.get_layer_key(layer)
+        labels = self._graph.get_labelspace(key.layer, key.partition)
+        number = getattr(node.attributes, "semantic_label", None)
+        if labels is not None and number in labels.labels_to_names:
+            return str(labels.labels_to_names[number])
+        name = str(getattr(node.attributes, "name", "")).strip()
+        is_symbol = not name or name == str(node.id) or name == node.id.str(True)
+        return None if is_symbol else name

@@ -1,0 +1,244 @@
+"""The rooms and furniture of a recorded home: `layout.json`."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from simulator.memory.words import read_words
+
+LAYOUT_FILE = "layout.json"
+LAYOUT_VERSION = 1
+_FIELDS = ("version", "rooms", "furniture", "start", "end_s")
+_ROOM_FIELDS = ("name", "label")
+_FURNITURE_FIELDS = ("name", "room", "label", "description")
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """One room.
+
+    Attributes:
+        name: tells it from the other rooms, such as "bedroom 2".
+        label: what kind of room it is, such as "bedroom".
+    """
+
+    name: str
+    label: str
+
+
+@dataclass(frozen=True, slots=True)
+class Furniture:
+    """One furniture node.
+
+    Attributes:
+        name: tells it from all other furniture of the home, such as "shelf 2".
+        label: what it is, such as "shelf".
+        room: index of its room.
+        description: for people, such as "white fridge".
+    """
+
+    name: str
+    label: str
+    room: int
+    description: str
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What stands where in a home, which never changes.
+
+    Attributes:
+        rooms: (R,).
+        furniture: (F,).
+        start: local date and time of time 0; None if nobody knows.
+        end_s: until when the home was watched, in seconds; None for the last event.
+    """
+
+    rooms: tuple[Room, ...]
+    furniture: tuple[Furniture, ...]
+    start: datetime | None = None
+    end_s: float | None = None
+
+    @property
+    def room_labels(self) -> tuple[str, ...]:
+        """Label of every room, (R,)."""
+        return tuple(room.label for room in self.rooms)
+
+    @property
+    def furniture_labels(self) -> tuple[str, ...]:
+        """Label of every furniture node, (F,)."""
+        return tuple(row.label for row in self.furniture)
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """What two homes must have in common to be stepped together."""
+        return self.room_labels, self.furniture_labels, tuple(row.room for row in self.furniture)
+
+
+def get_label(name: str) -> str:
+    """Return what something is from its name: "shelf 2" and "shelf_2" are a "shelf"."""
+    return re.sub(r"[\s_]*\d+$", "", read_words("name", name)) or read_words("name", name)
+
+
+def load_layout(path: Path) -> Layout:
+    """Read a `layout.json`.
+
+    Raises:
+        ValueError: if it is missing or broken; names the file and the entry.
+    """
+    try:
+        data = json.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise ValueError(
+            f"layout must be a file that can be read, got {error.strerror!r} for {path}. "
+            "A trace is a folder with layout.json and events.csv."
+        ) from error
+    except ValueError as error:
+        raise ValueError(f"layout must be JSON in UTF-8, got {error} in {path}. Mend it.") from None
+    try:
+        return _read_layout(data)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def make_layout_json(layout: Layout) -> str:
+    """Write a layout as the text of a `layout.json`, one row per line."""
+    rooms = [
+        room.name
+        if room.label == get_label(room.name)
+        else {"name": room.name, "label": room.label}
+        for room in layout.rooms
+    ]
+    furniture = []
+    for row in layout.furniture:
+        entry = {"name": row.name, "room": layout.rooms[row.room].name}
+        if row.label != get_label(row.name):
+            entry["label"] = row.label
+        if row.description != row.label:
+            entry["description"] = row.description
+        furniture.append(entry)
+    parts = [
+        f'"version": {LAYOUT_VERSION}',
+        f'"rooms": {json.dumps(rooms, ensure_ascii=False)}',
+        '"furniture": [\n  '
+        + ",\n  ".join(json.dumps(entry, ensure_ascii=False) for entry in furniture)
+        + "\n ]",
+    ]
+    if layout.start is not None:
+        parts.append(f'"start": "{layout.start.isoformat()}"')
+    if layout.end_s is not None:
+        parts.append(f'"end_s": {layout.end_s!r}')
+    return "{\n " + ",\n ".join(parts) + "\n}\n"
+
+
+def _read_layout(data: Any) -> Layout:
+    if not isinstance(data, Mapping):
+        raise ValueError(f"layout must be a JSON object, got {_shorten(data)}. See docs/traces.md.")
+    if data.get("version", LAYOUT_VERSION) != LAYOUT_VERSION:
+        raise ValueError(
+            f"version must be {LAYOUT_VERSION}, got {data['version']!r}. "
+            "Install the version of the package that wrote it."
+        )
+    _check_fields("layout", data, _FIELDS)
+    rooms = tuple(_read_rooms(data.get("rooms")))
+    start, end_s = data.get("start"), data.get("end_s")
+    if end_s is not None and not _is_positive(end_s):
+        raise ValueError(f"end_s must be a number of seconds > 0, got {end_s!r}. Mend it.")
+    return Layout(
+        rooms,
+        tuple(_read_furniture(data.get("furniture"), rooms)),
+        None if start is None else _read_start(start),
+        None if end_s is None else float(end_s),
+    )
+
+
+def _read_rooms(rows: Any) -> Iterator[Room]:
+    seen: set[str] = set()
+    for index, row in enumerate(_check_list("rooms", rows)):
+        where = f"rooms[{index}]"
+        entry = {"name": row} if isinstance(row, str) else _check_row(where, row, _ROOM_FIELDS)
+        name = _read_name(f"{where}.name", entry.get("name"), seen)
+        yield Room(name, _read_label(f"{where}.label", entry.get("label"), name))
+
+
+def _read_furniture(rows: Any, rooms: tuple[Room, ...]) -> Iterator[Furniture]:
+    numbers = {read_words("room", room.name): index for index, room in enumerate(rooms)}
+    seen: set[str] = set()
+    for index, row in enumerate(_check_list("furniture", rows)):
+        where = f"furniture[{index}]"
+        entry = _check_row(where, row, _FURNITURE_FIELDS)
+        name = _read_name(f"{where}.name", entry.get("name"), seen)
+        room = numbers.get(read_words(f"{where}.room", entry.get("room", "")))
+        if room is None:
+            raise ValueError(
+                f"{where}.room must be one of {', '.join(r.name for r in rooms)}, got "
+                f"{entry['room']!r}. Add the room, or mend its name."
+            )
+        label = _read_label(f"{where}.label", entry.get("label"), name)
+        description = entry.get("description")
+        if description is not None:
+            read_words(f"{where}.description", description)
+        yield Furniture(name, label, room, description or label)
+
+
+def _check_list(what: str, rows: Any) -> list[Any]:
+    if not isinstance(rows, list) or not rows:
+        raise ValueError(f"{what} must be a list with entries, got {_shorten(rows)}. Add some.")
+    return rows
+
+
+def _check_row(where: str, row: Any, fields: tuple[str, ...]) -> Mapping[str, Any]:
+    if not isinstance(row, Mapping):
+        raise ValueError(f"{where} must be a JSON object, got {_shorten(row)}. Name its fields.")
+    _check_fields(where, row, fields)
+    return row
+
+
+def _check_fields(where: str, row: Mapping[str, Any], fields: tuple[str, ...]) -> None:
+    for name in row:
+        if name not in fields:
+            raise ValueError(
+                f"{where} must have the fields {', '.join(fields)}, got {name!r}. Remove it."
+            )
+
+
+def _read_name(what: str, name: Any, seen: set[str]) -> str:
+    words = read_words(what, name)
+    if words in seen:
+        raise ValueError(f"{what} must be unique, got {name!r} again. Number them: {name} 2.")
+    seen.add(words)
+    return str(name).strip()
+
+
+def _read_label(what: str, label: Any, name: str) -> str:
+    return get_label(name) if label is None else read_words(what, label)
+
+
+def _read_start(start: Any) -> datetime:
+    try:
+        time = datetime.fromisoformat(start)
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"start must be a date and time, got {start!r}. Write it like 2024-05-06T07:30."
+        ) from None
+    if time.tzinfo is not None:
+        raise ValueError(
+            f"start must be local time, got the time zone of {start!r}. Leave the zone out."
+        )
+    return time
+
+
+def _is_positive(value: Any) -> bool:
+    return isinstance(value, (int, float)) and math.isfinite(value) and value > 0
+
+
+def _shorten(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,0 +1,41 @@
+"""The memory of somebody who has seen everything in a recorded home at one time."""
+
+from __future__ import annotations
+
+from simulator.memory.scene_graph_memory import SceneGraphMemory
+from simulator.memory.sighting import RELATIONS, Sighting
+from simulator.prior_graph import PriorGraph
+from simulator.trace.events import Event
+from simulator.trace.trace import Trace
+
+
+def remember_trace(
+    trace: Trace, prior: PriorGraph | None = None, time_s: float | None = None
+) -> SceneGraphMemory:
+    """Look once at all furniture of a recorded home, without missing anything.
+
+    Room and furniture ids are their indices in the layout.
+
+    Args:
+        trace: the recording.
+        prior: of the memory; None for the shipped one.
+        time_s: when to look; None for the end of the recording.
+    """
+    memory = SceneGraphMemory(prior)
+    for room in trace.layout.rooms:
+        memory.add_room(room.label)
+    for row in trace.layout.furniture:
+        description = row.name if row.description == row.label else row.description
+        memory.add_furniture(row.label, row.room, description)
+    where: dict[str, Event] = {}
+    for event in trace.events:
+        if time_s is None or event.time_s <= time_s:
+            where[event.object] = event
+    for furniture in range(len(trace.layout.furniture)):
+        seen = [
+            Sighting(event.description, RELATIONS[event.relation])
+            for event in where.values()
+            if event.furniture == furniture
+        ]
+        memory.observe(furniture, seen)
+    return memory

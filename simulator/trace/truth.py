@@ -1,0 +1,112 @@
+"""What only a simulator knows of a home that it has recorded: `simulation.json`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from simulator.config import HouseConfig
+
+TRUTH_FILE = "simulation.json"
+TRUTH_VERSION = 1
+
+# Weights of places by the text of what lies there: {"mug": {"3": 0.25, ...}, ...}
+Weights = Mapping[str, Mapping[int, float]]
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The rules and dynamics of a simulated home; a recorded one has none.
+
+    Attributes:
+        config: the rules.
+        step_seconds: length of a time step.
+        num_slots: most objects that the home can hold; detection draws one number for each.
+        transitions: true dynamics T by description: weight by place (2 x furniture + relation).
+        place_weights: class weights by object label: weight by place.
+    """
+
+    config: HouseConfig
+    step_seconds: float
+    num_slots: int
+    transitions: Weights
+    place_weights: Weights
+
+
+def list_weights(row: np.ndarray) -> dict[int, float]:
+    """List the places of a row of weights (P,) that are not zero."""
+    return {int(place): float(row[place]) for place in np.flatnonzero(row)}
+
+
+def fill_row(weights: Mapping[int, float], num_places: int) -> np.ndarray:
+    """Return a row of weights, float32 (P,)."""
+    row = np.zeros(num_places, dtype=np.float32)
+    row[list(weights)] = list(weights.values())
+    return row
+
+
+def make_truth_json(truth: Truth) -> str:
+    """Write the text of a `simulation.json`; numbers come back as the same float32."""
+    rules = asdict(truth.config)
+    rules["rooms"] = list(truth.config.rooms)
+    data = {
+        "version": TRUTH_VERSION,
+        "step_seconds": truth.step_seconds,
+        "num_slots": truth.num_slots,
+        "rules": rules,
+        "transitions": truth.transitions,
+        "place_weights": truth.place_weights,
+    }
+    return json.dumps(data, ensure_ascii=False) + "\n"
+
+
+def load_truth(path: Path, num_places: int) -> Truth | None:
+    """Read a `simulation.json`; None if there is none.
+
+    Args:
+        path: the file.
+        num_places: of the layout beside it, P.
+
+    Raises:
+        ValueError: if the file is broken; it is named.
+    """
+    if not path.exists():
+        return None
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        if data["version"] != TRUTH_VERSION:
+            raise ValueError(f"version {data['version']!r} instead of {TRUTH_VERSION}")
+        known = {field.name for field in fields(HouseConfig)}
+        rules = {name: value for name, value in data["rules"].items() if name in known}
+        rules["rooms"] = tuple(rules["rooms"])
+        truth = Truth(
+            HouseConfig(**rules),
+            float(data["step_seconds"]),
+            int(data["num_slots"]),
+            _read_weights(data["transitions"], num_places),
+            _read_weights(data["place_weights"], num_places),
+        )
+        if not truth.step_seconds > 0:
+            raise ValueError(f"step_seconds {truth.step_seconds}")
+    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+        raise ValueError(
+            f"{path}: simulation must be whole, got {type(error).__name__}: {error}. Record the "
+            "home again, or delete the file to replay it like any recorded home."
+        ) from None
+    return truth
+
+
+def _read_weights(data: Any, num_places: int) -> Weights:
+    weights = {
+        str(text): {int(place): float(weight) for place, weight in row.items()}
+        for text, row in data.items()
+    }
+    for text, row in weights.items():
+        if not all(0 <= place < num_places and weight >= 0 for place, weight in row.items()):
+            raise ValueError(f"a place outside the layout, or a negative weight, for {text!r}")
+    return weights

@@ -1,0 +1,221 @@
+"""Homes of other programs: what is placed, what is not, and why."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from simulator.memory.scene_graph_memory import SceneGraphMemory
+from simulator.trace import load_trace
+from simulator.trace.command import main
+from simulator.trace.importers import read_procthor, read_scene_graph
+from simulator.trace.memory import remember_trace
+
+SQUARE = [{"x": x, "y": 0, "z": z} for x, z in ((0, 0), (0, 4), (4, 4), (4, 0))]
+HOUSE = {
+    "rooms": [
+        {"id": "room|2", "roomType": "Kitchen", "floorPolygon": SQUARE},
+        {"id": "room|3", "roomType": "Bedroom"},
+        {"id": "room|4", "roomType": "Bedroom"},
+        {"id": "room|5", "roomType": "WineCellar"},
+        7,
+    ],
+    "objects": [
+        {
+            "id": "DiningTable|2|0",
+            "children": [
+                {"id": "Plate|surface|2|0", "children": [{"id": "Apple|surface|2|1"}]},
+                {"id": "Mug|surface|2|2"},
+                {"id": "Chair|2|3", "children": [{"id": "Book|surface|2|4"}]},
+                {"id": "0|1"},
+            ],
+        },
+        {"id": "Fridge|9|0", "position": {"x": 1, "y": 0, "z": 3}, "children": [{"id": "Egg|9|1"}]},
+        {"id": "Bed|3|0"},
+        {"id": "Bed|4|0"},
+        {"id": "GarbageCan|5|0", "children": [{"id": "WineBottle|5|1"}]},
+        {"id": "GarbageCan|5|1"},
+        {"id": "Sofa|8|0", "children": [{"id": "Pillow|8|1"}]},
+        {"id": "1|2"},
+    ],
+}
+
+
+def list_objects(trace):
+    return [
+        (
+            event.object,
+            trace.layout.furniture[event.furniture].name,
+            ("in", "onTop")[event.relation],
+        )
+        for event in trace.events
+    ]
+
+
+@pytest.fixture
+def house_file(tmp_path) -> Path:
+    path = tmp_path / "house.json"
+    path.write_text(json.dumps(HOUSE))
+    return path
+
+
+def test_a_procthor_house(house_file):
+    trace, builder = read_procthor(house_file)
+    rooms = [room.name for room in trace.layout.rooms]
+    assert rooms == ["kitchen", "bedroom 1", "bedroom 2", "wine cellar"]
+    assert [(row.name, rooms[row.room]) for row in trace.layout.furniture] == [
+        ("dining table", "kitchen"),
+        ("chair", "kitchen"),
+        ("fridge", "kitchen"),  # room 9 does not exist: the floor polygon holds it
+        ("bed 1", "bedroom 1"),
+        ("bed 2", "bedroom 2"),
+        ("garbage can", "wine cellar"),  # it holds something; the other one does not
+    ]
+    assert list_objects(trace) == [
+        ("plate", "dining table", "onTop"),
+        ("apple", "dining table", "onTop"),  # out of the plate
+        ("mug", "dining table", "onTop"),
+        ("book", "chair", "onTop"),  # its nearest parent
+        ("egg", "fridge", "in"),
+        ("wine bottle", "garbage can", "onTop"),
+    ]
+    assert builder.num_nested == 1
+    assert dict(builder.left_out) == {
+        "a room without id and roomType": ["7"],
+        "no type in id, assetId or objectType": ["{'id': '0|1'}", "{'id': '1|2'}"],
+        "not on furniture": ["garbage can"],
+        "in no room of the house": ["sofa"],
+        "on furniture in no room": ["pillow"],
+    }
+    assert "6 objects, 1 of them taken out of other objects" in builder.summarise()
+    assert "not placed, not on furniture: garbage can" in builder.summarise()
+    _, builder = read_procthor(house_file, ["garbage can"])
+    assert "not on furniture" not in builder.left_out
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{", "house must be one JSON object"),
+        ("[]", r"house must have the lists 'rooms' and 'objects'"),
+        ('{"rooms": [], "objects": []}', "home must have a room that can be placed, got none"),
+        (
+            '{"rooms": [{"id": "room|1", "roomType": "Kitchen"}], "objects": [{"id": "Bed|1|0"}]}',
+            "home must have a object that can be placed",
+        ),
+    ],
+)
+def test_bad_houses(tmp_path, text, message):
+    path = tmp_path / "house.json"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=message):
+        read_procthor(path)
+
+
+def test_import_makes_a_trace_and_a_memory(house_file, tmp_path, capsys):
+    out, file = tmp_path / "trace", tmp_path / "home.sgm"
+    assert (
+        main(["import", "procthor", str(house_file), "--out", str(out), "--memory", str(file)]) == 0
+    )
+    assert "placed: 4 rooms, 6 furniture nodes, 6 objects" in capsys.readouterr().out
+    memory = SceneGraphMemory.load(file)
+    place = memory.last_seen("apple")
+    assert memory.describe(place.furniture) == "dining table in kitchen"
+    assert memory.describe(4) == "bed 2 in bedroom"
+    # A trace goes on: append what happens next.
+    with (out / "events.csv").open("a") as events:
+        events.write("7200,apple,fridge,in,\n")
+    assert main(["check", str(out)]) == 0
+    assert "1 homes of at least 2 steps" in capsys.readouterr().out
+    later = remember_trace(load_trace(out))
+    assert later.describe(later.last_seen("apple").furniture) == "fridge in kitchen"
+    before = remember_trace(load_trace(out), time_s=7199)
+    assert before.describe(before.last_seen("apple").furniture) == "dining table in kitchen"
+
+
+def make_scene_graph(path, spark_dsg):
+    """A kitchen and a room without a name; z is up."""
+    graph, layers, symbol = spark_dsg.DynamicSceneGraph(), spark_dsg.DsgLayers, spark_dsg.NodeSymbol
+
+    def add(attributes, layer, name, position, size=None, label=None, text=""):
+        attributes.position = np.array(position, dtype=float)
+        attributes.name = text
+        if label is not None:
+            attributes.semantic_label = label
+        if size is not None:
+            box = spark_dsg.BoundingBox(np.array(size, float), np.array(position, float))
+            attributes.bounding_box = box
+        graph.add_node(layer, symbol(*name), attributes)
+
+    def add_object(number, label, position, size=(0.1, 0.1, 0.1), text=""):
+        attributes = spark_dsg.ObjectNodeAttributes()
+        add(attributes, layers.OBJECTS, ("O", number), position, size, label, text)
+
+    def link(one, other):
+        graph.insert_edge(symbol(*one), symbol(*other))
+
+    rooms = [((2, 2, 1), "kitchen"), ((6, 2, 1), "R(1)")]
+    for number, (position, text) in enumerate(rooms):
+        attributes = spark_dsg.RoomNodeAttributes()
+        add(attributes, layers.ROOMS, ("R", number), position, (4, 4, 2), text=text)
+        add(spark_dsg.PlaceNodeAttributes(), layers.PLACES, ("p", number), position)
+        link(("R", number), ("p", number))
+    add_object(0, 1, (1, 1, 0.4), (1, 1, 0.8))  # dining table, over its place
+    add_object(1, 2, (1, 1, 0.9))  # a mug, linked to the same place only: nearest furniture
+    add_object(2, 3, (3, 3, 1), (0.6, 0.6, 2))  # a fridge without links: the box of the kitchen
+    add_object(3, 4, (3, 3, 1))  # milk inside it
+    add_object(4, 5, (6, 2, 0.3), (2, 1, 0.6))  # a bed in the other room
+    add_object(5, 6, (6, 2, 0.65))  # a book linked to the bed
+    add_object(6, 2, (9, 9, 9))  # a mug linked to the book, wherever it is
+    add_object(7, 6, (4.5, 0.2, 0))  # a book too far from everything
+    add_object(8, 99, (1, 1, 1))  # nothing is known of it
+    add_object(9, 7, (20, 20, 0), (1, 1, 1))  # a desk outside
+    add_object(10, 99, (3, 1, 0.5), (1, 1, 1), text="workbench")
+    for number in (0, 1):
+        link(("p", 0), ("O", number))
+    for number in (4, 7):
+        link(("p", 1), ("O", number))
+    link(("O", 4), ("O", 5))
+    link(("O", 5), ("O", 6))
+    names = ["dining_table", "mug", "fridge", "milk", "bed", "book", "desk"]
+    graph.set_labelspace(spark_dsg.Labelspace(dict(enumerate(names, start=1))), 2, 0)
+    graph.save(str(path))
+
+
+def test_a_scene_graph_of_spark_dsg(tmp_path):
+    spark_dsg = pytest.importorskip("spark_dsg")
+    path = tmp_path / "graph.json"
+    make_scene_graph(path, spark_dsg)
+    trace, builder = read_scene_graph(path)
+    assert trace.layout.room_labels == ("kitchen", "room")
+    assert [(row.name, row.room) for row in trace.layout.furniture] == [
+        ("dining table", 0),
+        ("fridge", 0),
+        ("bed", 1),
+    ]
+    assert list_objects(trace) == [
+        ("mug 1", "dining table", "onTop"),
+        ("milk", "fridge", "in"),
+        ("book", "bed", "onTop"),
+        ("mug 2", "bed", "onTop"),
+    ]
+    assert builder.num_nested == 1
+    assert dict(builder.left_out) == {
+        "neither a semantic label nor a name": ["O(8)"],
+        "in no room": ["desk"],
+        "no furniture within 1 m": ["book", "workbench"],
+    }
+    trace, _ = read_scene_graph(path, ["workbench"])
+    assert "workbench" in trace.layout.furniture_labels
+    path.write_text("{")
+    with pytest.raises(ValueError, match="scene graph must be one that spark_dsg saved"):
+        read_scene_graph(path)
+    with pytest.raises(ValueError, match="scene graph must be a file that exists"):
+        read_scene_graph(tmp_path / "none.json")
+
+
+def test_without_spark_dsg_the_error_says_what_to_install(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(__import__("sys").modules, "spark_dsg", None)
+    assert main(["import", "spark-dsg", "graph.json", "--out", str(tmp_path / "x")]) == 1
+    assert "pip install 'scene-graph-memory[spark]'" in capsys.readouterr().err
