@@ -29,6 +29,9 @@ from simulator.prior_graph import PriorGraph, load_prior
 from simulator.shards import write_whole
 from simulator.streams import SPLITS, Streams
 from simulator.tasks.registry import TASKS
+from simulator.trace.arguments import add_trace_arguments, read_trace_arguments
+from simulator.trace.recordings import Recordings, TraceConfig
+from simulator.trace.scores import check_policies, evaluate_recordings, list_policies
 
 RESULTS_VERSION = 1
 _LOG_WIDTH = 100
@@ -36,6 +39,8 @@ _PACKAGES = ("scene-graph-memory", "numpy", "scipy", "torch", "dgl")
 
 # Scores by task and by policy.
 Results = Mapping[str, Mapping[str, TaskScores]]
+# Rows of the table of each task.
+Tables = Mapping[str, list[Row]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +57,7 @@ class EvaluateConfig:
         split: "train", "val" or "test": their homes never coincide.
         house: rules of the homes.
         prior: prior file; None for the shipped default.
+        trace: recorded homes to play in, all of them and by their own rules; None to sample homes.
     """
 
     tasks: tuple[str, ...] = tuple(TASKS)
@@ -63,6 +69,7 @@ class EvaluateConfig:
     split: str = "test"
     house: HouseConfig = field(default_factory=HouseConfig)
     prior: str | None = None
+    trace: TraceConfig | None = None
 
     def check(self) -> None:
         """Check everything that can be checked before anything runs.
@@ -74,6 +81,11 @@ class EvaluateConfig:
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}. Raise it.")
         check_contestants(self.tasks, self.policies, self.checkpoints)
+        recordings = self.load_recordings()
+        if recordings is not None:
+            recordings.check_steps(self.steps)
+            check_policies(self.policies, recordings)
+            return
         # A prior without furniture for some room is noticed by the first home.
         Houses(self.load_prior(), self.house, Streams(self.seed, self.split, [0]))
 
@@ -85,10 +97,22 @@ class EvaluateConfig:
         """
         return load_prior(self.prior)
 
+    def load_recordings(self) -> Recordings | None:
+        """Load the recorded homes; None if homes are sampled.
+
+        Raises:
+            ValueError: if a trace is missing or broken.
+        """
+        return None if self.trace is None else self.trace.load(self.load_prior())
+
     def describe(self) -> dict[str, Any]:
         """Return everything that the scores depend on, as JSON values."""
+        recordings = self.load_recordings()
+        settings = asdict(self)
+        del settings["trace"]
         return {
-            **asdict(self),
+            **settings,
+            **({} if recordings is None else {"trace": recordings.describe()}),
             "checkpoints": [checkpoint.describe() for checkpoint in self.checkpoints],
             "prior": self.load_prior().checksum,
         }
@@ -104,6 +128,7 @@ def evaluate(
         on_step: called with task and policy after each step.
     """
     prior = config.load_prior()
+    recordings = config.load_recordings()
     results: dict[str, dict[str, TaskScores]] = {}
     for task in config.tasks:
         results[task] = {}
@@ -112,6 +137,11 @@ def evaluate(
             def advance(task: str = task, name: str = name) -> None:
                 on_step(task, name)
 
+            if recordings is not None:
+                results[task][name] = evaluate_recordings(
+                    make, recordings, config.seed, config.split, config.steps, advance, task
+                )
+                continue
             streams = Streams(config.seed, config.split, range(config.houses))
             results[task][name] = evaluate_policy(
                 make, prior, config.house, streams, config.steps, advance, task
@@ -119,22 +149,29 @@ def evaluate(
     return results
 
 
-def save_results(config: EvaluateConfig, results: Results, out: Path, command: str) -> None:
+def summarise(results: Results) -> Tables:
+    """Compute the rows of the table of each task."""
+    return {task: compute_rows(TASKS[task], scores) for task, scores in results.items()}
+
+
+def save_results(
+    config: EvaluateConfig, results: Results, tables: Tables, out: Path, command: str
+) -> None:
     """Write `results.json`, `table.md`, `table.csv` and a figure per task, each whole or not.
 
     Args:
         config: what was played.
         results: what came of it.
+        tables: its rows.
         out: folder; made if needed.
         command: the command line that makes these files again.
     """
     out.mkdir(parents=True, exist_ok=True)
-    tables = {task: compute_rows(TASKS[task], scores) for task, scores in results.items()}
     content = {
         "results_version": RESULTS_VERSION,
         "command": command,
         "config": config.describe(),
-        "versions": {"python": platform.python_version(), **_list_versions()},
+        "versions": list_versions(),
         "tasks": {
             task: {
                 "metric": TASKS[task].metric,
@@ -166,23 +203,24 @@ def save_results(config: EvaluateConfig, results: Results, out: Path, command: s
         )
 
 
-def print_tables(config: EvaluateConfig, results: Results, console: Console) -> None:
+def print_tables(config: EvaluateConfig, tables: Tables, console: Console) -> None:
     """Print one table per task, the worst policy first."""
-    for task, scores in results.items():
-        rows: list[Row] = compute_rows(TASKS[task], scores)
+    for task, rows in tables.items():
         console.print(make_rich_table(TASKS[task], rows, _make_title(config, task)))
 
 
 def _make_title(config: EvaluateConfig, task: str) -> str:
     nodes = "on" if config.house.dynamic_nodes else "off"
-    return (
-        f"{TASKS[task].title}, dynamic nodes {nodes}, "
-        f"{config.houses} {config.split} homes x {config.steps} steps"
-    )
+    if config.trace is not None:
+        kind = f"{config.houses} recorded homes"
+    else:
+        kind = f"dynamic nodes {nodes}, {config.houses} {config.split} homes"
+    return f"{TASKS[task].title}, {kind} x {config.steps} steps"
 
 
-def _list_versions() -> dict[str, str]:
-    versions = {}
+def list_versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that scores depend on."""
+    versions = {"python": platform.python_version()}
     for package in _PACKAGES:
         try:
             versions[package] = version(package)
@@ -222,8 +260,8 @@ def _make_parser() -> argparse.ArgumentParser:
         metavar="[NAME[@TASK]=]PATH",
         help="a trained network, for all tasks or for one; may be repeated",
     )
-    parser.add_argument("--houses", type=int, default=defaults.houses, help="number of homes")
-    parser.add_argument("--steps", type=int, default=defaults.steps, help="time steps per home")
+    parser.add_argument("--houses", type=int, default=defaults.houses, help="sampled homes")
+    parser.add_argument("--steps", type=int, help="time steps; 100, or all recorded ones")
     parser.add_argument("--seed", type=int, default=defaults.seed, help="seed of the homes")
     parser.add_argument("--split", default=defaults.split, help=", ".join(SPLITS))
     parser.add_argument("--prior", help="prior file (JSON); the shipped one if left out")
@@ -233,22 +271,31 @@ def _make_parser() -> argparse.ArgumentParser:
         default=True,
         help="whether objects are added and removed",
     )
+    add_trace_arguments(parser)
     parser.add_argument("--threads", type=int, help="CPU threads; all cores if left out")
     return parser
 
 
 def _make_config(options: argparse.Namespace) -> EvaluateConfig:
-    policies = {("all",): tuple(POLICIES), ("none",): ()}
+    defaults = EvaluateConfig()
+    trace = read_trace_arguments(options)
+    everybody, houses, steps = tuple(POLICIES), options.houses, defaults.steps
+    if trace is not None:
+        recordings = trace.load(load_prior(options.prior))
+        everybody = list_policies(recordings)
+        houses, steps = recordings.num_homes, recordings.num_steps
+    policies = {("all",): everybody, ("none",): ()}
     return EvaluateConfig(
         tasks=tuple(TASKS) if options.tasks == ["all"] else tuple(options.tasks),
         policies=policies.get(tuple(options.policies), tuple(options.policies)),
         checkpoints=tuple(Checkpoint.parse(text) for text in options.checkpoint),
-        houses=options.houses,
-        steps=options.steps,
+        houses=houses,
+        steps=steps if options.steps is None else options.steps,
         seed=options.seed,
         split=options.split,
         house=HouseConfig(dynamic_nodes=options.dynamic_nodes),
         prior=options.prior,
+        trace=trace,
     )
 
 
@@ -278,16 +325,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     )  # fmt: skip
     with Progress(*columns, console=console, transient=True) as progress:
-        bar = progress.add_task("", total=len(games) * config.steps)
+        recordings = config.load_recordings()
+        num_groups = 1 if recordings is None else len(recordings.list_groups())
+        bar = progress.add_task("", total=len(games) * config.steps * num_groups)
 
         def advance(task: str, name: str) -> None:
             progress.update(bar, advance=1, description=f"{name}: {TASKS[task].title}")
 
         results = evaluate(config, advance)
-    save_results(
-        config, results, options.out, shlex.join(["python", "-m", "nep.evaluate", *arguments])
-    )
-    print_tables(config, results, console)
+    tables = summarise(results)
+    command = shlex.join(["python", "-m", "nep.evaluate", *arguments])
+    save_results(config, results, tables, options.out, command)
+    print_tables(config, tables, console)
 
 
 if __name__ == "__main__":

@@ -24,6 +24,7 @@ _STYLES: Mapping[str, dict[str, Any]] = {
     "last_seen": {"color": "#98df8a"},
     "last_seen_prior": {"color": "#2ca02c"},
     "prior_filter": {"color": "#9467bd"},
+    "home_filter": {"color": "#c5b0d5"},
     "oracle": {"color": "#7f7f7f", "linestyle": ":"},
     "ceiling": {"color": "#404040", "linestyle": "--"},
 }

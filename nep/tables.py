@@ -4,20 +4,49 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
+import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
 from nep.statistics import compute_bootstrap_interval, compute_gap_closed
-from simulator.evaluation import TaskScores
 from simulator.tasks.task import Task
 
 # Whom every policy is compared with unless others are named.
 REFERENCES = ("bayesian", "last_seen_prior")
 FLOOR, TOP = "bayesian", "ceiling"
+
+
+class ScoreSummary(Protocol):
+    """What a table needs to know of a policy's scores; `TaskScores` and stored ones have it."""
+
+    @property
+    def home_values(self) -> np.ndarray:
+        """Mean score per home, (H,)."""
+
+    @property
+    def accuracy(self) -> np.ndarray:
+        """Share of right answers per home, (H,)."""
+
+    @property
+    def away_accuracy(self) -> float:
+        """Share of right answers about objects that were not where they had last been seen."""
+
+    @property
+    def calibration_error(self) -> float:
+        """Expected calibration error."""
+
+    @property
+    def nll(self) -> float:
+        """Mean negative log likelihood of the true places."""
+
+    @property
+    def candidate_recall(self) -> float:
+        """Share of queries whose true place had a score."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +90,14 @@ class Row:
     candidate_recall: float
 
 
+def compute_difference(own: ScoreSummary, other: ScoreSummary) -> Difference:
+    """Compare two policies home by home."""
+    delta = own.home_values - other.home_values  # (H,)
+    return Difference(float(delta.mean()), *compute_bootstrap_interval(delta))
+
+
 def compute_rows(
-    task: type[Task], scores: Mapping[str, TaskScores], references: Sequence[str] = REFERENCES
+    task: type[Task], scores: Mapping[str, ScoreSummary], references: Sequence[str] = REFERENCES
 ) -> list[Row]:
     """Summarise what every policy scored in the same homes, worst first.
 
@@ -77,10 +112,8 @@ def compute_rows(
         differences: dict[str, Difference | None] = {}
         for reference in references:
             if reference in scores:
-                delta = values - scores[reference].home_values
-                interval = compute_bootstrap_interval(delta)
                 differences[reference] = (
-                    None if reference == name else Difference(float(delta.mean()), *interval)
+                    None if reference == name else compute_difference(own, scores[reference])
                 )
         gap = None
         if FLOOR in scores and TOP in scores:
@@ -145,18 +178,27 @@ def make_rich_table(task: type[Task], rows: list[Row], title: str) -> Table:
 
 def make_markdown(task: type[Task], rows: list[Row], title: str) -> str:
     """Make the table as Markdown, under a heading."""
-    header, cells = format_table(task, rows)
-    lines = [header, ["---"] + ["---:"] * (len(header) - 1), *cells]
-    return f"## {title}\n\n" + "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+    return f"## {title}\n\n{join_table(*format_table(task, rows))}"
 
 
-def make_csv(tables: Mapping[str, list[Row]]) -> str:
-    """Make one CSV of all tasks, numbers unrounded; empty where there is none."""
+def join_table(header: Sequence[str], cells: Iterable[Sequence[str]], num_text: int = 1) -> str:
+    """Join cells to a Markdown table; the first `num_text` columns are text, the others numbers."""
+    rules = ["---"] * num_text + ["---:"] * (len(header) - num_text)
+    return "".join(f"| {' | '.join(line)} |\n" for line in (header, rules, *cells))
+
+
+def make_csv(tables: Mapping[str, Sequence[Row]], key: str = "task") -> str:
+    """Make one CSV of all tables, numbers unrounded; empty where there is none.
+
+    Args:
+        tables: rows by task, or by what else `key` says.
+        key: name of the first column.
+    """
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     columns = ["accuracy", "away_accuracy", "calibration_error", "nll", "candidate_recall"]
     differences = [f"minus_{name}{part}" for name in REFERENCES for part in ("", "_low", "_high")]
-    writer.writerow(["task", "policy", "mean", "std", *differences, "gap_closed", *columns])
+    writer.writerow([key, "policy", "mean", "std", *differences, "gap_closed", *columns])
     for task, rows in tables.items():
         for row in rows:
             line: list[str | float | None] = [task, row.policy, row.mean, row.std]

@@ -1,9 +1,9 @@
-"""Plays Predict Object Location on unseen homes during training, beside the heuristics."""
+"""Plays the task of the data on unseen homes during training, beside the heuristics."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -14,34 +14,38 @@ from rich.console import Console
 from rich.progress import Progress
 
 from datamodules.sgm_datamodule import SGMDataModule
-from nep.figures import draw_accuracy_over_steps
+from nep.contestants import MakePolicy
+from nep.figures import draw_over_steps
 from nep.module import NEPModule
 from nep.policy import NEPPolicy
 from nep.statistics import compute_gap_closed
 from nep.tables import Row, compute_rows, make_markdown, make_rich_table
 from simulator.evaluation import TaskScores, evaluate_policy
-from simulator.houses import Houses
-from simulator.policies import POLICIES, Policy, make_policy
+from simulator.policies import POLICIES, check_policy, make_policy
 from simulator.shards import write_whole
 from simulator.streams import Streams
 from simulator.tasks.registry import TASKS
-
-_TASK = TASKS["predict_location"]
+from simulator.tasks.task import Task
 
 
 class OnlineEvaluation(pl.Callback):
-    """Lets the model in training play the online task on validation homes.
+    """Lets the model in training play, on validation homes, the task that it learns.
 
     All homes run in lockstep, one forward pass per time step. Heuristics and oracles play the
-    same homes once, when training starts. Logs accuracy, candidate recall and the share of the
-    gap between Bayesian and each oracle that is closed, draws accuracy over steps, and ends with
+    same homes once, when training starts. Logs the score, candidate recall and the share of the
+    gap between Bayesian and each oracle that is closed, draws the score over steps, and ends with
     a table, which is also written beside the checkpoints (`online_evaluation.md`, `.json`).
 
     Source: paper sections 5.2 and 6.1.
     """
 
     def __init__(
-        self, houses: int = 20, steps: int = 100, every_n_epochs: int = 5, name: str = "NEP"
+        self,
+        houses: int = 20,
+        steps: int = 100,
+        every_n_epochs: int = 5,
+        name: str = "NEP",
+        policies: Sequence[str] | None = None,
     ) -> None:
         """Set the size of the evaluation.
 
@@ -50,9 +54,11 @@ class OnlineEvaluation(pl.Callback):
             steps: time steps per home.
             every_n_epochs: epochs between evaluations; the last epoch is always evaluated.
             name: of the model in figures and tables.
+            policies: heuristics and oracles that play beside it; None for all. Without Bayesian
+                and an oracle nothing is said of the gap between them.
 
         Raises:
-            ValueError: if a count is below 1.
+            ValueError: if a count is below 1 or a policy unknown.
         """
         for what, value in (
             ("houses", houses), ("steps", steps), ("every_n_epochs", every_n_epochs)
@@ -63,16 +69,21 @@ class OnlineEvaluation(pl.Callback):
         self.steps = steps
         self.every_n_epochs = every_n_epochs
         self.name = name
+        self.policies = tuple(POLICIES if policies is None else policies)
+        for policy in self.policies:
+            check_policy(policy)
+        self.task: type[Task] = TASKS["predict_location"]
         self.scores: dict[str, TaskScores] = {}
 
     def on_fit_start(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
-        """Let every heuristic and oracle play."""
+        """Let the heuristics and oracles play the task of the data."""
         if not trainer.is_global_zero:
             return
+        self.task = TASKS[_get_datamodule(trainer).val_config.task]
         is_quiet = trainer.progress_bar_callback is None
         with Progress(transient=True, disable=is_quiet) as progress:
-            task = progress.add_task("heuristics on validation homes", total=len(POLICIES))
-            for name in POLICIES:
+            task = progress.add_task("heuristics on validation homes", total=len(self.policies))
+            for name in self.policies:
                 progress.update(task, description=f"{name} on validation homes")
                 self.scores[name] = self._play(trainer, partial(make_policy, name))
                 progress.advance(task)
@@ -87,83 +98,100 @@ class OnlineEvaluation(pl.Callback):
 
     def on_fit_end(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         """Print the table and write it to disk."""
+        folder = trainer.log_dir if trainer.logger is not None else None  # asked by all processes
         if trainer.is_global_zero and self.name in self.scores:
             self.print_table()
-            if trainer.logger is not None and trainer.log_dir is not None:
-                self._save(Path(trainer.log_dir))
+            if folder is not None:
+                self._save(Path(folder))
 
     def print_table(self) -> None:
-        """Print accuracy of every policy and its distance to the model, the worst first."""
+        """Print the score of every policy and its distance to the model, the worst first."""
         console = Console()
-        console.print(make_rich_table(_TASK, self._compute_rows(), self._get_title()))
+        console.print(make_rich_table(self.task, self._compute_rows(), self._get_title()))
         console.print(self._summarise())
 
     def _compute_rows(self) -> list[Row]:
-        return compute_rows(_TASK, self.scores, references=(self.name,))
+        return compute_rows(self.task, self.scores, references=(self.name,))
 
     def _get_title(self) -> str:
-        return f"{_TASK.title}, {self.houses} unseen homes x {self.steps} steps"
+        return f"{self.task.title}, {self.houses} unseen homes x {self.steps} steps"
 
     def _summarise(self) -> str:
-        return (
-            f"candidate recall {self.scores[self.name].candidate_recall:.3f}; "
-            f"Bayesian-to-Oracle gap closed {self._gap_closed('oracle'):.0%}, "
-            f"Bayesian-to-Ceiling gap closed {self._gap_closed('ceiling'):.0%}"
-        )
+        recall = f"candidate recall {self.scores[self.name].candidate_recall:.3f}"
+        gaps = [
+            f"Bayesian-to-{top.title()} gap closed {share:.0%}"
+            for top, share in self._compute_gaps().items()
+        ]
+        return "; ".join([recall, ", ".join(gaps)] if gaps else [recall])
 
-    def _play(self, trainer: pl.Trainer, make: Callable[[Houses], Policy]) -> TaskScores:
+    def _play(self, trainer: pl.Trainer, make: MakePolicy) -> TaskScores:
         data = _get_datamodule(trainer)
         config = data.val_config
         streams = Streams(config.seed, config.split, range(self.houses))
-        return evaluate_policy(make, config.load_prior(), config.house, streams, self.steps)
+        return evaluate_policy(
+            make, config.load_prior(), config.house, streams, self.steps, task=config.task
+        )
 
     def _evaluate_model(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         assert isinstance(pl_module, NEPModule)
-
-        def make(houses: Houses) -> Policy:
-            return NEPPolicy(pl_module, _get_datamodule(trainer).builder)
-
-        scores = self.scores[self.name] = self._play(trainer, make)
+        player = NEPPolicy(pl_module, _get_datamodule(trainer).builder)
+        scores = self.scores[self.name] = self._play(
+            trainer, lambda houses: player.with_rules(houses.prior, houses.config)
+        )
         metrics = {
-            "online/accuracy": float(scores.accuracy.mean()),
+            f"online/{self._metric}": float(scores.home_values.mean()),
             "online/candidate_recall": scores.candidate_recall,
-            "online/gap_closed_oracle": self._gap_closed("oracle"),
-            "online/gap_closed_ceiling": self._gap_closed("ceiling"),
         }
+        metrics |= {f"online/gap_closed_{top}": gap for top, gap in self._compute_gaps().items()}
         pl_module.log_dict(metrics, rank_zero_only=True)
         for name, other in self.scores.items():
             if name != self.name:
-                pl_module.log(
-                    f"online_heuristics/{name}", float(other.accuracy.mean()), rank_zero_only=True
-                )
-        self._log_figure(trainer, draw_accuracy_over_steps(self.scores, highlight=self.name))
+                score = float(other.home_values.mean())
+                pl_module.log(f"online_heuristics/{name}", score, rank_zero_only=True)
+        figure = draw_over_steps(
+            {name: own.values for name, own in self.scores.items()},
+            self.name,
+            title=f"{self.task.title} on unseen homes",
+            metric=self.task.metric,
+        )
+        self._log_figure(trainer, figure)
 
     def _log_figure(self, trainer: pl.Trainer, figure: Figure) -> None:
         for logger in trainer.loggers:
             if isinstance(logger, TensorBoardLogger):
                 logger.experiment.add_figure(
-                    "online/accuracy_over_steps", figure, global_step=trainer.global_step
+                    f"online/{self._metric}_over_steps", figure, global_step=trainer.global_step
                 )
 
-    def _gap_closed(self, top: str) -> float:
-        accuracy = {name: float(s.accuracy.mean()) for name, s in self.scores.items()}
-        return compute_gap_closed(accuracy[self.name], accuracy["bayesian"], accuracy[top])
+    @property
+    def _metric(self) -> str:
+        """Name of the score in charts and files."""
+        return self.task.metric.lower()
+
+    def _compute_gaps(self) -> dict[str, float]:
+        """Return the share of the gap from Bayesian that is closed, for each oracle that played."""
+        means = {name: float(own.home_values.mean()) for name, own in self.scores.items()}
+        return {
+            top: compute_gap_closed(means[self.name], means["bayesian"], means[top])
+            for top in ("oracle", "ceiling")
+            if {"bayesian", top} <= means.keys()
+        }
 
     def _save(self, folder: Path) -> None:
         content = {
             name: {
-                "accuracy": float(scores.accuracy.mean()),
-                "std_over_homes": float(scores.accuracy.std()),
+                self._metric: float(scores.home_values.mean()),
+                "std_over_homes": float(scores.home_values.std()),
                 "candidate_recall": scores.candidate_recall,
-                "accuracy_per_home": scores.accuracy.tolist(),
-                "accuracy_per_step": scores.is_correct.mean(axis=0).tolist(),
+                f"{self._metric}_per_home": scores.home_values.tolist(),
+                f"{self._metric}_per_step": scores.values.mean(axis=0).tolist(),
             }
             for name, scores in self.scores.items()
         }
         write_whole(
             folder / "online_evaluation.json", (json.dumps(content, indent=1) + "\n").encode()
         )
-        table = make_markdown(_TASK, self._compute_rows(), self._get_title())
+        table = make_markdown(self.task, self._compute_rows(), self._get_title())
         markdown = f"{table}\n{self._summarise()}\n"
         write_whole(folder / "online_evaluation.md", markdown.encode())
 

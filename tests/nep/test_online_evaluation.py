@@ -13,7 +13,7 @@ from nep.fit import main
 from nep.policy import NEPPolicy
 from simulator import HouseConfig, PriorGraph, Streams, evaluate_policy
 from simulator.evaluation import Scores, TaskScores
-from simulator.policies import POLICIES
+from simulator.policies import POLICIES, make_policy
 
 
 @pytest.fixture(scope="module")
@@ -104,6 +104,64 @@ def test_names_at_the_ends_of_curves_do_not_overlap():
     heights = sorted((box.y0, box.y1) for box in boxes)
     # Letters may reach below their line; lines themselves are apart.
     assert all(low[1] - next_low[0] < 2 for low, next_low in itertools.pairwise(heights))
+
+
+def test_plays_the_task_of_the_data_beside_some_policies(tmp_path, monkeypatch, capsys):
+    """Find Object without dynamic nodes: looks, of which fewer are better."""
+    monkeypatch.chdir(tmp_path)
+    cli = main(
+        ["--config", "mlp.yaml", "--trainer.max_epochs=1", "--data.houses=2", "--data.steps=4",
+         "--data.val_houses=1", "--data.batch_size=8", "--data.workers=1", "--online.houses=2",
+         "--data.task=find_object", "--data.dynamic_nodes=false", "--online.steps=3",
+         "--online.policies=[bayesian, ceiling]", "--trainer.log_every_n_steps=1",
+         "--trainer.enable_progress_bar=false"]
+    )  # fmt: skip
+    run = tmp_path / "runs" / "mlp" / "version_0"
+    written = json.loads((run / "online_evaluation.json").read_text())
+    assert set(written) == {"bayesian", "ceiling", "NEP-MLP"}
+    for name, scores in written.items():
+        again = evaluate_policy(
+            lambda houses, name=name: (
+                NEPPolicy.load(run / "checkpoints" / "last.ckpt")
+                if name == "NEP-MLP"
+                else make_policy(name, houses)
+            ),
+            PriorGraph.default(), HouseConfig(dynamic_nodes=False), Streams(0, "val", range(2)), 3,
+            task="find_object",
+        )  # fmt: skip
+        assert scores["looks_per_home"] == again.home_values.tolist()
+        assert scores["looks_per_step"] == again.values.mean(axis=0).tolist()
+    bayesian, ceiling, model = (
+        written[name]["looks"] for name in ("bayesian", "ceiling", "NEP-MLP")
+    )
+    gap = (bayesian - model) / (bayesian - ceiling)  # fewer looks close it
+    assert cli.trainer.logged_metrics["online/gap_closed_ceiling"] == pytest.approx(gap)
+    assert cli.trainer.logged_metrics["online/looks"] == pytest.approx(model)
+    events = EventAccumulator(str(run))
+    events.Reload()
+    assert "online/looks_over_steps" in events.Tags()["images"]
+    text = " ".join(capsys.readouterr().out.split())
+    assert "Find Object, 2 unseen homes x 3 steps" in text
+    assert f"Bayesian-to-Ceiling gap closed {gap:.0%}" in text
+    assert "Oracle" not in text
+
+
+def test_without_policies_nothing_is_said_of_gaps(capsys):
+    evaluation = OnlineEvaluation(houses=2, steps=10, policies=[])
+    everywhere = np.ones((2, 10), dtype=bool)
+    half = np.full((2, 10), 0.5)
+    evaluation.scores["NEP"] = TaskScores(everywhere, everywhere, half, everywhere, half, half)
+    evaluation.print_table()
+    out = capsys.readouterr().out
+    assert "candidate recall 1.000" in out
+    assert "gap" not in out
+
+
+def test_unknown_policies_are_refused():
+    with pytest.raises(
+        ValueError, match=r"policy must be one of random, .*, got 'clever'\. Choose"
+    ):
+        OnlineEvaluation(policies=["random", "clever"])
 
 
 @pytest.mark.parametrize("name", ["houses", "steps", "every_n_epochs"])

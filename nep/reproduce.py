@@ -1,0 +1,187 @@
+"""Makes the tables and the figure of the paper: `python -m nep.reproduce --help`."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+import sys
+from collections.abc import Sequence
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+
+from rich.console import Console
+
+from nep.experiments import (
+    ABLATION_SETTING,
+    MODELS,
+    enter,
+    find_models,
+    list_ablations,
+    list_claimed_order,
+    list_full_models,
+)
+from nep.figures import draw_over_steps
+from nep.job_queue import run_jobs
+from nep.paper_tables import make_table_1, make_table_2
+from nep.plan import TABLES, Plan, plan_jobs
+from simulator.policies import POLICIES
+from simulator.shards import write_whole
+from simulator.tasks.registry import TASKS
+
+# Everything as small as it can be, to try the command: seconds instead of hours.
+_TINY_FIT = (
+    "--data.houses=2", "--data.steps=6", "--data.val_houses=1", "--data.batch_size=8",
+    "--trainer.max_epochs=1", "--trainer.log_every_n_steps=1", "--online.houses=1",
+    "--online.steps=2",
+)  # fmt: skip
+_TINY_HOUSES, _TINY_STEPS = 3, 4
+_LOG_WIDTH = 100
+
+
+def make_files(plan: Plan) -> dict[str, bytes]:
+    """Make tables and figure from stored scores; the same scores give the same bytes.
+
+    Returns:
+        contents by file name.
+    """
+    results = {}
+    for setting in plan.list_settings():
+        networks = [enter(model, setting) for model in plan.models]
+        players = {name: plan.make_evaluation(setting, name) for name in POLICIES}
+        players |= {network.title: plan.evaluate_network(network) for network in networks}
+        results[setting] = {title: player.load() for title, player in players.items()}
+    files: dict[str, bytes] = {}
+    if "1" in plan.tables:
+        files |= make_table_1(results, plan.describe("1"))
+    if "2" in plan.tables:
+        networks = [*list_full_models(), *list_ablations()]
+        ablated = {network.name: plan.evaluate_network(network).load() for network in networks}
+        files |= make_table_2(ablated, plan.describe("2"))
+    if "figure" in plan.tables:
+        scores = results[ABLATION_SETTING]
+        best = [title for title in list_claimed_order() if title in scores]  # has the first colour
+        order = [*best, *(title for title in scores if title not in best)]
+        figure = draw_over_steps(
+            {title: scores[title].values for title in order},
+            best,
+            title=f"{ABLATION_SETTING.title}, unseen homes",
+            metric=TASKS[ABLATION_SETTING.task].metric,
+        )
+        image = io.BytesIO()
+        made_by = {"Software": None, "Comment": plan.describe("figure").command}
+        figure.savefig(image, format="png", metadata=made_by)
+        files["figure_4.png"] = image.getvalue()
+    return files
+
+
+def _make_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m nep.reproduce",
+        description="Train and play what the paper's tables need, as far as that is not done yet, "
+        "and write them. Interrupted, the same command goes on; what is finished stays.",
+    )
+    parser.add_argument(
+        "--table", choices=(*TABLES, "all"), default="all", help="what to make (%(default)s)"
+    )
+    folders = {
+        "out": ("results", "tables and figure"),
+        "runs": ("runs/reproduce", "networks and scores"),
+        "data": ("data", "collected snapshots"),
+    }
+    for name, (folder, what) in folders.items():
+        text = f"folder for {what} (%(default)s)"
+        parser.add_argument(f"--{name}", type=Path, default=Path(folder), help=text)
+    known = ", ".join(model.name for model in MODELS)
+    parser.add_argument(
+        "--models", nargs="+", help=f"networks of Table 1, of {known} (the paper's)"
+    )
+    parser.add_argument("--houses", type=int, help="test homes (100)")
+    parser.add_argument("--steps", type=int, help="steps in each (100)")
+    parser.add_argument("--epochs", type=int, help="of every training (what its config says)")
+    parser.add_argument(
+        "--seed", type=int, default=0, help="of training and of the test homes (%(default)s)"
+    )
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        default=os.cpu_count() or 1,
+        help="processes with one thread each (one per core)",
+    )
+    parser.add_argument(
+        "--tiny", action="store_true", help="everything as small as can be, to try the command"
+    )
+    return parser
+
+
+def _make_plan(options: argparse.Namespace) -> Plan:
+    fit_options: tuple[str, ...] = _TINY_FIT if options.tiny else ()
+    if options.epochs is not None:
+        if options.epochs < 1:
+            raise ValueError(f"epochs must be at least 1, got {options.epochs}. Raise it.")
+        fit_options += (f"--trainer.max_epochs={options.epochs}",)
+    houses, steps = (_TINY_HOUSES, _TINY_STEPS) if options.tiny else (100, 100)
+    plan = Plan(
+        tables=TABLES if options.table == "all" else (options.table,),
+        models=find_models(options.models),
+        houses=houses if options.houses is None else options.houses,
+        steps=steps if options.steps is None else options.steps,
+        seed=options.seed,
+        fit_options=fit_options,
+        runs=options.runs,
+        data=options.data,
+        options=tuple(_list_telling_options(options)),
+    )
+    plan.check()
+    if options.jobs < 1:
+        raise ValueError(f"jobs must be at least 1, got {options.jobs}. Raise it.")
+    return plan
+
+
+def _list_telling_options(options: argparse.Namespace) -> list[str]:
+    """Write down the options that scores depend on."""
+    listed = ["--seed", str(options.seed)]
+    if options.models is not None:
+        listed += ["--models", *options.models]
+    for name in ("houses", "steps", "epochs"):
+        if getattr(options, name) is not None:
+            listed += [f"--{name}", str(getattr(options, name))]
+    return listed + ["--tiny"] * options.tiny
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    parser = _make_parser()
+    options = parser.parse_args(arguments)
+    console = Console() if sys.stdout.isatty() else Console(width=_LOG_WIDTH)
+    try:
+        plan = _make_plan(options)
+        for folder in (plan.runs, plan.data, options.out):
+            folder.mkdir(parents=True, exist_ok=True)
+    except (ValueError, OSError) as error:
+        parser.error(str(error))
+    try:
+        failed = run_jobs(plan_jobs(plan), options.jobs, console)
+    except KeyboardInterrupt:
+        parser.exit(130, "interrupted; the same command goes on from here\n")
+    except BrokenProcessPool:
+        parser.exit(
+            1,
+            "error: workers must live, got one that was killed. If memory ran out, give fewer "
+            "--jobs; the same command goes on from here.\n",
+        )
+    if failed:
+        lines = [f"{name}: {error}" for name, error in failed.items()]
+        message = "\n".join(["error: every job must end well, got", *lines])
+        parser.exit(1, f"{message}\nMend it; the same command goes on from here.\n")
+    try:
+        for name, content in make_files(plan).items():
+            write_whole(options.out / name, content)
+            console.print(f"wrote {options.out / name}", highlight=False)
+    except OSError as error:
+        parser.exit(1, f"error: {error}\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,70 @@
+"""Policies compared in recorded homes from the command line."""
+
+import json
+
+import pytest
+
+from nep.evaluate import main
+from simulator.config import HouseConfig
+from simulator.houses import Houses
+from simulator.prior_graph import PriorGraph
+from simulator.streams import Streams
+from simulator.trace import record_homes, save_trace
+
+LAYOUT = """{"rooms": ["kitchen"], "furniture": [
+ {"name": "table", "room": "kitchen"}, {"name": "bench", "room": "kitchen"}]}"""
+EVENTS = ["time_s,object,furniture,relation"] + [
+    f"{hour * 3600},robot {hour % 2},{('table', 'bench')[hour % 3 > 0]},onTop" for hour in range(7)
+]
+
+
+@pytest.fixture
+def home(tmp_path):
+    folder = tmp_path / "home"
+    folder.mkdir()
+    (folder / "layout.json").write_text(LAYOUT)
+    (folder / "events.csv").write_text("\n".join(EVENTS))
+    return folder
+
+
+def load_results(folder):
+    return json.loads((folder / "results.json").read_text())
+
+
+def test_everybody_who_can_plays_in_recorded_homes(home, tmp_path, capsys):
+    out = tmp_path / "out"
+    main(["--trace", str(home), "--tasks", "find_object", "--out", str(out)])
+    results = load_results(out)
+    assert (results["config"]["houses"], results["config"]["steps"]) == (1, 6)
+    assert results["config"]["trace"]["step_seconds"] == [3600]
+    for task in results["tasks"].values():
+        assert "oracle" in task["policies"]
+        assert "ceiling" not in task["policies"]  # nobody knows the true dynamics
+    assert "Find Object, 1 recorded homes x 6 steps" in capsys.readouterr().out
+
+
+def test_a_replay_ends_with_the_scores_of_the_simulated_homes(tmp_path):
+    houses = Houses(PriorGraph.default(), HouseConfig(), Streams(3, "test", range(2)))
+    for trace in record_homes(houses, 5):
+        save_trace(trace, tmp_path / "traces" / trace.name)
+    shared = ["--policies", "bayesian", "ceiling", "--tasks", "predict_location", "--seed", "3"]
+    main([*shared, "--trace", str(tmp_path / "traces"), "--out", str(tmp_path / "a")])
+    main([*shared, "--houses", "2", "--steps", "5", "--out", str(tmp_path / "b")])
+    replayed, played = load_results(tmp_path / "a"), load_results(tmp_path / "b")
+    assert replayed["tasks"] == played["tasks"]
+    assert "trace" not in played["config"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--policies", "ceiling"], "true dynamics of recorded homes, got ceiling. Leave it out"),
+        (["--steps", "7"], "at most the 6 steps of 3600 s"),
+        (["--step-seconds", "-1"], "step must be a number of seconds > 0, got -1.0"),
+    ],
+)
+def test_bad_arguments(home, tmp_path, capsys, arguments, message):
+    with pytest.raises(SystemExit):
+        main(["--trace", str(home), *arguments, "--out", str(tmp_path / "out")])
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,223 @@
+"""`python -m nep.reproduce`, shrunk: whole, resumed, repeated, refused."""
+
+import json
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import torch
+
+from nep.evaluate import main as evaluate
+from nep.experiments import ABLATION_SETTING, SETTINGS, enter, find_models
+from nep.fit import FitCLI
+from nep.plan import plan_jobs
+from nep.reproduce import _make_parser, _make_plan, main
+from nep.training import Training
+from simulator.policies import POLICIES
+
+TINY = ["--tiny", "--models", "mlp", "--jobs", "2"]
+
+
+def list_folders(folder: Path) -> list[str]:
+    return [option for name in ("out", "runs", "data") for option in (f"--{name}", folder / name)]
+
+
+def reproduce(folder: Path, *options: str) -> None:
+    main([*TINY, *map(str, list_folders(folder)), *options])
+
+
+def make_plan(folder: Path, *options: str):
+    arguments = [*TINY, *map(str, list_folders(folder)), *options]
+    return _make_plan(_make_parser().parse_args(arguments))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A whole tiny Table 1."""
+    folder = tmp_path_factory.mktemp("reproduce")
+    reproduce(folder, "--table", "1")
+    return folder
+
+
+def read_times(folder: Path) -> dict[str, int]:
+    return {
+        str(path): path.stat().st_mtime_ns
+        for path in (folder / "runs").rglob("*")
+        if path.is_file() and path.suffix in (".json", ".ckpt")
+    }
+
+
+def test_table_1_has_every_cell(folder):
+    assert {path.name for path in (folder / "out").iterdir()} == {
+        "table_1.md", "table_1.csv", "table_1.json"
+    }  # fmt: skip
+    stored = json.loads((folder / "out" / "table_1.json").read_text())
+    assert list(stored["settings"]) == [setting.name for setting in SETTINGS]
+    for rows in stored["settings"].values():
+        assert set(rows) == {*POLICIES, "NEP-MLP"}
+    text = (folder / "out" / "table_1.md").read_text(encoding="utf-8")
+    assert "python -m nep.reproduce --table 1 --seed 0 --models mlp --tiny" in text
+    assert str(folder) not in text
+
+
+def test_stored_scores_are_those_of_the_checkpoint(folder, tmp_path):
+    """The same network that `nep.evaluate` is given scores the same."""
+    checkpoint = folder / "runs" / "find_object-off" / "mlp" / "checkpoints" / "last.ckpt"
+    evaluate(["--out", str(tmp_path), "--tasks", "find_object", "--no-dynamic-nodes", "--houses",
+              "3", "--steps", "4", "--policies", "bayesian", "--checkpoint", f"N={checkpoint}"]
+    )  # fmt: skip
+    want = json.loads((tmp_path / "results.json").read_text())["tasks"]["find_object"]["policies"]
+    for name, file in (("N", "mlp"), ("bayesian", "bayesian")):
+        path = folder / "runs" / "find_object-off" / "scores" / f"{file}.json"
+        got = json.loads(path.read_text())["scores"]
+        assert got["values"] == want[name]["values"]
+        for key in ("mean", "std", "away_accuracy", "calibration_error", "nll", "candidate_recall"):
+            assert got[key] == want[name][key]
+
+
+def test_finished_parts_are_not_run_again(folder):
+    """The figure needs what Table 1 has; written again, files are the same bytes."""
+    assert plan_jobs(make_plan(folder, "--table", "1")) == []
+    before = read_times(folder)
+    files = {path: path.read_bytes() for path in (folder / "out").iterdir()}
+    reproduce(folder, "--table", "1")
+    reproduce(folder, "--table", "figure")
+    assert read_times(folder) == before
+    assert all(path.read_bytes() == content for path, content in files.items())
+    image = (folder / "out" / "figure_4.png").read_bytes()
+    reproduce(folder, "--table", "figure")
+    assert (folder / "out" / "figure_4.png").read_bytes() == image
+
+
+def test_what_has_changed_is_run_again(folder):
+    names = [job.name for job in plan_jobs(make_plan(folder, "--table", "figure", "--steps", "5"))]
+    assert names == [f"evaluate predict_location-on/{who}" for who in ("mlp", *POLICIES)]
+    jobs = plan_jobs(make_plan(folder, "--table", "figure", "--epochs", "2"))
+    assert [job.name for job in jobs] == [
+        "collect predict_location-on", "train predict_location-on/mlp",
+        "evaluate predict_location-on/mlp",
+    ]  # fmt: skip
+    assert [job.after for job in jobs] == [(), (jobs[0].name,), (jobs[1].name,)]
+
+
+def test_a_damaged_checkpoint_is_trained_again(folder):
+    training = make_training(folder)
+    content = training.checkpoint.read_bytes()
+    training.checkpoint.write_bytes(content[:-1])
+    try:
+        assert not training.is_done()
+    finally:
+        training.checkpoint.write_bytes(content)
+    assert training.is_done()
+
+
+def make_training(folder: Path) -> Training:
+    plan = make_plan(folder, "--table", "figure")
+    return plan.make_training(enter(plan.models[0], ABLATION_SETTING))
+
+
+def test_killed_and_resumed_is_as_if_never_stopped(folder, tmp_path):
+    """The command is killed without warning while its first network is in training."""
+    training = make_training(tmp_path)
+    one = ["--table", "figure", "--jobs", "1"]
+    command = [sys.executable, "-m", "nep.reproduce", *TINY, *one]
+    process = subprocess.Popen(
+        [*command, *map(str, list_folders(tmp_path))], cwd=Path(__file__).parents[2]
+    )
+    try:
+        while not training.folder.exists():
+            assert process.poll() is None
+            time.sleep(0.02)
+    finally:
+        process.kill()
+        process.wait()
+    time.sleep(0.5)  # workers end with it
+    assert not training.is_done()
+    left = [job.name for job in plan_jobs(make_plan(tmp_path, "--table", "figure"))]
+    assert "train predict_location-on/mlp" in left
+    reproduce(tmp_path, *one)
+    assert training.is_done()
+    want, got = (
+        torch.load(make_training(where).checkpoint, weights_only=True)["state_dict"]
+        for where in (folder, tmp_path)
+    )
+    assert all(torch.equal(value, got[key]) for key, value in want.items())
+    for who in ("mlp", *POLICIES):
+        want, got = (
+            json.loads((where / f"runs/predict_location-on/scores/{who}.json").read_text())
+            for where in (folder, tmp_path)
+        )
+        assert want["scores"] == got["scores"]
+
+
+def test_table_2_shares_the_full_models_with_table_1(folder):
+    plan = make_plan(folder, "--table", "all")
+    networks = [network.key for network in plan.list_networks()]
+    assert len(networks) == len(set(networks)) == 6 + 2 + 12  # MLP is in Table 1 already
+    names = [job.name for job in plan_jobs(plan)]
+    assert sum(name.startswith("train ") for name in names) == 2 + 12
+    assert "train predict_location-on/heat-no_prior" in names
+    assert "train predict_location-on/mlp" not in names
+
+
+def test_configs_keep_what_they_say(tmp_path):
+    """Only the setting is overridden; a seed may be said by a config."""
+    (heat,) = find_models(["heat"])
+    training = Training(
+        enter(heat, SETTINGS[-1]), 3, ("--trainer.max_epochs=1",), tmp_path, tmp_path
+    )
+    assert training.list_options() == [
+        "--seed_everything=3", "--data.seed=3", "--config=heat.yaml", "--data.task=find_object",
+        "--data.dynamic_nodes=false", "--trainer.max_epochs=1",
+    ]  # fmt: skip
+    lines = training.describe()["configs"]["heat.yaml"]
+    assert "  learning_rate: 1.0e-4" in lines
+    assert not any(line.startswith("#") for line in lines)
+    defaults = {model.name for model in find_models(None)}
+    assert {"hms", "mlp", "gcn", "heat"} <= defaults
+    assert not {"hgt", "han"} & defaults  # only where they are named
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            ["--table", "3"],
+            r"invalid choice: '3' \(choose from '?1'?, '?2'?, '?figure'?, '?all'?\)",
+        ),
+        (["--models", "gat"], "model must be one of hms, mlp, .*, got 'gat'. Choose one"),
+        (["--houses", "0"], "houses must be at least 1, got 0. Raise it."),
+        (["--steps", "0"], "steps must be at least 1, got 0. Raise it."),
+        (["--epochs", "0"], "epochs must be at least 1, got 0. Raise it."),
+        (["--jobs", "0"], "jobs must be at least 1, got 0. Raise it."),
+        (["--seed", "-1"], "seed must be non-negative, got -1. Choose 0 or more."),
+    ],
+)
+def test_bad_input_ends_with_a_message(tmp_path, capsys, options, message):
+    with pytest.raises(SystemExit) as stop:
+        reproduce(tmp_path, *options)
+    assert stop.value.code == 2
+    assert re.search(message, " ".join(capsys.readouterr().err.split()))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_failed_job_is_named_with_its_log(tmp_path, capsys):
+    """Data of other settings lie where the collection should go."""
+    training = make_training(tmp_path)
+    data = FitCLI(training.list_all_options()).datamodule
+    stranger = data.get_folder(data.train_config) / "stranger.txt"
+    stranger.parent.mkdir(parents=True)
+    stranger.write_text("not ours")
+    with pytest.raises(SystemExit) as stop:
+        reproduce(tmp_path, "--table", "figure", "--jobs", "1")
+    assert stop.value.code == 1
+    error = capsys.readouterr().err
+    assert "collect predict_location-on: ValueError: output folder must be empty" in error
+    assert "collect-predict_location-on.log" in error
+    assert "train predict_location-on/mlp: it needs another job, which failed" in error
+    assert not (tmp_path / "out" / "figure_4.png").exists()
+    scores = tmp_path / "runs" / "predict_location-on" / "scores"  # others went on
+    assert {path.stem for path in scores.iterdir()} == set(POLICIES)
