@@ -1,6 +1,7 @@
 # Each target makes what it needs: a virtual environment in .venv with the versions of constraints.txt.
 #   make fit                                 train NEP-HEAT with the paper's setting
 #   make fit ARGS="--trainer.max_epochs 2"   the same, with options passed on
+#   make reproduce                           train and play what the paper's tables need; goes on where it stopped
 #   make test | make check | make bench      tests | ruff and mypy | benchmarks
 #   make fit PYTHON=/path/to/python3.11      choose the Python that .venv is made from
 
@@ -11,15 +12,18 @@ ARGS ?=
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help install fit test check bench clean
+.PHONY: help install fit reproduce test check bench clean
 
 help:
-	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 5
+	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 6
 
 install: $(STAMP)
 
 fit: $(STAMP)
 	$(PY) -m nep.fit --config heat.yaml $(ARGS)
+
+reproduce: $(STAMP)
+	$(PY) -m nep.reproduce --table all --out results $(ARGS)
 
 test: $(STAMP)
 	$(PY) -m pytest $(ARGS)

@@ -1,6 +1,6 @@
 """Homes on a grid: an agent walks to where the memory says a thing may be, and looks.
 
-Importing this package registers `gymnasium.make("iGridson-v0")`.
+`gymnasium.make("simulator.igridson:iGridson-v0")` imports this package, which registers it.
 """
 
 from __future__ import annotations
