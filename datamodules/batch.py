@@ -45,7 +45,8 @@ class SGMBatch:
             cosine, time since observed, time since changed, times observed, times true, frequency
             true, times changed, last state, prior. Edge data of `QUERY_EDGE_TYPES` also: `query`
             int64 (E,), the snapshot 0..B-1 whose query edge it is, or -1; `target` float32 (E,),
-            1 or 0 for query edges whose truth is known, else nan.
+            1 or 0 for query edges whose truth is known, else nan; and, where the task grades
+            places, `grade` float32 (E,), what the place of each query edge is worth.
         text: float32 (L, 96), one text vector per label.
         num_snapshots: B.
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-import dgl
 import numpy as np
 import torch
 
@@ -21,6 +21,7 @@ from datamodules.features import (
     compute_object_temporal,
     drop_features,
 )
+from datamodules.heterograph import make_heterograph
 from datamodules.text import TextVectors
 from simulator.memory.candidates import propose_places, sample_places
 from simulator.memory.snapshots import Snapshots, forget
@@ -73,8 +74,9 @@ class GraphBuilder:
         drop_features(temporal, feature, self.config)
         if self.config.belief:
             feature = _append_belief(snapshots, kept, nodes, feature)
+        grade = _compute_grades(snapshots, kept, nodes)
 
-        graph = dgl.heterograph(
+        graph = make_heterograph(
             {
                 etype: (
                     torch.from_numpy(number[kept.src[kept.of_type(etype)]]),
@@ -82,9 +84,7 @@ class GraphBuilder:
                 )
                 for etype in EDGE_TYPES
             },
-            num_nodes_dict={
-                ntype: int(keep_node[nodes.range(ntype)].sum()) for ntype in NODE_TYPES
-            },
+            {ntype: int(keep_node[nodes.range(ntype)].sum()) for ntype in NODE_TYPES},
         )
         for ntype in NODE_TYPES:
             rows = nodes.first[ntype] + np.flatnonzero(keep_node[nodes.range(ntype)])
@@ -101,6 +101,8 @@ class GraphBuilder:
             if etype in QUERY_EDGE_TYPES:
                 data["query"] = torch.from_numpy(kept.query[kept.of_type(etype)])
                 data["target"] = torch.from_numpy(kept.target[kept.of_type(etype)])
+                if grade is not None:
+                    data["grade"] = torch.from_numpy(grade[kept.of_type(etype)])
         return SGMBatch(graph, text, snapshots.num_snapshots)
 
     def _get_text(self, labels: tuple[str, ...]) -> tuple[torch.Tensor, np.ndarray]:
@@ -112,6 +114,10 @@ class GraphBuilder:
             self._labels = labels
             self._table = (torch.from_numpy(vectors), self._text.cosines(labels))
         return self._table
+
+    def compute_cosines(self, labels: Sequence[str]) -> np.ndarray:
+        """Return the cosine of the text vectors of every pair of labels, float32 (L, L)."""
+        return self._get_text(tuple(labels))[1]
 
     @property
     def text_name(self) -> str:
@@ -337,8 +343,26 @@ def _append_belief(
             "`--belief`, or switch the feature off."
         )
     columns = np.zeros((len(feature), BELIEF_DIM), dtype=np.float32)
-    is_query = np.flatnonzero(edges.query >= 0)
-    furniture = (edges.dst[is_query] - nodes.first["furniture"]) % snapshots.num_furniture
-    belief = snapshots.query_belief[edges.query[is_query], furniture]
+    is_query, place = _find_query_places(snapshots, edges, nodes)
+    belief = snapshots.query_belief[place]
     columns[is_query] = compute_belief_features(belief)
     return np.concatenate([feature, columns], axis=1)
+
+
+def _compute_grades(snapshots: Snapshots, edges: _Edges, nodes: _Nodes) -> np.ndarray | None:
+    """Return what the place of each query edge is worth, 0 for other edges, float32 (E,)."""
+    if snapshots.query_grades is None:
+        return None
+    grade = np.zeros(len(edges.src), dtype=np.float32)
+    is_query, place = _find_query_places(snapshots, edges, nodes)
+    grade[is_query] = snapshots.query_grades[place]
+    return grade
+
+
+def _find_query_places(
+    snapshots: Snapshots, edges: _Edges, nodes: _Nodes
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """Find the query edges (n,), and the snapshot and furniture of each, (n,) and (n,)."""
+    is_query = np.flatnonzero(edges.query >= 0)
+    furniture = (edges.dst[is_query] - nodes.first["furniture"]) % snapshots.num_furniture
+    return is_query, (edges.query[is_query], furniture)

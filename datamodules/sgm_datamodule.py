@@ -40,6 +40,7 @@ class SGMDataModule(pl.LightningDataModule):
         prior: str | None = None,
         seed: int = 0,
         batch_size: int = 100,
+        grades: bool = False,
         features: FeatureConfig | None = None,
         num_hops: int | None = None,
         workers: int | None = None,
@@ -61,6 +62,8 @@ class SGMDataModule(pl.LightningDataModule):
             prior: prior file; None for the shipped default.
             seed: of homes and collection, and of the shuffling.
             batch_size: snapshots per batch.
+            grades: learn what each place is worth instead of where the object is, for a task that
+                grades places (`relative_likelihood`); the other tasks stay what they are.
             features: which features the model sees; None for all of the paper's.
             num_hops: prune graphs to this many hops around the query edges; None keeps all.
             workers: processes for collecting; None for one per core.
@@ -84,6 +87,7 @@ class SGMDataModule(pl.LightningDataModule):
             house=HouseConfig(dynamic_nodes=dynamic_nodes),
             prior=prior,
             belief=features is not None and features.belief,
+            grades=grades,
         )
         self.val_config = replace(self.train_config, split="val", houses=val_houses)
         self.data_dir = Path(data_dir)
@@ -108,9 +112,9 @@ class SGMDataModule(pl.LightningDataModule):
         prior = config.load_prior().checksum[:8]
         nodes = "dynamic" if config.house.dynamic_nodes else "static"
         name = f"{config.task}-{config.policy}-{nodes}-{config.steps}steps-seed{config.seed}"
-        belief = "-belief" if config.belief else ""
+        extras = "-belief" * config.belief + "-grades" * config.grades
         return (
-            self.data_dir / f"{name}-prior{prior}{belief}" / f"{config.split}-{config.houses}houses"
+            self.data_dir / f"{name}-prior{prior}{extras}" / f"{config.split}-{config.houses}houses"
         )
 
     def prepare_data(self) -> None:

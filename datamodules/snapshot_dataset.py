@@ -124,6 +124,7 @@ class SnapshotDataset(Dataset[SGMBatch]):
             query_prior=flat["snapshot_prior"][indices],
             answers=flat["snapshot_answers"][indices].astype(bool),
             query_belief=flat["snapshot_belief"][indices] if "snapshot_belief" in flat else None,
+            query_grades=flat["snapshot_grades"][indices] if "snapshot_grades" in flat else None,
             **{f"furniture_{name}": furniture[name] for name in FURNITURE_COUNTERS},
             **{f"object_{name}": objects[name] for name in OBJECT_COUNTERS},
             **{f"edge_{name}": flat[f"edge_version_{name}"][edge_row] for name in EDGE_COUNTERS},

@@ -32,6 +32,7 @@ class FlatGraph:
         query_edge: (Q,) int64 edge id of each query edge, in query order.
         query_snapshot: (Q,) int64 in 0..B-1.
         query_target: (Q,) 1, 0, or nan where unknown.
+        query_grade: (Q,) what each place is worth; None where the task does not grade places.
         text: (L, 96).
         num_snapshots: B.
     """
@@ -47,6 +48,7 @@ class FlatGraph:
     query_edge: Tensor
     query_snapshot: Tensor
     query_target: Tensor
+    query_grade: Tensor | None
     text: Tensor
     num_snapshots: int
 
@@ -80,13 +82,15 @@ class FlatGraph:
             edge_src.append(src.long() + first_node[etype[0]])
             edge_dst.append(dst.long() + first_node[etype[2]])
 
-        query_edge, query_snapshot, query_target = [], [], []
+        query_edge, query_snapshot, query_target, query_grade = [], [], [], []
         for etype in QUERY_EDGE_TYPES:
             data = graph.edges[etype].data
             marked = torch.nonzero(data["query"] >= 0).squeeze(1)
             query_edge.append(marked + first_edge[etype])
             query_snapshot.append(data["query"][marked])
             query_target.append(data["target"][marked])
+            if "grade" in data:
+                query_grade.append(data["grade"][marked])
 
         return cls(
             node_counts=node_counts,
@@ -100,6 +104,7 @@ class FlatGraph:
             query_edge=torch.cat(query_edge),
             query_snapshot=torch.cat(query_snapshot),
             query_target=torch.cat(query_target),
+            query_grade=torch.cat(query_grade) if query_grade else None,
             text=batch.text,
             num_snapshots=batch.num_snapshots,
         )

@@ -15,7 +15,7 @@ from datamodules.batch import SGMBatch
 from nep.encoders.encoder import Encoder
 from nep.flat_graph import FlatGraph
 from nep.hit_rate import TopOneHitRate
-from nep.loss import balanced_bce, listwise_loss
+from nep.loss import balanced_bce, graded_loss, listwise_loss
 from nep.node_edge_predictor import NodeEdgePredictor
 
 
@@ -126,11 +126,7 @@ class NEPModule(pl.LightningModule):
     ) -> Tensor:
         graph = FlatGraph.from_batch(batch)
         logits = self.predictor.score(graph)
-        loss = balanced_bce(logits, graph.query_target)
-        if self.listwise_weight:
-            loss = loss + self.listwise_weight * listwise_loss(
-                logits, graph.query_target, graph.query_snapshot, graph.num_snapshots
-            )
+        loss = self._compute_loss(graph, logits)
         known = ~graph.query_target.isnan()
         if known.any():
             target = graph.query_target[known]
@@ -153,4 +149,15 @@ class NEPModule(pl.LightningModule):
             batch_size=batch.num_snapshots,
         )
         self.log_dict(metrics, on_step=False, on_epoch=True, batch_size=batch.num_snapshots)
+        return loss
+
+    def _compute_loss(self, graph: FlatGraph, logits: Tensor) -> Tensor:
+        """Return the loss of the answers: the grades of places where there are any."""
+        if graph.query_grade is not None:
+            return graded_loss(logits, graph.query_grade, graph.query_snapshot, graph.num_snapshots)
+        loss = balanced_bce(logits, graph.query_target)
+        if self.listwise_weight:
+            loss = loss + self.listwise_weight * listwise_loss(
+                logits, graph.query_target, graph.query_snapshot, graph.num_snapshots
+            )
         return loss

@@ -9,14 +9,15 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from simulator.config import HouseConfig
+from simulator.fan_out import BACKENDS, check_workers, fan_out
 from simulator.homes import Homes
 from simulator.houses import Houses
 from simulator.memory.memory_batch import Change
@@ -26,7 +27,6 @@ from simulator.prior_graph import PriorGraph, load_prior
 from simulator.recorder import Recorder
 from simulator.shards import (
     MANIFEST,
-    compute_checksum,
     get_shard_name,
     load_manifest,
     load_shard,
@@ -40,7 +40,9 @@ from simulator.trace.arguments import add_trace_arguments, read_trace_arguments
 from simulator.trace.recordings import Recordings, TraceConfig
 from simulator.trace.scores import check_policies
 
-_HOUSES_PER_JOB = 20  # in lockstep; also what is lost at most when a collection is killed
+_HOUSES_PER_JOB = 100  # in lockstep, at most; also what a killed worker loses at most
+_WRITERS = 8  # threads that wait for the disk while others write
+_MANIFEST_SHARE = 0.02  # the manifest is written when so many more houses are finished
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +59,7 @@ class CollectConfig:
         house: rules of the homes.
         prior: prior file; None for the shipped default.
         belief: whether each snapshot keeps what `HomeFilter` believes about its query object.
+        grades: whether each snapshot keeps what every place is worth, if its task grades places.
         trace: recorded homes to play in, the first `houses` of them, by their own rules; None to
             sample homes.
     """
@@ -70,6 +73,7 @@ class CollectConfig:
     house: HouseConfig = field(default_factory=HouseConfig)
     prior: str | None = None
     belief: bool = False
+    grades: bool = False
     trace: TraceConfig | None = None
 
     def __post_init__(self) -> None:
@@ -117,7 +121,13 @@ class CollectConfig:
         return recordings
 
 
-def collect(config: CollectConfig, out: Path, workers: int = 1, progress: bool = True) -> None:
+def collect(
+    config: CollectConfig,
+    out: Path,
+    workers: int = 1,
+    progress: bool = True,
+    backend: str = "processes",
+) -> None:
     """Collect snapshots into a folder, or finish an interrupted collection there.
 
     The same config gives the same bytes, for any number of workers and however often the
@@ -128,39 +138,44 @@ def collect(config: CollectConfig, out: Path, workers: int = 1, progress: bool =
         out: folder; made if needed.
         workers: processes that work in parallel.
         progress: whether to show a progress bar.
+        backend: where they work, see `fan_out`; on a cluster, all its machines must see `out`.
 
     Raises:
-        ValueError: if the folder holds a collection of other settings, or other files.
+        ValueError: if the folder holds a collection of other settings, or other files, or the
+            backend is not there.
         OSError: if the disk is full; finished houses are kept.
     """
-    if workers < 1:
-        raise ValueError(f"workers must be at least 1, got {workers}. Ask for more.")
+    check_workers(workers, backend)
     prior = config.load_prior()
     recordings = config.load_recordings(prior)
     settings = _describe_settings(config, prior, recordings)
     shards = _open_folder(out, settings)  # checksums of the finished ones
     missing = [house for house in range(config.houses) if get_shard_name(house) not in shards]
     groups = [missing] if recordings is None else recordings.list_groups(missing)
+    size = max(min(-(-len(missing) // workers), _HOUSES_PER_JOB), 1)
     jobs = [
-        group[first : first + _HOUSES_PER_JOB]
+        (config, prior, group[first : first + size], out, recordings)
         for group in groups
-        for first in range(0, len(group), _HOUSES_PER_JOB)
+        for first in range(0, len(group), size)
     ]
+    num_listed = len(shards)
     with tqdm(
         total=config.houses * config.steps,
-        initial=len(shards) * config.steps,
+        initial=num_listed * config.steps,
         desc=f"collecting {config.split} snapshots",
         unit="step",
         disable=not progress or not jobs,
     ) as bar:
-        if jobs:
-            run = Parallel(n_jobs=min(workers, len(jobs)), return_as="generator_unordered")
-            for done in run(
-                delayed(collect_houses)(config, prior, job, out, recordings) for job in jobs
-            ):
+        try:
+            for _, done in fan_out(collect_houses, jobs, workers, backend) if jobs else ():
                 shards.update(done)
-                save_manifest(out, settings, dict(sorted(shards.items())))
+                if len(shards) >= num_listed * (1 + _MANIFEST_SHARE):
+                    save_manifest(out, settings, dict(sorted(shards.items())))
+                    num_listed = len(shards)
                 bar.update(len(done) * config.steps)
+        finally:
+            if len(shards) > num_listed:
+                save_manifest(out, settings, dict(sorted(shards.items())))
 
 
 def collect_houses(
@@ -185,7 +200,8 @@ def collect_houses(
         belief = None
         if config.belief:
             belief = believer.follow(task.rollout.memory, answered.queries).stack()
-        recorder.add_snapshot(answered.queries, answered.answers, belief)
+        grades = answered.grades if config.grades else None
+        recorder.add_snapshot(answered.queries, answered.answers, belief, grades)
 
     def record_change(change: Change) -> None:
         recorder.add_change(change)
@@ -196,12 +212,10 @@ def collect_houses(
     task.rollout.on_change = record_change
     for _ in task.run(config.steps):
         pass  # every answer was recorded
-    checksums = {}
-    for house, arrays in zip(houses, recorder.finish(), strict=True):
-        name = get_shard_name(house)
-        save_shard(out / name, arrays)
-        checksums[name] = compute_checksum(out / name)
-    return checksums
+    names = [get_shard_name(house) for house in houses]
+    with ThreadPoolExecutor(_WRITERS) as pool:
+        paths = [out / name for name in names]
+        return dict(zip(names, pool.map(save_shard, paths, recorder.finish()), strict=True))
 
 
 def _make_houses(
@@ -219,8 +233,9 @@ def _describe_settings(
 ) -> dict[str, Any]:
     """Return everything that the bytes depend on, as JSON values."""
     settings = asdict(config)
-    if not config.belief:
-        del settings["belief"]  # collections without it are what they were before it existed
+    for extra in ("belief", "grades"):
+        if not settings[extra]:
+            del settings[extra]  # collections without it are what they were before it existed
     if recordings is None:
         del settings["trace"]
     else:
@@ -303,8 +318,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         action="store_true",
         help="also keep what the home filter believes about each query object",
     )
+    parser.add_argument(
+        "--grades", action="store_true", help="also keep what each place is worth, if the task says"
+    )
     add_trace_arguments(parser)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes")
+    parser.add_argument("--backend", default="processes", help=", ".join(BACKENDS))
     options = parser.parse_args(arguments)
     try:
         house = replace(
@@ -320,9 +339,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
             houses=houses if options.houses is None else options.houses,
             steps=steps if options.steps is None else options.steps,
             policy=options.policy, task=options.task, split=options.split, seed=options.seed,
-            house=house, prior=options.prior, belief=options.belief, trace=trace,
+            house=house, prior=options.prior, belief=options.belief, grades=options.grades,
+            trace=trace,
         )  # fmt: skip
-        collect(config, options.out, workers=options.workers)
+        collect(config, options.out, workers=options.workers, backend=options.backend)
     except (ValueError, OSError) as error:
         sys.exit(f"error: {error}")
 

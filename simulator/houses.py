@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import itertools
-import logging
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
 from simulator.config import HouseConfig
-from simulator.descriptions import DescriptionTable
+from simulator.descriptions import Adjectives, DescriptionTable
 from simulator.dynamics import evolve
 from simulator.homes import NUM_RELATIONS, Homes
+from simulator.initial_objects import compute_available_weights, sample_initial_objects
 from simulator.noise import compute_noisy_weights
 from simulator.prior_graph import PriorGraph
 from simulator.streams import Streams, sample_categorical
 from simulator.transitions import Transitions
 
-logger = logging.getLogger(__name__)
-
-_NOISE_NUMBERS = 1 << 22  # of instance noise worked on at once: 32 MB
+_NOISE_NUMBERS = 1 << 20  # random numbers of noise worked on at once: 8 MB
 
 
 class Houses(Homes):
@@ -228,111 +227,49 @@ class Houses(Homes):
             for nodes in _nodes_per_room(self.prior, self.prior.rooms)
         ]
         weights = np.empty((self.num_houses, num_objects, self.num_places), dtype=np.float32)
-        for house in range(self.num_houses):
+        at_once = max(_NOISE_NUMBERS // (2 * num_objects * columns), 1)
+        for first in range(0, self.num_houses, at_once):
+            houses = range(first, min(first + at_once, self.num_houses))
+            uniform = np.empty((len(houses), num_objects, columns, 2))
+            for house, numbers in zip(houses, uniform, strict=True):
+                self.streams.generator("class noise", house).random(out=numbers)
             noisy = compute_noisy_weights(
-                self.prior.weights.reshape(num_objects, columns),
-                self.streams.generator("class noise", house).random((num_objects, columns, 2)),
+                np.broadcast_to(
+                    self.prior.weights.reshape(num_objects, columns), uniform.shape[:3]
+                ),
+                uniform,
                 groups,
                 zero_prob=self.config.noise_zero_prob,
                 scale=self.config.noise_scale,
-            ).reshape(num_objects, num_nodes, NUM_RELATIONS)
-            weights[house] = noisy[:, self.furniture_type[house]].reshape(num_objects, -1)
+            ).reshape(-1, num_objects, num_nodes, NUM_RELATIONS)
+            for house, own in zip(houses, noisy, strict=True):
+                weights[house] = own[:, self.furniture_type[house]].reshape(num_objects, -1)
         return weights
 
     def _sample_objects(self) -> None:
-        """Draw the objects of t = 0: so many per furniture node (ruling 4)."""
-        per_furniture = self.config.objects_per_furniture
-        uniform = self.streams.sample_once("objects", per_furniture, self.num_furniture, 2)
-        cap = np.repeat([row.max_count for row in self.prior.objects], NUM_RELATIONS)
-        count = np.zeros((self.num_houses, len(self.prior.objects)), dtype=np.int64)
-        houses = np.arange(self.num_houses)
-        weights = (
-            self.place_weights.reshape(
-                self.num_houses, len(self.prior.objects), self.num_furniture, NUM_RELATIONS
-            )
-            * self.sample_prob[:, None, None]
-        )
-        holder = self._find_holders(weights.any(axis=(1, 3)))
-        weights = np.take_along_axis(weights, holder[:, None, :, None], axis=2)
-        weights = np.ascontiguousarray(np.moveaxis(weights, 2, 0)).reshape(
-            self.num_furniture, self.num_houses, -1
-        )  # (F, H, O * 2)
-        slot = 0
-        for turn in range(per_furniture):  # furniture in turn, so that none uses up a type
-            for furniture in range(self.num_furniture):
-                drawn = sample_categorical(
-                    compute_available_weights(
-                        weights[furniture], np.repeat(count, NUM_RELATIONS, axis=1), cap
-                    ),
-                    uniform[:, turn, furniture, 0],
-                )
-                types, relation = np.divmod(drawn, NUM_RELATIONS)
-                count[houses, types] += 1
-                self.object_type[:, slot] = types
-                self.object_place[:, slot] = holder[:, furniture] * NUM_RELATIONS + relation
-                slot += 1
-        codes = self.object_descriptions.sample(
-            self.object_type[:, :slot].ravel(), uniform[..., 1].ravel()
-        )
-        objects = (houses[:, None] * self.num_slots + np.arange(slot)).ravel()
-        self.fill_slots(objects, self.object_type[:, :slot].ravel(), codes)
-        places = self.object_place[:, :slot].ravel()
-        rows = self.object_row[:, :slot].ravel()
-        self.place_objects(objects, places, self.transitions.can_leave(rows, places))
-
-    def _find_holders(self, can_hold: np.ndarray) -> np.ndarray:
-        """Return who takes the initial objects of each furniture node, (H, F).
-
-        Class noise can leave a furniture node without a single object; then the next one of
-        its room that has some takes its share, so that every home starts with F x 6 objects.
-
-        Raises:
-            ValueError: if a home has no furniture left that can hold an object.
-        """
-        if not can_hold.any(axis=1).all():
-            house = self.streams.houses[int(np.argmin(can_hold.any(axis=1)))]
-            raise ValueError(
-                f"house must have furniture that holds some object, got none after the noise of "
-                f"house {house} ({self.streams.split}, seed {self.streams.seed}). Use a prior with "
-                "more placements, more furniture per room, or less noise."
-            )
-        holder = np.tile(np.arange(self.num_furniture), (self.num_houses, 1))
-        for house, furniture in np.argwhere(~can_hold):
-            ring = np.roll(np.arange(self.num_furniture), -furniture - 1)
-            same_room = self.furniture_room[ring] == self.furniture_room[furniture]
-            ring = np.concatenate([ring[same_room], ring[~same_room]])
-            holder[house, furniture] = ring[np.argmax(can_hold[house, ring])]
-        return holder
-
-
-def compute_available_weights(
-    weights: np.ndarray, count: np.ndarray, cap: np.ndarray
-) -> np.ndarray:
-    """Keep the weights of the types that may still be drawn.
-
-    While some type is below its cap, only those may be drawn; when all are full, caps are
-    relaxed evenly: the types that are full the fewest times over (ruling 3). Never a hang.
-
-    Args:
-        weights: (H, m) non-negative.
-        count: instances so far, (H, m).
-        cap: `max_count`, (m,).
-    """
-    times_full = np.where(weights > 0, count // np.maximum(cap, 1), np.iinfo(np.int64).max)
-    fewest = times_full.min(axis=1, keepdims=True)
-    if logger.isEnabledFor(logging.DEBUG) and (fewest > 0).any():
-        logger.debug("max_count relaxed in %d houses", int((fewest > 0).sum()))
-    return np.where(times_full == fewest, weights, 0.0)
+        """Draw the objects of t = 0."""
+        types, places, uniform = sample_initial_objects(self)  # (H, n)
+        codes = self.object_descriptions.sample(types.ravel(), uniform.ravel())
+        slots = np.arange(types.shape[1])
+        objects = (np.arange(self.num_houses)[:, None] * self.num_slots + slots).ravel()
+        self.fill_slots(objects, types.ravel(), codes)
+        rows = self.object_row.ravel()[objects]
+        can_leave = self.transitions.can_leave(rows, places.ravel())
+        self.place_objects(objects, places.ravel(), can_leave)
 
 
 def _describe(prior: PriorGraph) -> tuple[DescriptionTable, DescriptionTable]:
     """Make the description tables of objects and of furniture."""
     return (
-        DescriptionTable([r.label for r in prior.objects], [r.adjectives for r in prior.objects]),
-        DescriptionTable(
-            [r.label for r in prior.furniture], [r.adjectives for r in prior.furniture]
-        ),
+        _make_descriptions(tuple((row.label, row.adjectives) for row in prior.objects)),
+        _make_descriptions(tuple((row.label, row.adjectives) for row in prior.furniture)),
     )
+
+
+@lru_cache(maxsize=8)
+def _make_descriptions(rows: tuple[tuple[str, Adjectives], ...]) -> DescriptionTable:
+    """Make a description table once for all homes of a prior; it never changes."""
+    return DescriptionTable([label for label, _ in rows], [adjectives for _, adjectives in rows])
 
 
 def _find_rooms(rooms: Sequence[str], layout_rooms: Sequence[str]) -> np.ndarray:

@@ -40,11 +40,28 @@ def compute_ndcg(scores: np.ndarray, gains: np.ndarray) -> np.ndarray:
         raise ValueError("scores must be numbers or -inf, got nan. Check the policy.")
     discounts = 1 / np.log2(np.arange(scores.shape[1]) + 2)  # (F,)
     total = np.concatenate([[0.0], np.cumsum(discounts)])
-    better = (scores[:, None, :] > scores[:, :, None]).sum(axis=2)  # (Q, F)
-    equal = (scores[:, None, :] == scores[:, :, None]).sum(axis=2)
+    better, equal = _count_better_and_equal(scores)  # (Q, F)
     found = (gains * (total[better + equal] - total[better]) / equal).sum(axis=1)
     best = (-np.sort(-gains, axis=1) * discounts).sum(axis=1)
     return np.divide(found, best, out=np.zeros(len(found)), where=best > 0)
+
+
+def _count_better_and_equal(scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Count the places of a higher and of the same score, itself included, (Q, F) each."""
+    order = np.argsort(-scores, axis=1)
+    ranked = np.take_along_axis(scores, order, axis=1)
+    index = np.arange(scores.shape[1])
+    is_first = np.ones(scores.shape, dtype=bool)
+    np.not_equal(ranked[:, 1:], ranked[:, :-1], out=is_first[:, 1:])
+    first = np.maximum.accumulate(np.where(is_first, index, 0), axis=1)
+    is_last = np.ones(scores.shape, dtype=bool)
+    is_last[:, :-1] = is_first[:, 1:]
+    last = np.where(is_last, index, scores.shape[1])
+    last = np.minimum.accumulate(last[:, ::-1], axis=1)[:, ::-1]
+    better, equal = np.empty_like(order), np.empty_like(order)
+    np.put_along_axis(better, order, first, axis=1)
+    np.put_along_axis(equal, order, last - first + 1, axis=1)
+    return better, equal
 
 
 def compute_probabilities(scores: np.ndarray, kind: ScoreKind) -> np.ndarray:

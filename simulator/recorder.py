@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import defaultdict
 
 import numpy as np
 
+from simulator.grouped import compute_rank_in_group
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.memory.snapshots import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
 
 Arrays = dict[str, np.ndarray]
+
+_EXTRAS = ("belief", "grades")  # of a snapshot, where they were asked for
 
 
 class Recorder:
@@ -29,7 +33,11 @@ class Recorder:
         self._versions: dict[str, list[Arrays]] = defaultdict(list)
 
     def add_snapshot(
-        self, queries: Queries, answers: np.ndarray, belief: np.ndarray | None = None
+        self,
+        queries: Queries,
+        answers: np.ndarray,
+        belief: np.ndarray | None = None,
+        grades: np.ndarray | None = None,
     ) -> None:
         """Record the memories at queries; a home may have several, or none.
 
@@ -37,6 +45,7 @@ class Recorder:
             queries: what is asked, (Q,); one snapshot each.
             answers: furniture that truly holds the object asked for, bool (Q, F).
             belief: what `HomeFilter` believes about them, (Q, F, 4); given always or never.
+            grades: what each place is worth, (Q, F); given always or never.
         """
         self._snapshots.append(
             {
@@ -47,6 +56,7 @@ class Recorder:
                 "answers": answers,
             }
             | ({} if belief is None else {"belief": belief})
+            | ({} if grades is None else {"grades": grades})
         )
         self._num_snapshots += np.bincount(queries.home, minlength=self._memory.num_homes)
 
@@ -76,53 +86,54 @@ class Recorder:
 
     def finish(self) -> list[Arrays]:
         """Return the arrays of every home; docs/data.md lists them with their shapes."""
-        memory = self._memory
+        memory, num_homes = self._memory, self._memory.num_homes
+        objects, edges = memory.objects, memory.edges
+        numbers = {
+            "object": _number_within(objects["home"]),
+            "edge": _number_within(edges["home"]),
+            "furniture": np.arange(memory.num_furniture),
+        }
         snapshots = {
             name: np.concatenate([row[name] for row in self._snapshots])
             for name in self._snapshots[0]
         }  # (snapshots of all homes, ...)
-        versions = {kind: self._sort_versions(kind) for kind in ("object", "edge", "furniture")}
-        shards = []
-        for home in range(memory.num_homes):
-            objects = np.flatnonzero(memory.objects["home"] == home)
-            edges = np.flatnonzero(memory.edges["home"] == home)
-            number = np.full(len(memory.objects), -1, dtype=np.int32)
-            number[objects] = np.arange(len(objects))
-            edge_number = np.full(len(memory.edges), -1, dtype=np.int32)
-            edge_number[edges] = np.arange(len(edges))
-            asked = np.flatnonzero(snapshots["home"] == home)
-            arrays = {
-                "room_label": memory.room_label[home],
-                "furniture_label": memory.furniture_label[home],
-                "furniture_room": memory.furniture_room[home],
-                "furniture_prob": memory.place_prior.furniture_prob[home],
-                "object_label": memory.objects["label"][objects],
-                "object_key": memory.objects["key"][objects],
-                "edge_object": number[memory.edges["object"][edges]],
-                "edge_furniture": memory.edges["furniture"][edges],
-                "edge_relation": memory.edges["relation"][edges],
-                "edge_prior": memory.edges["prior"][edges],
-                "snapshot_time": snapshots["time"][asked],
-                "snapshot_query": number[snapshots["query_row"][asked]],
-                "snapshot_prior": snapshots["query_prior"][asked],
-                "snapshot_answers": snapshots["answers"][asked],
-            }
-            if "belief" in snapshots:
-                arrays["snapshot_belief"] = snapshots["belief"][asked]
-            numbers: Arrays = {
-                "object": number,
-                "edge": edge_number,
-                "furniture": np.arange(memory.num_furniture),
-            }
-            for kind, columns in versions.items():
-                own = columns["home"] == home
-                for name, column in columns.items():
-                    if name == "row":
-                        arrays[f"{kind}_version_of"] = numbers[kind][column[own]]
-                    elif name != "home":
-                        arrays[f"{kind}_version_{name}"] = column[own]
-            shards.append({name: _compact(array) for name, array in arrays.items()})
-        return shards
+        parts = [
+            _split_by_home({"label": objects["label"], "key": objects["key"]}, objects["home"],
+                           num_homes, "object_"),
+            _split_by_home(
+                {
+                    "object": numbers["object"][edges["object"]],
+                    **{name: edges[name] for name in ("furniture", "relation", "prior")},
+                },
+                edges["home"], num_homes, "edge_",
+            ),
+            _split_by_home(
+                {
+                    "time": snapshots["time"],
+                    "query": numbers["object"][snapshots["query_row"]],
+                    "prior": snapshots["query_prior"],
+                    "answers": snapshots["answers"],
+                    **{name: snapshots[name] for name in _EXTRAS if name in snapshots},
+                },
+                snapshots["home"], num_homes, "snapshot_",
+            ),
+        ]  # fmt: skip
+        for kind, number in numbers.items():
+            columns = self._sort_versions(kind)
+            home, row = columns.pop("home"), columns.pop("row")
+            columns["of"] = number[row]
+            parts.append(_split_by_home(columns, home, num_homes, f"{kind}_version_"))
+        layout = {
+            "room_label": memory.room_label,
+            "furniture_label": memory.furniture_label,
+            "furniture_room": memory.furniture_room,
+            "furniture_prob": memory.place_prior.furniture_prob,
+        }
+        return [
+            {name: _compact(array[home]) for name, array in layout.items()}
+            | {name: array for part in parts for name, array in part[home].items()}
+            for home in range(num_homes)
+        ]
 
     def _add_versions(self, kind: str, home: np.ndarray, rows: np.ndarray, values: Arrays) -> None:
         valid_from = self._num_snapshots[home]
@@ -132,15 +143,37 @@ class Recorder:
         """Order the versions by home and row, and end each where the next one begins."""
         parts = self._versions[kind]
         columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-        order = np.lexsort((columns["valid_from"], columns["row"], columns["home"]))
+        # Versions were added as time passed, and a stable sort keeps that order.
+        key = columns["home"].astype(np.int64) * (int(columns["row"].max(initial=0)) + 1)
+        key += columns["row"]
+        order = np.argsort(key, kind="stable")
+        key = key[order]
         columns = {name: column[order] for name, column in columns.items()}
-        is_last = np.ones(len(order), dtype=bool)
-        is_last[:-1] = (columns["row"][1:] != columns["row"][:-1]) | (
-            columns["home"][1:] != columns["home"][:-1]
-        )
         following = np.append(columns["valid_from"][1:], 0)
-        columns["valid_to"] = np.where(is_last, self._num_snapshots[columns["home"]], following)
+        is_last = np.append(key[1:] != key[:-1], True)[: len(key)]
+        columns["valid_to"] = np.where(
+            is_last, self._num_snapshots[columns["home"]], following[: len(key)]
+        )
         return columns
+
+
+def _number_within(home: np.ndarray) -> np.ndarray:
+    """Number the rows of each home in their order, (n,) -> (n,)."""
+    order = np.argsort(home, kind="stable")
+    number = np.empty(len(home), dtype=np.int32)
+    number[order] = compute_rank_in_group(home[order])
+    return number
+
+
+def _split_by_home(columns: Arrays, home: np.ndarray, num_homes: int, prefix: str) -> list[Arrays]:
+    """Split the rows (n,) of all homes into those of each, in their order, ready for the disk."""
+    order = np.argsort(home, kind="stable")
+    bounds = np.searchsorted(home[order], np.arange(num_homes + 1))
+    whole = {f"{prefix}{name}": _compact(column[order]) for name, column in columns.items()}
+    return [
+        {name: column[start:end] for name, column in whole.items()}
+        for start, end in itertools.pairwise(bounds.tolist())
+    ]
 
 
 def _compact(array: np.ndarray) -> np.ndarray:

@@ -42,9 +42,11 @@ def observe(houses: Homes, furniture: np.ndarray) -> Observation:
     looking = np.flatnonzero(furniture >= 0)  # (n,)
     # Only homes that look draw numbers: a home's numbers do not depend on its neighbours.
     uniform = houses.streams.rows("detection", houses.num_slots).take(looking)  # (n, C)
-    is_seen = houses.object_furniture[looking] == furniture[looking, None]
+    places = houses.object_place[looking]
+    first = furniture[looking, None] * NUM_RELATIONS
+    is_seen = (places >= first) & (places < first + NUM_RELATIONS)
     is_seen &= uniform >= houses.config.detection_error
-    row, slot = np.nonzero(is_seen)
+    row, slot = np.divmod(np.flatnonzero(is_seen), houses.num_slots)
     house = looking[row]
     return Observation(
         house=looking,

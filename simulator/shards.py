@@ -22,9 +22,15 @@ def get_shard_name(house: int) -> str:
     return f"house_{house:06d}.safetensors"
 
 
-def save_shard(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write the arrays of one house, whole or not at all; equal arrays give equal bytes."""
-    write_whole(path, save(dict(arrays)))
+def save_shard(path: Path, arrays: Mapping[str, np.ndarray]) -> str:
+    """Write the arrays of one house, whole or not at all; equal arrays give equal bytes.
+
+    Returns:
+        The SHA-256 of the file.
+    """
+    content = save(dict(arrays))
+    write_whole(path, content)
+    return hashlib.sha256(content).hexdigest()
 
 
 def load_shard(path: Path, checksum: str | None = None) -> dict[str, np.ndarray]:

@@ -103,7 +103,7 @@ class Transitions:
 
         The places may have weight zero themselves.
         """
-        start, count = self._find(np.arange(self.num_rows))
+        _, count = self._find(np.arange(self.num_rows))
         own = self._number_furniture(
             np.repeat(np.arange(self.num_rows), count), self._entries["place"]
         )  # ascending

@@ -211,10 +211,11 @@ class MemoryBatch:
         Returns:
             (k,) query numbers and (k,) rows of `edges`.
         """
+        num_objects = len(self.objects)
+        edge = np.flatnonzero(_mark(queries.object, num_objects)[self.edges["object"]])
         by_object = np.argsort(queries.object, kind="stable")
-        num_asked = np.bincount(queries.object, minlength=len(self.objects))
+        num_asked = np.bincount(queries.object, minlength=num_objects)
         start = np.cumsum(num_asked) - num_asked
-        edge = np.flatnonzero(num_asked[self.edges["object"]])
         object_of_edge = self.edges["object"][edge]
         count = num_asked[object_of_edge]  # an object may be asked for more than once
         query = by_object[concatenate_ranges(start[object_of_edge], count)]
@@ -247,21 +248,22 @@ class MemoryBatch:
         edges = self.edges
         touched = np.flatnonzero(looked[edges["home"]] == edges["furniture"])
         touched_key = edges["object"][touched] * 2 + edges["relation"][touched]
-        seen_key = np.unique(seen_object * 2 + seen_relation)
-        is_seen = np.isin(touched_key, seen_key)
-        self._update_edges(touched, is_seen)
-        new_true = seen_key[~np.isin(seen_key, touched_key)]
-        known = np.concatenate([touched_key, seen_key])
-        new_false = self._list_looked_up(looked, known)
+        num_keys = 2 * len(self.objects)
+        is_seen_key = _mark(seen_object * 2 + seen_relation, num_keys)
+        self._update_edges(touched, is_seen_key[touched_key])
+        is_new_false = self._mark_looked_up(looked, num_keys) & ~is_seen_key
+        is_new_true = is_seen_key
+        is_new_true[touched_key] = is_new_false[touched_key] = False
+        new_true, new_false = np.flatnonzero(is_new_true), np.flatnonzero(is_new_false)
         added = self._add_edges(looked, np.concatenate([new_true, new_false]), len(new_true))
 
         self.furniture_num_observed[home, furniture] += 1
         self.furniture_last_observed[home, furniture] = self.time
-        seen_rows = np.unique(seen_object)
-        self._update_objects(seen_rows, looked)
+        has_changed = _mark(seen_object, len(self.objects))
+        self._update_objects(np.flatnonzero(has_changed), looked)
+        has_changed[edges["object"][added]] = True
         changed_edges = np.concatenate([touched, added])
-        changed_objects = np.union1d(seen_rows, edges["object"][added])
-        return Change(home, furniture, changed_objects, changed_edges)
+        return Change(home, furniture, np.flatnonzero(has_changed), changed_edges)
 
     def _update_edges(self, rows: np.ndarray, is_seen: np.ndarray) -> None:
         edges = self.edges
@@ -274,17 +276,16 @@ class MemoryBatch:
         edges["last_true"][rows[is_seen]] = self.time
         edges["is_true"][rows] = is_seen
 
-    def _list_looked_up(self, looked: np.ndarray, known: np.ndarray) -> np.ndarray:
-        """List hypothetical edges (object * 2 + relation) that were looked at and found false."""
+    def _mark_looked_up(self, looked: np.ndarray, num_keys: int) -> np.ndarray:
+        """Mark hypothetical edges (object * 2 + relation) that were looked at, bool (num_keys,)."""
         if self._pending is None:
-            return np.zeros(0, dtype=known.dtype)
+            return np.zeros(num_keys, dtype=bool)
         queries = self._pending
         place = looked[queries.home]
         proposed = propose_places(queries.prior, self.threshold)
         proposed = proposed[np.arange(len(place)), place] & (place >= 0)[:, None]  # (Q, 2)
         query, relation = np.nonzero(proposed)
-        keys = np.unique(queries.object[query] * 2 + relation)
-        return keys[~np.isin(keys, known)]
+        return _mark(queries.object[query] * 2 + relation, num_keys)
 
     def _add_edges(self, looked: np.ndarray, keys: np.ndarray, num_true: int) -> np.ndarray:
         """Add first-time edges to the furniture looked at; the first `num_true` are true."""
@@ -316,3 +317,10 @@ class MemoryBatch:
         objects["num_moved"][has_moved] += 1
         objects["last_moved"][has_moved] = self.time
         objects["last_furniture"][rows] = here
+
+
+def _mark(rows: np.ndarray, num_rows: int) -> np.ndarray:
+    """Mark the rows that occur, bool (num_rows,)."""
+    occurs = np.zeros(num_rows, dtype=bool)
+    occurs[rows] = True
+    return occurs

@@ -39,6 +39,7 @@ class Snapshots:
         answers: furniture that truly holds the query object, bool (B, F); None if unknown.
         query_belief: what `HomeFilter` believes about the query object at every place, the columns
             of `HomeBelief.stack`, (B, F, 4); None where it was not asked.
+        query_grades: what each place is worth, where the task grades places, (B, F); else None.
     """
 
     labels: tuple[str, ...]
@@ -70,6 +71,7 @@ class Snapshots:
     query_prior: np.ndarray
     answers: np.ndarray | None = None
     query_belief: np.ndarray | None = None
+    query_grades: np.ndarray | None = None
 
     @property
     def num_snapshots(self) -> int:

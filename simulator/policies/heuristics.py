@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from simulator.memory.candidates import propose_places
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
 from simulator.policies.policy import Policy, spread_over_furniture
 
@@ -34,10 +35,13 @@ class Frequentist(Policy):
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return true / total observations of each edge, (Q, F)."""
-        ratio = memory.edges["num_true"] / memory.edges["num_observed"]
-        return spread_over_furniture(memory, queries, ratio, np.zeros(queries.prior.shape)).max(
-            axis=2
-        )
+        true, observed = memory.edges["num_true"], memory.edges["num_observed"]
+
+        def compute_ratio(rows: np.ndarray) -> np.ndarray:
+            return true[rows] / observed[rows]
+
+        none = np.zeros(queries.prior.shape)
+        return spread_over_furniture(memory, queries, compute_ratio, none).max(axis=2)
 
 
 class Myopic(Policy):
@@ -71,12 +75,16 @@ class Bayesian(Policy):
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the posterior predictive of each candidate edge, (Q, F), else -inf."""
         edges = memory.edges
-        mean = np.maximum(edges["prior"].astype(float), self.min_prior)
-        strength = np.maximum(mean * (1 - mean) / self.variance - 1, self.min_strength)
-        posterior = (mean * strength + edges["num_true"]) / (strength + edges["num_observed"])
+
+        def compute_posterior(rows: np.ndarray) -> np.ndarray:
+            mean = np.maximum(edges["prior"][rows].astype(float), self.min_prior)
+            strength = np.maximum(mean * (1 - mean) / self.variance - 1, self.min_strength)
+            alpha = mean * strength
+            return (alpha + edges["num_true"][rows]) / (strength + edges["num_observed"][rows])
+
         unobserved = np.where(
-            memory.compute_candidates(queries),
+            propose_places(queries.prior, memory.threshold),
             np.maximum(queries.prior.astype(float), self.min_prior),
             -np.inf,
         )
-        return spread_over_furniture(memory, queries, posterior, unobserved).max(axis=2)
+        return spread_over_furniture(memory, queries, compute_posterior, unobserved).max(axis=2)

@@ -21,9 +21,8 @@ class LastSeenUnlessAbsent(Policy):
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return 2 for a trusted last place, otherwise weights in [0, 1], (Q, F)."""
         never = np.full((len(queries.home), memory.num_furniture, NUM_RELATIONS), NEVER)
-        last_true = spread_over_furniture(memory, queries, memory.edges["last_true"], never).max(
-            axis=2
-        )
+        true_at = memory.edges["last_true"]
+        last_true = spread_over_furniture(memory, queries, true_at.__getitem__, never).max(axis=2)
         last_look = memory.furniture_last_observed[queries.home]
         is_absent = (last_look > last_true) & (last_look != NEVER)
         is_empty = is_absent & (memory.time - last_look <= self.recent_steps)
@@ -38,7 +37,8 @@ class LastSeenUnlessAbsent(Policy):
     def compute_weights(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the weight of each furniture node where the last place is not trusted, (Q, F)."""
         none = np.zeros((len(queries.home), memory.num_furniture, NUM_RELATIONS))
-        counts = spread_over_furniture(memory, queries, memory.edges["num_true"], none).sum(axis=2)
+        num_true = memory.edges["num_true"]
+        counts = spread_over_furniture(memory, queries, num_true.__getitem__, none).sum(axis=2)
         return (counts + 0.5) / (counts.sum(axis=1, keepdims=True) + 1)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import ClassVar
 
 import numpy as np
@@ -35,18 +36,21 @@ class Policy(ABC):
 
 
 def spread_over_furniture(
-    memory: MemoryBatch, queries: Queries, edge_values: np.ndarray, default: np.ndarray
+    memory: MemoryBatch,
+    queries: Queries,
+    compute_values: Callable[[np.ndarray], np.ndarray],
+    default: np.ndarray,
 ) -> np.ndarray:
     """Take per-edge values of the query objects to places, (Q, F, 2).
 
     Args:
         memory: the memories.
         queries: the queries.
-        edge_values: one value per row of `memory.edges`, (E,).
+        compute_values: gets rows of `memory.edges` (n,) and returns their values, (n,).
         default: values of places without a remembered edge, (Q, F, 2).
     """
     values = default.copy()
     query, edge = memory.edges_of(queries)
     place = (query, memory.edges["furniture"][edge], memory.edges["relation"][edge])
-    values[place] = edge_values[edge]
+    values[place] = compute_values(edge)
     return values

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.homes import Homes
+from simulator.homes import NUM_RELATIONS, Homes
 from simulator.streams import sample_best, sample_categorical
 
 
@@ -51,10 +51,9 @@ def compute_answers(houses: Homes, code: np.ndarray, homes: np.ndarray | None = 
     if homes is None:
         homes = np.arange(houses.num_houses)
     answers = np.zeros((len(code), houses.num_furniture), dtype=bool)
-    query, slot = np.nonzero(
-        houses.is_present[homes] & (houses.object_code[homes] == code[:, None])
-    )
-    answers[query, houses.object_furniture[homes[query], slot]] = True
+    is_asked = (houses.object_code[homes] == code[:, None]) & houses.is_present[homes]
+    query, slot = np.divmod(np.flatnonzero(is_asked), houses.num_slots)
+    answers[query, houses.object_place[homes[query], slot] // NUM_RELATIONS] = True
     return answers
 
 

@@ -54,8 +54,9 @@ class RelativeLikelihood(Task):
             scores = rollout.policy.scores(rollout.memory, queries)
             choice = self._choose(scores)
             answers = compute_answers(houses, codes, homes)
-            self.on_answer(Answered(queries, answers, scores, choice))
-            ndcg = compute_ndcg(scores, compute_gains(houses, homes, codes))
+            gains = compute_gains(houses, homes, codes)
+            self.on_answer(Answered(queries, answers, scores, choice, grades=gains))
+            ndcg = compute_ndcg(scores, gains)
             for furniture in list_looks(choice.reshape(slots.shape)):
                 rollout.look(furniture)
             yield ndcg.reshape(slots.shape).mean(axis=1)

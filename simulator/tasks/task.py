@@ -25,6 +25,7 @@ class Answered:
         scores: what the policy said, -inf where it has no opinion, (Q, F).
         choice: the furniture that it leads to, (Q,).
         is_repeat: whether the same was asked earlier in this step: a search that goes on.
+        grades: what each place is worth, where the task grades places, (Q, F).
     """
 
     queries: Queries
@@ -32,6 +33,7 @@ class Answered:
     scores: np.ndarray
     choice: np.ndarray
     is_repeat: bool = False
+    grades: np.ndarray | None = None
 
     @property
     def is_correct(self) -> np.ndarray:

@@ -9,9 +9,11 @@ import pytest
 import torch
 from torch.utils.data import DataLoader
 
+from datamodules.batch import QUERY_EDGE_TYPES
 from nep.encoders import GCN, HEAT, MLP
+from nep.flat_graph import FlatGraph
 from nep.hit_rate import TopOneHitRate
-from nep.loss import balanced_bce, listwise_loss
+from nep.loss import balanced_bce, graded_loss, listwise_loss
 from nep.module import NEPModule
 
 
@@ -58,6 +60,48 @@ def test_listwise_loss_by_hand():
     # gradient of -log of the true share: share - share given true, half of it in the mean
     want = [(1 / 4 - 1 / 3) / 2, 0, (1 / 2 - 2 / 3) / 2, 1 / 8, 1 / 4, -1 / 4, 0]
     torch.testing.assert_close(logits.grad, torch.tensor(want))
+
+
+def test_graded_loss_by_hand():
+    # snapshot 0: grades 1, 3 -> weights 1/4, 3/4; logits 0, 0 -> shares 1/2: log 2
+    # snapshot 1: no grade, does not enter. snapshot 2: weight 1 on a share of 3/4: log 4/3
+    logits = torch.tensor([0.0, 5.0, 0.0, math.log(3), 0.0], requires_grad=True)
+    grade = torch.tensor([1.0, 0.0, 3.0, 0.2, 0.0])
+    snapshot = torch.tensor([0, 1, 0, 2, 2])
+    loss = graded_loss(logits, grade, snapshot, 3)
+    assert loss.item() == pytest.approx((math.log(2) + math.log(4 / 3)) / 2)
+    loss.backward()
+    # gradient: (share - weight) / 2
+    want = [(1 / 2 - 1 / 4) / 2, 0, (1 / 2 - 3 / 4) / 2, (3 / 4 - 1) / 2, (1 / 4 - 0) / 2]
+    torch.testing.assert_close(logits.grad, torch.tensor(want))
+    logits = logits.detach().requires_grad_()
+    nothing = graded_loss(logits, torch.zeros(5), snapshot, 3)
+    assert nothing.item() == 0
+    nothing.backward()
+    assert not logits.grad.any()
+
+
+def test_a_graded_batch_is_learned_by_its_grades(random_batch):
+    """The same batch with and without grades: the grades alone make the loss."""
+    torch.manual_seed(0)
+    module = NEPModule(MLP(units=8), listwise_weight=1.0).eval()
+    batch = random_batch(seed=1)
+    graph = FlatGraph.from_batch(batch)
+    logits = module(batch)
+    plain = module._compute_loss(graph, logits)
+    expected = balanced_bce(logits, graph.query_target) + listwise_loss(
+        logits, graph.query_target, graph.query_snapshot, graph.num_snapshots
+    )
+    torch.testing.assert_close(plain, expected)
+    for etype in QUERY_EDGE_TYPES:
+        data = batch.graph.edges[etype].data
+        data["grade"] = torch.rand(len(data["query"]))
+    graph = FlatGraph.from_batch(batch)
+    grades = torch.cat([batch.graph.edges[e].data["grade"][batch.graph.edges[e].data["query"] >= 0]
+                        for e in QUERY_EDGE_TYPES])  # fmt: skip
+    torch.testing.assert_close(graph.query_grade, grades)
+    expected = graded_loss(logits, grades, graph.query_snapshot, graph.num_snapshots)
+    torch.testing.assert_close(module._compute_loss(graph, logits), expected)
 
 
 def test_listwise_loss_without_a_true_edge():

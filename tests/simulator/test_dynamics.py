@@ -2,8 +2,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from simulator.dynamics import add_objects, evolve, move_objects, remove_objects
+from simulator.dynamics import (
+    add_objects,
+    evolve,
+    list_first,
+    move_objects,
+    remove_objects,
+    run_race,
+)
 from simulator.houses import Houses
+from simulator.streams import Streams
 
 STATE = ("object_type", "object_code", "object_place", "object_moved", "object_move_weight")
 
@@ -122,7 +130,7 @@ def test_moves_follow_T(make_default_houses):
                 code = houses.object_code[house, slot]
                 row = houses.transition_rows(np.array([house]), np.array([code]))[0].astype(float)
                 source, target = before[house, slot], houses.object_place[house, slot]
-                allowed = houses.place_furniture != source // 2
+                allowed = np.arange(houses.num_places) // 2 != source // 2
                 if not rules:
                     allowed &= houses.place_room == houses.place_room[source]
                 row = np.where(allowed, row, 0) / row[allowed].sum()
@@ -174,13 +182,15 @@ def test_move_weight_is_the_frequency_of_the_type_or_zero_where_it_is_stuck(make
     for house, slot in np.argwhere(houses.is_present):
         code, place = houses.object_code[house, slot], houses.object_place[house, slot]
         row = houses.transition_rows(np.array([house]), np.array([code]))[0]
-        elsewhere = (houses.place_furniture != place // 2) & (
+        elsewhere = (np.arange(houses.num_places) // 2 != place // 2) & (
             houses.place_room == houses.place_room[place]
         )
         frequency = houses.prior.objects[houses.object_type[house, slot]].move_freq
         expected = frequency if row[elsewhere].any() else 0
         assert houses.object_move_weight[house, slot] == expected
     assert not houses.object_move_weight[~houses.is_present].any()
+    assert not houses.object_remove_prob[~houses.is_present].any()
+    np.testing.assert_array_equal(houses.num_objects, houses.is_present.sum(axis=1))
 
 
 def test_each_object_leaves_with_its_remove_probability(make_tiny_houses, tiny_prior):
@@ -225,7 +235,7 @@ def test_the_bounds_choose_whom_they_stop_at_random(make_tiny_houses):
     assert counts.sum() == counts[[0, 9]].sum() == 600
     assert stats.binomtest(int(counts[0]), 600, 0.5).pvalue > 0.01
     # And with all 25 objects eager to leave, any two of them go: 24 x 0.95 = 22.8 -> 23 stay.
-    houses.add_remove_prob = np.ones(10)
+    houses.object_remove_prob[houses.is_present] = 1
     remove_objects(houses)
     assert (houses.is_present.sum(axis=1) == 23).all()
     assert stats.chisquare((~houses.is_present).sum(axis=0)).pvalue > 0.01
@@ -234,7 +244,7 @@ def test_the_bounds_choose_whom_they_stop_at_random(make_tiny_houses):
 def test_the_last_object_never_leaves(make_tiny_houses):
     houses = make_tiny_houses(20, layout=[("kitchen", "table"), ("bedroom", "desk")],
                               objects_per_furniture=1, count_slack=1)  # fmt: skip
-    houses.add_remove_prob = np.ones(10)
+    houses.object_remove_prob[houses.is_present] = 1
     remove_objects(houses)
     assert (houses.is_present.sum(axis=1) == 1).all()
 
@@ -245,3 +255,37 @@ def test_none_or_all_may_move(make_tiny_houses, share):
     can_move = houses.object_move_weight > 0
     evolve(houses)
     np.testing.assert_array_equal(houses.object_moved, can_move if share else can_move & False)
+
+
+def test_the_first_of_every_house_by_hand():
+    # House 0 has orders 5, 2, 3, house 1 none, house 2 has 1, 1; budgets 2, 4, 1.
+    house, order = np.array([0, 0, 0, 2, 2]), np.array([5.0, 2, 3, 1, 1])
+    positions, houses, ranks = list_first(house, order, np.array([2, 4, 1]))
+    assert positions.tolist() == [1, 2, 3]  # of equals the earlier
+    assert houses.tolist() == [0, 0, 2]
+    assert ranks.tolist() == [0, 1, 0]
+    for nothing in (np.zeros(3, dtype=int), np.array([0, 3, 0])):
+        assert [len(found) for found in list_first(house, order, nothing)] == [0, 0, 0]
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-9, 1e6])
+def test_the_race_is_won_by_the_largest_keys_of_all(scale):
+    """Looking at the objects near to winning alone gives what looking at all of them gives."""
+    rng = np.random.default_rng(0)
+    weight = rng.random((40, 60)) ** 8 * (rng.random((40, 60)) < 0.8) * scale
+    weight[7] = 0
+    weight[8, 3:] = 0  # three can move, more are asked for
+    num_winners = rng.integers(0, 12, 40)
+    stream = Streams(0, "train", range(40)).rows("move who", 60)
+    uniform = Streams(0, "train", range(40)).rows("move who", 60)
+    for _ in range(20):
+        winners, house, rank = run_race(stream, weight, num_winners)
+        draws = uniform.next()
+        found = {(h, r): winner - h * 60 for winner, h, r in zip(winners, house, rank, strict=True)}
+        expected = {}
+        for h in range(40):
+            runners = np.flatnonzero(weight[h])
+            keys = np.log(draws[h, runners]) / weight[h, runners]
+            for r, slot in enumerate(runners[np.argsort(-keys)][: num_winners[h]]):
+                expected[h, r] = slot
+        assert found == expected

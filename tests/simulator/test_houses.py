@@ -5,7 +5,8 @@ import pytest
 from scipy import stats
 
 from simulator.config import HouseConfig
-from simulator.houses import Houses, compute_available_weights
+from simulator.houses import Houses
+from simulator.initial_objects import compute_available_weights
 from simulator.prior_graph import PriorGraph
 from simulator.streams import Streams
 
@@ -65,7 +66,7 @@ def test_max_count_holds_while_it_can(houses):
 def test_full_types_are_relaxed_evenly_and_logged(make_tiny_houses, caplog):
     """A fridge takes milk (at most 2) and apples (at most 5)."""
     rules = {"layout": [("kitchen", "fridge")], "noise_zero_prob": 0}
-    with caplog.at_level(logging.DEBUG, logger="simulator.houses"):
+    with caplog.at_level(logging.DEBUG, logger="simulator.initial_objects"):
         for num_objects, milk, apples in [(7, 2, 5), (14, 4, 10), (21, 6, 15)]:
             assert ("max_count relaxed" in caplog.text) == (num_objects > 14)
             caplog.clear()
@@ -92,20 +93,20 @@ def test_available_weights_by_hand():
 
 def test_true_dynamics_sum_to_one_or_zero_within_the_places_of_the_type(houses):
     for house in range(12):
-        num_rows = houses._num_rows[house]
-        rows = houses.transitions[house, :num_rows]
-        total = rows.sum(axis=1)
+        codes = np.arange(houses.object_descriptions.num_descriptions)
+        total = houses.transition_rows(np.full(len(codes), house), codes).sum(axis=1)
         assert (np.isclose(total, 1, atol=1e-5) | (total == 0)).all()
-        present = houses.object_row[house, :192]
+        present = houses.object_code[house, :192]
         assert (total[present] > 0).all()
+        rows = houses.transition_rows(np.full(192, house), present)
         own = houses.place_weights[house][houses.object_type[house, :192]]
-        assert not (houses.transitions[house, present] > 0)[own == 0].any()
+        assert not (rows > 0)[own == 0].any()
 
 
 def test_two_places_per_room_survive_the_instance_noise(houses):
     """Where there are two; one that had no weight before gets none."""
     for house in range(12):
-        rows = houses.transitions[house, houses.object_row[house, :192]]
+        rows = houses.transitions.read(houses.object_row[house, :192])
         own = houses.place_weights[house][houses.object_type[house, :192]]
         for room in range(4):
             here = houses.place_room == room
@@ -115,12 +116,9 @@ def test_two_places_per_room_survive_the_instance_noise(houses):
 
 def test_equal_descriptions_share_a_row_of_T_and_others_do_not(houses):
     for house in range(12):
-        row_of_code = dict(zip(houses.object_code[house], houses.object_row[house], strict=True))
-        code_of_row = dict(zip(houses.object_row[house], houses.object_code[house], strict=True))
-        num_codes = len(set(houses.object_code[house, :192]))
-        assert len(row_of_code) >= num_codes
-        assert len({row_of_code[code] for code in houses.object_code[house, :192]}) == num_codes
-        assert code_of_row.keys() == set(range(num_codes))
+        codes, rows = houses.object_code[house, :192], houses.object_row[house, :192]
+        pairs = set(zip(codes, rows, strict=True))
+        assert len(pairs) == len(set(codes)) == len(set(rows))
 
 
 def test_instance_noise_zeroes_a_quarter_and_scales_the_rest(make_default_houses):
@@ -242,6 +240,10 @@ def test_a_layout_is_taken_as_it_is(make_tiny_houses):
     ("layout", "message"),
     [
         ([("garage", "desk")], r"room of a layout must be one of kitchen, bedroom, got 'garage'"),
+        (
+            [("kitchen", "fridge"), ("bedroom", "bed"), ("kitchen", "table")],
+            r"room after room, got the rooms kitchen, bedroom, kitchen\. Sort the furniture",
+        ),
         ([("kitchen", "bed")], r"furniture of a layout must be in the prior, got 'bed' in 'kitc"),
     ],
 )

@@ -1,4 +1,4 @@
-"""A filter's belief: collected beside the snapshots, read back as features of query edges."""
+"""What is collected beside snapshots: a filter's belief and grades, read back on query edges."""
 
 import dataclasses
 
@@ -99,3 +99,42 @@ def test_belief_stands_on_its_query_edge_alone():
             local = batch.graph.nodes["furniture"].data["index"][furniture]
             expected = (12 * query + local + 1).where(query >= 0, 0) / 100
             np.testing.assert_allclose(data["feature"][:, 13], expected, atol=1e-6)
+
+
+def test_grades_are_the_true_rows_of_t(tmp_path):
+    """Collected, read back and put on the query edges: the row of T of the object asked for."""
+    config = CollectConfig(houses=2, steps=4, task="relative_likelihood", house=HOUSE, grades=True)
+    collect(config, tmp_path, progress=False)
+    dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig(), 0))
+    houses = Houses(config.load_prior(), HOUSE, Streams(0, "train", range(2)))
+    game = TASKS["relative_likelihood"](houses, make_policy("bayesian", houses))
+    rows, homes = [], []
+
+    def keep(answered):
+        codes = game.rollout.memory.objects["key"][answered.queries.object]
+        row = houses.transition_rows(answered.queries.home, codes)
+        rows.append(row.reshape(len(row), -1, 2).sum(axis=2))
+        homes.append(answered.queries.home)
+
+    game.on_answer = keep
+    for _ in game.run(config.steps):
+        pass
+    order = np.argsort(np.concatenate(homes), kind="stable")
+    expected = np.concatenate(rows)[order]
+    indices = np.arange(len(dataset))
+    np.testing.assert_allclose(dataset.take(indices).query_grades, expected, rtol=1e-6)
+    graph = dataset.__getitems__(indices.tolist()).graph
+    for etype in QUERY_EDGE_TYPES:
+        data, furniture = graph.edges[etype].data, graph.edges(etype=etype)[1]
+        local = graph.nodes["furniture"].data["index"][furniture]
+        np.testing.assert_allclose(
+            data["grade"], expected[data["query"].numpy(), local.numpy()], rtol=1e-6
+        )
+
+
+def test_a_task_without_grades_has_none(tmp_path):
+    config = CollectConfig(houses=1, steps=3, house=HOUSE, grades=True)
+    collect(config, tmp_path, progress=False)
+    dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig()))
+    assert dataset.take(np.arange(3)).query_grades is None
+    assert "grade" not in dataset[0].graph.edges[QUERY_EDGE_TYPES[0]].data
