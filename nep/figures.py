@@ -96,7 +96,7 @@ def draw_over_steps(
     axes.set_xticks([tick for tick in axes.get_xticks() if 0 < tick <= len(mean)])
     axes.set_xlabel("time step")
     axes.set_ylabel(f"{metric}, mean of {window} steps")
-    axes.set_title(title)
+    axes.set_title(title, loc="left")  # names may stand above the axes on the right
     axes.grid(alpha=0.25)
     axes.spines[["top", "right"]].set_visible(False)
     return figure
