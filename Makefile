@@ -3,6 +3,7 @@
 #   make fit ARGS="--trainer.max_epochs 2"   the same, with options passed on
 #   make reproduce                           train and play what the paper's tables need; goes on where it stopped
 #   make test | make check | make bench      tests | ruff and mypy | benchmarks
+#   make docs                                pages of the API, built from the docstrings
 #   make fit PYTHON=/path/to/python3.11      choose the Python that .venv is made from
 
 VENV := .venv
@@ -12,10 +13,10 @@ ARGS ?=
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help install fit reproduce test check bench clean
+.PHONY: help install fit reproduce test check bench docs clean
 
 help:
-	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 6
+	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 7
 
 install: $(STAMP)
 
@@ -34,7 +35,10 @@ check: $(STAMP)
 	$(PY) -m mypy
 
 bench: $(STAMP)
-	@set -e; for file in benchmarks/[a-z]*.py; do $(PY) "$$file" $(ARGS); done
+	$(PY) benchmarks $(ARGS)
+
+docs: $(STAMP)
+	$(PY) docs/make_api.py $(ARGS)
 
 clean:
 	rm -rf $(VENV) build *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis

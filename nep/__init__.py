@@ -1,7 +1,52 @@
-"""Node Edge Predictor: which remembered or supposed edges of a home are true now."""
+"""Node Edge Predictor: which remembered or supposed edges of a home are true now.
 
+What a robot needs is exported here: `SceneGraphMemory` and `Sighting` to remember, `ObjectFinder`
+to ask. The names are loaded when they are first used.
+"""
+
+from __future__ import annotations
+
+import importlib
 import os
+from typing import TYPE_CHECKING, Any
 
 # Waiting threads sleep rather than spin. When another process has one of two cores, spinning made a
 # training step four times slower. Read when torch is loaded, hence here.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+
+if TYPE_CHECKING:
+    from nep.finder import ObjectFinder
+    from nep.place import Place, Ranking
+    from nep.search_plan import Look, SearchPlan
+    from simulator.memory.scene_graph_memory import SceneGraphMemory
+    from simulator.memory.sighting import SeenAt, Sighting
+
+_MODULES = {
+    "Look": "nep.search_plan",
+    "ObjectFinder": "nep.finder",
+    "Place": "nep.place",
+    "Ranking": "nep.place",
+    "SceneGraphMemory": "simulator.memory.scene_graph_memory",
+    "SearchPlan": "nep.search_plan",
+    "SeenAt": "simulator.memory.sighting",
+    "Sighting": "simulator.memory.sighting",
+}
+
+__all__ = [
+    "Look",
+    "ObjectFinder",
+    "Place",
+    "Ranking",
+    "SceneGraphMemory",
+    "SearchPlan",
+    "SeenAt",
+    "Sighting",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name when it is first used: torch takes seconds."""
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = globals()[name] = getattr(importlib.import_module(_MODULES[name]), name)
+    return value

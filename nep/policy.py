@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,9 +9,9 @@ import numpy as np
 import torch
 
 from datamodules.batch import QUERY_EDGE_TYPES
-from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep.module import NEPModule
+from nep.trained import load_trained
 from simulator.config import HouseConfig
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.memory.snapshots import take_snapshots
@@ -59,78 +58,47 @@ class NEPPolicy(Policy):
             self._believer.observe(memory, change)
 
     @classmethod
-    def load(cls, checkpoint: str | Path) -> NEPPolicy:
-        """Load a checkpoint that `python -m nep.fit` wrote; nothing in it is executed.
+    def load(cls, source: str | Path) -> NEPPolicy:
+        """Load a trained network; nothing in the files is executed.
 
         Args:
-            checkpoint: path of the file.
+            source: a checkpoint of `python -m nep.fit`, a folder of `python -m nep.export`, or the
+                name of a network that ships with the package, see `load_trained`.
 
         Raises:
-            ValueError: if there is no such file, it is not such a checkpoint, or it was trained
-                with another feature schema or other text vectors than those installed.
+            ValueError: if there is no such file, it is damaged, or it was trained with another
+                feature schema or other text vectors than those installed.
         """
-        try:
-            content = torch.load(checkpoint, map_location="cpu", weights_only=True)
-            data = content["datamodule_hyper_parameters"]
-            # Checkpoints from before the schema was written down have the first one.
-            check_feature_schema(data.get("feature_schema", 1), checkpoint)
-            features = FeatureConfig(**data["features"])
-            module = NEPModule.load_from_checkpoint(
-                checkpoint, map_location="cpu", weights_only=True
-            )
-        except OSError as error:
-            raise ValueError(
-                f"checkpoint must be a file that can be read, got {error.strerror!r} for "
-                f"{checkpoint}. Train one with `python -m nep.fit`, or check the path."
-            ) from error
-        except (pickle.UnpicklingError, EOFError, KeyError, TypeError, RuntimeError) as error:
-            raise ValueError(
-                f"checkpoint must be one that nep.fit wrote, got {type(error).__name__} for "
-                f"{checkpoint}. Train again, or check the path."
-            ) from error
-        builder = GraphBuilder(features, module.num_hops)
-        if builder.text_name != data["text"]:
-            raise ValueError(
-                f"text vectors must be {data['text']}, got {builder.text_name} for {checkpoint}. "
-                "Install the version of the package that trained it, or train again."
-            )
-        return cls(module, builder)
+        trained = load_trained(source)
+        return cls(trained.module, trained.builder)
 
-    @torch.inference_mode()
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return logits, (Q, F), -inf where there is no query edge."""
+        return self.score_places(memory, queries).max(axis=2)
+
+    @torch.inference_mode()
+    def score_places(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return logits of every place, (Q, F, 2), the last axis "in", "onTop"; -inf for none."""
         was_training = self._module.training
-        self._module.eval()
+        if was_training:  # walks through all layers, a tenth of a decision
+            self._module.eval()
         snapshots = take_snapshots(memory, queries)
         if self._believer is not None:
             belief = self._believer.follow(memory, queries).stack()
             snapshots = replace(snapshots, query_belief=belief)
         batch = self._builder.build(snapshots)
         logits = self._module(batch.to(self._module.device)).cpu().numpy()
-        self._module.train(was_training)
-        scores = np.full((len(queries.home), memory.num_furniture), -np.inf)
+        if was_training:
+            self._module.train()
+        scores = np.full((len(queries.home), memory.num_furniture, 2), -np.inf)
         graph = batch.graph
-        local = graph.nodes["furniture"].data["index"]
-        query_snapshots, places = [], []
-        for etype in QUERY_EDGE_TYPES:
+        index = graph.nodes["furniture"].data["index"]
+        start = 0
+        for relation, etype in enumerate(QUERY_EDGE_TYPES):
             query = graph.edges[etype].data["query"]
-            furniture = graph.edges(etype=etype)[1]
-            query_snapshots.append(query[query >= 0])
-            places.append(local[furniture[query >= 0]])
-        np.maximum.at(
-            scores, (torch.cat(query_snapshots).numpy(), torch.cat(places).numpy()), logits
-        )
+            marked = query >= 0
+            furniture = index[graph.edges(etype=etype)[1][marked]]
+            end = start + len(furniture)
+            scores[query[marked].numpy(), furniture.numpy(), relation] = logits[start:end]
+            start = end
         return scores
-
-
-def check_feature_schema(version: int, checkpoint: str | Path) -> None:
-    """Check that a checkpoint reads the features that this package makes.
-
-    Raises:
-        ValueError: if its feature schema is another one.
-    """
-    if version != FEATURE_SCHEMA_VERSION:
-        raise ValueError(
-            f"checkpoint must have feature schema {FEATURE_SCHEMA_VERSION}, got {version} for "
-            f"{checkpoint}. Train again, or install the version of the package that trained it."
-        )

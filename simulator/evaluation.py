@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from simulator.config import HouseConfig
+from simulator.fan_out import check_workers, fan_out
 from simulator.homes import Homes
 from simulator.houses import Houses
 from simulator.metrics import (
@@ -112,6 +113,61 @@ def evaluate_policy(
         ValueError: if there is no task of that name.
     """
     return play_task(make, Houses(prior, config, streams), num_steps, on_step, task)
+
+
+def evaluate_in_parallel(
+    make: Callable[[Homes], Policy],
+    prior: PriorGraph,
+    config: HouseConfig,
+    streams: Streams,
+    num_steps: int,
+    task: str = "predict_location",
+    workers: int = 1,
+    backend: str = "processes",
+) -> TaskScores:
+    """Let a policy play a task in fresh homes, shared out to workers; see `evaluate_policy`.
+
+    The scores are equal for any number of workers if the policy answers every home alone, as all
+    but networks do: those sum in an order that depends on the batch, and differ by rounding.
+
+    Args:
+        make: gets the homes and returns the policy; is sent to the workers.
+        prior: what homes look like.
+        config: the rules.
+        streams: of the homes to play in, fresh.
+        num_steps: T.
+        task: name of the task.
+        workers: how many play at a time.
+        backend: where they work, see `fan_out`.
+
+    Raises:
+        ValueError: if there is no task of that name, no worker or no such backend.
+    """
+    check_task(task)
+    check_workers(workers, backend)
+    parts = np.array_split(np.array(streams.houses), min(workers, len(streams.houses)))
+    jobs = [
+        (make, prior, config, Streams(streams.seed, streams.split, part.tolist()), num_steps, task)
+        for part in parts
+    ]
+    found = dict(fan_out(_evaluate_part, jobs, workers, backend))
+    return TaskScores(
+        **{
+            field.name: np.concatenate([getattr(found[part], field.name) for part in sorted(found)])
+            for field in fields(TaskScores)
+        }
+    )
+
+
+def _evaluate_part(
+    make: Callable[[Homes], Policy],
+    prior: PriorGraph,
+    config: HouseConfig,
+    streams: Streams,
+    num_steps: int,
+    task: str,
+) -> TaskScores:
+    return evaluate_policy(make, prior, config, streams, num_steps, task=task)
 
 
 def play_task(

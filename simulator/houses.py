@@ -107,7 +107,7 @@ class Houses(Homes):
             streams.sample_once("furniture description", self.num_furniture).ravel(),
         ).reshape(self.furniture_type.shape)
         self.place_weights = self._sample_place_weights()
-        self.has_place = self.place_weights.any(axis=2)
+        self.has_place = np.any(self.place_weights, axis=2)
 
         capacity = self.num_furniture * config.objects_per_furniture
         self.num_slots = int(np.floor(capacity * (1 + config.count_slack)))

@@ -32,7 +32,8 @@ def sample_initial_objects(houses: Houses) -> tuple[np.ndarray, np.ndarray, np.n
     turns = houses.config.objects_per_furniture
     uniform = houses.streams.sample_once("objects", turns, num_furniture, 2)
     weights, drawn_type, drawn_relation = _list_options(houses)  # (H, F, K)
-    holder = _find_holders(houses, weights.any(axis=2))
+    can_hold = np.any(weights, axis=2)
+    holder = _find_holders(houses, can_hold)
     max_count = np.array([row.max_count for row in houses.prior.objects])
     count = np.zeros((num_houses, len(max_count)), dtype=np.int64)
     types = np.empty((num_houses, turns, num_furniture), dtype=np.int64)

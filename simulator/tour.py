@@ -47,10 +47,10 @@ def plan_tour(
     single = togo[:, 1 << np.arange(num_places), np.arange(num_places)]  # (n, K)
     order = np.zeros((num_tours, num_places), dtype=np.int64)
     order[:, 0] = np.argmin(first_leg + single, axis=1)
-    visited, tours = 1 << order[:, 0], np.arange(num_tours)
+    been, tours = 1 << order[:, 0], np.arange(num_tours)
     for turn in range(1, num_places):
-        order[:, turn] = following[tours, visited, order[:, turn - 1]]
-        visited |= 1 << order[:, turn]
+        order[:, turn] = following[tours, been, order[:, turn - 1]]
+        been |= 1 << order[:, turn]
     return order
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from simulator.igridson.walk import Walk
 from simulator.metrics import ScoreKind, compute_probabilities
 from simulator.tasks.find_object import SearchOrder
+from simulator.tour import plan_tour
 
 LOOK_COST = 5.0  # opening a fridge and scanning it takes as long as walking some cells
 
@@ -85,39 +86,5 @@ class ByTravel(SearchOrder):
         places = np.argsort(-promise, axis=1, kind="stable")[:, : self._num_places]  # (n, K)
         rows = np.arange(len(homes))[:, None]
         legs = routes.between[places[:, :, None], places[:, None, :]] + self._look_cost
-        first = plan_tour(prob[rows, places], cost[rows, places], legs, is_open[rows, places])
-        return places[np.arange(len(homes)), first]
-
-
-def plan_tour(
-    prob: np.ndarray, first_leg: np.ndarray, legs: np.ndarray, is_open: np.ndarray
-) -> np.ndarray:
-    """Return the first place of the tour with the least expected cost until found, (n,).
-
-    Args:
-        prob: probability that the object is at each place, (n, K); sums to at most one.
-        first_leg: cost of going to each place from here and looking, (n, K).
-        legs: cost of going from place to place and looking, (n, K, K).
-        is_open: places that may be visited, bool (n, K), some in each row.
-    """
-    num_tours, num_places = prob.shape
-    never = 1e9  # finite: times a probability of zero it is zero
-    first_leg = np.where(is_open, first_leg, np.inf)
-    # Closed places are left out by visiting them for nothing at the end: no probability, no leg.
-    prob = np.where(is_open, prob, 0.0)
-    legs = np.where(is_open[:, None, :], legs, 0.0)
-    legs = np.where(is_open[:, :, None] | ~is_open[:, None, :], legs, never)
-    num_sets = 1 << num_places
-    is_in = (np.arange(num_sets)[:, None] >> np.arange(num_places)) & 1 == 1  # (S, K)
-    missing = np.maximum(1 - prob @ is_in.T, 0)  # P(not found after visiting the set), (n, S)
-    # Cost to go after visiting a set with its last place, (n, S, K); the full set is the end.
-    togo = np.zeros((num_tours, num_sets, num_places))
-    for visited in range(num_sets - 2, 0, -1):
-        after = [
-            missing[:, visited, None] * legs[:, :, following]
-            + togo[:, visited | 1 << following, following, None]
-            for following in np.flatnonzero(~is_in[visited])
-        ]
-        togo[:, visited] = np.min(after, axis=0)
-    single = togo[:, 1 << np.arange(num_places), np.arange(num_places)]  # (n, K)
-    return np.argmin(first_leg + single, axis=1)
+        tour = plan_tour(prob[rows, places], cost[rows, places], legs, is_open[rows, places])
+        return places[np.arange(len(homes)), tour[:, 0]]

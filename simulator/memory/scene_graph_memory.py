@@ -3,66 +3,57 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from simulator.memory.home_view import list_home, list_places
 from simulator.memory.memory_batch import MemoryBatch, Queries
-from simulator.memory.place_prior import PlacePrior
+from simulator.memory.memory_content import EDGE_COLUMNS, MAX_TIME, OBJECT_COLUMNS, MemoryContent
+from simulator.memory.sighting import RELATIONS, SeenAt, Sighting
+from simulator.memory.snapshots import FURNITURE_COUNTERS
+from simulator.memory.storage import load_content, save_content
+from simulator.memory.vocabulary import Vocabulary
+from simulator.memory.words import read_words
 from simulator.prior_graph import PriorGraph
 
 if TYPE_CHECKING:  # policies read memories; the memory only names their type
     from simulator.policies.policy import Policy
 
-RELATIONS = ("in", "onTop")
-
-
-@dataclass(frozen=True, slots=True)
-class Sighting:
-    """An object that was detected on a furniture node.
-
-    Attributes:
-        description: what it is, such as "large red mug"; objects are told apart by it alone.
-        relation: "in" or "onTop" the furniture.
-    """
-
-    description: str
-    relation: str = "onTop"
-
-    def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            ValueError: if the description is empty or the relation unknown.
-        """
-        _check_text("description", self.description)
-        if self.relation not in RELATIONS:
-            raise ValueError(
-                f"relation must be one of {', '.join(RELATIONS)}, got {self.relation!r} for "
-                f"{self.description!r}. Choose one of these."
-            )
+_HOME = np.zeros(1, dtype=np.int64)  # the number of the only home of the batch
 
 
 class SceneGraphMemory:
     """One graph that holds everything ever observed in a home.
 
-    Object nodes are told apart by description, so one node can have several true edges. Looking
-    at furniture updates every remembered edge of it: seen -> true, not seen -> false.
+    Object nodes are told apart by the words of their description, and one description may be
+    seen at several places at once: one node then has several true edges. Looking at furniture
+    updates every remembered edge of it: seen -> true, not seen -> false. Rooms, furniture and
+    objects may be added and removed at any time; ids of rooms and furniture never change and are
+    never given twice.
+
+    Names are compared as `read_words` says: case, spaces and "_" make no difference. Words that
+    the prior does not know are welcome: an object without a prior may be at all furniture.
 
     Example:
         >>> memory = SceneGraphMemory()
         >>> kitchen = memory.add_room("kitchen")
-        >>> fridge = memory.add_furniture("fridge", room=kitchen)
+        >>> fridge = memory.add_furniture("fridge", room=kitchen, description="white fridge")
         >>> memory.observe(fridge, seen=[Sighting("milk", relation="in")])
-        >>> memory.step()
-        >>> query = memory.query("milk")
+        >>> memory.step(3)
+        >>> memory.last_seen("milk").steps_ago
+        3
 
     Attributes:
-        batch: the memory as a `MemoryBatch` of one home, which policies read.
+        batch: the memory as a `MemoryBatch` of one home, which policies read; furniture lies in
+            the order of `furniture_ids`.
 
     Source: paper section 4.2, appendix B; rulings 12 and 13.
     """
+
+    batch: MemoryBatch
+    _asked: int | None  # row of the object whose hypothetical edges are open
 
     def __init__(self, prior: PriorGraph | None = None) -> None:
         """Start with an empty home.
@@ -71,17 +62,44 @@ class SceneGraphMemory:
             prior: where things tend to be; None for the shipped default.
         """
         self._prior = prior if prior is not None else PriorGraph.default()
-        self._object_types = {row.label: i for i, row in enumerate(self._prior.objects)}
-        self._label_index: dict[str, int] = {}
-        self._rooms: list[str] = []
-        self._furniture: list[tuple[str, int, str]] = []  # label, room, description
-        self._keys: dict[str, int] = {}
-        for label in ("house", "floor"):
-            self._intern(label)
-        empty = np.zeros((1, 0), dtype=np.int32)
-        self.batch = MemoryBatch(
-            list(self._label_index), empty, empty, empty, self._make_place_prior()
-        )
+        self._set_content(MemoryContent.empty(self._prior.checksum))
+
+    @classmethod
+    def load(cls, path: str | Path, prior: PriorGraph | None = None) -> SceneGraphMemory:
+        """Go on with a memory that was saved: every later answer is what it would have been.
+
+        Args:
+            path: written by `save`.
+            prior: None for the shipped one, which must then be the one that the memory was saved
+                with. A prior that is given is taken, whether it is the same or not; another one
+                changes what is said about places, and nothing of what was observed.
+
+        Raises:
+            ValueError: if there is no such file, it was altered or cut short, comes from another
+                version, or was saved with another prior than the shipped one and none is given.
+        """
+        content = load_content(path)
+        memory = cls(prior)
+        if prior is None and content.prior != memory._prior.checksum:
+            raise ValueError(
+                f"prior must be the one of the memory, {content.prior[:12]}..., got the shipped "
+                f"{memory._prior.checksum[:12]}... for {path}. Give its own prior, or "
+                "PriorGraph.default() to go on with the shipped one."
+            )
+        memory._set_content(content)
+        return memory
+
+    def save(self, path: str | Path) -> None:
+        """Write the memory to a file, from which `load` goes on; it holds no code.
+
+        Args:
+            path: such as "home.sgm".
+
+        Raises:
+            OSError: if the folder does not exist, or the disk does not take the file; an older
+                file is left as it was.
+        """
+        save_content(path, self._get_content())
 
     @property
     def time(self) -> int:
@@ -91,19 +109,27 @@ class SceneGraphMemory:
     @property
     def num_furniture(self) -> int:
         """Number of furniture nodes, F."""
-        return len(self._furniture)
+        return len(self._layout.furniture)
+
+    @property
+    def furniture_ids(self) -> tuple[int, ...]:
+        """Ids of the furniture nodes in the order of `batch`, (F,)."""
+        return tuple(self._layout.furniture)
+
+    @property
+    def descriptions(self) -> tuple[str, ...]:
+        """Descriptions of all objects seen or asked for, in the order of `batch`, (O,)."""
+        return tuple(self._descriptions)
 
     def add_room(self, label: str) -> int:
         """Add a room such as "kitchen" and return its id.
 
         Raises:
-            ValueError: if the label is empty.
+            ValueError: if the label is no name (`read_words`).
         """
-        _check_text("room label", label)
-        self._intern(label)
-        self._rooms.append(label)
+        room = self._layout.add_room(label)
         self._update_layout()
-        return len(self._rooms) - 1
+        return room
 
     def add_furniture(self, label: str, room: int, description: str | None = None) -> int:
         """Add a furniture node and return its id.
@@ -115,59 +141,117 @@ class SceneGraphMemory:
 
         Raises:
             KeyError: if `room` is not a room of this memory.
-            ValueError: if the label is empty.
+            ValueError: if the label or the description is no name (`read_words`).
         """
-        _check_text("furniture label", label)
-        if not 0 <= room < len(self._rooms):
-            raise KeyError(
-                f"room must be an id from add_room, got {room}; there are {len(self._rooms)} "
-                "rooms. Add the room first."
-            )
-        self._intern(label)
-        self._furniture.append((label, room, description or label))
+        furniture = self._layout.add_furniture(label, room, description)
         self._update_layout()
-        return len(self._furniture) - 1
+        return furniture
 
-    def describe(self, furniture: int) -> str:
-        """Return the description and room of a furniture node.
+    def remove_room(self, room: int) -> None:
+        """Remove a room with all its furniture and what is remembered of it; objects stay.
+
+        Raises:
+            KeyError: if `room` is not a room of this memory.
+        """
+        self._layout.check_room(room)
+        self._set_content(self._get_content().remove(rooms=[room]))
+
+    def remove_furniture(self, furniture: int) -> None:
+        """Remove a furniture node and all its edges; the objects that were seen there stay.
 
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
         """
-        self._check_furniture(furniture)
-        _, room, description = self._furniture[furniture]
-        return f"{description} in {self._rooms[room]}"
+        self._layout.check_furniture(furniture)
+        self._set_content(self._get_content().remove(furniture=[furniture]))
+
+    def remove_object(self, description: str) -> None:
+        """Forget an object with all its edges, as if it had never been seen or asked for.
+
+        Raises:
+            KeyError: if this memory has no object of that description.
+            ValueError: if the description is no name (`read_words`).
+        """
+        row = self._rows.get(read_words("description", description))
+        if row is None:
+            raise KeyError(
+                f"description must be one that was seen or asked for, got {description!r}; there "
+                f"are {len(self._descriptions)} objects. Check its words."
+            )
+        self._set_content(self._get_content().remove(objects=[row]))
+
+    def describe(self, furniture: int) -> str:
+        """Return the description and room of a furniture node, "white fridge in kitchen".
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+        """
+        return self._layout.describe(furniture)
 
     def observe(self, furniture: int, seen: Sequence[Sighting]) -> None:
         """Fold one look at a furniture node into the memory.
 
         Every remembered edge of `furniture` is updated: seen ones become true, the others false.
+        A look at another furniture node leaves them alone: an object that was seen at two places
+        is believed at both until one of them is looked at again.
 
         Args:
             furniture: id from `add_furniture`.
-            seen: what was detected there; detection may have missed objects.
+            seen: what was detected there; detection may have missed objects, and sightings of the
+                same description count once.
 
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
+            TypeError: if `seen` holds something else than sightings.
 
         Source: paper section 4.2, appendix B. Differs: negative evidence is counted (released
         code does not).
         """
-        self._check_furniture(furniture)
-        rows = [self._find_object(sighting.description) for sighting in seen]
+        self._layout.check_furniture(furniture)
+        for sighting in seen:
+            if not isinstance(sighting, Sighting):
+                raise TypeError(
+                    f"seen must hold Sighting objects, got {sighting!r} at "
+                    f"{self.describe(furniture)}. Write Sighting('milk', relation='in')."
+                )
+        rows = [self._ensure_object(sighting.description) for sighting in seen]
         self.batch.observe(
-            np.zeros(1, dtype=np.int64),
-            np.array([furniture]),
+            _HOME,
+            np.array([self.furniture_ids.index(furniture)]),
             np.array(rows, dtype=np.int64),
             np.array([RELATIONS.index(sighting.relation) for sighting in seen], dtype=np.int64),
         )
 
-    def step(self) -> None:
-        """Let one time step pass."""
-        self.batch.step()
+    def step(self, num_steps: int = 1) -> None:
+        """Let time pass.
+
+        Args:
+            num_steps: time steps, 0 or more. The shipped network was trained on homes where one
+                object in twenty moves in a step.
+
+        Raises:
+            ValueError: if it is negative, no whole number, or time would exceed `MAX_TIME`.
+        """
+        if not isinstance(num_steps, (int, np.integer)) or num_steps < 0:
+            raise ValueError(
+                f"num_steps must be a whole number, 0 or more, got {num_steps!r}. Time only goes "
+                "forward."
+            )
+        if self.time + num_steps > MAX_TIME:
+            raise ValueError(
+                f"time must be at most {MAX_TIME}, got {num_steps} steps at time {self.time}. "
+                "Choose a longer time step."
+            )
+        if num_steps:
+            self.batch.step()
+            self.batch.time += int(num_steps) - 1
+            self._asked = None
 
     def query(self, description: str) -> Queries:
         """Ask for an object; until the next `step` its hypothetical edges are in the graph.
+
+        A place that is looked at meanwhile, and does not show it, is remembered as one where it
+        was not.
 
         Args:
             description: what to look for, whether it was seen before or not.
@@ -176,20 +260,15 @@ class SceneGraphMemory:
             One query, for `Policy.scores(memory.batch, query)`, which gives (1, F).
 
         Raises:
-            ValueError: if the description is empty, or there is no furniture yet.
+            ValueError: if the description is no name (`read_words`), or there is no furniture yet.
         """
-        _check_text("description", description)
-        if not self._furniture:
+        read_words("description", description)
+        if not self._layout.furniture:
             raise ValueError(
                 "memory must have furniture before a query, got none. Call add_furniture first."
             )
-        label = self._find_label(description)
-        return self.batch.query(
-            np.zeros(1, dtype=np.int64),
-            np.array([self._keys.setdefault(description, len(self._keys))]),
-            np.array([self._intern(label)]),
-            np.array([self._object_types.get(label, -1)]),
-        )
+        row = self._asked = self._ensure_object(description)
+        return self._ask(row)
 
     def rank(self, policy: Policy, description: str) -> list[tuple[int, float]]:
         """Order all furniture by how likely it holds an object, the best first.
@@ -204,60 +283,96 @@ class SceneGraphMemory:
         query = self.query(description)
         scores = policy.scores(self.batch, query)[0]
         order = np.argsort(-scores, kind="stable")
-        return [(int(furniture), float(scores[furniture])) for furniture in order]
+        ids = self.furniture_ids
+        return [(ids[furniture], float(scores[furniture])) for furniture in order]
 
-    def _find_object(self, description: str) -> int:
-        """Return the object node of a description, adding it if it is new."""
-        label = self._find_label(description)
+    def places_of(self, description: str) -> list[SeenAt]:
+        """Return every place where an object was ever seen, the latest sighting first.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`).
+        """
+        row = self._rows.get(read_words("description", description))
+        return [] if row is None else list_places(self.batch, self.furniture_ids, row)
+
+    def last_seen(self, description: str) -> SeenAt | None:
+        """Return where and when an object was last seen; None if it never was.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`).
+        """
+        return next(iter(self.places_of(description)), None)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return rooms > furniture > objects as JSON values.
+
+        Under each furniture node stand the objects that were ever seen there: "is_there" says
+        whether the last look at it found them. "unplaced" lists objects that were last seen at
+        furniture that was removed.
+        """
+        return list_home(self.batch, self._layout, self._descriptions)
+
+    def _ensure_object(self, description: str) -> int:
+        """Return the row of an object node, adding the node if it is new."""
+        row = self._rows.setdefault(read_words("description", description), len(self._rows))
+        if row == len(self._descriptions):
+            self._descriptions.append(description)
+        label, object_type = self._vocabulary.find_type(description)
         rows = self.batch.ensure_objects(
-            np.zeros(1, dtype=np.int64),
-            np.array([self._keys.setdefault(description, len(self._keys))]),
-            np.array([self._intern(label)]),
-            np.array([self._object_types.get(label, -1)]),
+            _HOME, np.array([row]), np.array([label]), np.array([object_type])
         )
-        return int(rows[0])
+        assert rows[0] == row
+        return row
 
-    def _find_label(self, description: str) -> str:
-        """Return the longest known type that a description ends with, else its last word."""
-        words = description.split()
-        for start in range(len(words)):
-            label = " ".join(words[start:])
-            if label in self._object_types:
-                return label
-        return words[-1]
-
-    def _intern(self, label: str) -> int:
-        index = self._label_index.setdefault(label, len(self._label_index))
-        if hasattr(self, "batch"):
-            self.batch.labels = list(self._label_index)
-        return index
-
-    def _make_place_prior(self) -> PlacePrior:
-        return PlacePrior(
-            self._prior,
-            [self._rooms],
-            [[label for label, _, _ in self._furniture]],
-            np.array([[room for _, room, _ in self._furniture]], dtype=np.int64),
+    def _ask(self, row: int) -> Queries:
+        objects = self.batch.objects
+        return self.batch.query(
+            _HOME, np.array([row]), objects["label"][[row]], objects["type"][[row]]
         )
 
     def _update_layout(self) -> None:
+        arrays = self._layout.make_arrays(self._vocabulary, self._prior)
         self.batch.set_layout(
-            np.array([[self._label_index[room] for room in self._rooms]], dtype=np.int32),
-            np.array(
-                [[self._label_index[label] for label, _, _ in self._furniture]], dtype=np.int32
-            ),
-            np.array([[room for _, room, _ in self._furniture]], dtype=np.int32),
-            self._make_place_prior(),
+            arrays.room_label, arrays.furniture_label, arrays.furniture_room, arrays.place_prior
+        )
+        self._asked = None
+
+    def _get_content(self) -> MemoryContent:
+        batch = self.batch
+        return MemoryContent(
+            time=batch.time,
+            prior=self._prior.checksum,
+            labels=tuple(self._vocabulary.labels),
+            layout=self._layout,
+            descriptions=tuple(self._descriptions),
+            furniture_counters={
+                name: getattr(batch, f"furniture_{name}")[0] for name in FURNITURE_COUNTERS
+            },
+            objects={name: batch.objects[name] for name in OBJECT_COLUMNS},
+            edges={name: batch.edges[name] for name in EDGE_COLUMNS},
+            asked=self._asked,
         )
 
-    def _check_furniture(self, furniture: int) -> None:
-        if not 0 <= furniture < len(self._furniture):
-            raise KeyError(
-                f"furniture must be an id from add_furniture, got {furniture}; there are "
-                f"{len(self._furniture)} furniture nodes. Add it first."
-            )
-
-
-def _check_text(what: str, text: str) -> None:
-    if not isinstance(text, str) or not text.strip():
-        raise ValueError(f"{what} must be a non-empty text, got {text!r}. Name it in words.")
+    def _set_content(self, content: MemoryContent) -> None:
+        """Become a memory of that content; prior weights are looked up again."""
+        self._vocabulary = Vocabulary(self._prior, content.labels)
+        self._layout = content.layout
+        self._descriptions: list[str] = []
+        self._rows: dict[str, int] = {}  # by the words of the description
+        arrays = self._layout.make_arrays(self._vocabulary, self._prior)
+        batch = self.batch = MemoryBatch(
+            [], arrays.room_label, arrays.furniture_label, arrays.furniture_room, arrays.place_prior
+        )
+        batch.labels = self._vocabulary.labels  # one list: grows with the vocabulary
+        batch.time = content.time
+        for name, column in content.furniture_counters.items():
+            getattr(batch, f"furniture_{name}")[0] = column
+        for description in content.descriptions:
+            self._ensure_object(description)
+        for name, column in content.objects.items():
+            batch.objects[name][:] = column
+        batch.edges.append(len(content.edges["object"]), **content.edges)
+        self._update_layout()  # the batch looks up the prior of every edge
+        self._asked = content.asked
+        if content.asked is not None:
+            self._ask(content.asked)

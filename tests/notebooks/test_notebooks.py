@@ -19,6 +19,7 @@ SMALL = {
     "01_dynamic_house": {"num_steps": 3, "long": 5, "num_homes": 3},
     "02_scene_graph_memory": {"moments": [2, 4], "num_homes": 2, "num_steps": 6},
     "03_train_nep": {"houses": 1, "steps": 6, "val_houses": 2, "epochs": 1},
+    "05_your_own_home": {"days": 2},
 }
 
 ABSOLUTE_PATH = re.compile(r"(?<![\w.:/<])/[\w.-]+/[\w.-]+|\b[A-Za-z]:\\\w")

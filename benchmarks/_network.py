@@ -1,0 +1,14 @@
+"""The network that benchmarks play with: NEP-HEAT, untrained, as fast as a trained one."""
+
+from __future__ import annotations
+
+from datamodules.features import FeatureConfig
+from datamodules.graph import GraphBuilder
+from nep.encoders import HEAT
+from nep.module import NEPModule
+from nep.policy import NEPPolicy
+
+
+def make_policy() -> NEPPolicy:
+    """Make the policy, ready to answer."""
+    return NEPPolicy(NEPModule(HEAT()).eval(), GraphBuilder(FeatureConfig(), num_hops=1))

@@ -1,0 +1,54 @@
+"""One decision of a robot on one memory: fold in a look, ask, score with NEP-HEAT, rank.
+
+One thread, whatever `--threads` says. The memory is that of a home of full size after 100 looks.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import torch
+from _measure import Benchmark, Measure, run
+from _network import make_policy
+
+from simulator.config import HouseConfig
+from simulator.houses import Houses
+from simulator.policies import Bayesian
+from simulator.prior_graph import PriorGraph
+from simulator.rollout import Rollout
+from simulator.streams import Streams
+from simulator.tasks.predict_location import sample_query
+
+
+def prepare(tiny: bool) -> tuple[Measure, str]:
+    """Remember 100 looks."""
+    torch.set_num_threads(1)
+    num_looks, num_decisions = (5, 3) if tiny else (100, 300)
+    houses = Houses(PriorGraph.default(), HouseConfig(), Streams(0, "val", [0]))
+    rollout = Rollout(houses, Bayesian())
+    for _ in rollout.run(num_looks):
+        pass
+    policy = make_policy()
+    home = np.zeros(1, dtype=np.int64)
+
+    def measure() -> tuple[float, dict[str, float]]:
+        seconds, choice = [], np.zeros(1, dtype=np.int64)
+        for _ in range(num_decisions):
+            rollout.evolve()
+            slots = sample_query(houses)
+            start = time.perf_counter()
+            rollout.look(choice)
+            _, queries = rollout.ask_for(home, slots)
+            ranking = np.argsort(-policy.scores(rollout.memory, queries)[0])
+            seconds.append(time.perf_counter() - start)
+            choice = ranking[:1]
+        milliseconds = np.sort(seconds) * 1000
+        return float(np.median(milliseconds)), {"p99": float(np.quantile(milliseconds, 0.99))}
+
+    return measure, f"{num_decisions} decisions on one home of full size"
+
+
+if __name__ == "__main__":
+    benchmark = Benchmark("decide, NEP-HEAT", "ms, median", 2, is_higher_better=False)
+    run(benchmark, prepare, repeats=3, uses_torch=True)

@@ -1,0 +1,31 @@
+"""Play Find Object with NEP-HEAT in homes in lockstep; homes that have found it wait."""
+
+from __future__ import annotations
+
+from _measure import Benchmark, Measure, rate, run
+from _network import make_policy
+
+from simulator.config import HouseConfig
+from simulator.evaluation import evaluate_policy
+from simulator.prior_graph import PriorGraph
+from simulator.streams import Streams
+
+
+def prepare(tiny: bool) -> tuple[Measure, str]:
+    """Make the policy."""
+    num_houses, num_episodes = (2, 2) if tiny else (100, 5)
+    policy, prior = make_policy(), PriorGraph.default()
+
+    def work() -> int:
+        streams = Streams(0, "val", range(num_houses))
+        evaluate_policy(
+            lambda houses: policy, prior, HouseConfig(), streams, num_episodes, task="find_object"
+        )
+        return num_houses * num_episodes
+
+    return rate(work), f"{num_houses} homes in lockstep x {num_episodes} episodes"
+
+
+if __name__ == "__main__":
+    benchmark = Benchmark("evaluate NEP-HEAT, find object", "episodes/s", goal=800)
+    run(benchmark, prepare, repeats=3, uses_torch=True)

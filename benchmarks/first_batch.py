@@ -1,0 +1,56 @@
+"""How long `python -m nep.fit` takes to the end of its first batch on data that is on disk.
+
+From the start of the interpreter: imports of torch, dgl and lightning, checking and reading the
+shards, text vectors, the heuristics that play before training starts, the graph of 100 snapshots,
+forward, backward and Adam. `imports` is the share of the imports.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+
+from _measure import Benchmark, Measure, run
+
+from datamodules.sgm_datamodule import SGMDataModule
+from simulator.collect import collect
+
+_CODE = """
+import os, sys
+from nep import fit
+from nep.module import NEPModule
+NEPModule.on_train_batch_end = lambda self, *rest: os._exit(0)
+fit.main(sys.argv[1:])
+"""
+
+
+def prepare(tiny: bool) -> tuple[Measure, str]:
+    """Collect the data."""
+    size = {"houses": 2, "steps": 5, "val_houses": 1} if tiny else {}
+    folder = tempfile.TemporaryDirectory()
+    data = SGMDataModule(data_dir=folder.name, **size)
+    for config in (data.train_config, data.val_config):
+        collect(config, data.get_folder(config), progress=False)
+    options = [f"--data.{name}={count}" for name, count in size.items()]
+    options += ["--online.houses=1", "--online.steps=2"] * tiny
+    command = [
+        sys.executable, "-c", _CODE, "--config", "heat.yaml", *options,
+        "--data.data_dir", folder.name, "--trainer.logger.init_args.save_dir", folder.name,
+    ]  # fmt: skip
+
+    def measure() -> tuple[float, dict[str, float]]:
+        start = time.perf_counter()
+        subprocess.run([sys.executable, "-c", "import nep.fit"], check=True)
+        imported = time.perf_counter()
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        folder.cleanup()
+        return time.perf_counter() - imported, {"imports": imported - start}
+
+    return measure, f"{data.train_config.houses} homes x {data.train_config.steps} steps on disk"
+
+
+if __name__ == "__main__":
+    benchmark = Benchmark("first batch of nep.fit", "s", 8, is_higher_better=False)
+    run(benchmark, prepare, repeats=1)

@@ -1,0 +1,77 @@
+"""Measures the growth curves and draws them: `python benchmarks/growth`.
+
+Writes `growth.csv` and `growth.png` into `--out`, and prints one JSON line whose figure is the
+steepest slope at the large end of a curve of time: 1 is linear.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+from curves import Point, measure_houses, measure_memory, measure_objects, measure_reading
+from matplotlib.figure import Figure
+
+FOLDER = Path(__file__).resolve().parent
+
+
+def compute_slope(points: list[Point]) -> float:
+    """Return the slope of the last third of a curve in log-log axes."""
+    last = points[-max(len(points) // 3, 1) - 1 :]
+    size, cost = np.log([point.size for point in last]), np.log([point.cost for point in last])
+    return float(np.polyfit(size, cost, 1)[0])
+
+
+def draw(curves: dict[str, list[Point]]) -> Figure:
+    """Draw all curves, each with a line of slope 1 through its last point."""
+    figure = Figure(figsize=(11, 3.2 * -(-len(curves) // 2)), layout="constrained")
+    axes = figure.subplots(-(-len(curves) // 2), 2, squeeze=False).ravel()
+    for axis, (name, points) in zip(axes, curves.items(), strict=False):
+        size = np.array([point.size for point in points], dtype=float)
+        cost = np.array([point.cost for point in points])
+        axis.loglog(size, cost, "o-", label="measured")
+        axis.loglog(size, cost[-1] * size / size[-1], ":", color="grey", label="linear")
+        axis.set_title(name, fontsize=10)
+        axis.set_ylabel("GB" if "GB" in name else "seconds")
+        axis.grid(alpha=0.3)
+        axis.legend(fontsize=8)
+    for axis in axes[len(curves) :]:
+        axis.set_axis_off()
+    return figure
+
+
+def main() -> None:
+    """Measure, write, print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--tiny", action="store_true", help="small sizes: for the tests")
+    parser.add_argument("--out", type=Path, default=FOLDER, help="folder of the CSV and the figure")
+    options = parser.parse_args()
+    largest, repeats = (1_000, 1) if options.tiny else (100_000, 5)
+    decades = [10**power for power in range(6) if 10**power <= largest]
+    found = defaultdict(list)
+    for points in (
+        measure_objects([200, *(size for size in decades if size >= 1_000)], repeats),
+        measure_houses([size for size in decades if size <= largest // 10], repeats),
+        measure_memory([200, *(size for size in decades if size >= 1_000)], 10 * repeats),
+        measure_reading([size for size in decades if size >= 100], 4 * repeats),
+    ):
+        for point in points:
+            found[point.curve].append(point)
+    options.out.mkdir(parents=True, exist_ok=True)
+    with (options.out / "growth.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["curve", "size", "cost"])
+        for points in found.values():
+            writer.writerows((p.curve, p.size, f"{p.cost:.4g}") for p in points)
+    draw(found).savefig(options.out / "growth.png", dpi=80, metadata={"Software": None})
+    slopes = {name: round(compute_slope(points), 2) for name, points in found.items()}
+    line = {"benchmark": "growth", "figure": max(slopes.values()), "unit": "slope", **slopes}
+    print(json.dumps(line))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,182 @@
+"""Growth curves: how the cost of a step, a look, a query and a batch grows with the size."""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from simulator.collect import CollectConfig, collect
+from simulator.config import HouseConfig
+from simulator.houses import Houses
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.place_prior import PlacePrior
+from simulator.policies import Bayesian
+from simulator.prior_graph import PriorGraph
+from simulator.rollout import Rollout
+from simulator.streams import Streams
+
+OBJECTS_PER_FURNITURE = 20  # of the growing memory: 100,000 objects on 5,000 furniture nodes
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One measurement.
+
+    Attributes:
+        curve: what grows and what it costs.
+        size: how large it is.
+        cost: seconds, or GB of memory.
+    """
+
+    curve: str
+    size: int
+    cost: float
+
+
+def measure_objects(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
+    """One home with more and more objects on its 32 furniture nodes: a step and a look."""
+    for size in sizes:
+        rules = HouseConfig(objects_per_furniture=max(size // 32, 1))
+        rollout = Rollout(_sample_houses(1, rules), Bayesian())
+        seconds = _time_step(rollout, repeats)
+        yield Point("step and look, by objects of a home", rollout.houses.num_slots, seconds)
+
+
+def measure_houses(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
+    """More and more homes in lockstep: a step and a look of all of them."""
+    for size in sizes:
+        rollout = Rollout(_sample_houses(size, HouseConfig()), Bayesian())
+        yield Point("step and look, by homes in lockstep", size, _time_step(rollout, repeats))
+
+
+def measure_memory(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
+    """One memory of more and more objects, and furniture with them: a look and a query."""
+    rng = np.random.default_rng(0)
+
+    def look(memory: MemoryBatch) -> None:
+        _look(memory, int(rng.integers(0, memory.num_furniture)))
+        memory.step()
+
+    def ask(memory: MemoryBatch) -> None:
+        key = rng.integers(0, len(memory.objects), 1)
+        label, types = memory.objects["label"][key], memory.objects["type"][key]
+        queries = memory.query(np.zeros(1, dtype=np.int64), key, label, types)
+        np.argsort(-Bayesian().scores(memory, queries)[0])
+
+    for size in sizes:
+        memory = fill_memory(size)
+        seconds = _time(partial(look, memory), repeats)
+        yield Point("look, by objects remembered", size, seconds)
+        seconds = _time(partial(ask, memory), repeats)
+        yield Point("query and ranking, by objects remembered", size, seconds)
+
+
+def fill_memory(num_objects: int) -> MemoryBatch:
+    """Return the memory of one home in which every furniture node has been looked at once."""
+    prior = PriorGraph.default()
+    rng = np.random.default_rng(0)
+    num_furniture = max(num_objects // OBJECTS_PER_FURNITURE, 1)
+    rooms = prior.rooms
+    nodes = rng.integers(0, len(prior.furniture), num_furniture)
+    furniture = [prior.furniture[node].label for node in nodes]
+    furniture_room = np.array([[rooms.index(prior.furniture[node].room) for node in nodes]])
+    labels = list(dict.fromkeys([*rooms, *furniture, *(row.label for row in prior.objects)]))
+    index = {label: number for number, label in enumerate(labels)}
+    memory = MemoryBatch(
+        labels,
+        np.array([[index[room] for room in rooms]]),
+        np.array([[index[label] for label in furniture]]),
+        furniture_room,
+        PlacePrior(prior, [rooms], [furniture], furniture_room),
+    )
+    key = np.arange(num_objects)
+    types = key % len(prior.objects)
+    label_of_type = np.array([index[row.label] for row in prior.objects])
+    memory.ensure_objects(np.zeros(num_objects, dtype=np.int64), key, label_of_type[types], types)
+    for number in range(num_furniture):
+        _look(memory, number)
+    return memory
+
+
+def measure_reading(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
+    """More and more snapshots on disk: the time to build all batches of an epoch, and memory.
+
+    In a process of its own each, so that the memory is that of the data; homes have 100 steps.
+    The time is that of `repeats` random batches, times the number of batches.
+    """
+    for size in sizes:
+        with tempfile.TemporaryDirectory() as folder:
+            config = CollectConfig(houses=max(size // 100, 1))
+            collect(config, Path(folder), progress=False)
+            done = subprocess.run(
+                [sys.executable, __file__, folder, str(repeats)],
+                capture_output=True, text=True, check=True,
+            )  # fmt: skip
+        seconds, gigabytes = (float(part) for part in done.stdout.split())
+        yield Point("batches of an epoch, by snapshots", size, seconds)
+        yield Point("memory of the data in GB, by snapshots", size, gigabytes)
+
+
+def read_batches(folder: Path, num_batches: int) -> tuple[float, float]:
+    """Return the seconds of an epoch's batches, and the GB that the data takes when open."""
+    from datamodules.features import FeatureConfig
+    from datamodules.graph import GraphBuilder
+    from datamodules.snapshot_dataset import SnapshotDataset
+
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    dataset = SnapshotDataset(folder, GraphBuilder(FeatureConfig(), num_hops=1))
+    indices = np.random.default_rng(0).integers(0, len(dataset), (num_batches + 1, 100))
+    dataset.__getitems__(indices[0].tolist())
+    start = time.process_time()
+    for batch in indices[1:]:
+        dataset.__getitems__(batch.tolist())
+    seconds = (time.process_time() - start) / num_batches * len(dataset) / 100
+    after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # KB on Linux
+    return seconds, (after - before) / 1e6
+
+
+def _sample_houses(count: int, rules: HouseConfig) -> Houses:
+    return Houses(PriorGraph.default(), rules, Streams(0, "train", range(count)))
+
+
+def _time_step(rollout: Rollout, repeats: int) -> float:
+    """Time a step of the homes and a look in each of them."""
+    rng = np.random.default_rng(0)
+    houses = rollout.houses
+
+    def step() -> None:
+        rollout.evolve()
+        rollout.look(rng.integers(0, houses.num_furniture, houses.num_houses))
+
+    step()
+    return _time(step, repeats)
+
+
+def _look(memory: MemoryBatch, furniture: int) -> None:
+    """See all objects that were put on a furniture node of a filled memory."""
+    first = furniture * OBJECTS_PER_FURNITURE
+    seen = np.arange(first, min(first + OBJECTS_PER_FURNITURE, len(memory.objects)))
+    memory.observe(np.zeros(1, dtype=np.int64), np.array([furniture]), seen, np.ones_like(seen))
+
+
+def _time(work: Callable[[], None], repeats: int) -> float:
+    """Return the seconds that the processor works in the fastest of some repeats."""
+    seconds = []
+    for _ in range(repeats):
+        start = time.process_time()
+        work()
+        seconds.append(time.process_time() - start)
+    return min(seconds)
+
+
+if __name__ == "__main__":
+    print(*read_batches(Path(sys.argv[1]), int(sys.argv[2])))

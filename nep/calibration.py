@@ -1,0 +1,129 @@
+"""Probabilities from logits, with the possibility that the object is at no known place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.special import logit
+
+from nep.searches import Searches
+from simulator.metrics import compute_calibration_error, compute_nll, compute_probabilities
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """What turns logits of places into probabilities that mean what they say.
+
+    The probabilities are the softmax over the logits of the places, divided by `temperature`, and
+    one more logit for "elsewhere": at none of the query's candidate places. A place that was
+    looked at in this very time step without showing the object gets `absent_logit` on top.
+
+    Attributes:
+        temperature: above 1 where the network is too sure of itself.
+        elsewhere_logit: of "elsewhere".
+        absent_logit: about the logarithm of the detector's miss rate.
+        elsewhere_share: share of the searches it was fitted to whose object was elsewhere.
+
+    Source: Guo et al. 2017 (temperature).
+    """
+
+    temperature: float = 1.0
+    elsewhere_logit: float = -np.inf
+    absent_logit: float = 0.0
+    elsewhere_share: float = 0.0
+
+    def compute_probabilities(self, scores: np.ndarray, is_absent: np.ndarray) -> np.ndarray:
+        """Return the probability of each place and, last, of "elsewhere", (Q, F + 1).
+
+        Each row sums to one; places without a score have probability 0, and where no place has
+        one, the object is elsewhere.
+
+        Args:
+            scores: logits, -inf where there is no candidate edge, (Q, F).
+            is_absent: from `find_absent`, bool (Q, F).
+        """
+        places = scores / self.temperature + self.absent_logit * is_absent
+        elsewhere = np.full((len(scores), 1), self.elsewhere_logit)
+        elsewhere[~np.isfinite(scores).any(axis=1)] = 0.0
+        return compute_probabilities(np.concatenate([places, elsewhere], axis=1), "logits")
+
+    def with_share(self, share: float) -> Calibration:
+        """Return the calibration for a user who asks for things elsewhere more or less often.
+
+        Args:
+            share: of searches whose object is at no known place, above 0 and below 1.
+
+        Raises:
+            ValueError: if the share is out of range, or this calibration was never fitted.
+        """
+        if not 0 < share < 1:
+            raise ValueError(
+                f"elsewhere_share must lie above 0 and below 1, got {share}. Choose for example "
+                "0.1: one search in ten is for something that is at no known place."
+            )
+        if not 0 < self.elsewhere_share < 1:
+            raise ValueError(
+                "network must be calibrated for an elsewhere_share of one's own, got one that is "
+                "not. Calibrate it with `python -m nep.export`."
+            )
+        shift = logit(share) - logit(self.elsewhere_share)
+        return replace(
+            self,
+            elsewhere_logit=float(self.elsewhere_logit + shift),
+            elsewhere_share=share,
+        )
+
+
+def fit_calibration(searches: Searches) -> Calibration:
+    """Fit temperature, elsewhere and absent logit by their mean negative log likelihood.
+
+    Args:
+        searches: in validation homes, some of them for objects that are elsewhere.
+    """
+
+    def unpack(values: np.ndarray) -> Calibration:
+        temperature = float(np.exp(values[0]))
+        return Calibration(
+            temperature, float(values[1]), float(values[2]), searches.elsewhere_share
+        )
+
+    def loss(values: np.ndarray) -> float:
+        return measure_calibration(searches, unpack(values))["nll"]
+
+    return unpack(minimize(loss, np.zeros(3), method="BFGS").x)
+
+
+def measure_calibration(searches: Searches, calibration: Calibration) -> dict[str, float]:
+    """Measure how far probabilities can be believed.
+
+    Args:
+        searches: in homes that the calibration was not fitted to.
+        calibration: what is measured.
+
+    Returns:
+        "nll": mean negative log likelihood of the truth, in nats. "ece": expected calibration error
+        of the likeliest answer, "elsewhere" among them. "ece_first": the same of first looks.
+        "ece_elsewhere": of the probability of "elsewhere". "elsewhere_there", "elsewhere_gone":
+        its mean where the object is at a known place, and where it is not; 0 without such searches.
+    """
+    probability = calibration.compute_probabilities(searches.scores, searches.is_absent)
+    truth = searches.answers
+    choice = probability.argmax(axis=1)
+    rows = np.arange(len(choice))
+    confidence, is_right = probability[rows, choice], truth[rows, choice]
+    first = searches.num_looks == 0
+    elsewhere, is_gone = probability[:, -1], truth[:, -1]
+    return {
+        "nll": compute_nll((probability * truth).sum(axis=1)),
+        "ece": compute_calibration_error(confidence, is_right),
+        "ece_first": compute_calibration_error(confidence[first], is_right[first]),
+        "ece_elsewhere": compute_calibration_error(elsewhere, is_gone),
+        "elsewhere_there": _mean(elsewhere[~is_gone]),
+        "elsewhere_gone": _mean(elsewhere[is_gone]),
+    }
+
+
+def _mean(values: np.ndarray) -> float:
+    return float(values.sum() / max(len(values), 1))

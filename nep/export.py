@@ -1,0 +1,212 @@
+"""Exports a trained network for use elsewhere: `python -m nep.export CKPT DIR`."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import shlex
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import torch
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from nep.calibration import Calibration, fit_calibration, measure_calibration
+from nep.evaluate import list_versions
+from nep.model_card import REFERENCES, make_card
+from nep.policy import NEPPolicy
+from nep.searches import Searches, play_searches
+from nep.trained import CONFIG, WEIGHTS, TrainedModel, load_checkpoint, load_config, save_exported
+from simulator.config import HouseConfig
+from simulator.evaluation import evaluate_policy
+from simulator.homes import Homes
+from simulator.houses import Houses
+from simulator.policies import Policy, make_policy
+from simulator.prior_graph import PriorGraph
+from simulator.shards import write_whole
+from simulator.streams import Streams
+
+CARD = "MODEL_CARD.md"
+
+
+@dataclass(frozen=True, slots=True)
+class ExportConfig:
+    """What an exported network is calibrated on and scored in.
+
+    Attributes:
+        homes: validation homes that probabilities are fitted to, and as many test homes that all
+            scores come from; 0 for neither.
+        steps: searches per home of the calibration, and time steps of the scores.
+        seed: of the homes.
+    """
+
+    homes: int = 100
+    steps: int = 100
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            ValueError: if one is out of range.
+        """
+        for name, least in (("homes", 0), ("steps", 1), ("seed", 0)):
+            if getattr(self, name) < least:
+                raise ValueError(f"{name} must be at least {least}, got {getattr(self, name)}.")
+
+    def make_houses(self, split: str) -> Houses:
+        """Make the homes of a split."""
+        streams = Streams(self.seed, split, range(self.homes))
+        return Houses(PriorGraph.default(), HouseConfig(), streams)
+
+    def count_steps(self) -> int:
+        """Return how often `export_model` calls `on_step`."""
+        return (3 + len(REFERENCES)) * self.steps if self.homes else 0
+
+
+def export_model(
+    checkpoint: Path,
+    folder: Path,
+    config: ExportConfig,
+    command: str,
+    on_step: Callable[[str], None] = lambda what: None,
+) -> None:
+    """Write a checkpoint as safetensors and JSON, calibrated and with a model card.
+
+    Args:
+        checkpoint: written by `python -m nep.fit`.
+        folder: made if needed.
+        config: what it is calibrated on; with no homes, there is neither calibration nor card.
+        command: the command line that makes the folder again.
+        on_step: called after each step with what is being done.
+
+    Raises:
+        ValueError: if the checkpoint is missing, damaged or no fit for this package.
+        OSError: if the folder cannot be written.
+    """
+    model = load_checkpoint(checkpoint)
+    notes: dict[str, Any] = {
+        "command": command,
+        "checkpoint_sha256": hashlib.sha256(checkpoint.read_bytes()).hexdigest(),
+        "versions": list_versions(),
+        "num_parameters": sum(part.numel() for part in model.module.parameters()),
+    }
+    if config.homes:
+        model, notes["measured"] = measure_model(model, config, on_step)
+    save_exported(folder, model, notes)
+    if config.homes:
+        card = make_card(folder.resolve().name, load_config(folder))
+        write_whole(folder / CARD, card.encode())
+
+
+def measure_model(
+    model: TrainedModel, config: ExportConfig, on_step: Callable[[str], None]
+) -> tuple[TrainedModel, dict[str, Any]]:
+    """Calibrate a network on validation homes, and score it in test homes.
+
+    Args:
+        model: the network.
+        config: which homes.
+        on_step: called after each step with what is being done.
+
+    Returns:
+        The calibrated network, and what was measured as JSON values: the sizes, its calibration in
+        test homes before and after, and the accuracy of it and of the references.
+    """
+
+    def make(houses: Homes) -> Policy:
+        policy = NEPPolicy(model.module.eval(), model.builder)
+        return policy.with_rules(houses.prior, houses.config)
+
+    def search(split: str) -> Searches:
+        houses = config.make_houses(split)
+        what = f"searching {split} homes"
+        return play_searches(houses, make(houses), config.steps, on_search=lambda: on_step(what))
+
+    def score(name: str) -> dict[str, float]:
+        streams = Streams(config.seed, "test", range(config.homes))
+        maker = make if name == "network" else lambda houses: make_policy(name, houses)
+        scores = evaluate_policy(
+            maker, PriorGraph.default(), HouseConfig(), streams, config.steps,
+            lambda: on_step(f"{name} in test homes"),
+        )  # fmt: skip
+        return {"mean": float(scores.accuracy.mean()), "std": float(scores.accuracy.std())}
+
+    calibration = fit_calibration(search("val"))
+    unseen = search("test")
+    measured = {
+        "homes": config.homes,
+        "steps": config.steps,
+        "seed": config.seed,
+        "num_decisions": len(unseen.scores),
+        "before": measure_calibration(unseen, Calibration()),
+        "after": measure_calibration(unseen, calibration),
+        "accuracy": {name: score(name) for name in (*REFERENCES, "network")},
+    }
+    return replace(model, calibration=calibration), measured
+
+
+def _make_parser() -> argparse.ArgumentParser:
+    defaults = ExportConfig()
+    parser = argparse.ArgumentParser(
+        prog="python -m nep.export",
+        description=f"Write a trained network as {WEIGHTS} and {CONFIG}, without pickle, with "
+        f"calibrated probabilities and a {CARD}. `ObjectFinder.load(DIR)` reads it.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )
+    parser.add_argument("checkpoint", metavar="CKPT", type=Path, help="written by nep.fit")
+    parser.add_argument("folder", metavar="DIR", type=Path, help="made if needed")
+    parser.add_argument(
+        "--homes", type=int, default=defaults.homes,
+        help="validation homes to calibrate on, and test homes to score in; 0 for neither",
+    )  # fmt: skip
+    parser.add_argument("--steps", type=int, default=defaults.steps, help="time steps per home")
+    parser.add_argument("--seed", type=int, default=defaults.seed, help="of the homes")
+    parser.add_argument("--threads", type=int, help="CPU threads; all cores if left out")
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    parser = _make_parser()
+    options = parser.parse_args(sys.argv[1:] if arguments is None else list(arguments))
+    console = Console()
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+    )  # fmt: skip
+    try:
+        if options.threads is not None:
+            if options.threads < 1:
+                raise ValueError(f"threads must be at least 1, got {options.threads}. Raise it.")
+            torch.set_num_threads(options.threads)
+        config = ExportConfig(options.homes, options.steps, options.seed)
+        with Progress(*columns, console=console, transient=True) as progress:
+            bar = progress.add_task("loading", total=config.count_steps())
+            export_model(
+                options.checkpoint,
+                options.folder,
+                config,
+                _write_command(options),
+                lambda what: progress.update(bar, advance=1, description=what),
+            )
+    except (ValueError, OSError) as error:
+        parser.error(str(error))
+    print(f"{options.folder}: {CONFIG}, {WEIGHTS}" + (f", {CARD}" if config.homes else ""))
+
+
+def _write_command(options: argparse.Namespace) -> str:
+    """Return the command line, with the names alone of files outside the working folder."""
+    paths = [
+        path.name if path.is_absolute() else str(path)
+        for path in (options.checkpoint, options.folder)
+    ]
+    sizes = [f"--homes={options.homes}", f"--steps={options.steps}", f"--seed={options.seed}"]
+    return shlex.join(["python", "-m", "nep.export", *paths, *sizes])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,84 @@
+"""Fans jobs out to processes of this machine, or to a cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from typing import Any, TypeVar
+
+BACKENDS = ("processes", "ray")
+_JOBS_PER_ROUND = 4  # per worker, where results come round by round
+
+Result = TypeVar("Result")
+
+
+def fan_out(
+    function: Callable[..., Result],
+    jobs: Sequence[tuple[Any, ...]],
+    workers: int,
+    backend: str = "processes",
+) -> Iterator[tuple[int, Result]]:
+    """Call a function once per job, several at a time.
+
+    Args:
+        function: what to do.
+        jobs: its arguments, job by job.
+        workers: jobs at a time; one works in this process.
+        backend: "processes" of this machine, unless a `joblib.parallel_config` around the call
+            says otherwise, or "ray": the cluster at RAY_ADDRESS, or one started on this machine.
+
+    Yields:
+        The number of a job and what it returned, as the jobs are finished.
+
+    Raises:
+        ValueError: if there is no such backend, or it is not installed.
+    """
+    from joblib import Parallel, delayed  # here, as half of what importing the package would take
+    from joblib.parallel import get_active_backend
+
+    calls = [delayed(_call)(function, number, arguments) for number, arguments in enumerate(jobs)]
+    with _choose_backend(backend):
+        # Ray hands back a whole round of results at once: many small rounds, for what is finished
+        # to be known, but not so small that workers often wait for the last of a round.
+        streams = get_active_backend()[0].supports_return_generator
+        at_once = len(jobs) if streams else workers * _JOBS_PER_ROUND
+        return_as = "generator_unordered" if streams else "list"
+        with Parallel(n_jobs=min(workers, len(jobs)), return_as=return_as) as parallel:
+            for first in range(0, len(jobs), at_once):
+                yield from parallel(calls[first : first + at_once])
+
+
+def check_workers(workers: int, backend: str) -> None:
+    """Check what `fan_out` is given.
+
+    Raises:
+        ValueError: if there is not at least one worker, no such backend, or it is not installed.
+    """
+    if workers < 1:
+        raise ValueError(f"workers must be at least 1, got {workers}. Ask for more.")
+    _choose_backend(backend)
+
+
+def _call(
+    function: Callable[..., Result], number: int, arguments: tuple[Any, ...]
+) -> tuple[int, Result]:
+    return number, function(*arguments)
+
+
+def _choose_backend(backend: str) -> AbstractContextManager[Any]:
+    if backend not in BACKENDS:
+        raise ValueError(
+            f"backend must be one of {', '.join(BACKENDS)}, got {backend!r}. Choose one of these."
+        )
+    if backend == "processes":
+        return nullcontext()
+    try:
+        from joblib import parallel_config
+        from ray.util.joblib import register_ray
+    except ImportError as error:
+        raise ValueError(
+            "backend ray must have Ray installed, got no package of that name. Install the extra: "
+            "pip install 'scene-graph-memory[cluster]'."
+        ) from error
+    register_ray()
+    return parallel_config(backend="ray")

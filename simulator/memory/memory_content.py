@@ -1,0 +1,229 @@
+"""All that a memory of one home holds, as plain arrays: to keep a part of it, to write it down."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from simulator.memory.home_layout import Furniture, HomeLayout
+from simulator.memory.memory_batch import NEVER
+from simulator.memory.snapshots import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
+from simulator.memory.words import read_words
+
+OBJECT_COLUMNS = (*OBJECT_COUNTERS, "last_furniture")
+EDGE_COLUMNS = ("object", "furniture", "relation", *EDGE_COUNTERS)
+HOME_LABELS = ("house", "floor")  # of the two nodes above the rooms
+MAX_TIME = 2**31 - 2  # time stamps are 32-bit integers
+
+Columns = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True, slots=True)
+class MemoryContent:
+    """A scene graph memory of one home, O objects and E remembered edges.
+
+    What follows from this and the prior (types of objects, prior weights) is left out.
+
+    Attributes:
+        time: time step.
+        prior: checksum of the prior.
+        labels: text of every label index, in the order in which they came up.
+        layout: rooms and furniture, in the order of the columns of `furniture_counters`.
+        descriptions: of the objects, (O,).
+        furniture_counters: `FURNITURE_COUNTERS`, (F,) each.
+        objects: `OBJECT_COLUMNS`, (O,) each; furniture by its position, not by its id.
+        edges: `EDGE_COLUMNS`, (E,) each; furniture and objects by position.
+        asked: position of the object asked for since the last step, None without one.
+    """
+
+    time: int
+    prior: str
+    labels: tuple[str, ...]
+    layout: HomeLayout
+    descriptions: tuple[str, ...]
+    furniture_counters: Columns
+    objects: Columns
+    edges: Columns
+    asked: int | None
+
+    @classmethod
+    def empty(cls, prior: str) -> MemoryContent:
+        """Return the content of a memory that has seen nothing; `prior` is its checksum."""
+        none = np.zeros(0, dtype=np.int64)
+        return cls(
+            time=0,
+            prior=prior,
+            labels=HOME_LABELS,
+            layout=HomeLayout(),
+            descriptions=(),
+            furniture_counters=dict.fromkeys(FURNITURE_COUNTERS, none),
+            objects=dict.fromkeys(OBJECT_COLUMNS, none),
+            edges=dict.fromkeys(EDGE_COLUMNS, none),
+            asked=None,
+        )
+
+    def remove(
+        self,
+        rooms: Collection[int] = (),
+        furniture: Collection[int] = (),
+        objects: Collection[int] = (),
+    ) -> MemoryContent:
+        """Leave out rooms and furniture by id and objects by position, with all their edges.
+
+        Hypothetical edges of the query asked end, as with every change of the nodes.
+        """
+        layout = self.layout
+        kept = {
+            number: node
+            for number, node in layout.furniture.items()
+            if number not in furniture and node.room not in rooms
+        }
+        keep_furniture = np.array([number in kept for number in layout.furniture], dtype=bool)
+        keep_object = np.ones(len(self.descriptions), dtype=bool)
+        keep_object[list(objects)] = False
+        new_furniture = _number(keep_furniture)
+        new_object = _number(keep_object)
+        edges, nodes = self.edges, self.objects
+        keep_edge = keep_furniture[edges["furniture"]] & keep_object[edges["object"]]
+        edges = {name: column[keep_edge] for name, column in edges.items()}
+        nodes = {name: column[keep_object] for name, column in nodes.items()}
+        return replace(
+            self,
+            layout=HomeLayout(
+                {number: label for number, label in layout.rooms.items() if number not in rooms},
+                kept,
+                layout.num_rooms_ever,
+                layout.num_furniture_ever,
+            ),
+            descriptions=tuple(np.array(self.descriptions, dtype=object)[keep_object]),
+            furniture_counters={
+                name: column[keep_furniture] for name, column in self.furniture_counters.items()
+            },
+            objects=nodes | {"last_furniture": new_furniture[nodes["last_furniture"]]},
+            edges=edges
+            | {
+                "object": new_object[edges["object"]],
+                "furniture": new_furniture[edges["furniture"]],
+            },
+            asked=None,
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return JSON values, from which `from_json` makes the same content."""
+        return {
+            "time": self.time,
+            "prior": self.prior,
+            "labels": list(self.labels),
+            "rooms": [[number, label] for number, label in self.layout.rooms.items()],
+            "furniture": [
+                [number, node.label, node.room, node.description]
+                for number, node in self.layout.furniture.items()
+            ],
+            "num_rooms_ever": self.layout.num_rooms_ever,
+            "num_furniture_ever": self.layout.num_furniture_ever,
+            "descriptions": list(self.descriptions),
+            **{
+                part: {name: column.astype(int).tolist() for name, column in columns.items()}
+                for part, columns in self._list_tables().items()
+            },
+            "asked": self.asked,
+        }
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> MemoryContent:
+        """Read JSON values.
+
+        Raises:
+            ValueError: if a part is missing, of the wrong kind, or does not fit the others.
+        """
+        try:
+            content = cls(
+                time=data["time"],
+                prior=data["prior"],
+                labels=tuple(data["labels"]),
+                layout=HomeLayout(
+                    dict(data["rooms"]),
+                    {number: Furniture(*node) for number, *node in data["furniture"]},
+                    data["num_rooms_ever"],
+                    data["num_furniture_ever"],
+                ),
+                descriptions=tuple(data["descriptions"]),
+                furniture_counters=_read_table(data["furniture_counters"], FURNITURE_COUNTERS),
+                objects=_read_table(data["objects"], OBJECT_COLUMNS),
+                edges=_read_table(data["edges"], EDGE_COLUMNS),
+                asked=data["asked"],
+            )
+            content._check()
+        except (KeyError, TypeError, AttributeError, OverflowError) as error:
+            raise ValueError(f"{type(error).__name__}: {error}") from error
+        return content
+
+    def _list_tables(self) -> dict[str, Columns]:
+        return {
+            "furniture_counters": self.furniture_counters,
+            "objects": self.objects,
+            "edges": self.edges,
+        }
+
+    def _check(self) -> None:
+        """Check that the parts fit each other.
+
+        Raises:
+            ValueError: if they do not.
+        """
+        _check_between("time", [self.time], 0, MAX_TIME)
+        layout = self.layout
+        num_furniture, num_objects = len(layout.furniture), len(self.descriptions)
+        for part, columns, rows in (
+            ("furniture_counters", self.furniture_counters, num_furniture),
+            ("objects", self.objects, num_objects),
+            ("edges", self.edges, len(self.edges["object"])),
+        ):
+            for name, column in columns.items():
+                if len(column) != rows:
+                    raise ValueError(f"{part} {name}: {len(column)} rows instead of {rows}")
+                low, high = (NEVER, self.time) if name.startswith("last") else (0, MAX_TIME)
+                if name != "last_furniture":
+                    _check_between(f"{part} {name}", column, low, high)
+        _check_between("room ids", list(layout.rooms), 0, layout.num_rooms_ever - 1)
+        _check_between("furniture ids", list(layout.furniture), 0, layout.num_furniture_ever - 1)
+        _check_between("last_furniture", self.objects["last_furniture"], -1, num_furniture - 1)
+        _check_between("edge objects", self.edges["object"], 0, num_objects - 1)
+        _check_between("edge furniture", self.edges["furniture"], 0, num_furniture - 1)
+        _check_between("relations", self.edges["relation"], 0, 1)
+        _check_between("is_true", self.edges["is_true"], 0, 1)
+        _check_between("asked", [] if self.asked is None else [self.asked], 0, num_objects - 1)
+        texts = [*self.labels, *layout.rooms.values(), *self.descriptions]
+        for node in layout.furniture.values():
+            if node.room not in layout.rooms:
+                raise ValueError(f"there is no room {node.room}")
+            texts += [node.label, node.description]
+        for text in texts:
+            read_words("name", text)
+        words = {read_words("description", text) for text in self.descriptions}
+        if len(words) < num_objects or len(set(self.labels)) < len(self.labels):
+            raise ValueError("two objects of one description, or a label that is there twice")
+        if self.labels[:2] != HOME_LABELS or not isinstance(self.prior, str):
+            raise ValueError("no labels of house and floor, or no checksum of the prior")
+
+
+def _number(keep: np.ndarray) -> np.ndarray:
+    """Return the new position of everything kept, -1 for the rest and, at the end, for -1."""
+    return np.append(np.where(keep, np.cumsum(keep) - 1, -1), -1)
+
+
+def _read_table(data: Mapping[str, list[int]], names: tuple[str, ...]) -> Columns:
+    columns = {name: np.array(data[name] or np.zeros(0, dtype=np.int64)) for name in names}
+    for name, column in columns.items():
+        if column.ndim != 1 or column.dtype != np.int64:
+            raise ValueError(f"{name} must be whole numbers")
+    return columns
+
+
+def _check_between(what: str, values: Any, low: int, high: int) -> None:
+    for value in np.asarray(values).tolist():
+        if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
+            raise ValueError(f"{what} must lie in {low} to {high}, got {value!r}")

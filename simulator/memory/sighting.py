@@ -1,0 +1,58 @@
+"""What was seen where: input and answers of a scene graph memory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from simulator.memory.words import read_words
+
+RELATIONS = ("in", "onTop")
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """An object that was detected on a furniture node.
+
+    Attributes:
+        description: what it is, such as "large red mug"; objects are told apart by its words alone.
+        relation: "in" or "onTop" the furniture.
+    """
+
+    description: str
+    relation: str = "onTop"
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`) or the relation unknown.
+        """
+        read_words("description", self.description)
+        if self.relation not in RELATIONS:
+            raise ValueError(
+                f"relation must be one of {', '.join(RELATIONS)}, got {self.relation!r} for "
+                f"{self.description!r}. Choose one of these."
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class SeenAt:
+    """A place where an object was seen.
+
+    Attributes:
+        time: time step of the last sighting there.
+        steps_ago: time steps since.
+        furniture: furniture id; None if it was removed from the memory since.
+        relation: "in" or "onTop" the furniture; None with the furniture.
+        is_there: whether the last look at this furniture found it; False if it was absent then.
+        times_seen: looks at this furniture that found it.
+        times_looked: looks at this furniture since it was first seen or looked for there.
+    """
+
+    time: int
+    steps_ago: int
+    furniture: int | None
+    relation: str | None
+    is_there: bool
+    times_seen: int
+    times_looked: int

@@ -1,0 +1,75 @@
+"""Memory files: JSON with a version and a checksum, written whole or not at all."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from simulator.memory.memory_content import MemoryContent
+from simulator.shards import write_whole
+
+FORMAT = "scene graph memory"
+FORMAT_VERSION = 1
+
+
+def save_content(path: str | Path, content: MemoryContent) -> None:
+    """Write a memory to a file; an older file is replaced only when the new one is whole.
+
+    Raises:
+        OSError: if the folder does not exist or the disk does not take it.
+    """
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise FileNotFoundError(
+            f"folder of a memory file must exist, got {str(path.parent)!r} for {path}. Make it."
+        )
+    data = content.to_json()
+    head = {"format": FORMAT, "version": FORMAT_VERSION, "checksum": _compute_checksum(data)}
+    text = json.dumps({**head, "content": data}, ensure_ascii=False, separators=(",", ":"))
+    write_whole(path, f"{text}\n".encode())
+
+
+def load_content(path: str | Path) -> MemoryContent:
+    """Read a memory from a file.
+
+    Raises:
+        ValueError: if there is no such file, it is none of ours, comes from a newer version of the
+            package, or was altered or cut short.
+    """
+    try:
+        file = json.loads(Path(path).read_bytes().decode("utf-8"))
+    except OSError as error:
+        raise ValueError(
+            f"memory file must be one that can be read, got {error.strerror!r} for {path}. "
+            "Check the path."
+        ) from error
+    except (ValueError, RecursionError) as error:
+        raise ValueError(
+            f"memory file must be whole JSON, got {error} for {path}. It was altered, cut short, "
+            "or is another file: use a copy, or start a new memory."
+        ) from error
+    if not isinstance(file, dict) or file.get("format") != FORMAT:
+        raise ValueError(
+            f"memory file must be one that SceneGraphMemory.save wrote, got another file at {path}."
+            " Check the path."
+        )
+    if file.get("version") != FORMAT_VERSION:
+        raise ValueError(
+            f"memory file must have version {FORMAT_VERSION}, got {file.get('version')!r} for "
+            f"{path}. Install the version of the package that wrote it."
+        )
+    try:
+        if file.get("checksum") != _compute_checksum(file.get("content")):
+            raise ValueError("another checksum than the one it states")
+        return MemoryContent.from_json(file["content"])
+    except ValueError as error:
+        raise ValueError(
+            f"memory file must be as it was saved, got {error} for {path}. It was altered: use a "
+            "copy, or start a new memory."
+        ) from error
+
+
+def _compute_checksum(data: Any) -> str:
+    return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,188 @@
+"""Exported folders: equal logits, no pickle, and every misfit said in words. What is shipped."""
+
+import json
+from pathlib import Path
+
+import lightning.pytorch as pl
+import numpy as np
+import pytest
+import torch
+from safetensors.numpy import load_file
+
+from datamodules.features import FeatureConfig
+from datamodules.sgm_datamodule import SGMDataModule
+from nep import ObjectFinder
+from nep.encoders import GCN, HEAT
+from nep.export import main
+from nep.model_card import make_card
+from nep.module import NEPModule
+from nep.policy import NEPPolicy
+from nep.trained import PRETRAINED, load_config, load_trained
+from simulator import HouseConfig, Houses, PriorGraph, Streams
+from simulator.policies import make_policy
+from simulator.rollout import Rollout
+
+
+def save_checkpoint(path: Path, encoder, **features) -> Path:
+    """Write what Lightning writes for `nep.fit`, of a network that was not trained."""
+    torch.manual_seed(0)
+    module = NEPModule(encoder, transformer_heads=4, dropout=0.2)
+    data = SGMDataModule(str(path.parent / "data"), features=FeatureConfig(**features))
+    content = {
+        "pytorch-lightning_version": pl.__version__,
+        "state_dict": module.state_dict(),
+        "hyper_parameters": dict(module.hparams),
+        "datamodule_hyper_parameters": dict(data.hparams),
+    }
+    torch.save(content, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def checkpoint(tmp_path_factory) -> Path:
+    return save_checkpoint(tmp_path_factory.mktemp("run") / "last.ckpt", HEAT(units=16))
+
+
+@pytest.fixture(scope="module")
+def exported(checkpoint) -> Path:
+    folder = checkpoint.parent / "exported"
+    main([str(checkpoint), str(folder), "--homes=0"])
+    return folder
+
+
+@pytest.fixture
+def folder(exported, tmp_path) -> Path:
+    """A copy to spoil."""
+    for file in exported.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    return tmp_path
+
+
+def play_both(one: NEPPolicy, other: NEPPolicy) -> None:
+    houses = Houses(PriorGraph.default(), HouseConfig(), Streams(0, "test", range(3)))
+    rollout = Rollout(houses, make_policy("bayesian", houses))
+    for step in rollout.run(6):
+        scores = [policy.scores(rollout.memory, step.queries) for policy in (one, other)]
+        assert np.array_equal(*scores)
+        assert np.isfinite(scores[0]).any()
+
+
+@pytest.mark.parametrize("encoder", [HEAT(units=16, heads=4), GCN(units=8)])
+def test_logits_are_those_of_the_checkpoint(encoder, tmp_path):
+    checkpoint = save_checkpoint(tmp_path / "last.ckpt", encoder, temporal=False)
+    main([str(checkpoint), str(tmp_path / "out"), "--homes=0"])
+    assert load_trained(tmp_path / "out").builder.config == FeatureConfig(temporal=False)
+    play_both(NEPPolicy.load(checkpoint), NEPPolicy.load(tmp_path / "out"))
+
+
+def test_weights_are_tensors_and_config_is_json(exported):
+    assert sorted(file.name for file in exported.iterdir()) == [
+        "config.json", "weights.safetensors"
+    ]  # fmt: skip
+    weights = load_file(exported / "weights.safetensors")
+    assert all(array.dtype == np.float32 for array in weights.values())
+    config = json.loads((exported / "config.json").read_text(encoding="utf-8"))
+    assert config["schema"]["feature_schema"] == 1
+    assert config["schema"]["edge_types"][0] == ["house", "contains", "floor"]
+    assert config["model"]["encoder"]["class_path"] == "nep.encoders.heat.HEAT"
+    assert config["calibration"] is None
+
+
+def test_a_small_export_is_calibrated_and_says_what_it_measured(checkpoint, tmp_path, capsys):
+    main([str(checkpoint), str(tmp_path / "net"), "--homes=2", "--steps=3", "--threads=1"])
+    assert capsys.readouterr().out.endswith("config.json, weights.safetensors, MODEL_CARD.md\n")
+    config = load_config(tmp_path / "net")
+    measured = config["notes"]["measured"]
+    assert (measured["homes"], measured["steps"]) == (2, 3)
+    assert measured["after"]["nll"] < measured["before"]["nll"]
+    assert set(measured["accuracy"]) >= {"network", "bayesian", "ceiling"}
+    card = (tmp_path / "net" / "MODEL_CARD.md").read_text(encoding="utf-8")
+    # Nothing of the machine: the path was absolute, so that its name alone is left.
+    assert "python -m nep.export last.ckpt net --homes=2 --steps=3 --seed=0" in card
+    assert str(tmp_path) not in card
+    assert f"| **net** | {measured['accuracy']['network']['mean']:.3f} |" in card
+    assert ObjectFinder.load(tmp_path / "net").calibration.temperature > 0
+
+
+def edit(folder: Path, *path: str, value) -> None:
+    config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
+    part = config
+    for step in path[:-1]:
+        part = part[step]
+    part[path[-1]] = value
+    (folder / "config.json").write_text(json.dumps(config), encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        (["schema", "feature_schema"], 7, r"must have feature schema \d+, got 7 for .*Train again"),
+        (["schema", "edge_feature_dim"], 8, r"edge_feature_dim of the exported schema must be 9"),
+        (["schema", "edge_types"], [], r"edge_types of the exported schema must be .*got \[\]"),
+        (["schema", "text"], "fr_maison-2", r"text vectors must be fr_maison-2, got en_househ"),
+        (["schema"], None, r"config\.json must be as nep\.export wrote it, got TypeError"),
+        (["version"], 2, r"exported folder must have version 1, got 2 in .*Install"),
+        (["format"], "cake", r"exported folder must have version 1"),
+        (["features"], {"smell": True}, r"must be one that nep\.export wrote, got TypeError"),
+        (["model", "encoder", "class_path"], "os.path", r"encoder must be one of nep\.encoders\."),
+        (["model", "transformer"], False, r"must be one that nep\.export wrote, got RuntimeErr"),
+        (["calibration"], {"heat": 1}, r"must be one that nep\.export wrote, got TypeError"),
+    ],
+)
+def test_another_schema_or_config_is_refused(folder, path, value, message):
+    edit(folder, *path, value=value)
+    with pytest.raises(ValueError, match=message):
+        ObjectFinder.load(folder)
+
+
+def test_missing_and_damaged_files_are_named(folder):
+    whole = (folder / "weights.safetensors").read_bytes()
+    (folder / "weights.safetensors").write_bytes(whole[:-100])
+    with pytest.raises(ValueError, match=r"must be one that nep\.export wrote, got SafetensorErr"):
+        ObjectFinder.load(folder)
+    (folder / "weights.safetensors").unlink()
+    with pytest.raises(ValueError, match=r"exported folder must have weights\.safetensors"):
+        ObjectFinder.load(folder)
+    (folder / "config.json").write_text("{", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"config\.json must be as nep\.export wrote it"):
+        ObjectFinder.load(folder)
+    (folder / "config.json").unlink()
+    with pytest.raises(ValueError, match=r"exported folder must have config\.json"):
+        ObjectFinder.load(folder)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["none.ckpt", "out"], r"checkpoint must be a file that can be read, got 'No such file"),
+        (["CKPT", "out", "--homes=-1"], "homes must be at least 0, got -1"),
+        (["CKPT", "out", "--steps=0"], "steps must be at least 1, got 0"),
+        (["CKPT", "out", "--threads=0"], "threads must be at least 1, got 0"),
+        (["CKPT", "CKPT", "--homes=0"], "File exists"),
+    ],
+)
+def test_a_wrong_command_ends_with_its_message(checkpoint, options, message, capsys, tmp_path):
+    options = [str(checkpoint) if option == "CKPT" else option for option in options]
+    options = [str(tmp_path / option) if option == "out" else option for option in options]
+    with pytest.raises(SystemExit):
+        main(options)
+    error = capsys.readouterr().err
+    assert message in error
+    assert "Traceback" not in error
+
+
+@pytest.mark.parametrize("folder", sorted(PRETRAINED.glob("*/")), ids=lambda folder: folder.name)
+def test_what_is_shipped_is_small_calibrated_and_described(folder):
+    if not (folder / "config.json").is_file():
+        pytest.skip("no network")
+    assert sum(file.stat().st_size for file in folder.iterdir()) < 2_000_000
+    config = load_config(folder)
+    card = (folder / "MODEL_CARD.md").read_text(encoding="utf-8")
+    assert card == make_card(folder.name, config)
+    measured = config["notes"]["measured"]
+    assert measured["homes"] >= 100
+    assert measured["after"]["ece"] < 0.5 * measured["before"]["ece"]
+    assert measured["after"]["ece_elsewhere"] < 0.05
+    accuracy = {name: own["mean"] for name, own in measured["accuracy"].items()}
+    assert accuracy["bayesian"] < accuracy["network"] < accuracy["ceiling"]
+    assert NEPPolicy.load(folder.name)

@@ -1,0 +1,90 @@
+import os
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from simulator import collect as collect_module
+from simulator.collect import CollectConfig, collect
+from simulator.config import HouseConfig
+from simulator.evaluation import evaluate_in_parallel, evaluate_policy
+from simulator.fan_out import check_workers, fan_out
+from simulator.policies import POLICIES
+from simulator.streams import Streams
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def divide(numerator: int, denominator: int) -> float:
+    return numerator / denominator
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_every_job_is_done_once_and_named(workers):
+    jobs = [(number, 2) for number in range(5)]
+    found = dict(fan_out(divide, jobs, workers))
+    assert found == {0: 0.0, 1: 0.5, 2: 1.0, 3: 1.5, 4: 2.0}
+
+
+def test_the_error_of_a_job_arrives():
+    with pytest.raises(ZeroDivisionError):
+        list(fan_out(divide, [(1, 1), (1, 0)], 2))
+
+
+def test_workers_and_backend_are_checked(monkeypatch):
+    with pytest.raises(ValueError, match=r"workers must be at least 1, got 0\. Ask for more"):
+        check_workers(0, "processes")
+    with pytest.raises(ValueError, match=r"one of processes, ray, got 'spark'\. Choose one"):
+        check_workers(1, "spark")
+    monkeypatch.setitem(sys.modules, "ray.util.joblib", None)  # as where Ray is not installed
+    with pytest.raises(ValueError, match=r"must have Ray .* pip install 'scene-graph-memory\[clu"):
+        check_workers(1, "ray")
+
+
+@pytest.mark.parametrize(("policy", "task"), [("bayesian", "find_object"), ("oracle", None)])
+def test_evaluation_is_the_same_for_any_number_of_workers(default_prior, policy, task):
+    task = task or "predict_location"
+    settings = (POLICIES[policy], default_prior, HouseConfig())
+    alone = evaluate_policy(*settings, Streams(0, "val", range(5)), 4, task=task)
+    shared = evaluate_in_parallel(*settings, Streams(0, "val", range(5)), 4, task, workers=2)
+    for name in ("values", "is_correct", "has_candidate", "is_away", "confidence", "likelihood"):
+        np.testing.assert_array_equal(getattr(shared, name), getattr(alone, name), err_msg=name)
+
+
+def test_the_manifest_is_not_written_for_every_house(tmp_path, monkeypatch):
+    """With 100 % more houses each time: after 1, 2, 4 and 8 of 12 houses, and at the end."""
+    written = []
+    save = collect_module.save_manifest
+    monkeypatch.setattr(collect_module, "_HOUSES_PER_JOB", 1)
+    monkeypatch.setattr(collect_module, "_MANIFEST_SHARE", 1.0)
+    monkeypatch.setattr(
+        collect_module, "save_manifest",
+        lambda out, settings, shards: (written.append(len(shards)), save(out, settings, shards)),
+    )  # fmt: skip
+    collect(CollectConfig(houses=12, steps=1), tmp_path / "data", progress=False)
+    assert written == [0, 1, 2, 4, 8, 12]
+
+
+@pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed: extra cluster")
+def test_a_local_ray_of_two_cpus_gives_the_same_bytes(tmp_path):
+    config = CollectConfig(houses=5, steps=4, seed=3)
+    collect(config, tmp_path / "here", progress=False)
+    code = (
+        "import sys, ray\n"
+        "ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)\n"
+        "from simulator.collect import main\n"
+        "main(sys.argv[1:])\n"
+    )
+    arguments = ["--houses", "5", "--steps", "4", "--seed", "3", "--workers", "2"]
+    done = subprocess.run(
+        [sys.executable, "-c", code, "--out", str(tmp_path / "ray"), *arguments,
+         "--backend", "ray"],
+        cwd=ROOT, capture_output=True, text=True, check=False, timeout=180,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    files = {path.name: path.read_bytes() for path in (tmp_path / "here").iterdir()}
+    assert {path.name: path.read_bytes() for path in (tmp_path / "ray").iterdir()} == files
