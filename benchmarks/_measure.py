@@ -52,6 +52,7 @@ def run(
     *,
     repeats: int = 5,
     uses_torch: bool = False,
+    threads: int | None = None,
 ) -> None:
     """Measure and print one JSON line; the figure is the best of some repeats.
 
@@ -62,13 +63,14 @@ def run(
         benchmark: what is measured.
         prepare: gets whether to be tiny; returns the measurement and the size in words.
         repeats: how often it is measured; once if tiny.
-        uses_torch: whether `--threads` is passed on to torch; without torch, one thread works.
+        uses_torch: whether torch works, with `--threads`; without torch, one thread does.
+        threads: of torch, where the benchmark itself says how many; then `--threads` is ignored.
     """
     parser = argparse.ArgumentParser(description=f"Measure: {benchmark.name}, {benchmark.unit}.")
     parser.add_argument("--tiny", action="store_true", help="run once, small: for the tests")
     parser.add_argument("--threads", type=int, help="of torch; all cores if left out")
     options = parser.parse_args()
-    threads = _set_threads(options.threads) if uses_torch else 1
+    threads = _set_threads(threads or options.threads) if uses_torch else 1
     measure, size = prepare(options.tiny)
     found = [measure() for _ in range(1 if options.tiny else repeats)]
     found.sort(key=lambda pair: pair[0], reverse=benchmark.is_higher_better)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import time
 
 import numpy as np
-import torch
 from _measure import Benchmark, Measure, run
 from _network import make_policy
 
@@ -23,7 +22,6 @@ from simulator.tasks.predict_location import sample_query
 
 def prepare(tiny: bool) -> tuple[Measure, str]:
     """Remember 100 looks."""
-    torch.set_num_threads(1)
     num_looks, num_decisions = (5, 3) if tiny else (100, 300)
     houses = Houses(PriorGraph.default(), HouseConfig(), Streams(0, "val", [0]))
     rollout = Rollout(houses, Bayesian())
@@ -51,4 +49,4 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
 
 if __name__ == "__main__":
     benchmark = Benchmark("decide, NEP-HEAT", "ms, median", 2, is_higher_better=False)
-    run(benchmark, prepare, repeats=3, uses_torch=True)
+    run(benchmark, prepare, repeats=3, uses_torch=True, threads=1)

@@ -132,16 +132,22 @@ def read_batches(folder: Path, num_batches: int) -> tuple[float, float]:
     from datamodules.graph import GraphBuilder
     from datamodules.snapshot_dataset import SnapshotDataset
 
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    dataset = SnapshotDataset(folder, GraphBuilder(FeatureConfig(), num_hops=1))
+    builder = GraphBuilder(FeatureConfig(), num_hops=1)
+    before = _read_resident()
+    dataset = SnapshotDataset(folder, builder)
     indices = np.random.default_rng(0).integers(0, len(dataset), (num_batches + 1, 100))
     dataset.__getitems__(indices[0].tolist())
     start = time.process_time()
     for batch in indices[1:]:
         dataset.__getitems__(batch.tolist())
     seconds = (time.process_time() - start) / num_batches * len(dataset) / 100
-    after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # KB on Linux
-    return seconds, (after - before) / 1e6
+    return seconds, _read_resident() - before
+
+
+def _read_resident() -> float:
+    """Return the GB of memory that this process holds now (Linux)."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize() / 1e9
 
 
 def _sample_houses(count: int, rules: HouseConfig) -> Houses:

@@ -36,6 +36,7 @@ def test_run_with_a_checkpoint(checkpoint, tmp_path, capsys):
 def test_missing_checkpoints_are_named(tmp_path, capsys):
     assert main(["run", "--checkpoint", str(tmp_path / "no.ckpt")]) == 2
     message = capsys.readouterr().err
-    assert "must be a file that can be read" in message and "no.ckpt" in message
+    assert "must be a file that can be read" in message
+    assert "no.ckpt" in message
     assert main(["run", "--policy", "nep", "--runs", "100"]) == 2  # no checkpoint at all
     assert "[--checkpoint CKPT]" in capsys.readouterr().err
