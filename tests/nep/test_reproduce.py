@@ -64,11 +64,14 @@ def test_table_1_has_every_cell(folder):
 
 
 def test_stored_scores_are_those_of_the_checkpoint(folder, tmp_path):
-    """The same network that `nep.evaluate` is given scores the same."""
+    """The same network that `nep.evaluate` is given scores the same, with as many threads."""
+    threads = torch.get_num_threads()
     checkpoint = folder / "runs" / "find_object-off" / "mlp" / "checkpoints" / "last.ckpt"
     evaluate(["--out", str(tmp_path), "--tasks", "find_object", "--no-dynamic-nodes", "--houses",
-              "3", "--steps", "4", "--policies", "bayesian", "--checkpoint", f"N={checkpoint}"]
+              "3", "--steps", "4", "--policies", "bayesian", "--checkpoint", f"N={checkpoint}",
+              "--threads", "1"]
     )  # fmt: skip
+    torch.set_num_threads(threads)
     want = json.loads((tmp_path / "results.json").read_text())["tasks"]["find_object"]["policies"]
     for name, file in (("N", "mlp"), ("bayesian", "bayesian")):
         path = folder / "runs" / "find_object-off" / "scores" / f"{file}.json"
