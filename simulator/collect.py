@@ -41,6 +41,7 @@ from simulator.trace.recordings import Recordings, TraceConfig
 from simulator.trace.scores import check_policies
 
 _HOUSES_PER_JOB = 100  # in lockstep, at most; also what a killed worker loses at most
+_SNAPSHOTS_PER_JOB = 30_000  # at most, where homes have many steps: 0.8 GB until they are written
 _WRITERS = 8  # threads that wait for the disk while others write
 _MANIFEST_SHARE = 0.02  # the manifest is written when so many more houses are finished
 
@@ -152,7 +153,8 @@ def collect(
     shards = _open_folder(out, settings)  # checksums of the finished ones
     missing = [house for house in range(config.houses) if get_shard_name(house) not in shards]
     groups = [missing] if recordings is None else recordings.list_groups(missing)
-    size = max(min(-(-len(missing) // workers), _HOUSES_PER_JOB), 1)
+    size = min(-(-len(missing) // workers), _HOUSES_PER_JOB, _SNAPSHOTS_PER_JOB // config.steps)
+    size = max(size, 1)
     jobs = [
         (config, prior, group[first : first + size], out, recordings)
         for group in groups

@@ -64,21 +64,19 @@ def test_table_1_has_every_cell(folder):
 
 
 def test_stored_scores_are_those_of_the_checkpoint(folder, tmp_path):
-    """The same network that `nep.evaluate` is given scores the same, with as many threads."""
-    threads = torch.get_num_threads()
+    """The same network that `nep.evaluate` is given scores the same."""
     checkpoint = folder / "runs" / "find_object-off" / "mlp" / "checkpoints" / "last.ckpt"
     evaluate(["--out", str(tmp_path), "--tasks", "find_object", "--no-dynamic-nodes", "--houses",
-              "3", "--steps", "4", "--policies", "bayesian", "--checkpoint", f"N={checkpoint}",
-              "--threads", "1"]
+              "3", "--steps", "4", "--policies", "bayesian", "--checkpoint", f"N={checkpoint}"]
     )  # fmt: skip
-    torch.set_num_threads(threads)
     want = json.loads((tmp_path / "results.json").read_text())["tasks"]["find_object"]["policies"]
     for name, file in (("N", "mlp"), ("bayesian", "bayesian")):
         path = folder / "runs" / "find_object-off" / "scores" / f"{file}.json"
         got = json.loads(path.read_text())["scores"]
         assert got["values"] == want[name]["values"]
         for key in ("mean", "std", "away_accuracy", "calibration_error", "nll", "candidate_recall"):
-            assert got[key] == want[name][key]
+            # jobs have one thread each, this process as many as there are cores: sums round apart
+            assert got[key] == pytest.approx(want[name][key], rel=1e-6, abs=1e-9, nan_ok=True)
 
 
 def test_finished_parts_are_not_run_again(folder):
