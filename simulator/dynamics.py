@@ -35,8 +35,7 @@ def remove_objects(houses: Houses) -> None:
     # Given that it is below the probability, uniform / prob is uniform: a random order for free.
     order = uniform / houses.object_remove_prob.ravel()[objects]
     budget = np.maximum(houses.num_objects - houses.min_count, 0)
-    leaving, _, _ = list_first(house, order, budget)
-    houses.empty_slots(objects[leaving])
+    houses.empty_slots(objects[_choose_first(house, order, budget)])
 
 
 def move_objects(houses: Houses) -> None:
@@ -71,7 +70,7 @@ def add_objects(houses: Houses) -> None:
     house, column = house[fits], column[fits]
     order = stream.read_last(house, column) / threshold[column]
     budget = np.maximum(houses.max_count - houses.num_objects, 0)
-    coming = np.sort(list_first(house, order, budget)[0])
+    coming = _choose_first(house, order, budget)
     house, column = house[coming], column[coming]
     types = column // 3
     codes = houses.object_descriptions.sample(types, stream.read_last(house, column + 1))
@@ -83,6 +82,13 @@ def add_objects(houses: Houses) -> None:
         houses.object_row.ravel()[objects], stream.read_last(house, column + 2)
     )
     houses.place_objects(objects, places, can_leave)
+
+
+def _choose_first(house: np.ndarray, order: np.ndarray, budget: np.ndarray) -> np.ndarray:
+    """Return the positions of the first of every house, up to its budget, ascending."""
+    if (np.bincount(house, minlength=len(budget)) <= budget).all():
+        return np.arange(len(house))
+    return np.sort(list_first(house, order, budget)[0])
 
 
 def list_first(
