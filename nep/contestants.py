@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from nep.policy import NEPPolicy
+from nep.trained import PRETRAINED, WEIGHTS, find_trained
 from simulator.homes import Homes
 from simulator.policies import POLICIES, Policy, check_policy, make_policy
+from simulator.shards import compute_checksum
 from simulator.tasks.registry import TASKS, check_task
 
 MakePolicy = Callable[[Homes], Policy]
@@ -22,7 +23,7 @@ class Checkpoint:
 
     Attributes:
         name: in tables and figures.
-        path: the file.
+        path: the checkpoint, or the exported folder.
         task: the task that it plays, None for all.
     """
 
@@ -32,34 +33,39 @@ class Checkpoint:
 
     @classmethod
     def parse(cls, text: str) -> Checkpoint:
-        """Read `PATH`, `NAME=PATH` or `NAME@TASK=PATH`.
+        """Read `SOURCE`, `NAME=SOURCE` or `NAME@TASK=SOURCE`, where the source is a path or "heat".
 
         A path alone is named after its folder: `runs/heat/version_0/checkpoints/last.ckpt` is
-        "heat/version_0".
+        "heat/version_0"; an exported folder after itself.
 
         Raises:
-            ValueError: if there is no such file or task.
+            ValueError: if there is no such file, folder, shipped network or task.
         """
-        name, separator, rest = text.partition("=")
-        if not separator or Path(text).is_file():
-            path = Path(text)
-            folder = path.absolute().parent
-            run = folder.parent if folder.name == "checkpoints" else folder
-            name, rest = f"{run.parent.name}/{run.name}", text
+        name, separator, source = text.partition("=")
+        if not separator or Path(text).exists():
+            path = find_trained(text)
+            return cls(_name_after(path.absolute()), path)
         name, separator, task = name.partition("@")
         if separator:
             check_task(task)
-        if not Path(rest).is_file():
-            raise ValueError(
-                f"checkpoint must be a file that exists, got {rest!r}. Train one with "
-                "`python -m nep.fit`, and give PATH, NAME=PATH or NAME@TASK=PATH."
-            )
-        return cls(name, Path(rest), task if separator else None)
+        return cls(name, find_trained(source), task if separator else None)
 
     def describe(self) -> dict[str, str | None]:
-        """Return name, task, path and SHA-256, as JSON values."""
-        digest = hashlib.sha256(self.path.read_bytes()).hexdigest()
-        return {"name": self.name, "task": self.task, "path": str(self.path), "sha256": digest}
+        """Return name, task, path and SHA-256 (of an exported folder's weights), as JSON values."""
+        shipped = self.path.parent == PRETRAINED
+        return {
+            "name": self.name,
+            "task": self.task,
+            "path": self.path.name if shipped else str(self.path),
+            "sha256": compute_checksum(self.path / WEIGHTS if self.path.is_dir() else self.path),
+        }
+
+
+def _name_after(path: Path) -> str:
+    if path.is_dir():
+        return path.name
+    run = path.parent.parent if path.parent.name == "checkpoints" else path.parent
+    return f"{run.parent.name}/{run.name}"
 
 
 def check_contestants(
@@ -84,7 +90,7 @@ def check_contestants(
             if name in POLICIES or names.count(name) > 1:
                 raise ValueError(
                     f"names of checkpoints must differ from each other and from the policies, got "
-                    f"{name!r} twice for {task}. Give NAME=PATH or NAME@TASK=PATH."
+                    f"{name!r} twice for {task}. Give NAME=SOURCE or NAME@TASK=SOURCE."
                 )
     for task in tasks:
         if not policies and all(point.task not in (None, task) for point in checkpoints):

@@ -21,6 +21,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from nep.contestants import Checkpoint, check_contestants, list_contestants
 from nep.figures import draw_over_steps
 from nep.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
+from nep.trained import list_shipped
 from simulator.config import HouseConfig
 from simulator.evaluation import TaskScores, evaluate_policy
 from simulator.houses import Houses
@@ -257,8 +258,9 @@ def _make_parser() -> argparse.ArgumentParser:
         "--checkpoint",
         action="append",
         default=[],
-        metavar="[NAME[@TASK]=]PATH",
-        help="a trained network, for all tasks or for one; may be repeated",
+        metavar="[NAME[@TASK]=]SOURCE",
+        help="a trained network, for all tasks or for one: a checkpoint, an exported folder or "
+        f"one that ships with the package ({', '.join(list_shipped())}); may be repeated",
     )
     parser.add_argument("--houses", type=int, default=defaults.houses, help="sampled homes")
     parser.add_argument("--steps", type=int, help="time steps; 100, or all recorded ones")

@@ -1,5 +1,6 @@
 """iGridson with a trained Node Edge Predictor: `python -m nep.igridson run --checkpoint CKPT`.
 
+CKPT is a checkpoint, an exported folder, or "heat", which ships with the package.
 The commands are those of `python -m simulator.igridson`, with one more policy, `nep`.
 """
 
@@ -8,7 +9,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 import torch
 
@@ -22,7 +22,7 @@ PROG = "python -m nep.igridson"
 def main(args: Sequence[str] | None = None) -> int:
     """Load the checkpoint and hand on to iGridson's own command line."""
     parser = argparse.ArgumentParser(prog=PROG, add_help=False, allow_abbrev=False)
-    parser.add_argument("--checkpoint", type=Path)
+    parser.add_argument("--checkpoint")  # a name of one that ships with the package is no path
     parser.add_argument("--threads", type=int)
     options, rest = parser.parse_known_args(args)
     if options.threads is not None:

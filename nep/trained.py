@@ -54,6 +54,27 @@ def list_shipped() -> list[str]:
     return sorted(path.parent.name for path in PRETRAINED.glob(f"*/{CONFIG}"))
 
 
+def find_trained(source: str | Path) -> Path:
+    """Find the exported folder or checkpoint that a source names, without reading it.
+
+    Args:
+        source: as in `load_trained`.
+
+    Raises:
+        ValueError: if there is no such file or folder.
+    """
+    if source in list_shipped():
+        return PRETRAINED / source
+    path = Path(source)
+    if not path.exists():
+        raise ValueError(
+            "checkpoint must be a file that can be read, an exported folder or one of "
+            f"{', '.join(list_shipped())}, got {str(source)!r}. Train one with "
+            "`python -m nep.fit`, or check the path."
+        )
+    return path
+
+
 def load_trained(source: str | Path) -> TrainedModel:
     """Load a trained network; nothing in the files is executed.
 
@@ -66,18 +87,8 @@ def load_trained(source: str | Path) -> TrainedModel:
         ValueError: if there is no such file, it is damaged, or it was trained with another feature
             schema or other text vectors than those installed.
     """
-    if source in list_shipped():
-        return load_exported(PRETRAINED / source)
-    path = Path(source)
-    if path.is_dir():
-        return load_exported(path)
-    if not path.exists():
-        raise ValueError(
-            "checkpoint must be a file that can be read, an exported folder or one of "
-            f"{', '.join(list_shipped())}, got {str(source)!r}. Train one with "
-            "`python -m nep.fit`, or check the path."
-        )
-    return load_checkpoint(path)
+    path = find_trained(source)
+    return load_exported(path) if path.is_dir() else load_checkpoint(path)
 
 
 def load_checkpoint(path: Path) -> TrainedModel:

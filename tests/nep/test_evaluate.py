@@ -1,5 +1,6 @@
 """`python -m nep.evaluate`: what it writes, that it repeats, and what it refuses."""
 
+import hashlib
 import json
 import re
 
@@ -9,7 +10,9 @@ import torch
 
 from nep.contestants import Checkpoint
 from nep.evaluate import main
+from nep.export import main as export
 from nep.fit import main as fit
+from nep.trained import WEIGHTS
 from simulator.policies import POLICIES
 from simulator.tasks.registry import TASKS
 
@@ -110,6 +113,24 @@ def test_names_of_checkpoints(checkpoint, tmp_path):
     assert Checkpoint.parse(str(odd)).path == odd
     one = Checkpoint.parse(f"my net@find_object={checkpoint}")
     assert (one.name, one.task) == ("my net", "find_object")
+    assert Checkpoint.parse("heat").name == "heat"
+    assert Checkpoint.parse("ours=heat").path == Checkpoint.parse("heat").path
+
+
+def test_exported_and_shipped_networks_play_like_their_checkpoint(checkpoint, tmp_path):
+    exported = tmp_path / "exported"
+    export([str(checkpoint), str(exported), "--homes", "0"])
+    main(["--out", str(tmp_path), *SMALL, "--policies", "none", "--tasks", "predict_location",
+          "--checkpoint", f"A={checkpoint}", "--checkpoint", str(exported),
+          "--checkpoint", "heat"])  # fmt: skip
+    results = read(tmp_path)
+    played = results["tasks"]["predict_location"]["policies"]
+    assert played["A"]["values"] == played["exported"]["values"]
+    assert len(played) == 3
+    weights = (exported / WEIGHTS).read_bytes()
+    described = {entry["name"]: entry for entry in results["config"]["checkpoints"]}
+    assert described["exported"]["sha256"] == hashlib.sha256(weights).hexdigest()
+    assert described["heat"]["path"] == "heat"
 
 
 @pytest.mark.parametrize(
@@ -125,7 +146,7 @@ def test_names_of_checkpoints(checkpoint, tmp_path):
         (["--threads", "0"], "threads must be at least 1, got 0. Raise it."),
         (["--split", "all"], "split must be one of train, val, test, got 'all'"),
         (["--prior", "no.json"], "prior must be a file that can be read, got 'No such file"),
-        (["--checkpoint", "no.ckpt"], "checkpoint must be a file that exists, got 'no.ckpt'"),
+        (["--checkpoint", "no.ckpt"], "an exported folder or one of heat, got 'no.ckpt'. Train"),
         (["--checkpoint", "a@dance=no.ckpt"], "task must be one of .*, got 'dance'"),
     ],
 )

@@ -40,3 +40,10 @@ def test_missing_checkpoints_are_named(tmp_path, capsys):
     assert "no.ckpt" in message
     assert main(["run", "--policy", "nep", "--runs", "100"]) == 2  # no checkpoint at all
     assert "[--checkpoint CKPT]" in capsys.readouterr().err
+
+
+def test_the_shipped_network_plays(tmp_path, capsys):
+    args = ["run", "--policy", "nep", "--checkpoint", "heat", "--runs", "4",
+            "--queries-per-home", "4", "--quiet", "--out", str(tmp_path / "runs.json")]  # fmt: skip
+    assert main(args) == 0
+    assert "| nep | " in capsys.readouterr().out
