@@ -97,12 +97,20 @@ class SGMDataModule(pl.LightningDataModule):
         self.workers = workers if workers is not None else os.cpu_count() or 1
         features = features or FeatureConfig()
         self.builder = GraphBuilder(features, num_hops, seed)
-        # What a checkpoint needs to be used without this data module, as plain data.
+        # What a checkpoint needs to be used without this data module, and what a model card says.
         self.save_hyperparameters(
             {
                 "features": asdict(features),
                 "feature_schema": FEATURE_SCHEMA_VERSION,
                 "text": self.builder.text_name,
+                "training": {
+                    "houses": houses,
+                    "steps": steps,
+                    "task": task,
+                    "policy": policy,
+                    "seed": seed,
+                    "snapshots": train_snapshots,
+                },
             },
             logger=False,
         )

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.special import logit
+from scipy.special import expit, logit
 
 from nep.searches import Searches
 from simulator.metrics import compute_calibration_error, compute_nll, compute_probabilities
@@ -16,22 +16,33 @@ from simulator.metrics import compute_calibration_error, compute_nll, compute_pr
 class Calibration:
     """What turns logits of places into probabilities that mean what they say.
 
-    The probabilities are the softmax over the logits of the places, divided by `temperature`, and
-    one more logit for "elsewhere": at none of the query's candidate places. A place that was
-    looked at in this very time step without showing the object gets `absent_logit` on top.
+    Looks in vain are places looked at in this very time step without showing the object. They make
+    it another question, in which the network takes itself to be surer than it is, and what is not
+    found may be gone:
+
+        elsewhere = sigmoid(elsewhere_logit + elsewhere_slope * s)
+        places    = (1 - elsewhere) * softmax(logit / T + absent_logit [looked at in vain])
+
+    with s the share of candidate places that were looked at in vain, and T `late_temperature` if
+    there are any, `temperature` if not. So "elsewhere" does not depend on how many places a home
+    has.
 
     Attributes:
         temperature: above 1 where the network is too sure of itself.
-        elsewhere_logit: of "elsewhere".
-        absent_logit: about the logarithm of the detector's miss rate.
+        late_temperature: the same after a look in vain.
+        absent_logit: of a place that was looked at in vain, after a network that has seen the same.
+        elsewhere_logit: of "elsewhere" before any look; -inf for never.
+        elsewhere_slope: what looking at all places in vain adds to it.
         elsewhere_share: share of the searches it was fitted to whose object was elsewhere.
 
     Source: Guo et al. 2017 (temperature).
     """
 
     temperature: float = 1.0
-    elsewhere_logit: float = -np.inf
+    late_temperature: float = 1.0
     absent_logit: float = 0.0
+    elsewhere_logit: float = -np.inf
+    elsewhere_slope: float = 0.0
     elsewhere_share: float = 0.0
 
     def compute_probabilities(self, scores: np.ndarray, is_absent: np.ndarray) -> np.ndarray:
@@ -44,10 +55,16 @@ class Calibration:
             scores: logits, -inf where there is no candidate edge, (Q, F).
             is_absent: from `find_absent`, bool (Q, F).
         """
-        places = scores / self.temperature + self.absent_logit * is_absent
-        elsewhere = np.full((len(scores), 1), self.elsewhere_logit)
-        elsewhere[~np.isfinite(scores).any(axis=1)] = 0.0
-        return compute_probabilities(np.concatenate([places, elsewhere], axis=1), "logits")
+        is_candidate = np.isfinite(scores)
+        is_vain = is_absent & is_candidate
+        is_late = is_vain.any(axis=1, keepdims=True)  # (Q, 1)
+        share = is_vain.sum(axis=1) / np.maximum(is_candidate.sum(axis=1), 1)  # (Q,)
+        elsewhere = expit(self.elsewhere_logit + self.elsewhere_slope * share)
+        elsewhere[~is_candidate.any(axis=1)] = 1.0
+        temperature = np.where(is_late, self.late_temperature, self.temperature)
+        logits = scores / temperature + self.absent_logit * is_vain
+        places = compute_probabilities(logits, "logits") * (1 - elsewhere[:, None])
+        return np.concatenate([places, elsewhere[:, None]], axis=1)
 
     def with_share(self, share: float) -> Calibration:
         """Return the calibration for a user who asks for things elsewhere more or less often.
@@ -77,22 +94,27 @@ class Calibration:
 
 
 def fit_calibration(searches: Searches) -> Calibration:
-    """Fit temperature, elsewhere and absent logit by their mean negative log likelihood.
+    """Fit all parameters by their mean negative log likelihood.
 
     Args:
         searches: in validation homes, some of them for objects that are elsewhere.
     """
 
     def unpack(values: np.ndarray) -> Calibration:
-        temperature = float(np.exp(values[0]))
+        temperature, late_temperature = np.exp(values[:2])
         return Calibration(
-            temperature, float(values[1]), float(values[2]), searches.elsewhere_share
+            temperature=float(temperature),
+            late_temperature=float(late_temperature),
+            absent_logit=float(values[2]),
+            elsewhere_logit=float(values[3]),
+            elsewhere_slope=float(values[4]),
+            elsewhere_share=searches.elsewhere_share,
         )
 
     def loss(values: np.ndarray) -> float:
         return measure_calibration(searches, unpack(values))["nll"]
 
-    return unpack(minimize(loss, np.zeros(3), method="BFGS").x)
+    return unpack(minimize(loss, np.zeros(5), method="BFGS").x)
 
 
 def measure_calibration(searches: Searches, calibration: Calibration) -> dict[str, float]:

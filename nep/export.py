@@ -17,10 +17,18 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from nep.calibration import Calibration, fit_calibration, measure_calibration
 from nep.evaluate import list_versions
-from nep.model_card import REFERENCES, make_card
+from nep.model_card import REFERENCES, SCORED_TASKS, make_card
 from nep.policy import NEPPolicy
 from nep.searches import Searches, play_searches
-from nep.trained import CONFIG, WEIGHTS, TrainedModel, load_checkpoint, load_config, save_exported
+from nep.trained import (
+    CONFIG,
+    WEIGHTS,
+    TrainedModel,
+    load_checkpoint,
+    load_config,
+    read_training_data,
+    save_exported,
+)
 from simulator.config import HouseConfig
 from simulator.evaluation import evaluate_policy
 from simulator.homes import Homes
@@ -65,7 +73,8 @@ class ExportConfig:
 
     def count_steps(self) -> int:
         """Return how often `export_model` calls `on_step`."""
-        return (3 + len(REFERENCES)) * self.steps if self.homes else 0
+        num_games = len(SCORED_TASKS) * (len(REFERENCES) + 1)
+        return (2 + num_games) * self.steps if self.homes else 0
 
 
 def export_model(
@@ -94,6 +103,7 @@ def export_model(
         "checkpoint_sha256": hashlib.sha256(checkpoint.read_bytes()).hexdigest(),
         "versions": list_versions(),
         "num_parameters": sum(part.numel() for part in model.module.parameters()),
+        "training": read_training_data(checkpoint),
     }
     if config.homes:
         model, notes["measured"] = measure_model(model, config, on_step)
@@ -115,7 +125,7 @@ def measure_model(
 
     Returns:
         The calibrated network, and what was measured as JSON values: the sizes, its calibration in
-        test homes before and after, and the accuracy of it and of the references.
+        test homes before and after, and the scores of it and of the references in two tasks.
     """
 
     def make(houses: Homes) -> Policy:
@@ -127,14 +137,14 @@ def measure_model(
         what = f"searching {split} homes"
         return play_searches(houses, make(houses), config.steps, on_search=lambda: on_step(what))
 
-    def score(name: str) -> dict[str, float]:
+    def score(task: str, name: str) -> dict[str, float]:
         streams = Streams(config.seed, "test", range(config.homes))
         maker = make if name == "network" else lambda houses: make_policy(name, houses)
         scores = evaluate_policy(
             maker, PriorGraph.default(), HouseConfig(), streams, config.steps,
-            lambda: on_step(f"{name} in test homes"),
-        )  # fmt: skip
-        return {"mean": float(scores.accuracy.mean()), "std": float(scores.accuracy.std())}
+            lambda: on_step(f"{name} in test homes"), task,
+        ).home_values  # fmt: skip
+        return {"mean": float(scores.mean()), "std": float(scores.std())}
 
     calibration = fit_calibration(search("val"))
     unseen = search("test")
@@ -145,7 +155,10 @@ def measure_model(
         "num_decisions": len(unseen.scores),
         "before": measure_calibration(unseen, Calibration()),
         "after": measure_calibration(unseen, calibration),
-        "accuracy": {name: score(name) for name in (*REFERENCES, "network")},
+        "scores": {
+            task: {name: score(task, name) for name in (*REFERENCES, "network")}
+            for task in SCORED_TASKS
+        },
     }
     return replace(model, calibration=calibration), measured
 

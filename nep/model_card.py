@@ -11,6 +11,8 @@ from nep.tables import join_table
 # Who is scored in the same homes, worst first as a rule.
 REFERENCES = ("priors", "last_seen_prior", "bayesian", "prior_filter", "ceiling")
 
+SCORED_TASKS = ("predict_location", "find_object")
+
 TEMPLATE = Path(__file__).parent / "pretrained" / "card_template.md"
 
 
@@ -24,10 +26,19 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
     notes, calibration = config["notes"], config["calibration"]
     measured = notes["measured"]
     names = {"network": f"**{name}**"}
-    scores = sorted(measured["accuracy"].items(), key=lambda item: item[1]["mean"])
-    accuracy = join_table(
-        ["policy", "accuracy", "std over homes"],
-        [[names.get(who, who), f"{own['mean']:.3f}", f"{own['std']:.3f}"] for who, own in scores],
+    first_guesses, looks = (measured["scores"][task] for task in SCORED_TASKS)
+    scores = join_table(
+        ["policy", "right first guesses", "std over homes", "looks until found", "std over homes"],
+        [
+            [
+                names.get(who, who),
+                f"{guesses['mean']:.3f}",
+                f"{guesses['std']:.3f}",
+                f"{looks[who]['mean']:.2f}",
+                f"{looks[who]['std']:.2f}",
+            ]
+            for who, guesses in sorted(first_guesses.items(), key=lambda item: item[1]["mean"])
+        ],
     )
     columns = {
         "nll": "NLL",
@@ -51,12 +62,23 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
         size=notes["num_parameters"] * 4 / 1e6,
         command=notes["command"],
         checkpoint=notes["checkpoint_sha256"],
-        homes=measured["homes"],
-        steps=measured["steps"],
+        scored_homes=measured["homes"],
+        scored_steps=measured["steps"],
         num_decisions=f"{measured['num_decisions']:,}",
-        accuracy=accuracy,
+        scores=scores,
+        training=_describe_training(notes["training"]),
         calibration=calibrated,
-        temperature=calibration["temperature"],
-        elsewhere_logit=calibration["elsewhere_logit"],
-        absent_logit=calibration["absent_logit"],
+        **{f"calibrated_{key}": value for key, value in calibration.items()},
+    )
+
+
+def _describe_training(training: Mapping[str, Any] | None) -> str:
+    if training is None:
+        return "its checkpoint does not say how many"
+    chosen = (
+        "all memories" if training["snapshots"] is None else f"{training['snapshots']:,} memories"
+    )
+    return (
+        f"{chosen} of {training['houses']} homes x {training['steps']} time steps, with the "
+        f"questions and looks of the task `{training['task']}`, collected by `{training['policy']}`"
     )

@@ -29,7 +29,7 @@ from nep.module import NEPModule
 from simulator.shards import write_whole
 
 FORMAT = "node edge predictor"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 CONFIG, WEIGHTS = "config.json", "weights.safetensors"
 PRETRAINED = Path(__file__).parent / "pretrained"
 
@@ -115,6 +115,17 @@ def load_checkpoint(path: Path) -> TrainedModel:
             "Train again, or check the path."
         ) from error
     return TrainedModel(module, _make_builder(features, module, data["text"], path))
+
+
+def read_training_data(path: Path) -> dict[str, Any] | None:
+    """Read what a checkpoint of `load_checkpoint` was trained on, as JSON values.
+
+    Returns:
+        `houses`, `steps`, `task`, `policy` and `seed` of the collection, and how many `snapshots`
+        of it, None for all; or None for a checkpoint from before this was written down.
+    """
+    content = torch.load(path, map_location="cpu", weights_only=True)
+    return content["datamodule_hyper_parameters"].get("training")
 
 
 def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> None:

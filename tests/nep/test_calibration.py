@@ -21,11 +21,16 @@ def sample_searches(truth: Calibration, count: int, seed: int) -> Searches:
 
 
 def test_known_parameters_are_found_again():
-    truth = Calibration(1.7, 0.8, -1.4, 0.1)
-    found = fit_calibration(sample_searches(truth, 20_000, seed=0))
-    assert found.temperature == pytest.approx(1.7, abs=0.06)
-    assert found.elsewhere_logit == pytest.approx(0.8, abs=0.1)
+    truth = Calibration(
+        temperature=1.7, late_temperature=2.5, absent_logit=-1.4,
+        elsewhere_logit=-1.2, elsewhere_slope=2.0, elsewhere_share=0.1,
+    )  # fmt: skip
+    found = fit_calibration(sample_searches(truth, 40_000, seed=0))
+    assert found.temperature == pytest.approx(1.7, abs=0.1)
+    assert found.late_temperature == pytest.approx(2.5, abs=0.1)
     assert found.absent_logit == pytest.approx(-1.4, abs=0.1)
+    assert found.elsewhere_logit == pytest.approx(-1.2, abs=0.1)
+    assert found.elsewhere_slope == pytest.approx(2.0, abs=0.3)
     assert found.elsewhere_share == 0.1
     unseen = sample_searches(truth, 20_000, seed=1)
     before, after = measure_calibration(unseen, Calibration()), measure_calibration(unseen, found)
@@ -33,6 +38,24 @@ def test_known_parameters_are_found_again():
     assert before["ece"] > 0.1  # overconfident, and never elsewhere
     assert after["ece"] < 0.02
     assert after["ece_elsewhere"] < 0.02
+
+
+def test_looks_in_vain_make_it_another_question():
+    # Logits ln 4 and 0. First: temperature 1, 4 : 1, and elsewhere 1/2. After a look in vain at the
+    # first place: temperature 2 makes it 2 : 1, its ln(1/4) makes it 1/2 : 1; half of the places
+    # were looked at, ln 3 / 2 x 2 makes elsewhere 3/4.
+    calibration = Calibration(
+        late_temperature=2.0, absent_logit=-np.log(4),
+        elsewhere_logit=0.0, elsewhere_slope=2 * np.log(3), elsewhere_share=0.5,
+    )  # fmt: skip
+    scores = np.log([[4.0, 1.0], [4.0, 1.0]])
+    is_absent = np.array([[False, False], [True, False]])
+    probability = calibration.compute_probabilities(scores, is_absent)
+    np.testing.assert_allclose(probability[0], np.array([4, 1, 5]) / 10)
+    np.testing.assert_allclose(probability[1], np.array([1, 2, 9]) / 12)
+    # Odds of elsewhere in a search go from 1 : 1 to 1 : 3, before and after looks: 1/3 of 1, of 3.
+    rare = calibration.with_share(0.25).compute_probabilities(scores, is_absent)
+    np.testing.assert_allclose(rare[:, 2], [1 / 4, 1 / 2])
 
 
 def test_measures_worked_by_hand():

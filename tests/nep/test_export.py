@@ -95,12 +95,17 @@ def test_a_small_export_is_calibrated_and_says_what_it_measured(checkpoint, tmp_
     measured = config["notes"]["measured"]
     assert (measured["homes"], measured["steps"]) == (2, 3)
     assert measured["after"]["nll"] < measured["before"]["nll"]
-    assert set(measured["accuracy"]) >= {"network", "bayesian", "ceiling"}
+    for scores in measured["scores"].values():
+        assert set(scores) >= {"network", "bayesian", "ceiling"}
     card = (tmp_path / "net" / "MODEL_CARD.md").read_text(encoding="utf-8")
     # Nothing of the machine: the path was absolute, so that its name alone is left.
     assert "python -m nep.export last.ckpt net --homes=2 --steps=3 --seed=0" in card
     assert str(tmp_path) not in card
-    assert f"| **net** | {measured['accuracy']['network']['mean']:.3f} |" in card
+    assert (
+        "all memories of 100 homes x 100 time steps, with the questions and looks of the task "
+        "`predict_location`, collected by `bayesian`."
+    ) in card
+    assert f"| **net** | {measured['scores']['predict_location']['network']['mean']:.3f} |" in card
     assert ObjectFinder.load(tmp_path / "net").calibration.temperature > 0
 
 
@@ -121,8 +126,8 @@ def edit(folder: Path, *path: str, value) -> None:
         (["schema", "edge_types"], [], r"edge_types of the exported schema must be .*got \[\]"),
         (["schema", "text"], "fr_maison-2", r"text vectors must be fr_maison-2, got en_househ"),
         (["schema"], None, r"config\.json must be as nep\.export wrote it, got TypeError"),
-        (["version"], 2, r"exported folder must have version 1, got 2 in .*Install"),
-        (["format"], "cake", r"exported folder must have version 1"),
+        (["version"], 1, r"exported folder must have version 2, got 1 in .*export again"),
+        (["format"], "cake", r"exported folder must have version 2"),
         (["features"], {"smell": True}, r"must be one that nep\.export wrote, got TypeError"),
         (["model", "encoder", "class_path"], "os.path", r"encoder must be one of nep\.encoders\."),
         (["model", "transformer"], False, r"must be one that nep\.export wrote, got RuntimeErr"),
@@ -183,6 +188,10 @@ def test_what_is_shipped_is_small_calibrated_and_described(folder):
     assert measured["homes"] >= 100
     assert measured["after"]["ece"] < 0.5 * measured["before"]["ece"]
     assert measured["after"]["ece_elsewhere"] < 0.05
-    accuracy = {name: own["mean"] for name, own in measured["accuracy"].items()}
-    assert accuracy["bayesian"] < accuracy["network"] < accuracy["ceiling"]
+    first_guesses, looks = (
+        {name: own["mean"] for name, own in measured["scores"][task].items()}
+        for task in ("predict_location", "find_object")
+    )
+    assert first_guesses["bayesian"] < first_guesses["network"] < first_guesses["ceiling"]
+    assert looks["bayesian"] > looks["network"] > looks["ceiling"]
     assert NEPPolicy.load(folder.name)

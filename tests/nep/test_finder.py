@@ -207,10 +207,12 @@ def test_bad_input_is_refused(finder, home, tmp_path):
 
 def test_probabilities_worked_by_hand():
     # Places of logits 0 and ln 9 at temperature 2: exp(0) = 1 and exp(ln 9 / 2) = 3; the first was
-    # looked at in vain, a factor 1/4; elsewhere exp(ln .75) = .75. Their sum is .25 + 3 + .75 = 4.
-    calibration = Calibration(2.0, float(np.log(0.75)), float(np.log(0.25)), 0.1)
+    # looked at in vain, a factor 1/4. Elsewhere exp(0) against 3, .25; the rest is shared 1 : 12.
+    calibration = Calibration(
+        late_temperature=2.0, absent_logit=np.log(0.25), elsewhere_logit=-np.log(3)
+    )
     scores = np.array([[0.0, np.log(9), -np.inf]])
     got = calibration.compute_probabilities(scores, np.array([[True, False, True]]))
-    assert got[0] == pytest.approx([0.0625, 0.75, 0.0, 0.1875])
+    assert got[0] == pytest.approx([0.75 / 13, 0.75 * 12 / 13, 0.0, 0.25])
     nowhere = calibration.compute_probabilities(np.full((1, 3), -np.inf), np.zeros((1, 3), bool))
     assert nowhere[0].tolist() == [0, 0, 0, 1]
