@@ -135,9 +135,9 @@ class Recorder:
             for home in range(num_homes)
         ]
         if memory.clock is not None:
-            for home in np.flatnonzero(~np.isnan(memory.clock).any(axis=1)):
-                # float64: a second is a second even after years of steps
-                arrays[home]["home_clock"] = memory.clock[home].copy()
+            for own, clock in zip(arrays, memory.clock, strict=True):
+                if not np.isnan(clock).any():
+                    own["home_clock"] = clock.copy()  # float64: exact after years of steps
         return arrays
 
     def _add_versions(self, kind: str, home: np.ndarray, rows: np.ndarray, values: Arrays) -> None:
