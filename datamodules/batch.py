@@ -43,7 +43,8 @@ class SGMBatch:
             observed, times observed, time since moved, move frequency; `degree` float32 (N,),
             in-degree before pruning. Edge data of every type: `feature` float32 (E, 9), scaled:
             cosine, time since observed, time since changed, times observed, times true, frequency
-            true, times changed, last state, prior. Edge data of `QUERY_EDGE_TYPES` also: `query`
+            true, times changed, last state, prior; then, if the model reads them, 5 belief and 8
+            clock features (`FeatureConfig`). Edge data of `QUERY_EDGE_TYPES` also: `query`
             int64 (E,), the snapshot 0..B-1 whose query edge it is, or -1; `target` float32 (E,),
             1 or 0 for query edges whose truth is known, else nan; and, where the task grades
             places, `grade` float32 (E,), what the place of each query edge is worth.

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from simulator.memory.clock import DAY_SECONDS, compute_week_seconds
 from simulator.memory.memory_batch import NEVER
 from simulator.memory.snapshots import Snapshots
 
@@ -14,8 +15,9 @@ from simulator.memory.snapshots import Snapshots
 NODE_SCALE = 200 / (100 * 10.0)
 EDGE_SCALE = 500 / (100 * 10.0)
 
-# Columns of `compute_belief_features`.
+# Columns of `compute_belief_features` and of `compute_clock_features`.
 BELIEF_DIM = 5
+CLOCK_DIM = 8
 
 # Raise it when the meaning or order of features changes: checkpoints state theirs.
 FEATURE_SCHEMA_VERSION = 1
@@ -37,6 +39,10 @@ class FeatureConfig:
         random_candidates: hypothetical edges per query with `candidates: random`.
         belief: what `HomeFilter` believes about the query object at the place of each query edge,
             five more columns: the filter knows the rules of the homes. Not in the paper.
+        clock: hour of day and day of week, as sine and cosine, of the present and of the last
+            sighting of every edge between an object and furniture, eight more columns
+            (`compute_clock_features`). Needs homes of which it is known what time it is, recorded
+            ones (docs/traces.md) or a memory with a clock. Not in the paper.
         text_pipeline: None for the shipped one, or "en_core_web_sm" (ruling 21).
 
     Source: paper appendix B, Table 2; rulings 12-14.
@@ -50,6 +56,7 @@ class FeatureConfig:
     threshold: float = 0.0
     random_candidates: int = 16
     belief: bool = False
+    clock: bool = False
     text_pipeline: str | None = None
 
 
@@ -152,6 +159,47 @@ def compute_belief_features(belief: np.ndarray) -> np.ndarray:
     return np.stack(columns, axis=1).astype(np.float32)
 
 
+def compute_clock_features(
+    clock: np.ndarray, time: np.ndarray, last_true: np.ndarray
+) -> np.ndarray:
+    """Return the eight clock features of edges between objects and furniture, float32 (n, 8).
+
+    Sine and cosine of the hour of the day, then of the day of the week, now; the same four of when
+    the object was last seen there. Of an edge that was never seen true these four are zero, which
+    no time is.
+
+    The hour runs around the circle once a day from midnight: 06:00 is (1, 0). The day stays where
+    it is from midnight to midnight: Monday is (0, 1).
+
+    Args:
+        clock: `Snapshots.clock` of the home of each edge, (n, 2).
+        time: the present time step, (n,).
+        last_true: time step of the last sighting, (n,).
+    """
+    was_seen = last_true != NEVER
+    now = _compute_circles(compute_week_seconds(clock, time))
+    seen = _compute_circles(compute_week_seconds(clock, last_true)) * was_seen[:, None]
+    return np.concatenate([now, seen], axis=1).astype(np.float32)
+
+
+def require_clock(clock: np.ndarray | None) -> np.ndarray:
+    """Return the clocks of homes, which all must have one.
+
+    Args:
+        clock: `MemoryBatch.clock` or `Snapshots.clock`.
+
+    Raises:
+        ValueError: if there is none, or some home has none.
+    """
+    if clock is None or np.isnan(clock).any():
+        raise ValueError(
+            "homes must have a clock for features.clock, got one without. Say in layout.json when "
+            "a recorded home starts, or make the memory with SceneGraphMemory(clock=Clock(...)); "
+            "simulated homes have none."
+        )
+    return clock
+
+
 def drop_features(
     temporal: np.ndarray, edge: np.ndarray, config: FeatureConfig
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -164,6 +212,15 @@ def drop_features(
     if not config.prior:
         edge[:, 8] = 0
     return temporal, edge
+
+
+def _compute_circles(week_seconds: np.ndarray) -> np.ndarray:
+    """Return sine and cosine of hour of day and of day of week, (n,) -> (n, 4)."""
+    day, second = np.divmod(week_seconds, DAY_SECONDS)
+    hour_angle = second * (2 * np.pi / DAY_SECONDS)
+    day_angle = day * (2 * np.pi / 7)
+    columns = [np.sin(hour_angle), np.cos(hour_angle), np.sin(day_angle), np.cos(day_angle)]
+    return np.stack(columns, axis=1)
 
 
 def _compute_since(time: np.ndarray, stamp: np.ndarray) -> np.ndarray:

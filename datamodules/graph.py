@@ -12,18 +12,22 @@ import torch
 from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, TEXT_DIM, SGMBatch
 from datamodules.features import (
     BELIEF_DIM,
+    CLOCK_DIM,
     FeatureConfig,
     compute_belief_features,
+    compute_clock_features,
     compute_edge_features,
     compute_furniture_temporal,
     compute_hypothetical_features,
     compute_layout_features,
     compute_object_temporal,
     drop_features,
+    require_clock,
 )
 from datamodules.heterograph import make_heterograph
 from datamodules.text import TextVectors
 from simulator.memory.candidates import propose_places, sample_places
+from simulator.memory.memory_batch import NEVER
 from simulator.memory.snapshots import Snapshots, forget
 
 
@@ -74,6 +78,8 @@ class GraphBuilder:
         drop_features(temporal, feature, self.config)
         if self.config.belief:
             feature = _append_belief(snapshots, kept, nodes, feature)
+        if self.config.clock:
+            feature = _append_clock(snapshots, kept, feature)
         grade = _compute_grades(snapshots, kept, nodes)
 
         graph = make_heterograph(
@@ -346,6 +352,28 @@ def _append_belief(
     is_query, place = _find_query_places(snapshots, edges, nodes)
     belief = snapshots.query_belief[place]
     columns[is_query] = compute_belief_features(belief)
+    return np.concatenate([feature, columns], axis=1)
+
+
+def _append_clock(snapshots: Snapshots, edges: _Edges, feature: np.ndarray) -> np.ndarray:
+    """Append the clock features of edges of objects, zero for the layout, (E, D) -> (E, D + 8).
+
+    Raises:
+        ValueError: if it is not known of every snapshot what time it was.
+    """
+    clock = require_clock(snapshots.clock)
+    num_remembered = len(snapshots.edge_object)
+    rows = np.flatnonzero(edges.source >= 0)
+    source = edges.source[rows]
+    # Of remembered edges, then of hypothetical ones, as `source` numbers them.
+    snapshot = np.concatenate(
+        [snapshots.object_snapshot[snapshots.edge_object], edges.hypothetical[0]]
+    )
+    never = np.full(len(snapshot) - num_remembered, NEVER)
+    last_true = np.concatenate([snapshots.edge_last_true, never])[source]
+    snapshot = snapshot[source]
+    columns = np.zeros((len(feature), CLOCK_DIM), dtype=np.float32)
+    columns[rows] = compute_clock_features(clock[snapshot], snapshots.time[snapshot], last_true)
     return np.concatenate([feature, columns], axis=1)
 
 

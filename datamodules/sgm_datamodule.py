@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -17,6 +19,7 @@ from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.collect import CollectConfig, collect
 from simulator.config import HouseConfig
+from simulator.trace.recordings import TraceConfig
 
 
 class SGMDataModule(pl.LightningDataModule):
@@ -44,6 +47,10 @@ class SGMDataModule(pl.LightningDataModule):
         features: FeatureConfig | None = None,
         num_hops: int | None = None,
         workers: int | None = None,
+        trace: list[str] | None = None,
+        val_trace: list[str] | None = None,
+        step_seconds: float | None = None,
+        by_day: bool = False,
     ) -> None:
         """Set what to load.
 
@@ -67,9 +74,18 @@ class SGMDataModule(pl.LightningDataModule):
             features: which features the model sees; None for all of the paper's.
             num_hops: prune graphs to this many hops around the query edges; None keeps all.
             workers: processes for collecting; None for one per core.
+            trace: train in all recorded homes and steps of these traces, or folders of traces
+                (docs/traces.md), by their own rules; None to sample homes. `houses`, `steps`,
+                `val_houses` and `dynamic_nodes` are of sampled homes.
+            val_trace: the same for validation; other homes than `trace`.
+            step_seconds: length of a step of recorded homes; None for an hour, or what they were
+                simulated with.
+            by_day: whether each recorded day is a home of its own, with an empty memory at first.
 
         Raises:
-            ValueError: if a count or a name is out of range.
+            ValueError: if a count or a name is out of range, a trace is broken, recorded homes are
+                to train on and to validate on, or it is not known of all homes what time it was
+                and `features.clock` needs it.
         """
         super().__init__()
         for name, value in (
@@ -90,6 +106,15 @@ class SGMDataModule(pl.LightningDataModule):
             grades=grades,
         )
         self.val_config = replace(self.train_config, split="val", houses=val_houses)
+        if (trace, val_trace, step_seconds, by_day) != (None, None, None, False):
+            if trace is None or val_trace is None:
+                raise ValueError(
+                    "trace and val_trace must come together, and step_seconds and by_day with them,"
+                    f" got trace {trace} and val_trace {val_trace}. Name folders for both."
+                )
+            self.train_config = _record(self.train_config, trace, step_seconds, by_day)
+            self.val_config = _record(self.val_config, val_trace, step_seconds, by_day)
+        _check_recordings(self.train_config, self.val_config, features)
         self.data_dir = Path(data_dir)
         self.batch_size = batch_size
         self.train_snapshots = train_snapshots
@@ -118,7 +143,12 @@ class SGMDataModule(pl.LightningDataModule):
     def get_folder(self, config: CollectConfig) -> Path:
         """Return the folder of a collection."""
         prior = config.load_prior().checksum[:8]
-        nodes = "dynamic" if config.house.dynamic_nodes else "static"
+        recordings = config.load_recordings(config.load_prior())
+        if recordings is None:
+            nodes = "dynamic" if config.house.dynamic_nodes else "static"
+        else:
+            described = json.dumps(recordings.describe()).encode()
+            nodes = f"trace{hashlib.sha256(described).hexdigest()[:8]}"
         name = f"{config.task}-{config.policy}-{nodes}-{config.steps}steps-seed{config.seed}"
         extras = "-belief" * config.belief + "-grades" * config.grades
         return (
@@ -163,6 +193,39 @@ class SGMDataModule(pl.LightningDataModule):
             generator=shuffle,
             collate_fn=_keep,  # `SnapshotDataset.__getitems__` gives a whole batch
         )
+
+
+def _record(
+    config: CollectConfig, folders: list[str], step_seconds: float | None, by_day: bool
+) -> CollectConfig:
+    """Return what collects all homes and steps of traces instead of sampled homes."""
+    trace = TraceConfig(tuple(folders), step_seconds, by_day)
+    recordings = trace.load(config.load_prior())
+    return replace(config, trace=trace, houses=recordings.num_homes, steps=recordings.num_steps)
+
+
+def _check_recordings(
+    train: CollectConfig, val: CollectConfig, features: FeatureConfig | None
+) -> None:
+    """Check that homes to validate on are others, and have a clock if the features read one."""
+    known: set[str] = set()
+    for config in (train, val):
+        recordings = config.load_recordings(config.load_prior()) if config.trace else None
+        if features is not None and features.clock:
+            if recordings is None:
+                raise ValueError(
+                    "homes must have a clock for features.clock, got sampled homes, in which no "
+                    "time of day means anything. Name recorded homes by trace and val_trace, or "
+                    "switch the feature off."
+                )
+            recordings.check_clock()
+        own = {} if recordings is None else {row.checksum: row.name for row in recordings.traces}
+        for checksum in known & own.keys():
+            raise ValueError(
+                f"homes to validate on must differ from those to train on, got {own[checksum]} in "
+                "trace and val_trace. Take it out of one."
+            )
+        known |= own.keys()
 
 
 def _keep(batch: object) -> SGMBatch:

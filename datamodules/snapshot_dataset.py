@@ -21,6 +21,7 @@ from simulator.memory.snapshots import (
 from simulator.shards import load_manifest, load_shard
 
 _PER_HOUSE = ("room_label", "furniture_label", "furniture_room", "furniture_prob")
+_NO_CLOCK = np.full(2, np.nan)
 
 
 class SnapshotDataset(Dataset[SGMBatch]):
@@ -54,9 +55,11 @@ class SnapshotDataset(Dataset[SGMBatch]):
         self._flat = {
             name: np.concatenate([shard[name] for shard in shards])
             for name in shards[0]
-            if name not in _PER_HOUSE
+            if name not in (*_PER_HOUSE, "home_clock")
         }
         self._houses = {name: np.stack([shard[name] for shard in shards]) for name in _PER_HOUSE}
+        clock = np.stack([shard.get("home_clock", _NO_CLOCK) for shard in shards])
+        self._clock = None if np.isnan(clock).all() else clock
         self._starts = {
             name: np.cumsum([0, *(len(shard[name]) for shard in shards)])
             for name in self._flat
@@ -125,6 +128,7 @@ class SnapshotDataset(Dataset[SGMBatch]):
             answers=flat["snapshot_answers"][indices].astype(bool),
             query_belief=flat["snapshot_belief"][indices] if "snapshot_belief" in flat else None,
             query_grades=flat["snapshot_grades"][indices] if "snapshot_grades" in flat else None,
+            clock=None if self._clock is None else self._clock[house],
             **{f"furniture_{name}": furniture[name] for name in FURNITURE_COUNTERS},
             **{f"object_{name}": objects[name] for name in OBJECT_COUNTERS},
             **{f"edge_{name}": flat[f"edge_version_{name}"][edge_row] for name in EDGE_COUNTERS},

@@ -1,7 +1,7 @@
 """Node Edge Predictor: which remembered or supposed edges of a home are true now.
 
-What a robot needs is exported here: `SceneGraphMemory` and `Sighting` to remember, `ObjectFinder`
-to ask. The names are loaded when they are first used.
+What a robot needs is exported here: `SceneGraphMemory`, `Sighting` and `Clock` to remember,
+`ObjectFinder` to ask. The names are loaded when they are first used.
 """
 
 from __future__ import annotations
@@ -18,10 +18,12 @@ if TYPE_CHECKING:
     from nep.finder import ObjectFinder
     from nep.place import Place, Ranking
     from nep.search_plan import Look, SearchPlan
+    from simulator.memory.clock import Clock
     from simulator.memory.scene_graph_memory import SceneGraphMemory
     from simulator.memory.sighting import SeenAt, Sighting
 
 _MODULES = {
+    "Clock": "simulator.memory.clock",
     "Look": "nep.search_plan",
     "ObjectFinder": "nep.finder",
     "Place": "nep.place",
@@ -33,6 +35,7 @@ _MODULES = {
 }
 
 __all__ = [
+    "Clock",
     "Look",
     "ObjectFinder",
     "Place",

@@ -14,7 +14,7 @@ from datamodules.batch import (
     RELATIONS,
     TEXT_DIM,
 )
-from datamodules.features import BELIEF_DIM
+from datamodules.features import BELIEF_DIM, CLOCK_DIM
 from nep.flat_graph import FlatGraph
 
 
@@ -49,20 +49,21 @@ class NodeEmbedding(nn.Module):
 
 
 class EdgeEmbedding(nn.Module):
-    """Two layers over [edge features (9; 14 with belief), relation one-hot (4)], ReLU after each.
+    """Two layers over [edge features (9 to 22), relation one-hot (4)], ReLU after each.
 
     Args:
         units: width of both layers.
-        belief: whether edges carry the belief features.
+        belief: whether edges carry the 5 belief features.
+        clock: whether edges carry the 8 clock features.
 
     Source: paper appendices B and C.
     """
 
     relation: Tensor
 
-    def __init__(self, units: int, belief: bool = False) -> None:
+    def __init__(self, units: int, belief: bool = False, clock: bool = False) -> None:
         super().__init__()
-        num_features = EDGE_FEATURE_DIM + (BELIEF_DIM if belief else 0)
+        num_features = EDGE_FEATURE_DIM + BELIEF_DIM * belief + CLOCK_DIM * clock
         self.first = nn.Linear(num_features + len(RELATIONS), units)
         self.second = nn.Linear(units, units)
         one_hot = torch.eye(len(RELATIONS))

@@ -20,6 +20,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from nep.contestants import Checkpoint, check_contestants, list_contestants
 from nep.figures import draw_over_steps
+from nep.policy import NEPPolicy
 from nep.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
 from nep.trained import list_shipped
 from simulator.config import HouseConfig
@@ -83,10 +84,18 @@ class EvaluateConfig:
                 raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}. Raise it.")
         check_contestants(self.tasks, self.policies, self.checkpoints)
         recordings = self.load_recordings()
+        readers = [row.name for row in self.checkpoints if NEPPolicy.load(row.path).reads_clock]
         if recordings is not None:
             recordings.check_steps(self.steps)
             check_policies(self.policies, recordings)
+            if readers:
+                recordings.check_clock()
             return
+        if readers:
+            raise ValueError(
+                f"networks with features.clock must play in recorded homes, got {readers[0]} in "
+                "simulated ones, in which no time of day means anything. Give --trace."
+            )
         # A prior without furniture for some room is noticed by the first home.
         Houses(self.load_prior(), self.house, Streams(self.seed, self.split, [0]))
 

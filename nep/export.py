@@ -94,10 +94,16 @@ def export_model(
         on_step: called after each step with what is being done.
 
     Raises:
-        ValueError: if the checkpoint is missing, damaged or no fit for this package.
+        ValueError: if the checkpoint is missing, damaged or no fit for this package, or reads a
+            clock and is to be calibrated.
         OSError: if the folder cannot be written.
     """
     model = load_checkpoint(checkpoint)
+    if config.homes and model.builder.config.clock:
+        raise ValueError(
+            "network must read no clock to be calibrated in simulated homes, got features.clock in "
+            f"{checkpoint}. Give --homes 0: probabilities are then the softmax of its logits."
+        )
     notes: dict[str, Any] = {
         "command": command,
         "checkpoint_sha256": hashlib.sha256(checkpoint.read_bytes()).hexdigest(),

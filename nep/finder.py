@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from datamodules.features import require_clock
 from nep.calibration import Calibration
 from nep.evidence import gather_evidence
 from nep.place import Place, Ranking
@@ -87,11 +88,13 @@ class ObjectFinder:
             k: most places to return; None for all.
 
         Raises:
-            ValueError: if the description is no name (`read_words`), there is no furniture yet, or
-                `k` is below 1.
+            ValueError: if the description is no name (`read_words`), there is no furniture yet,
+                `k` is below 1, or the network reads a clock and the memory has none.
         """
         if k is not None and k < 1:
             raise ValueError(f"k must be at least 1, got {k}. Leave it out for all places.")
+        if self._builder.config.clock:
+            require_clock(memory.batch.clock)
         query = memory.query(description)
         scores = self._policy.score_places(memory.batch, query)  # (1, F, 2)
         probability = self.calibration.compute_probabilities(

@@ -48,6 +48,7 @@ class FitCLI(LightningCLI):
         )
         parser.add_lightning_class_args(OnlineEvaluation, "online")
         parser.link_arguments("data.features", "model.belief", compute_fn=_has_belief)
+        parser.link_arguments("data.features", "model.clock", compute_fn=_has_clock)
         parser.link_arguments("model.num_hops", "data.num_hops", apply_on="instantiate")
 
     def parse_arguments(self, parser: LightningArgumentParser, args: ArgsType) -> None:
@@ -111,8 +112,16 @@ def find_configs(args: Sequence[str]) -> list[str]:
 
 
 def _has_belief(features: Namespace | FeatureConfig | None) -> bool:
+    return _is_on("belief", features)
+
+
+def _has_clock(features: Namespace | FeatureConfig | None) -> bool:
+    return _is_on("clock", features)
+
+
+def _is_on(name: str, features: Namespace | FeatureConfig | None) -> bool:
     settings = getattr(features, "init_args", features)  # unless they are an instance already
-    return settings is not None and bool(settings.belief)
+    return settings is not None and bool(getattr(settings, name))
 
 
 def _find_config(name: str) -> str:

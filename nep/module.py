@@ -36,6 +36,7 @@ class NEPModule(pl.LightningModule):
         schedule: "constant", or "cosine": the rate falls to zero over the training.
         listwise_weight: how much `listwise_loss` weighs beside the paper's loss.
         belief: whether edges carry the belief features; follows `data.features.belief`.
+        clock: whether edges carry the clock features; follows `data.features.clock`.
 
     Source: paper section 4.3 and appendix C.
     """
@@ -52,6 +53,7 @@ class NEPModule(pl.LightningModule):
         schedule: Literal["constant", "cosine"] = "constant",
         listwise_weight: float = 0.0,
         belief: bool = False,
+        clock: bool = False,
     ) -> None:
         super().__init__()
         self.save_hyperparameters(
@@ -66,6 +68,7 @@ class NEPModule(pl.LightningModule):
                 "schedule": schedule,
                 "listwise_weight": listwise_weight,
                 "belief": belief,
+                "clock": clock,
                 # Lightning's name for what turns the plain encoder entry back into an encoder
                 "_instantiator": "lightning.pytorch.cli.instantiate_module",
             }
@@ -81,6 +84,7 @@ class NEPModule(pl.LightningModule):
             feed_forward_units=feed_forward_units,
             dropout=dropout,
             belief=belief,
+            clock=clock,
         )
         # The curve of the training metric is binned: an exact one would keep every training edge.
         self.train_metrics = MetricCollection(

@@ -25,6 +25,7 @@ class NodeEdgePredictor(nn.Module):
         feed_forward_units: hidden width of each layer's feed-forward network.
         dropout: probability in those layers; PyTorch's default, which the paper keeps.
         belief: whether edges carry the belief features (`FeatureConfig.belief`).
+        clock: whether edges carry the clock features (`FeatureConfig.clock`).
 
     Source: paper section 4.3 and appendix C.
     """
@@ -38,11 +39,12 @@ class NodeEdgePredictor(nn.Module):
         feed_forward_units: int = 64,
         dropout: float = 0.1,
         belief: bool = False,
+        clock: bool = False,
     ) -> None:
         super().__init__()
         units = encoder.units
         self.node_embedding = NodeEmbedding(units)
-        self.edge_embedding = EdgeEmbedding(units, belief)
+        self.edge_embedding = EdgeEmbedding(units, belief, clock)
         self.encoder = encoder
         self.query_attention = (
             QueryAttention(

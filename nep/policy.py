@@ -42,6 +42,11 @@ class NEPPolicy(Policy):
         self._builder = builder
         self._believer = believer
 
+    @property
+    def reads_clock(self) -> bool:
+        """Whether the network must know what time it is in the homes it plays in."""
+        return self._builder.config.clock
+
     def with_rules(self, prior: PriorGraph, config: HouseConfig) -> NEPPolicy:
         """Return the same network with the rules of the homes, if it reads a filter's belief."""
         believer = HomeFilter(prior, config) if self._builder.config.belief else None

@@ -51,6 +51,8 @@ class Homes(ABC):
         object_code: description code, (H, C).
         object_place: the place it is at, -1 if the slot is empty, (H, C).
         object_moved: whether it moved in the last step, (H, C).
+        clock: where in the week step 0 is and how long steps are (`Clock.row`), (H, 2), nan where
+            nobody knows; None for sampled homes, in which no time of day means anything.
     """
 
     prior: PriorGraph
@@ -68,6 +70,7 @@ class Homes(ABC):
     object_code: np.ndarray
     object_place: np.ndarray
     object_moved: np.ndarray
+    clock: np.ndarray | None = None
 
     @property
     def is_present(self) -> np.ndarray:

@@ -129,11 +129,16 @@ class Recorder:
             "furniture_room": memory.furniture_room,
             "furniture_prob": memory.place_prior.furniture_prob,
         }
-        return [
+        arrays = [
             {name: _compact(array[home]) for name, array in layout.items()}
             | {name: array for part in parts for name, array in part[home].items()}
             for home in range(num_homes)
         ]
+        if memory.clock is not None:
+            for own, clock in zip(arrays, memory.clock, strict=True):
+                if not np.isnan(clock).any():
+                    own["home_clock"] = clock.copy()  # float64: exact after years of steps
+        return arrays
 
     def _add_versions(self, kind: str, home: np.ndarray, rows: np.ndarray, values: Arrays) -> None:
         valid_from = self._num_snapshots[home]

@@ -54,6 +54,7 @@ def make_memory(houses: Homes) -> MemoryBatch:
         furniture_label,
         furniture_room,
         place_prior,
+        clock=houses.clock,
     )
 
 

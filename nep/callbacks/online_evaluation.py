@@ -26,15 +26,19 @@ from simulator.shards import write_whole
 from simulator.streams import Streams
 from simulator.tasks.registry import TASKS
 from simulator.tasks.task import Task
+from simulator.trace.recordings import Recordings
+from simulator.trace.scores import evaluate_recordings, list_policies
 
 
 class OnlineEvaluation(pl.Callback):
     """Lets the model in training play, on validation homes, the task that it learns.
 
-    All homes run in lockstep, one forward pass per time step. Heuristics and oracles play the
-    same homes once, when training starts. Logs the score, candidate recall and the share of the
-    gap between Bayesian and each oracle that is closed, draws the score over steps, and ends with
-    a table, which is also written beside the checkpoints (`online_evaluation.md`, `.json`).
+    All homes run in lockstep, one forward pass per time step. Where the data are recorded homes,
+    the recorded validation homes are played, all of them and all their steps. Heuristics and
+    oracles play the same homes once, when training starts. Logs the score, candidate recall and
+    the share of the gap between Bayesian and each oracle that is closed, draws the score over
+    steps, and ends with a table, which is also written beside the checkpoints
+    (`online_evaluation.md`, `.json`).
 
     Source: paper sections 5.2 and 6.1.
     """
@@ -50,12 +54,12 @@ class OnlineEvaluation(pl.Callback):
         """Set the size of the evaluation.
 
         Args:
-            houses: validation homes.
-            steps: time steps per home.
+            houses: validation homes that are sampled.
+            steps: time steps per home, likewise.
             every_n_epochs: epochs between evaluations; the last epoch is always evaluated.
             name: of the model in figures and tables.
-            policies: heuristics and oracles that play beside it; None for all. Without Bayesian
-                and an oracle nothing is said of the gap between them.
+            policies: heuristics and oracles that play beside it, if they can in such homes; None
+                for all. Without Bayesian and an oracle nothing is said of the gap between them.
 
         Raises:
             ValueError: if a count is below 1 or a policy unknown.
@@ -73,17 +77,25 @@ class OnlineEvaluation(pl.Callback):
         for policy in self.policies:
             check_policy(policy)
         self.task: type[Task] = TASKS["predict_location"]
+        self.recordings: Recordings | None = None
         self.scores: dict[str, TaskScores] = {}
 
     def on_fit_start(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         """Let the heuristics and oracles play the task of the data."""
         if not trainer.is_global_zero:
             return
-        self.task = TASKS[_get_datamodule(trainer).val_config.task]
+        config = _get_datamodule(trainer).val_config
+        self.task = TASKS[config.task]
+        self.recordings = config.load_recordings(config.load_prior())
+        policies = self.policies
+        if self.recordings is not None:
+            self.houses, self.steps = config.houses, config.steps
+            able = list_policies(self.recordings)
+            policies = tuple(name for name in policies if name in able)
         is_quiet = trainer.progress_bar_callback is None
         with Progress(transient=True, disable=is_quiet) as progress:
-            task = progress.add_task("heuristics on validation homes", total=len(self.policies))
-            for name in self.policies:
+            task = progress.add_task("heuristics on validation homes", total=len(policies))
+            for name in policies:
                 progress.update(task, description=f"{name} on validation homes")
                 self.scores[name] = self._play(trainer, partial(make_policy, name))
                 progress.advance(task)
@@ -114,7 +126,8 @@ class OnlineEvaluation(pl.Callback):
         return compute_rows(self.task, self.scores, references=(self.name,))
 
     def _get_title(self) -> str:
-        return f"{self.task.title}, {self.houses} unseen homes x {self.steps} steps"
+        kind = "unseen" if self.recordings is None else "recorded"
+        return f"{self.task.title}, {self.houses} {kind} homes x {self.steps} steps"
 
     def _summarise(self) -> str:
         recall = f"candidate recall {self.scores[self.name].candidate_recall:.3f}"
@@ -127,6 +140,10 @@ class OnlineEvaluation(pl.Callback):
     def _play(self, trainer: pl.Trainer, make: MakePolicy) -> TaskScores:
         data = _get_datamodule(trainer)
         config = data.val_config
+        if self.recordings is not None:
+            return evaluate_recordings(
+                make, self.recordings, config.seed, config.split, self.steps, task=config.task
+            )
         streams = Streams(config.seed, config.split, range(self.houses))
         return evaluate_policy(
             make, config.load_prior(), config.house, streams, self.steps, task=config.task

@@ -67,6 +67,8 @@ class MemoryBatch:
             num_observed, num_true, num_changed, last_observed, last_changed, last_true,
             is_true); relation 0 "in", 1 "onTop".
         place_prior: the prior for these layouts.
+        clock: where in the week step 0 of each home is, and how long its steps are
+            (`Clock.row`), float64 (H, 2), nan for a home without; None if no home has one.
 
     Source: paper section 4.2, appendix B; ruling 12. Differs: negative evidence is counted
     (the released code does not), so that what was not seen there counts, too.
@@ -80,6 +82,7 @@ class MemoryBatch:
         furniture_room: np.ndarray,
         place_prior: PlacePrior,
         threshold: float = 0.0,
+        clock: np.ndarray | None = None,
     ) -> None:
         """Create empty memories of known layouts.
 
@@ -90,8 +93,10 @@ class MemoryBatch:
             furniture_room: room index within the home, (H, F).
             place_prior: the prior for these layouts.
             threshold: prior weight above which a place gets a hypothetical edge.
+            clock: of every home, (H, 2); None if nobody knows what time it is.
         """
         self.time = 0
+        self.clock = clock
         self.labels = list(labels)
         self.room_label = room_label
         self.furniture_label = furniture_label

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from simulator.memory.clock import Clock
 from simulator.memory.home_layout import Furniture, HomeLayout
 from simulator.memory.memory_batch import NEVER
 from simulator.memory.snapshots import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
@@ -37,6 +38,7 @@ class MemoryContent:
         objects: `OBJECT_COLUMNS`, (O,) each; furniture by its position, not by its id.
         edges: `EDGE_COLUMNS`, (E,) each; furniture and objects by position.
         asked: position of the object asked for since the last step, None without one.
+        clock: what time it is at every time step; None if nobody knows.
     """
 
     time: int
@@ -48,9 +50,10 @@ class MemoryContent:
     objects: Columns
     edges: Columns
     asked: int | None
+    clock: Clock | None = None
 
     @classmethod
-    def empty(cls, prior: str) -> MemoryContent:
+    def empty(cls, prior: str, clock: Clock | None = None) -> MemoryContent:
         """Return the content of a memory that has seen nothing; `prior` is its checksum."""
         none = np.zeros(0, dtype=np.int64)
         return cls(
@@ -63,6 +66,7 @@ class MemoryContent:
             objects=dict.fromkeys(OBJECT_COLUMNS, none),
             edges=dict.fromkeys(EDGE_COLUMNS, none),
             asked=None,
+            clock=clock,
         )
 
     def remove(
@@ -130,16 +134,18 @@ class MemoryContent:
                 for part, columns in self._list_tables().items()
             },
             "asked": self.asked,
+            "clock": None if self.clock is None else self.clock.to_json(),
         }
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> MemoryContent:
-        """Read JSON values.
+        """Read JSON values; what was saved before there were clocks has none.
 
         Raises:
             ValueError: if a part is missing, of the wrong kind, or does not fit the others.
         """
         try:
+            clock = data.get("clock")
             content = cls(
                 time=data["time"],
                 prior=data["prior"],
@@ -155,6 +161,7 @@ class MemoryContent:
                 objects=_read_table(data["objects"], OBJECT_COLUMNS),
                 edges=_read_table(data["edges"], EDGE_COLUMNS),
                 asked=data["asked"],
+                clock=None if clock is None else Clock.from_json(clock),
             )
             content._check()
         except (KeyError, TypeError, AttributeError, OverflowError) as error:

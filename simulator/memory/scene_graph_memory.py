@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from simulator.memory.clock import Clock, make_clock_rows
 from simulator.memory.home_view import list_home, list_places
 from simulator.memory.memory_batch import MemoryBatch, Queries
 from simulator.memory.memory_content import EDGE_COLUMNS, MAX_TIME, OBJECT_COLUMNS, MemoryContent
@@ -48,24 +50,30 @@ class SceneGraphMemory:
     Attributes:
         batch: the memory as a `MemoryBatch` of one home, which policies read; furniture lies in
             the order of `furniture_ids`.
+        clock: what time it is at every time step; None if it was not given.
 
     Source: paper section 4.2, appendix B; rulings 12 and 13.
     """
 
     batch: MemoryBatch
+    clock: Clock | None
     _asked: int | None  # row of the object whose hypothetical edges are open
 
-    def __init__(self, prior: PriorGraph | None = None) -> None:
+    def __init__(self, prior: PriorGraph | None = None, clock: Clock | None = None) -> None:
         """Start with an empty home.
 
         Args:
             prior: where things tend to be; None for the shipped default.
+            clock: what time it is now, and how long a step is, for networks that were trained with
+                `features.clock`; the shipped one reads none.
         """
         self._prior = prior if prior is not None else PriorGraph.default()
-        self._set_content(MemoryContent.empty(self._prior.checksum))
+        self._set_content(MemoryContent.empty(self._prior.checksum, clock))
 
     @classmethod
-    def load(cls, path: str | Path, prior: PriorGraph | None = None) -> SceneGraphMemory:
+    def load(
+        cls, path: str | Path, prior: PriorGraph | None = None, clock: Clock | None = None
+    ) -> SceneGraphMemory:
         """Go on with a memory that was saved: every later answer is what it would have been.
 
         Args:
@@ -73,6 +81,8 @@ class SceneGraphMemory:
             prior: None for the shipped one, which must then be the one that the memory was saved
                 with. A prior that is given is taken, whether it is the same or not; another one
                 changes what is said about places, and nothing of what was observed.
+            clock: of step 0, for a memory that was saved without one, or to replace its own; None
+                to keep what was saved.
 
         Raises:
             ValueError: if there is no such file, it was altered or cut short, comes from another
@@ -86,7 +96,7 @@ class SceneGraphMemory:
                 f"{memory._prior.checksum[:12]}... for {path}. Give its own prior, or "
                 "PriorGraph.default() to go on with the shipped one."
             )
-        memory._set_content(content)
+        memory._set_content(content if clock is None else replace(content, clock=clock))
         return memory
 
     def save(self, path: str | Path) -> None:
@@ -351,6 +361,7 @@ class SceneGraphMemory:
             objects={name: batch.objects[name] for name in OBJECT_COLUMNS},
             edges={name: batch.edges[name] for name in EDGE_COLUMNS},
             asked=self._asked,
+            clock=self.clock,
         )
 
     def _set_content(self, content: MemoryContent) -> None:
@@ -360,9 +371,12 @@ class SceneGraphMemory:
         self._descriptions: list[str] = []
         self._rows: dict[str, int] = {}  # by the words of the description
         arrays = self._layout.make_arrays(self._vocabulary, self._prior)
+        self.clock = content.clock
         batch = self.batch = MemoryBatch(
-            [], arrays.room_label, arrays.furniture_label, arrays.furniture_room, arrays.place_prior
-        )
+            [], arrays.room_label, arrays.furniture_label, arrays.furniture_room,
+            arrays.place_prior,
+            clock=make_clock_rows([content.clock]),
+        )  # fmt: skip
         batch.labels = self._vocabulary.labels  # one list: grows with the vocabulary
         batch.time = content.time
         for name, column in content.furniture_counters.items():

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from simulator.grouped import concatenate_ranges, number_keys
+from simulator.memory.clock import compute_week_seconds
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
 
 
@@ -40,6 +41,7 @@ class Snapshots:
         query_belief: what `HomeFilter` believes about the query object at every place, the columns
             of `HomeBelief.stack`, (B, F, 4); None where it was not asked.
         query_grades: what each place is worth, where the task grades places, (B, F); else None.
+        clock: `MemoryBatch.clock` of the home of each snapshot, (B, 2); None if no home has one.
     """
 
     labels: tuple[str, ...]
@@ -72,6 +74,7 @@ class Snapshots:
     answers: np.ndarray | None = None
     query_belief: np.ndarray | None = None
     query_grades: np.ndarray | None = None
+    clock: np.ndarray | None = None
 
     @property
     def num_snapshots(self) -> int:
@@ -129,6 +132,7 @@ def take_snapshots(memory: MemoryBatch, queries: Queries) -> Snapshots:
         edge_prior=edges["prior"][edge],
         query_object=node_of_key[query_key],
         query_prior=queries.prior,
+        clock=None if memory.clock is None else memory.clock[home],
         **{f"object_{name}": objects[name][row] for name in OBJECT_COUNTERS},
         **{f"edge_{name}": edges[name][edge] for name in EDGE_COUNTERS},
     )
@@ -137,10 +141,15 @@ def take_snapshots(memory: MemoryBatch, queries: Queries) -> Snapshots:
 def forget(snapshots: Snapshots) -> Snapshots:
     """Return the snapshots of agents that have not seen anything yet and are asked the same.
 
-    The layout and the query objects are left; there is no remembered edge, no counter, no time.
+    The layout and the query objects are left; there is no remembered edge, no counter, and time
+    starts now: what the clock shows is no memory.
     """
     batch = snapshots.num_snapshots
     none, never = np.zeros(batch, dtype=np.int32), np.full(batch, NEVER, dtype=np.int32)
+    clock = snapshots.clock
+    if clock is not None:
+        now = compute_week_seconds(clock, snapshots.time)
+        clock = np.stack([now, clock[:, 1]], axis=1)
     shape = snapshots.furniture_label.shape
     no_edges = np.zeros(0, dtype=np.int32)
     counters: dict[str, Any] = {f"edge_{name}": no_edges for name in EDGE_COUNTERS}
@@ -149,6 +158,7 @@ def forget(snapshots: Snapshots) -> Snapshots:
     return replace(
         snapshots,
         time=none,
+        clock=clock,
         furniture_num_observed=np.zeros(shape, dtype=np.int32),
         furniture_last_observed=np.full(shape, NEVER, dtype=np.int32),
         object_snapshot=np.arange(batch),

@@ -11,7 +11,8 @@ from simulator.memory.memory_content import MemoryContent
 from simulator.shards import write_whole
 
 FORMAT = "scene graph memory"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+_FIRST_VERSION = 1  # the same without a clock
 
 
 def save_content(path: str | Path, content: MemoryContent) -> None:
@@ -55,10 +56,10 @@ def load_content(path: str | Path) -> MemoryContent:
             f"memory file must be one that SceneGraphMemory.save wrote, got another file at {path}."
             " Check the path."
         )
-    if file.get("version") != FORMAT_VERSION:
+    if file.get("version") not in range(_FIRST_VERSION, FORMAT_VERSION + 1):
         raise ValueError(
-            f"memory file must have version {FORMAT_VERSION}, got {file.get('version')!r} for "
-            f"{path}. Install the version of the package that wrote it."
+            f"memory file must have version {_FIRST_VERSION} to {FORMAT_VERSION}, got "
+            f"{file.get('version')!r} for {path}. Install the version of the package that wrote it."
         )
     try:
         if file.get("checksum") != _compute_checksum(file.get("content")):

@@ -5,16 +5,19 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from simulator.config import HouseConfig
 from simulator.houses import Houses
+from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from simulator.prior_graph import load_prior
 from simulator.streams import SPLITS, Streams
 from simulator.trace.importers import IMPORTERS
+from simulator.trace.layout import read_start
 from simulator.trace.memory import remember_trace
 from simulator.trace.record import record_homes
-from simulator.trace.recordings import DEFAULT_STEP_SECONDS, Recordings
+from simulator.trace.recordings import Recordings
 from simulator.trace.trace import Trace, find_traces, load_trace, save_trace
 
 
@@ -58,6 +61,7 @@ def _make_parser() -> argparse.ArgumentParser:
     record.add_argument(
         "--step-seconds", type=float, default=DEFAULT_STEP_SECONDS, help="what a step stands for"
     )
+    record.add_argument("--start", metavar="TIME", help="what t = 0 stands for: 2024-05-06T07:30")
 
     check = commands.add_parser(
         "check", help="read traces, report the first fault, say what is in them"
@@ -83,6 +87,9 @@ def _make_parser() -> argparse.ArgumentParser:
         metavar="LABEL",
         help="labels that are furniture besides those of the type table (docs/priors.md)",
     )
+    bring.add_argument(
+        "--start", metavar="TIME", help="local date and time of the file's state: 2024-05-06T07:30"
+    )
     bring.add_argument("--memory", type=Path, help="file for a memory that has seen all of it")
     bring.add_argument("--prior", help="of the memory: prior file; the shipped one if left out")
     return parser
@@ -96,7 +103,8 @@ def _record(options: argparse.Namespace) -> int:
     config = HouseConfig(dynamic_nodes=options.dynamic_nodes)
     streams = Streams(options.seed, options.split, range(options.houses))
     houses = Houses(load_prior(options.prior), config, streams)
-    for trace in record_homes(houses, options.steps, options.step_seconds):
+    start = None if options.start is None else read_start(options.start)
+    for trace in record_homes(houses, options.steps, options.step_seconds, start):
         save_trace(trace, options.out / trace.name)
         print(f"{options.out / trace.name}: {summarise(trace)}")
     return 0
@@ -123,6 +131,8 @@ def _import(options: argparse.Namespace) -> int:
     if options.out is None and options.memory is None:
         raise ValueError("import must make something, got neither. Give --out or --memory.")
     trace, builder = IMPORTERS[options.format].read(options.file, options.furniture)
+    if options.start is not None:
+        trace = replace(trace, layout=replace(trace.layout, start=read_start(options.start)))
     print(builder.summarise())
     if options.out is not None:
         save_trace(trace, options.out)
@@ -138,7 +148,10 @@ def summarise(trace: Trace) -> str:
     layout = trace.layout
     objects = {event.object for event in trace.events}
     hours = (trace.end_s - trace.start_s) / 3600
+    since = ""
+    if layout.start is not None:
+        since = f" from {Clock(layout.start).shift(trace.start_s).start:%A %Y-%m-%d %H:%M}"
     return (
         f"{len(layout.rooms)} rooms, {len(layout.furniture)} furniture nodes, {len(objects)} "
-        f"objects, {len(trace.events)} events in {hours:.1f} hours"
+        f"objects, {len(trace.events)} events in {hours:.1f} hours{since}"
     )

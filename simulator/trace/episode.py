@@ -11,10 +11,10 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from simulator.homes import NUM_RELATIONS
+from simulator.memory.clock import DAY_SECONDS, Clock
 from simulator.trace.events import GONE, Event
 from simulator.trace.trace import Trace
 
-DAY = 86_400.0
 _ROUNDING = 1e-6  # of a step: an event at the very end of a step belongs to it
 
 
@@ -57,6 +57,12 @@ class Episode:
     num_present: np.ndarray
     is_dynamic: bool
     crosses_rooms: bool
+
+    @property
+    def clock(self) -> Clock | None:
+        """What time it is at every step; None if the layout does not say when it starts."""
+        start = self.trace.layout.start
+        return None if start is None else Clock(start, self.step_seconds).shift(self.start_s)
 
 
 def make_episode(
@@ -120,25 +126,25 @@ def split_days(trace: Trace, step_seconds: float) -> tuple[list[Episode], list[s
         ValueError: if a day has no whole number of steps, or no day was recorded from midnight to
             midnight.
     """
-    num_steps = round(DAY / step_seconds)
-    if not math.isclose(num_steps * step_seconds, DAY):
+    num_steps = round(DAY_SECONDS / step_seconds)
+    if not math.isclose(num_steps * step_seconds, DAY_SECONDS):
         raise ValueError(
-            f"step must divide a day of {DAY:g} s, got {step_seconds:g} s. Take 3600 s, or play "
-            "all days as one."
+            f"step must divide a day of {DAY_SECONDS:g} s, got {step_seconds:g} s. Take 3600 s, or "
+            "play all days as one."
         )
     date = trace.layout.start
     midnight = 0.0
     if date is not None:
         midnight = -(date - datetime.combine(date.date(), datetime.min.time())).total_seconds()
     episodes, left_out = [], []
-    for day in range(math.ceil((trace.end_s - midnight) / DAY)):
-        begin, end = midnight + day * DAY, midnight + (day + 1) * DAY
+    for day in range(math.ceil((trace.end_s - midnight) / DAY_SECONDS)):
+        begin, end = midnight + day * DAY_SECONDS, midnight + (day + 1) * DAY_SECONDS
         label = str(day) if date is None else str(date.date() + timedelta(days=day))
         if trace.start_s <= begin and end <= trace.end_s:
             name = f"{trace.name} {label}"
             episodes.append(make_episode(trace, step_seconds, begin, num_steps, name))
         elif end > trace.start_s:
-            share = (min(end, trace.end_s) - max(begin, trace.start_s)) / DAY
+            share = (min(end, trace.end_s) - max(begin, trace.start_s)) / DAY_SECONDS
             left_out.append(f"{trace.name} {label}: only {share:.0%} of the day was recorded")
     if not episodes:
         raise ValueError(

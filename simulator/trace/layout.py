@@ -87,6 +87,25 @@ def get_label(name: str) -> str:
     return re.sub(r"[\s_]*\d+$", "", read_words("name", name)) or read_words("name", name)
 
 
+def read_start(start: Any) -> datetime:
+    """Read a local date and time, such as 2024-05-06T07:30.
+
+    Raises:
+        ValueError: if it is none, or has a time zone.
+    """
+    try:
+        time = datetime.fromisoformat(start)
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"start must be a date and time, got {start!r}. Write it like 2024-05-06T07:30."
+        ) from None
+    if time.tzinfo is not None:
+        raise ValueError(
+            f"start must be local time, got the time zone of {start!r}. Leave the zone out."
+        )
+    return time
+
+
 def load_layout(path: Path) -> Layout:
     """Read a `layout.json`.
 
@@ -154,7 +173,7 @@ def _read_layout(data: Any) -> Layout:
     return Layout(
         rooms,
         tuple(_read_furniture(data.get("furniture"), rooms)),
-        None if start is None else _read_start(start),
+        None if start is None else read_start(start),
         None if end_s is None else float(end_s),
     )
 
@@ -219,20 +238,6 @@ def _read_name(what: str, name: Any, seen: set[str]) -> str:
 
 def _read_label(what: str, label: Any, name: str) -> str:
     return get_label(name) if label is None else read_words(what, label)
-
-
-def _read_start(start: Any) -> datetime:
-    try:
-        time = datetime.fromisoformat(start)
-    except (TypeError, ValueError):
-        raise ValueError(
-            f"start must be a date and time, got {start!r}. Write it like 2024-05-06T07:30."
-        ) from None
-    if time.tzinfo is not None:
-        raise ValueError(
-            f"start must be local time, got the time zone of {start!r}. Leave the zone out."
-        )
-    return time
 
 
 def _is_positive(value: Any) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from simulator.memory.clock import Clock
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import RELATIONS, Sighting
 from simulator.prior_graph import PriorGraph
@@ -14,14 +15,16 @@ def remember_trace(
 ) -> SceneGraphMemory:
     """Look once at all furniture of a recorded home, without missing anything.
 
-    Room and furniture ids are their indices in the layout.
+    Room and furniture ids are their indices in the layout. If that says when it starts, the memory
+    has a clock, with steps of an hour from the time of the looks on.
 
     Args:
         trace: the recording.
         prior: of the memory; None for the shipped one.
         time_s: when to look; None for the end of the recording.
     """
-    memory = SceneGraphMemory(prior)
+    start, now = trace.layout.start, trace.end_s if time_s is None else time_s
+    memory = SceneGraphMemory(prior, None if start is None else Clock(start).shift(now))
     for room in trace.layout.rooms:
         memory.add_room(room.label)
     for row in trace.layout.furniture:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from datetime import datetime
 
 import numpy as np
 
 from simulator.homes import NUM_RELATIONS
 from simulator.houses import Houses
+from simulator.memory.clock import DEFAULT_STEP_SECONDS
 from simulator.trace.events import GONE, Event
 from simulator.trace.layout import Furniture, Layout, Room
-from simulator.trace.recordings import DEFAULT_STEP_SECONDS
 from simulator.trace.trace import Trace
 from simulator.trace.truth import Truth, list_weights
 
@@ -24,15 +25,22 @@ class TraceRecorder:
     know the same.
     """
 
-    def __init__(self, houses: Houses, step_seconds: float = DEFAULT_STEP_SECONDS) -> None:
+    def __init__(
+        self,
+        houses: Houses,
+        step_seconds: float = DEFAULT_STEP_SECONDS,
+        start: datetime | None = None,
+    ) -> None:
         """Start with nothing recorded.
 
         Args:
             houses: homes at t = 0.
             step_seconds: how long a time step is said to be.
+            start: when t = 0 is said to be, local date and time; None for no time.
         """
         self._houses = houses
         self._step_seconds = step_seconds
+        self._start = start
         self._time = 0
         shape = (houses.num_houses, houses.num_slots)
         self._place = np.full(shape, -1)
@@ -71,7 +79,7 @@ class TraceRecorder:
         traces = []
         for house, number in enumerate(houses.streams.houses):
             last = (self._time - 1) * self._step_seconds
-            layout = _describe_layout(houses, house, last if last > 0 else None)
+            layout = _describe_layout(houses, house, self._start, last if last > 0 else None)
             traces.append(
                 Trace(
                     f"home_{number:06d}", layout, tuple(self._events[house]),
@@ -110,7 +118,10 @@ class TraceRecorder:
 
 
 def record_homes(
-    houses: Houses, num_steps: int, step_seconds: float = DEFAULT_STEP_SECONDS
+    houses: Houses,
+    num_steps: int,
+    step_seconds: float = DEFAULT_STEP_SECONDS,
+    start: datetime | None = None,
 ) -> list[Trace]:
     """Let simulated homes evolve and return what happened, one trace per home.
 
@@ -118,15 +129,18 @@ def record_homes(
         houses: homes at t = 0; they are used up.
         num_steps: T.
         step_seconds: how long a time step is said to be.
+        start: when t = 0 is said to be, local date and time; None for no time.
     """
-    recorder = TraceRecorder(houses, step_seconds)
+    recorder = TraceRecorder(houses, step_seconds, start)
     for _ in range(num_steps):
         houses.evolve()
         recorder.record()
     return recorder.finish()
 
 
-def _describe_layout(houses: Houses, house: int, end_s: float | None) -> Layout:
+def _describe_layout(
+    houses: Houses, house: int, start: datetime | None, end_s: float | None
+) -> Layout:
     """Return the layout of a home; furniture of one label is numbered."""
     labels = houses.furniture_labels[house].tolist()
     total, count = Counter(labels), Counter[str]()
@@ -144,4 +158,4 @@ def _describe_layout(houses: Houses, house: int, end_s: float | None) -> Layout:
             )
         )
     rooms = tuple(Room(room, room) for room in houses.room_labels)
-    return Layout(rooms, tuple(furniture), None, end_s)
+    return Layout(rooms, tuple(furniture), start, end_s)

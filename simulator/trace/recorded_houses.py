@@ -9,6 +9,7 @@ import numpy as np
 
 from simulator.config import HouseConfig
 from simulator.homes import NUM_RELATIONS, Homes
+from simulator.memory.clock import make_clock_rows
 from simulator.memory.words import read_words
 from simulator.prior_graph import PriorGraph
 from simulator.streams import Streams
@@ -80,6 +81,7 @@ class RecordedHouses(Homes):
         self.object_descriptions = types
         self.move_freq = types.move_freq
         self.num_steps = min(episode.num_steps for episode in episodes)
+        self.clock = make_clock_rows([episode.clock for episode in episodes])
         self.time = 0
         self._types = types
         self._furniture_labels = [types.spell(label) for label in layout.furniture_labels]

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from simulator.config import HouseConfig
+from simulator.memory.clock import DEFAULT_STEP_SECONDS
 from simulator.prior_graph import PriorGraph
 from simulator.streams import Streams
 from simulator.trace.episode import Episode, make_episode, split_days
+from simulator.trace.layout import LAYOUT_FILE
 from simulator.trace.recorded_houses import RecordedHouses
 from simulator.trace.trace import Trace, find_traces, load_trace
 from simulator.trace.types import RecordedTypes
-
-DEFAULT_STEP_SECONDS = 3600.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +121,20 @@ class Recordings:
         """Whether all homes were simulated, so that their true dynamics are known."""
         return all(trace.truth is not None for trace in self.traces)
 
+    def check_clock(self) -> None:
+        """Check that it is known of all homes what time it is.
+
+        Raises:
+            ValueError: if the layout of some home does not say when it starts.
+        """
+        for trace in self.traces:
+            if trace.layout.start is None:
+                raise ValueError(
+                    f"recorded homes must have a clock for features.clock, got no start in the "
+                    f'{LAYOUT_FILE} of {trace.name}. Add a line like "start": "2024-05-06T07:30", '
+                    "or switch the feature off."
+                )
+
     def list_unknown_types(self) -> list[str]:
         """List the object types that the prior does not know."""
         return self._types.object_labels[len(self._types.prior.objects) :]
@@ -192,10 +206,12 @@ class Recordings:
 
     def describe(self) -> dict[str, Any]:
         """Return everything that a replay depends on, as JSON values."""
+        clocks = [episode.clock for episode in self.episodes]
         return {
             "checksums": [trace.checksum for trace in self.traces],
             "step_seconds": [episode.step_seconds for episode in self.episodes],
             "start_s": [episode.start_s for episode in self.episodes],
+            "starts": [None if clock is None else clock.start.isoformat() for clock in clocks],
         }
 
 

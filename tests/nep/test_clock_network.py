@@ -1,0 +1,150 @@
+"""Networks that know what time it is: what they learn, where they play, and where they refuse."""
+
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+import torch
+
+from datamodules.features import FeatureConfig
+from datamodules.sgm_datamodule import SGMDataModule
+from nep import Clock, ObjectFinder, SceneGraphMemory, Sighting, evaluate, export, fit
+from nep.callbacks.online_evaluation import OnlineEvaluation
+from nep.encoders import MLP
+from nep.flat_graph import FlatGraph
+from nep.hit_rate import TopOneHitRate
+from nep.loss import balanced_bce
+from nep.module import NEPModule
+from nep.trained import PRETRAINED, load_config, load_trained
+
+HOUR = 3600
+LAYOUT = """{"rooms": ["kitchen", "study"], "furniture": [
+ {"name": "desk", "room": "study"}, {"name": "rack", "room": "kitchen"},
+ {"name": "bench", "room": "kitchen"}], "start": "2026-11-16T00:00"}"""
+OBJECTS = ("robot", "hamster", "gizmo", "doodad", "widget", "gadget")
+
+
+def write_trace(folder: Path, num_days: int) -> str:
+    """At the desk from 08:00 to 20:00, in the rack by night: all objects, every day."""
+    folder.mkdir(parents=True)
+    (folder / "layout.json").write_text(LAYOUT)
+    rows = [f"0,{name},rack,in" for name in OBJECTS]
+    for day in range(num_days):
+        for hour, place in ((8, "desk"), (20, "rack")):
+            rows += [f"{(day * 24 + hour) * HOUR},{name},{place},in" for name in OBJECTS]
+    (folder / "events.csv").write_text("\n".join(["time_s,object,furniture,relation", *rows]))
+    return str(folder)
+
+
+@pytest.fixture(scope="module")
+def homes(tmp_path_factory) -> dict[str, list[str]]:
+    folder = tmp_path_factory.mktemp("homes")
+    return {
+        "trace": [write_trace(folder / "train", 30)],
+        "val_trace": [write_trace(folder / "val", 15)],
+    }
+
+
+def train_and_score(data: SGMDataModule, clock: bool) -> float:
+    """Return how often a small network is right about the validation home."""
+    torch.manual_seed(1)
+    module = NEPModule(MLP(units=32), transformer=False, clock=clock)
+    optimizer = torch.optim.Adam(module.parameters(), lr=1e-2)
+    for batch in list(data.train_dataloader()) * 40:
+        optimizer.zero_grad()
+        balanced_bce(module(batch), FlatGraph.from_batch(batch).query_target).backward()
+        optimizer.step()
+    hits = TopOneHitRate()
+    for batch in data.val_dataloader():
+        graph = FlatGraph.from_batch(batch)
+        with torch.no_grad():
+            hits.update(module(batch), graph.query_target, graph.query_snapshot)
+    return float(hits.compute())
+
+
+def test_a_home_that_follows_the_clock_is_predicted_better_with_one(homes, tmp_path):
+    """All objects are at the desk or all in the rack: half right without a clock, always with."""
+    scores = {}
+    for clock in (False, True):
+        data = SGMDataModule(
+            str(tmp_path), batch_size=64, features=FeatureConfig(clock=clock), num_hops=0,
+            policy="random", workers=1, step_seconds=4 * HOUR, **homes,
+        )  # fmt: skip
+        data.prepare_data()
+        data.setup()
+        scores[clock] = train_and_score(data, clock)
+    assert scores[True] > 0.95
+    assert scores[False] < 0.7
+
+
+@pytest.fixture(scope="module")
+def checkpoint(homes, tmp_path_factory) -> Path:
+    """A network with a clock, as the training command leaves it."""
+    folder = tmp_path_factory.mktemp("runs")
+    cli = fit.main(
+        ["--config", "mlp.yaml", "--data.features.clock=true", f"--data.data_dir={folder}/data",
+         f"--data.trace={homes['trace']}", f"--data.val_trace={homes['val_trace']}",
+         "--data.step_seconds=14400", "--data.workers=1", "--trainer.max_epochs=1",
+         "--trainer.enable_progress_bar=false", f"--trainer.default_root_dir={folder}",
+         "--trainer.logger=false", "--online.policies=[bayesian, ceiling]",
+         "--trainer.log_every_n_steps=1"]
+    )  # fmt: skip
+    assert cli.model.hparams["clock"]
+    online = next(row for row in cli.trainer.callbacks if isinstance(row, OnlineEvaluation))
+    assert set(online.scores) == {"bayesian", "NEP-MLP"}  # nobody knows the dynamics for a ceiling
+    assert online.scores["NEP-MLP"].values.shape == (1, 89)  # all that was recorded
+    return folder / "checkpoints" / "last.ckpt"
+
+
+def test_evaluated_in_recorded_homes_alone(checkpoint, homes, tmp_path, capsys):
+    shared = ["--policies=none", "--tasks=predict_location", f"--checkpoint=net={checkpoint}"]
+    out = tmp_path / "out"
+    evaluate.main([*shared, "--trace", *homes["val_trace"], "--steps=5", f"--out={out}"])
+    assert "net" in (out / "table.md").read_text()
+    blind = tmp_path / "blind"
+    blind.mkdir()
+    for file in Path(homes["val_trace"][0]).iterdir():
+        text = file.read_text().replace(', "start": "2026-11-16T00:00"', "")
+        (blind / file.name).write_text(text)
+    for arguments, message in (
+        (["--houses=1"], "must play in recorded homes, got net in simulated ones"),
+        (["--trace", str(blind)], "got no start in the layout.json of blind. Add a line like"),
+    ):
+        with pytest.raises(SystemExit):
+            evaluate.main([*shared, *arguments, f"--out={tmp_path / 'none'}"])
+        assert message in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()
+
+
+def test_exported_and_asked(checkpoint, tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        export.main([str(checkpoint), str(tmp_path / "net")])
+    assert "must read no clock to be calibrated in simulated homes" in capsys.readouterr().err
+    assert not (tmp_path / "net").exists()
+    export.main([str(checkpoint), str(tmp_path / "net"), "--homes=0"])
+    config = load_config(tmp_path / "net")
+    assert config["features"]["clock"]
+    assert config["model"]["clock"]
+    finder = ObjectFinder.load(tmp_path / "net")
+    memory = SceneGraphMemory()
+    study = memory.add_room("study")
+    desk = memory.add_furniture("desk", room=study)
+    memory.add_furniture("rack", room=study)
+    memory.observe(desk, [Sighting("robot")])
+    with pytest.raises(ValueError, match=r"must have a clock .*SceneGraphMemory\(clock=Clock\("):
+        finder.rank(memory, "gizmo")
+    assert memory.descriptions == ("robot",)  # nothing was asked
+    memory.save(tmp_path / "home.sgm")
+    probability = []
+    for hour in (0, 9):
+        clock = Clock(datetime(2026, 11, 16, hour), 60)
+        memory = SceneGraphMemory.load(tmp_path / "home.sgm", clock=clock)
+        probability.append(finder.rank(memory, "robot").places[0].probability)
+    assert probability[0] != probability[1]  # the same memory at another time
+
+
+def test_a_network_without_a_clock_needs_none():
+    """Nor did networks from before there were clocks, as the shipped one was."""
+    config = load_config(PRETRAINED / "heat")
+    assert "clock" not in config["features"]
+    assert not load_trained("heat").module.hparams["clock"]
