@@ -46,7 +46,7 @@ class DescriptionTable:
         """Draw a description code for each type index; (n,), (n,) in [0, 1) -> (n,) int32."""
         from simulator.compiled.descriptions import sample_codes  # loads numba
 
-        return sample_codes(self._ruler, self._first_code, types, uniform)
+        return sample_codes(self._ruler, self._first_code, types.astype(np.int64), uniform)
 
     def text(self, code: int) -> str:
         """Spell out one description, for example "large red mug"."""

@@ -174,7 +174,8 @@ class Houses(Homes):
         from simulator.compiled.houses import find_new_codes  # loads numba
         from simulator.compiled.noise import list_positive
 
-        new_houses, new_codes = find_new_codes(self._row_of_code, houses, codes)
+        new = np.sort(find_new_codes(self._row_of_code, houses, codes))
+        new_houses, new_codes = np.divmod(new, self._row_of_code.shape[1])
         types = self.object_descriptions.type_of_code[new_codes]
         at_once = max(_NOISE_NUMBERS // (self.num_places * 2), 1)
         for first in range(0, len(new_codes), at_once):
@@ -223,30 +224,29 @@ class Houses(Homes):
 
     def _sample_place_weights(self) -> np.ndarray:
         """Draw class noise and read P^i at the home's own furniture, float32 (H, O, P)."""
-        from simulator.compiled.noise import list_positive  # loads numba
-
         num_objects, num_nodes, _ = self.prior.weights.shape
-        columns = num_nodes * NUM_RELATIONS
         node_room = np.array([self.prior.rooms.index(row.room) for row in self.prior.furniture])
-        prior = self.prior.weights.reshape(num_objects, columns)
+        prior = self.prior.weights.reshape(num_objects, -1)
+        rows, columns = np.nonzero(prior)  # of one home
         noise = self.streams.rows("class noise", 2 * prior.size).claim()
         weights = np.empty((self.num_houses, num_objects, self.num_places), dtype=np.float32)
         at_once = max(_NOISE_NUMBERS // (2 * prior.size), 1)
         for first in range(0, self.num_houses, at_once):
-            houses = range(first, min(first + at_once, self.num_houses))
-            row, column, value = list_positive(prior, np.tile(np.arange(num_objects), len(houses)))
-            number = (row % num_objects * columns + column) * 2
-            dense = np.zeros((len(houses), num_objects, num_nodes, NUM_RELATIONS))
-            dense.reshape(-1, columns)[row, column] = compute_noisy_weights(
-                value,
-                row,
+            count = min(at_once, self.num_houses - first)
+            home = np.repeat(np.arange(count), len(rows))
+            row, column = np.tile(rows, count), np.tile(columns, count)
+            noisy = np.zeros((count, *prior.shape))
+            noisy[home, row, column] = compute_noisy_weights(
+                prior[row, column],
+                home * num_objects + row,
                 column,
-                noise.read(first + row // num_objects, number, 2),
+                noise.read(first + home, (row * prior.shape[1] + column) * 2, 2),
                 np.repeat(node_room, NUM_RELATIONS),
                 zero_prob=self.config.noise_zero_prob,
                 scale=self.config.noise_scale,
             )
-            for house, own in zip(houses, dense, strict=True):
+            of_nodes = noisy.reshape(count, num_objects, num_nodes, NUM_RELATIONS)
+            for house, own in enumerate(of_nodes, start=first):
                 weights[house] = own[:, self.furniture_type[house]].reshape(num_objects, -1)
         return weights
 
@@ -258,7 +258,7 @@ class Houses(Homes):
         objects = (np.arange(self.num_houses)[:, None] * self.num_slots + slots).ravel()
         self.fill_slots(objects, types.ravel(), codes)
         rows = self.object_row.ravel()[objects]
-        can_leave = self.transitions.can_leave(rows, places.ravel())
+        can_leave = self.transitions.can_leave(rows, places.ravel().astype(np.int32))
         self.place_objects(objects, places.ravel(), can_leave)
 
 

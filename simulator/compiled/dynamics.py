@@ -40,7 +40,9 @@ def choose_below(
                 end += 1
         count = end - start
         if count > budget[house]:
-            last = np.sort(order[:count])[budget[house] - 1] if budget[house] > 0 else -1.0
+            last = -1.0
+            if budget[house] > 0:
+                last = order[np.argsort(order[:count])[budget[house] - 1]]
             num_equal = budget[house] - (order[:count] < last).sum()
             end = start
             for i in range(count):

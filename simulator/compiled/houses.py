@@ -29,29 +29,22 @@ def find_empty_slots(object_place: np.ndarray, houses: np.ndarray) -> np.ndarray
 
 
 @kernel
-def find_new_codes(
-    row_of_code: np.ndarray, houses: np.ndarray, codes: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """List the descriptions that have no row yet, each once, ascending by home and code.
+def find_new_codes(row_of_code: np.ndarray, houses: np.ndarray, codes: np.ndarray) -> np.ndarray:
+    """List the descriptions that have no row yet, each once.
 
     Args:
         row_of_code: -1 where there is no row; becomes -2 for what is listed, (H, number of codes).
-        houses: ascending, (n,).
+        houses: (n,).
         codes: (n,).
 
     Returns:
-        Their homes and codes, (m,) each.
+        Their numbers, home * number of codes + code, (m,).
     """
-    new_houses = np.empty(len(houses), dtype=np.int64)
-    new_codes = np.empty(len(houses), dtype=np.int64)
-    start, end = 0, 0
+    new = np.empty(len(houses), dtype=np.int64)
+    end = 0
     for i in range(len(houses)):
         if row_of_code[houses[i], codes[i]] == -1:
             row_of_code[houses[i], codes[i]] = -2
-            new_houses[end], new_codes[end] = houses[i], codes[i]
+            new[end] = houses[i] * row_of_code.shape[1] + codes[i]
             end += 1
-        if i + 1 == len(houses) or houses[i + 1] != houses[i]:
-            if end > start + 1:
-                new_codes[start:end] = np.sort(new_codes[start:end])
-            start = end
-    return new_houses[:end], new_codes[:end]
+    return new[:end]

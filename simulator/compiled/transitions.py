@@ -50,7 +50,7 @@ def list_entries(
 
 @kernel
 def _draw(
-    entry: np.ndarray, start: int, end: int, furniture: np.ndarray, avoid: int, uniform: float
+    entry: np.ndarray, start: int, end: int, furniture: np.ndarray, avoid: np.int64, uniform: float
 ) -> int:
     """Draw one of the entries start..end - 1 in proportion to its weight; return its place.
 
@@ -119,9 +119,10 @@ def sample_places(
     found = np.empty(len(rows), dtype=np.int32)
     num_blocks = place_block[-1] + 1
     start, end = bound[rows * num_blocks], bound[(rows + 1) * num_blocks]
+    nowhere = np.int64(-1)
     if not _touch(entry, start, end):
         for i in range(len(rows)):
-            found[i] = _draw(entry, start[i], end[i], place_furniture, -1, uniform[i])
+            found[i] = _draw(entry, start[i], end[i], place_furniture, nowhere, uniform[i])
     return found, can_leave(entry, bound, place_block, place_furniture, rows, found)
 
 
