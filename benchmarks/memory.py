@@ -4,8 +4,8 @@ Above what the imports alone take, in one process: collection, heuristics, valid
 batches of training; later ones need no more.
 
 Limit: the data. 10,000 snapshots take 14 MB on disk and as much when loaded; a hundred homes in
-lockstep take 0.3 MB each (random numbers drawn ahead, weights of places, dynamics); a batch of 100
-graphs with 64 features for each edge and its gradients some 30 MB.
+lockstep take 0.1 MB each (weights of places, dynamics); a batch of 100 graphs with 64 features
+for each edge and its gradients some 30 MB.
 """
 
 from __future__ import annotations

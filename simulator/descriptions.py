@@ -40,12 +40,13 @@ class DescriptionTable:
         self.num_descriptions = len(self._combinations)
         # One ascending ruler over all types: type t owns (t, t + 1].
         self._ruler = np.concatenate(probs) if probs else np.zeros(0)
-        self._last_code = np.searchsorted(self.type_of_code, np.arange(len(labels)), "right") - 1
+        self._first_code = np.searchsorted(self.type_of_code, np.arange(len(labels) + 1))
 
     def sample(self, types: np.ndarray, uniform: np.ndarray) -> np.ndarray:
         """Draw a description code for each type index; (n,), (n,) in [0, 1) -> (n,) int32."""
-        codes = np.searchsorted(self._ruler, types + uniform, side="right")
-        return np.minimum(codes, self._last_code[types]).astype(np.int32)
+        from simulator.compiled.descriptions import sample_codes  # loads numba
+
+        return sample_codes(self._ruler, self._first_code, types.astype(np.int64), uniform)
 
     def text(self, code: int) -> str:
         """Spell out one description, for example "large red mug"."""

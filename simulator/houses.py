@@ -33,7 +33,7 @@ class Houses(Homes):
         furniture_code: description code of `furniture_descriptions`, (H, F).
         place_weights: P^i at the home's own furniture, per object type, float32 (H, O, P); not
             normalised over P (a furniture type may stand there twice, or not at all).
-        has_place: whether some furniture of the home takes the object type, (H, O).
+        type_add_prob: `add_remove_prob`, or 0 where no furniture of the home takes it, (H, O).
         object_type: index into `prior.objects`, (H, C).
         object_code: description code of `object_descriptions`, (H, C).
         object_place: the place it is at, -1 if the slot is empty, (H, C).
@@ -87,9 +87,6 @@ class Houses(Homes):
         self.num_furniture = len(layout_rooms)
         self.num_places = self.num_furniture * NUM_RELATIONS
         self.place_room = np.repeat(self.furniture_room, NUM_RELATIONS)
-        self._places_of_rooms = [
-            np.flatnonzero(self.place_room == room) for room in range(len(config.rooms))
-        ]
         self.object_descriptions, self.furniture_descriptions = _describe(prior)
         self.move_freq = np.array([row.move_freq for row in prior.objects])
         self.add_remove_prob = np.array([row.add_remove_prob for row in prior.objects])
@@ -107,7 +104,8 @@ class Houses(Homes):
             streams.sample_once("furniture description", self.num_furniture).ravel(),
         ).reshape(self.furniture_type.shape)
         self.place_weights = self._sample_place_weights()
-        self.has_place = np.any(self.place_weights, axis=2)
+        has_place = np.any(self.place_weights, axis=2)
+        self.type_add_prob = np.where(has_place, self.add_remove_prob, 0.0)
 
         capacity = self.num_furniture * config.objects_per_furniture
         self.num_slots = int(np.floor(capacity * (1 + config.count_slack)))
@@ -173,27 +171,33 @@ class Houses(Homes):
 
     def _ensure_rows(self, houses: np.ndarray, codes: np.ndarray) -> np.ndarray:
         """Return T^i row numbers, drawing instance noise for descriptions that are new."""
-        num_codes = self._row_of_code.shape[1]
-        keys = houses * num_codes + codes
-        row_of_key = self._row_of_code.ravel()
-        new_keys = np.unique(keys[row_of_key[keys] < 0])
-        num_numbers = self.num_places * 2
-        at_once = max(_NOISE_NUMBERS // num_numbers, 1)
-        for first in range(0, len(new_keys), at_once):
-            some_keys = new_keys[first : first + at_once]
-            new_houses, new_codes = np.divmod(some_keys, num_codes)
-            noise = self.streams.rows("instance noise", num_numbers).take(new_houses)
-            types = self.object_descriptions.type_of_code[new_codes]
-            row_of_key[some_keys] = self.transitions.append(
-                compute_noisy_weights(
-                    self.place_weights[new_houses, types],
-                    noise.reshape(-1, self.num_places, 2),
-                    self._places_of_rooms,
-                    zero_prob=self.config.noise_zero_prob,
-                    scale=self.config.noise_scale,
-                )
+        from simulator.compiled.houses import find_new_codes  # loads numba
+        from simulator.compiled.noise import list_positive
+
+        new = np.sort(find_new_codes(self._row_of_code, houses, codes))
+        new_houses, new_codes = np.divmod(new, self._row_of_code.shape[1])
+        types = self.object_descriptions.type_of_code[new_codes]
+        at_once = max(_NOISE_NUMBERS // (self.num_places * 2), 1)
+        for first in range(0, len(new_codes), at_once):
+            some = slice(first, first + at_once)
+            noise = self.streams.rows("instance noise", self.num_places * 2).claim(new_houses[some])
+            rows, places, weights = list_positive(
+                self.place_weights.reshape(-1, self.num_places),
+                new_houses[some] * len(self.move_freq) + types[some],
             )
-        return row_of_key[keys]
+            noisy = compute_noisy_weights(
+                weights,
+                rows,
+                places,
+                noise.read(rows, places * 2, 2),
+                self.place_room,
+                zero_prob=self.config.noise_zero_prob,
+                scale=self.config.noise_scale,
+            )
+            self._row_of_code[new_houses[some], new_codes[some]] = self.transitions.append(
+                len(types[some]), rows, places, noisy
+            )
+        return self._row_of_code[houses, codes]
 
     def _sample_furniture(self) -> np.ndarray:
         """Draw furniture types, (H, F)."""
@@ -221,28 +225,28 @@ class Houses(Homes):
     def _sample_place_weights(self) -> np.ndarray:
         """Draw class noise and read P^i at the home's own furniture, float32 (H, O, P)."""
         num_objects, num_nodes, _ = self.prior.weights.shape
-        columns = num_nodes * NUM_RELATIONS
-        groups = [
-            (nodes[:, None] * NUM_RELATIONS + np.arange(NUM_RELATIONS)).ravel()
-            for nodes in _nodes_per_room(self.prior, self.prior.rooms)
-        ]
+        node_room = np.array([self.prior.rooms.index(row.room) for row in self.prior.furniture])
+        prior = self.prior.weights.reshape(num_objects, -1)
+        rows, columns = np.nonzero(prior)  # of one home
+        noise = self.streams.rows("class noise", 2 * prior.size).claim()
         weights = np.empty((self.num_houses, num_objects, self.num_places), dtype=np.float32)
-        at_once = max(_NOISE_NUMBERS // (2 * num_objects * columns), 1)
+        at_once = max(_NOISE_NUMBERS // (2 * prior.size), 1)
         for first in range(0, self.num_houses, at_once):
-            houses = range(first, min(first + at_once, self.num_houses))
-            uniform = np.empty((len(houses), num_objects, columns, 2))
-            for house, numbers in zip(houses, uniform, strict=True):
-                self.streams.generator("class noise", house).random(out=numbers)
-            noisy = compute_noisy_weights(
-                np.broadcast_to(
-                    self.prior.weights.reshape(num_objects, columns), uniform.shape[:3]
-                ),
-                uniform,
-                groups,
+            count = min(at_once, self.num_houses - first)
+            home = np.repeat(np.arange(count), len(rows))
+            row, column = np.tile(rows, count), np.tile(columns, count)
+            noisy = np.zeros((count, *prior.shape))
+            noisy[home, row, column] = compute_noisy_weights(
+                prior[row, column],
+                home * num_objects + row,
+                column,
+                noise.read(first + home, (row * prior.shape[1] + column) * 2, 2),
+                np.repeat(node_room, NUM_RELATIONS),
                 zero_prob=self.config.noise_zero_prob,
                 scale=self.config.noise_scale,
-            ).reshape(-1, num_objects, num_nodes, NUM_RELATIONS)
-            for house, own in zip(houses, noisy, strict=True):
+            )
+            of_nodes = noisy.reshape(count, num_objects, num_nodes, NUM_RELATIONS)
+            for house, own in enumerate(of_nodes, start=first):
                 weights[house] = own[:, self.furniture_type[house]].reshape(num_objects, -1)
         return weights
 
@@ -254,7 +258,7 @@ class Houses(Homes):
         objects = (np.arange(self.num_houses)[:, None] * self.num_slots + slots).ravel()
         self.fill_slots(objects, types.ravel(), codes)
         rows = self.object_row.ravel()[objects]
-        can_leave = self.transitions.can_leave(rows, places.ravel())
+        can_leave = self.transitions.can_leave(rows, places.ravel().astype(np.int32))
         self.place_objects(objects, places.ravel(), can_leave)
 
 

@@ -7,66 +7,73 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simulator.grouped import compute_rank_in_group
-
 # Houses of different splits never share a stream, whatever their index.
 SPLITS = ("train", "val", "test")
 
-_BLOCK_NUMBERS = 4096  # drawn at once per house: one call of the generator, 32 KB
-_MOST_BLOCK_ROWS = 256
 _MANY_ROWS = 128  # from here on, sums over a row advance in all rows together
+
+
+class UniformRows:
+    """Rows of uniform numbers that are worked out when they are read."""
+
+    def __init__(self, starts: np.ndarray, jumps: np.ndarray) -> None:
+        self._starts = starts
+        self._jumps = jumps
+
+    def fill(self, every: int = 1) -> np.ndarray:
+        """Return every number, or those of columns 0, `every`, 2 `every`, ..., (n, m)."""
+        from simulator.compiled.streams import fill_rows  # loads numba
+
+        width = len(self._jumps) - 1
+        numbers = np.empty((len(self._starts), -(-width // every)))
+        fill_rows(self._starts, self._jumps[min(every, width)], numbers)
+        return numbers
+
+    def read(self, rows: np.ndarray, columns: np.ndarray, count: int = 1) -> np.ndarray:
+        """Return the numbers of rows (k,) from columns (k,) on, (k, count)."""
+        from simulator.compiled.streams import read_rows  # loads numba
+
+        numbers = np.empty((len(rows), count))
+        read_rows(self._starts, self._jumps, rows, columns, numbers)
+        return numbers
 
 
 class UniformStream:
     """Rows of uniform numbers for many houses, each house from its own generator.
 
-    A house's n-th row is the same whatever other houses are drawn beside it.
+    A house's n-th row is the same whatever other houses are drawn beside it, and its numbers are
+    those that its generator would give one after the other.
     """
 
     def __init__(self, generators: Sequence[np.random.Generator], width: int) -> None:
-        self._generators = generators
-        self._num_rows = min(max(_BLOCK_NUMBERS // max(width, 1), 1), _MOST_BLOCK_ROWS)
-        self._buffer = np.empty((len(generators), self._num_rows, width))
-        self._cursor = np.full(len(generators), self._num_rows)
+        from simulator.compiled.streams import make_jumps  # loads numba
+
+        self._state = np.array([_get_state(rng) for rng in generators], dtype=np.uint64)  # (H, 4)
+        self._jumps = make_jumps(width)
+        self._houses = np.arange(len(generators))
+
+    def claim(self, houses: np.ndarray | None = None) -> UniformRows:
+        """Return one fresh row per entry of `houses`, (n,), or one of every house."""
+        from simulator.compiled.streams import claim_rows  # loads numba
+
+        houses = self._houses if houses is None else houses
+        starts = np.empty((len(houses), 4), dtype=np.uint64)
+        claim_rows(self._state, self._jumps[-1], houses, starts)
+        return UniformRows(starts, self._jumps)
 
     def next(self) -> np.ndarray:
-        """Return the next row of every house, (H, width); valid until the next call."""
-        if self._cursor.max(initial=0) >= self._num_rows:
-            self._refill()
-        cursor = int(self._cursor[0])
-        if (self._cursor == cursor).all():
-            rows = self._buffer[:, cursor]
-        else:
-            rows = self._buffer[np.arange(len(self._cursor)), self._cursor]
-        self._cursor += 1
-        return rows
-
-    def read_last(self, houses: np.ndarray, columns: np.ndarray) -> np.ndarray:
-        """Return numbers (n,) of the rows that `next` gave last."""
-        row = houses * self._num_rows + (self._cursor[houses] - 1)
-        return self._buffer.ravel().take(row * self._buffer.shape[2] + columns)
+        """Return the numbers of one fresh row of every house, (H, width)."""
+        return self.claim().fill()
 
     def take(self, houses: np.ndarray) -> np.ndarray:
-        """Return one fresh row per entry of `houses` (n,), ascending; -> (n, width)."""
-        blocks = self._buffer.reshape(-1, self._buffer.shape[2])
-        position = self._cursor[houses] + compute_rank_in_group(houses)
-        self._cursor += np.bincount(houses, minlength=len(self._cursor))
-        block = houses * self._num_rows
-        rows = blocks.take(block + np.minimum(position, self._num_rows - 1), axis=0)
-        todo = np.flatnonzero(position >= self._num_rows)
-        while len(todo):
-            self._refill()
-            position[todo] -= self._num_rows
-            ready = todo[position[todo] < self._num_rows]
-            rows[ready] = blocks[block[ready] + position[ready]]
-            todo = todo[position[todo] >= self._num_rows]
-        return rows
+        """Return the numbers of one fresh row per entry of `houses`, (n,) -> (n, width)."""
+        return self.claim(houses).fill()
 
-    def _refill(self) -> None:
-        """Draw a new block for every house that has used up its own."""
-        for house in np.flatnonzero(self._cursor >= self._num_rows).tolist():
-            self._generators[house].random(out=self._buffer[house])
-            self._cursor[house] -= self._num_rows
+
+def _get_state(generator: np.random.Generator) -> tuple[int, ...]:
+    """Return the state and the increment of a PCG64, the upper 64 bits of each first."""
+    words = generator.bit_generator.state["state"]
+    return tuple(word for key in ("state", "inc") for word in divmod(words[key], 1 << 64))
 
 
 class Streams:

@@ -6,7 +6,9 @@ import numpy as np
 
 from simulator.grouped import concatenate_ranges
 from simulator.memory.table import Table
-from simulator.streams import sample_categorical
+
+# A weight and where it leads: eight bytes, so that a block is one or two lines of the cache.
+_ENTRY = np.dtype([("place", np.int32), ("weight", np.float32)])
 
 
 class Transitions:
@@ -34,43 +36,41 @@ class Transitions:
         self.num_places = len(place_block)
         self._place_block = place_block
         self._num_blocks = int(place_block[-1]) + 1
-        self._per_furniture = places_per_furniture
-        # can_leave: whether the block has a positive weight at other furniture.
-        self._entries = Table(
-            {
-                "place": np.int32, "furniture": np.int32, "weight": np.float32,
-                "can_leave": np.bool_,
-            }
-        )  # fmt: skip
-        self._blocks = Table({"start": np.int64, "count": np.int64})  # B per row
+        self._place_furniture = np.arange(self.num_places) // places_per_furniture
+        self._entries = Table({"entry": _ENTRY})
+        self._bounds = Table({"bound": np.int64})  # where each block starts, and an end
+        self._bounds.append(1)
 
-    def append(self, weights: np.ndarray) -> np.ndarray:
-        """Add rows of weights (n, P); return their numbers, (n,)."""
-        weights = weights.astype(np.float32)
-        row, place = np.divmod(np.flatnonzero(weights), self.num_places)
-        block = row * self._num_blocks + self._place_block[place]
-        count = np.bincount(block, minlength=len(weights) * self._num_blocks)
-        start = len(self._entries["place"]) + np.cumsum(count) - count
-        furniture = self._number_furniture(row, place)
-        at_furniture = np.bincount(furniture)  # entries
-        self._blocks.append(len(count), start=start, count=count)
-        self._entries.append(
-            len(place), place=place, furniture=place // self._per_furniture,
-            weight=weights[row, place], can_leave=count[block] > at_furniture[furniture],
-        )  # fmt: skip
+    def append(
+        self, num_rows: int, rows: np.ndarray, places: np.ndarray, weights: np.ndarray
+    ) -> np.ndarray:
+        """Add rows; return their numbers, (num_rows,).
+
+        Args:
+            num_rows: how many.
+            rows: row of each weight, 0..num_rows - 1, ascending, (k,).
+            places: their places, ascending within a row, (k,).
+            weights: non-negative, (k,).
+        """
+        from simulator.compiled.transitions import list_entries  # loads numba
+
+        entry = np.empty(len(rows), dtype=_ENTRY)
+        ends = np.empty(num_rows * self._num_blocks, dtype=np.int64)
+        count = list_entries(rows, places, weights, self._place_block, entry, ends)
+        self._bounds.append(len(ends), bound=len(self._entries) + ends)
+        self._entries.append(count, entry=entry[:count])
         first = self.num_rows
-        self.num_rows += len(weights)
+        self.num_rows += num_rows
         return np.arange(first, self.num_rows)
 
     def read(self, rows: np.ndarray) -> np.ndarray:
         """Return rows (n,) as float32 (n, P); zeros for row -1."""
         dense = np.zeros((len(rows), self.num_places), dtype=np.float32)
         known = np.flatnonzero(rows >= 0)
-        start, count = self._find(rows[known])
-        entry = concatenate_ranges(start, count)
-        dense[np.repeat(known, count), self._entries["place"][entry]] = self._entries["weight"][
-            entry
-        ]
+        start = self._bounds["bound"][rows[known] * self._num_blocks]
+        count = self._bounds["bound"][(rows[known] + 1) * self._num_blocks] - start
+        entry = self._entries["entry"][concatenate_ranges(start, count)]
+        dense[np.repeat(known, count), entry["place"]] = entry["weight"]
         return dense
 
     def sample_moves(
@@ -86,55 +86,28 @@ class Transitions:
         Returns:
             The new places, and whether they can move on from there, (n,) each.
         """
-        block = rows * self._num_blocks + self._place_block[places]
-        return self._sample(
-            self._blocks["start"][block],
-            self._blocks["count"][block],
-            uniform,
-            places // self._per_furniture,
-        )
+        from simulator.compiled.transitions import sample_moves  # loads numba
+
+        return sample_moves(*self._tables, rows, places, uniform)
 
     def sample_places(self, rows: np.ndarray, uniform: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Draw where new objects are put, anywhere in the row; returns as `sample_moves`."""
-        return self._sample(*self._find(rows), uniform)
+        from simulator.compiled.transitions import sample_places  # loads numba
+
+        return sample_places(*self._tables, rows, uniform)
 
     def can_leave(self, rows: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Return whether objects at places (n,) have other furniture to move to, bool (n,).
 
         The places may have weight zero themselves.
         """
-        _, count = self._find(np.arange(self.num_rows))
-        own = self._number_furniture(
-            np.repeat(np.arange(self.num_rows), count), self._entries["place"]
-        )  # ascending
-        asked = self._number_furniture(rows, places)
-        here = np.searchsorted(own, asked, "right") - np.searchsorted(own, asked)
-        return self._blocks["count"][rows * self._num_blocks + self._place_block[places]] > here
+        from simulator.compiled.transitions import can_leave  # loads numba
 
-    def _number_furniture(self, rows: np.ndarray, places: np.ndarray) -> np.ndarray:
-        """Number the furniture of all rows one after the other; (n,), (n,) -> (n,)."""
-        return rows * (self.num_places // self._per_furniture) + places // self._per_furniture
+        return can_leave(*self._tables, rows, places)
 
-    def _find(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the first entry of rows (n,) and the number of their entries, (n,)."""
-        first, last = rows * self._num_blocks, rows * self._num_blocks + self._num_blocks - 1
-        start = self._blocks["start"][first]
-        return start, self._blocks["start"][last] + self._blocks["count"][last] - start
-
-    def _sample(
-        self,
-        start: np.ndarray,
-        count: np.ndarray,
-        uniform: np.ndarray,
-        avoid: np.ndarray | None = None,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Draw one of the entries start..start + count - 1, none at the furniture to avoid."""
-        turn = np.arange(int(count.max(initial=1)))[:, None]
-        index = turn + start  # (K, n)
-        is_open = turn < count
-        if avoid is not None:
-            is_open &= self._entries["furniture"].take(index, mode="clip") != avoid
-        weights = self._entries["weight"].take(index, mode="clip")
-        weights *= is_open
-        entry = start + sample_categorical(weights.T, uniform)
-        return self._entries["place"][entry], self._entries["can_leave"][entry]
+    @property
+    def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Entries, bounds of blocks, block and furniture of every place."""
+        return (
+            self._entries["entry"], self._bounds["bound"], self._place_block, self._place_furniture
+        )  # fmt: skip

@@ -165,6 +165,8 @@ class PlaceFilter(Policy):
         self._mark_asked(memory, queries)
         rules = self.compute_rules(memory, queries)
         room = memory.furniture_room[queries.home]  # (Q, F)
+        if self._config.cross_room_moves:
+            room = np.zeros_like(room)  # objects move within the home as else within a room
         belief, first_time, num_looks = self._resume(memory, queries, rules)
         flows = self.make_flows(rules, belief, room)
         looks = iter([*self._looks[num_looks:], None])
@@ -208,8 +210,8 @@ class PlaceFilter(Policy):
         return Belief(np.zeros(rules.initial.shape), rules.initial.copy())
 
     def make_flows(self, rules: Rules, belief: Belief, room: np.ndarray) -> tuple[Flow, ...]:
-        """Return where objects go that move: the queried ones first; `room` is (Q, F)."""
-        return (self.make_flow(rules.moves, room),)
+        """Return where objects go that move: the queried ones first; `room` as for `predict`."""
+        return (self.make_flow(rules.moves, np.ones(len(rules.moves)), room),)
 
     def predict(
         self, belief: Belief, rules: Rules, rate: np.ndarray, flows: tuple[Flow, ...],
@@ -222,60 +224,42 @@ class PlaceFilter(Policy):
             rules: what is taken for the dynamics.
             rate: probability that each queried object moves in this step, (Q,).
             flows: from `make_flows`.
-            room: room of each furniture node, (Q, F).
+            room: number of what objects stay in when they move, their room or home, (Q, F).
         """
-        kept = 1 - rules.remove_rate
-        belief.last = self.spread(belief.last, flows[0], kept, rate, room)
-        belief.others = self.spread(belief.others, flows[0], kept, rate, room)
-        belief.others += rules.add_rate[:, None] * flows[0].moves
+        none = np.zeros(len(rate))
+        belief.last = self.spread(belief.last, flows[0], rules, rate, none, room)
+        belief.others = self.spread(belief.others, flows[0], rules, rate, rules.add_rate, room)
 
     def correct(self, belief: Belief, memory: MemoryBatch, queries: Queries, look: Look) -> None:
         """Fold one look per home into the belief, in place."""
+        from simulator.compiled.filters import correct_places  # loads numba
+
         at = look.furniture[queries.home]
-        self._correct_places(belief.last, belief.others, at, find_seen(look, queries))
+        is_seen = find_seen(look, queries)
+        correct_places(belief.last, belief.others, at, is_seen, self._config.detection_error)
 
     @abstractmethod
     def compute_rules(self, memory: MemoryBatch, queries: Queries) -> Rules:
         """Return what is taken for the dynamics of each queried object."""
 
-    def make_flow(self, moves: np.ndarray, room: np.ndarray) -> Flow:
-        """Return where objects go that move with these weights, (Q, F)."""
-        leave = _compute_leave_weights(moves, room, self._config.cross_room_moves)
-        return Flow(moves, leave)
+    def make_flow(self, weight: np.ndarray, scale: np.ndarray, room: np.ndarray) -> Flow:
+        """Return where objects go that move with weights (Q, F) times a scale (Q,)."""
+        from simulator.compiled.filters import make_flow  # loads numba
+
+        return Flow(*make_flow(weight, scale, room))
 
     def spread(
-        self, density: np.ndarray, flow: Flow, kept: np.ndarray, rate: np.ndarray, room: np.ndarray
-    ) -> np.ndarray:
-        """Let the objects of a density move and leave for one step, (Q, F) -> (Q, F)."""
-        movers = density * rate[:, None] * (flow.leave > 0)
-        out = np.divide(movers, flow.leave, out=np.zeros_like(movers), where=flow.leave > 0)
-        if self._config.cross_room_moves:
-            inflow = out.sum(axis=1, keepdims=True) - out
-        else:
-            same = room[:, :, None] == np.arange(room.max() + 1)  # (Q, F, R)
-            per_room = np.einsum("qf,qfr->qr", out, same)
-            inflow = np.einsum("qr,qfr->qf", per_room, same) - out
-        return (density - movers + flow.moves * inflow) * kept[:, None]
+        self, density: np.ndarray, flow: Flow, rules: Rules, rate: np.ndarray, coming: np.ndarray,
+        room: np.ndarray,
+    ) -> np.ndarray:  # fmt: skip
+        """Let the objects of a density move, leave and come for one step, (Q, F) -> (Q, F).
 
-    def _correct_places(
-        self, last: np.ndarray, others: np.ndarray, at: np.ndarray, seen: np.ndarray
-    ) -> None:
-        """Fold one look per home into both beliefs, in place."""
-        miss = self._config.detection_error
-        looked = np.flatnonzero(at >= 0)
-        place = at[looked]
-        is_seen = seen[looked]
-        q, f = looked[~is_seen], place[~is_seen]
-        missed = last[q, f] * (1 - miss)
-        last[q, f] *= miss
-        last[q] /= np.maximum(1 - missed, 1e-12)[:, None]
-        others[q, f] *= miss
-        q, f = looked[is_seen], place[is_seen]
-        same = last[q, f] / np.maximum(last[q, f] + others[q, f], 1e-12)
-        others[q, f] *= miss
-        others[q] += (1 - same)[:, None] * last[q]
-        last[q] = 0
-        last[q, f] = 1
+        `rate` is how likely each moves, `coming` how many are expected to come, (Q,) each.
+        """
+        from simulator.compiled.filters import spread  # loads numba
+
+        kept = 1 - rules.remove_rate
+        return spread(density, flow.moves, flow.leave, kept, rate, coming, room)
 
     def _compute_expected_objects(self, memory: MemoryBatch) -> np.ndarray:
         """Return the expected objects per type and furniture node at t = 0, (H, O, F)."""
@@ -372,19 +356,6 @@ class Ceiling(PlaceFilter):
         return weights.reshape(*weights.shape[:2], -1, NUM_RELATIONS).sum(axis=3)
 
 
-def _compute_leave_weights(
-    moves: np.ndarray, room: np.ndarray, cross_room_moves: bool
-) -> np.ndarray:
-    """Return the total weight that an object can move to from each furniture node, (Q, F)."""
-    if cross_room_moves:
-        total = moves.sum(axis=1, keepdims=True)
-    else:
-        same = room[:, :, None] == np.arange(room.max() + 1)
-        total = np.einsum("qr,qfr->qf", np.einsum("qf,qfr->qr", moves, same), same)
-    leave = total - moves
-    return np.where(leave > 1e-9, leave, 0.0)
-
-
 def find_seen(look: Look, queries: Queries) -> np.ndarray:
     """Tell which of the objects asked for were seen in a look, bool (Q,)."""
     return _lookup(look.is_seen, queries.object)
@@ -392,5 +363,4 @@ def find_seen(look: Look, queries: Queries) -> np.ndarray:
 
 def _lookup(flags: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Read flags of object rows; rows that were added later were not flagged."""
-    known = rows < len(flags)
-    return np.where(known, flags[np.minimum(rows, len(flags) - 1)], False)
+    return flags.take(rows, mode="clip") & (rows < len(flags))

@@ -96,7 +96,7 @@ class HomeFilter(PriorFilter):
         assert isinstance(belief, HomeBelief)
         for_type = rules.moves * belief.type_possible
         return tuple(
-            self.make_flow(weight * _divide(1.0, weight.sum(axis=1))[:, None], room)
+            self.make_flow(weight, _divide(1.0, weight.sum(axis=1)), room)
             for weight in (for_type * belief.own_possible, for_type)
         )
 
@@ -107,9 +107,8 @@ class HomeFilter(PriorFilter):
         """Let one step pass, in place."""
         assert isinstance(belief, HomeBelief)
         super().predict(belief, rules, rate, flows, room)
-        kept = 1 - rules.remove_rate
-        belief.unseen = self.spread(belief.unseen, flows[1], kept, rules.move_rate, room)
-        belief.unseen += (rules.add_rate / belief.sameness)[:, None] * flows[1].moves
+        coming = rules.add_rate / belief.sameness
+        belief.unseen = self.spread(belief.unseen, flows[1], rules, rules.move_rate, coming, room)
 
     def correct(self, belief: Belief, memory: MemoryBatch, queries: Queries, look: Look) -> None:
         """Fold one look per home into the belief, in place."""
@@ -130,18 +129,12 @@ class HomeFilter(PriorFilter):
             at: furniture looked at, or -1, (Q,).
             is_type_seen: whether an object of the type was seen there, bool (Q,).
         """
-        q = np.flatnonzero((at >= 0) & ~is_type_seen)
-        f = at[q]
-        possible = belief.type_possible[q, f]
-        expected = belief.unseen[q, f] / np.maximum(possible, _LEAST_POSSIBLE)  # if it is possible
-        seen = np.minimum(expected * (1 - self._config.detection_error), _MOST_EXPECTED)
-        left = possible * np.exp(-seen)
-        left = np.maximum(left / (left + 1 - possible), _LEAST_POSSIBLE)
-        is_same = belief.group[q] == belief.group[q, f][:, None]
-        before = belief.type_possible[q]
-        belief.type_possible[q] = np.where(is_same & (before < 1), left[:, None], before)
-        q = np.flatnonzero(at >= 0)
-        belief.unseen[q, at[q]] *= self._config.detection_error
+        from simulator.compiled.filters import doubt_type  # loads numba
+
+        doubt_type(
+            belief.type_possible, belief.unseen, belief.group, at, is_type_seen,
+            self._config.detection_error, _LEAST_POSSIBLE, _MOST_EXPECTED,
+        )  # fmt: skip
 
     def doubt_own(self, belief: HomeBelief, at: np.ndarray, is_seen: np.ndarray) -> None:
         """Learn about instance noise from one look per query, in place.
@@ -151,17 +144,13 @@ class HomeFilter(PriorFilter):
             at: furniture looked at, or -1, (Q,).
             is_seen: whether the object was seen there, bool (Q,).
         """
-        q = np.flatnonzero((at >= 0) & ~is_seen)
-        f = at[q]
-        own = belief.own_possible[q, f]
-        found = np.minimum(belief.last[q, f] + belief.others[q, f], 1.0)
-        found *= 1 - self._config.detection_error
-        # P(seen | possible); P(seen | impossible) = 0
-        found = found / np.maximum(own * belief.type_possible[q, f], 1e-6)
-        found = np.minimum(found, _MOST_CERTAIN)
-        left = np.maximum(own * (1 - found) / (1 - own * found), _LEAST_POSSIBLE)
-        belief.own_possible[q, f] = np.where(own < 1, left, 1.0)
-        belief.own_possible[is_seen, at[is_seen]] = 1.0
+        from simulator.compiled.filters import doubt_own  # loads numba
+
+        q = np.arange(len(at))
+        doubt_own(
+            belief.own_possible, belief.type_possible, belief.last[q, at] + belief.others[q, at],
+            at, is_seen, self._config.detection_error, _LEAST_POSSIBLE, _MOST_CERTAIN,
+        )  # fmt: skip
 
     def _number_groups(self, memory: MemoryBatch) -> np.ndarray:
         """Number the pairs of room and furniture label, (H, F)."""

@@ -2,16 +2,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from simulator.dynamics import (
-    add_objects,
-    evolve,
-    list_first,
-    move_objects,
-    remove_objects,
-    run_race,
-)
+from simulator.compiled.dynamics import choose_below, run_race
+from simulator.dynamics import add_objects, evolve, move_objects, remove_objects
 from simulator.houses import Houses
-from simulator.streams import Streams
 
 STATE = ("object_type", "object_code", "object_place", "object_moved", "object_move_weight")
 
@@ -227,7 +220,7 @@ def test_the_bounds_choose_whom_they_stop_at_random(make_tiny_houses):
     """With room for one more and two types eager to come, each comes half of the time."""
     houses = make_tiny_houses(600, objects_per_furniture=4, count_slack=0.05, seed=2)
     assert houses.num_slots == 25  # 24 x 1.05 = 25.2: one free slot
-    houses.add_remove_prob = np.where(np.isin(np.arange(10), [0, 9]), 1.0, 0.0)
+    houses.type_add_prob[:] = np.isin(np.arange(10), [0, 9])
     remove = houses.object_place.copy()
     add_objects(houses)
     newcomers = houses.object_type[houses.is_present & (remove < 0)]
@@ -257,15 +250,18 @@ def test_none_or_all_may_move(make_tiny_houses, share):
     np.testing.assert_array_equal(houses.object_moved, can_move if share else can_move & False)
 
 
-def test_the_first_of_every_house_by_hand():
-    # House 0 has orders 5, 2, 3, house 1 none, house 2 has 1, 1; budgets 2, 4, 1.
-    house, order = np.array([0, 0, 0, 2, 2]), np.array([5.0, 2, 3, 1, 1])
-    positions, houses, ranks = list_first(house, order, np.array([2, 4, 1]))
-    assert positions.tolist() == [1, 2, 3]  # of equals the earlier
-    assert houses.tolist() == [0, 0, 2]
-    assert ranks.tolist() == [0, 1, 0]
-    for nothing in (np.zeros(3, dtype=int), np.array([0, 3, 0])):
-        assert [len(found) for found in list_first(house, order, nothing)] == [0, 0, 0]
+def test_the_chosen_of_every_house_by_hand():
+    # Below their thresholds: columns 0, 1, 2 of house 0, none of house 1, columns 1, 2 of house 2.
+    uniform = np.array([[0.4, 0.2, 0.3, 0.9], [0.9, 0.9, 0.9, 0.9], [0.5, 0.1, 0.2, 0.3]])
+    threshold = np.array([[0.5, 0.5, 0.4, 0.5], [0.5, 0.5, 0.5, 0.5], [0.0, 0.2, 0.4, 0.3]])
+    house, column = choose_below(uniform, threshold, np.array([3, 9, 9]))
+    assert house.tolist() == [0, 0, 0, 2, 2]
+    assert column.tolist() == [0, 1, 2, 1, 2]
+    # uniform / threshold: 0.8, 0.4, 0.75 in house 0; 0.5 twice in house 2: the first of them stays.
+    house, column = choose_below(uniform, threshold, np.array([2, 4, 1]))
+    assert house.tolist() == [0, 0, 2]
+    assert column.tolist() == [1, 2, 1]
+    assert [len(found) for found in choose_below(uniform, threshold, np.zeros(3, int))] == [0, 0]
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e-9, 1e6])
@@ -276,16 +272,13 @@ def test_the_race_is_won_by_the_largest_keys_of_all(scale):
     weight[7] = 0
     weight[8, 3:] = 0  # three can move, more are asked for
     num_winners = rng.integers(0, 12, 40)
-    stream = Streams(0, "train", range(40)).rows("move who", 60)
-    uniform = Streams(0, "train", range(40)).rows("move who", 60)
     for _ in range(20):
-        winners, house, rank = run_race(stream, weight, num_winners)
-        draws = uniform.next()
-        found = {(h, r): winner - h * 60 for winner, h, r in zip(winners, house, rank, strict=True)}
-        expected = {}
-        for h in range(40):
-            runners = np.flatnonzero(weight[h])
-            keys = np.log(draws[h, runners]) / weight[h, runners]
-            for r, slot in enumerate(runners[np.argsort(-keys)][: num_winners[h]]):
-                expected[h, r] = slot
-        assert found == expected
+        uniform = rng.random((40, 60))
+        found = run_race(uniform, weight, weight.sum(axis=1), num_winners)
+        expected = []
+        for house in range(40):
+            runners = np.flatnonzero(weight[house])
+            keys = np.log(uniform[house, runners]) / weight[house, runners]
+            first = runners[np.argsort(-keys)][: num_winners[house]]
+            expected += [(house, slot, rank) for rank, slot in enumerate(first)]
+        assert list(zip(*found, strict=True)) == expected

@@ -41,6 +41,9 @@ SCORES = {
         "last_seen": "2132717afefd38d4",
         "last_seen_prior": "d4c849da172cdaaa",
         "oracle": "de308fc03a5e8ec2",
+        "prior_filter": "16e45a5669f36087",
+        "home_filter": "8be2caa34c77f0ae",
+        "ceiling": "b5c6e2eedb5f0304",
     },
     "relative_likelihood": {
         "random": "7778e1c893384296",
@@ -51,6 +54,9 @@ SCORES = {
         "last_seen": "00ee15779e86146a",
         "last_seen_prior": "3a7fdf0956744b24",
         "oracle": "be78d304ee1318e6",
+        "prior_filter": "a167ebc2520c8822",
+        "home_filter": "dcaa872119357e06",
+        "ceiling": "c8020c70d6651c9f",
     },
     "find_object": {
         "random": "348d7128103495d8",
@@ -61,6 +67,9 @@ SCORES = {
         "last_seen": "d9d8b8fab0ba75c1",
         "last_seen_prior": "67eef7369b5516d2",
         "oracle": "d6242a9c6a461b5b",
+        "prior_filter": "3c81cc52607a2297",
+        "home_filter": "901f3b0170932fe8",
+        "ceiling": "c2f6e6f2b9ccfd97",
     },
 }
 

@@ -1,6 +1,7 @@
 """The memory of one home: worked by hand, changed while in use, equal to the batched memory."""
 
 import json
+from copy import deepcopy
 
 import numpy as np
 import pytest
@@ -168,8 +169,7 @@ def _see(rollout: Rollout, furniture: int) -> list[Sighting]:
     """Predict the detections of the coming look from a copy of its random stream."""
     houses = rollout.houses
     stream = houses.streams.rows("detection", houses.num_slots)
-    uniform = stream.next()[0]
-    stream._cursor -= 1
+    uniform = deepcopy(stream).next()[0]
     slots = np.flatnonzero(
         (houses.object_furniture[0] == furniture) & (uniform >= houses.config.detection_error)
     )

@@ -57,6 +57,22 @@ def test_rows_come_in_order_however_they_are_asked_for(requests):
         np.testing.assert_array_equal(found, expected)
 
 
+@given(st.integers(1, 40), st.integers(1, 5), st.integers(0, 2**32))
+def test_any_number_of_a_row_can_be_read(width, every, seed):
+    streams = Streams(seed, "train", [4, 0, 2])
+    stream = streams.rows("add", width)
+    stream.next()
+    rows = stream.claim(np.array([0, 2, 2]))
+    plain = [streams.generator("add", position).random((3, width)) for position in range(3)]
+    expected = np.array([plain[0][1], plain[2][1], plain[2][2]])
+    np.testing.assert_array_equal(rows.fill(), expected)
+    np.testing.assert_array_equal(rows.fill(every), expected[:, ::every])
+    row, column = np.nonzero(expected[:, :-1] < 0.5)
+    found = rows.read(row, column, 2)
+    np.testing.assert_array_equal(found, np.stack([expected[row, column + i] for i in (0, 1)], 1))
+    np.testing.assert_array_equal(stream.next()[1], plain[1][1])
+
+
 def test_purposes_in_the_source_have_different_numbers():
     """A purpose is hashed to 32 bits; two that collide would share their random numbers."""
     purposes = set()

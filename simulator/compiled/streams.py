@@ -1,0 +1,114 @@
+"""Uniform numbers of PCG64, numpy's generator, with access to any number of a row.
+
+A state s, 128 bits, is followed by s * M + i: M is the same for all generators, the increment i
+their own. k states on it is s * M^k + (1 + M + ... + M^(k-1)) * i, so that a number far ahead costs
+two multiplications. States, increments and jumps are held as pairs of 64 bits, the upper first.
+
+Source: O'Neill, "PCG: A Family of Simple Fast Space-Efficient Statistically Good Algorithms for
+Random Number Generation" (2014), PCG-XSL-RR-128/64; uniform numbers as
+`numpy.random.Generator.random` makes them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+from simulator.compiled.kernel import kernel
+
+_HIGH, _LOW = np.uint64(0x2360ED051FC65DA4), np.uint64(0x4385DF649FCCF645)  # M
+_ZERO, _ONE = np.uint64(0), np.uint64(1)
+
+
+def _generate_multiply_add(typing: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any) -> Any:
+    """Return (a, b) * (c, d) + (e, f) modulo 2^128: numba has no integers of 128 bits."""
+    word, whole = ir.IntType(64), ir.IntType(128)
+    half = ir.Constant(whole, 64)
+
+    def generate(context: Any, builder: Any, signature: Any, words: Any) -> Any:
+        factor, other, term = (
+            builder.or_(
+                builder.shl(builder.zext(words[i], whole), half), builder.zext(words[i + 1], whole)
+            )
+            for i in (0, 2, 4)
+        )
+        found = builder.add(builder.mul(factor, other), term)
+        halves = [builder.trunc(builder.lshr(found, half), word), builder.trunc(found, word)]
+        return context.make_tuple(builder, signature.return_type, halves)
+
+    return types.UniTuple(types.uint64, 2)(*[types.uint64] * 6), generate
+
+
+_multiply_add: Any = intrinsic(_generate_multiply_add)
+
+
+@kernel
+def _make_uniform(high: np.uint64, low: np.uint64) -> float:
+    """Make a number in [0, 1) of a state: 53 of its bits, rotated by its upper six."""
+    turn = high >> np.uint64(58)
+    bits = high ^ low
+    bits = (bits >> turn) | (bits << ((np.uint64(64) - turn) & np.uint64(63)))
+    return np.int64(bits >> np.uint64(11)) * 2.0**-53
+
+
+@kernel
+def make_jumps(width: int) -> np.ndarray:
+    """Return M^k and 1 + M + ... + M^(k-1) for k = 0..width, (width + 1, 4)."""
+    jumps = np.empty((width + 1, 4), dtype=np.uint64)
+    high, low, sum_high, sum_low = _ZERO, _ONE, _ZERO, _ZERO
+    for k in range(width + 1):
+        jumps[k, 0], jumps[k, 1], jumps[k, 2], jumps[k, 3] = high, low, sum_high, sum_low
+        high, low = _multiply_add(high, low, _HIGH, _LOW, _ZERO, _ZERO)
+        sum_high, sum_low = _multiply_add(sum_high, sum_low, _HIGH, _LOW, _ZERO, _ONE)
+    return jumps
+
+
+@kernel
+def claim_rows(state: np.ndarray, jump: np.ndarray, houses: np.ndarray, starts: np.ndarray) -> None:
+    """Give each of n houses the state that its row starts from, and go on by one row.
+
+    Args:
+        state: state and increment of every house, changed in place, (H, 4).
+        jump: that of a whole row, (4,).
+        houses: (n,).
+        starts: filled with states and increments, (n, 4).
+    """
+    for i in range(len(houses)):
+        own = state[houses[i]]
+        starts[i] = own
+        step_high, step_low = _multiply_add(jump[2], jump[3], own[2], own[3], _ZERO, _ZERO)
+        own[0], own[1] = _multiply_add(own[0], own[1], jump[0], jump[1], step_high, step_low)
+
+
+@kernel
+def fill_rows(starts: np.ndarray, jump: np.ndarray, numbers: np.ndarray) -> None:
+    """Fill rows (n, m) with the first number of a row and those that follow by one jump each."""
+    for i in range(len(starts)):
+        own, row = starts[i], numbers[i]
+        high, low = _multiply_add(own[0], own[1], _HIGH, _LOW, own[2], own[3])
+        step_high, step_low = _multiply_add(jump[2], jump[3], own[2], own[3], _ZERO, _ZERO)
+        for column in range(len(row)):
+            row[column] = _make_uniform(high, low)
+            high, low = _multiply_add(high, low, jump[0], jump[1], step_high, step_low)
+
+
+@kernel
+def read_rows(
+    starts: np.ndarray,
+    jumps: np.ndarray,
+    rows: np.ndarray,
+    columns: np.ndarray,
+    numbers: np.ndarray,
+) -> None:
+    """Fill (k, m) with the numbers of rows (k,) at columns (k,) and the m - 1 that follow."""
+    for i in range(len(rows)):
+        own, jump, row = starts[rows[i]], jumps[columns[i]], numbers[i]
+        step_high, step_low = _multiply_add(jump[2], jump[3], own[2], own[3], _ZERO, _ZERO)
+        high, low = _multiply_add(own[0], own[1], jump[0], jump[1], step_high, step_low)
+        for turn in range(len(row)):
+            high, low = _multiply_add(high, low, _HIGH, _LOW, own[2], own[3])
+            row[turn] = _make_uniform(high, low)
