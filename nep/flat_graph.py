@@ -165,12 +165,12 @@ class FlatGraph:
         self, node: Tensor, weight: Tensor, bias: Tensor | None = None
     ) -> Tensor:
         """Multiply each node by the matrix of its type: (N, C), (5, C, D), (5, D) -> (N, D)."""
-        blocks = zip(node.split(self.node_counts), weight.unbind(0), strict=True)
+        rows = enumerate(node.split(self.node_counts))
+        # of a single home two blocks are empty; one stays, since all may be
+        blocks = [(number, block) for number, block in rows if len(block) or not number]
         if bias is None:
-            return torch.cat([x @ w for x, w in blocks])
-        return torch.cat(
-            [torch.addmm(b, x, w) for b, (x, w) in zip(bias.unbind(0), blocks, strict=True)]
-        )
+            return torch.cat([block @ weight[number] for number, block in blocks])
+        return torch.cat([torch.addmm(bias[n], block, weight[n]) for n, block in blocks])
 
 
 def _count(first: list[int]) -> tuple[int, ...]:
@@ -178,6 +178,7 @@ def _count(first: list[int]) -> tuple[int, ...]:
 
 
 def _repeat_blocks(values: Tensor, counts: tuple[int, ...]) -> Tensor:
-    # The backward of expand is a sum per block, that of repeat_interleave a slow scatter.
-    rows = values.unbind(0)
-    return torch.cat([row.expand(count, -1) for row, count in zip(rows, counts, strict=True)])
+    # The backward of expand is a sum per block, that of repeat_interleave a slow scatter. Of a
+    # single home most blocks are empty: they are left out but for one, since all may be empty.
+    blocks = [(row, count) for row, count in enumerate(counts) if count or not row]
+    return torch.cat([values[row].expand(count, -1) for row, count in blocks])
