@@ -1,6 +1,6 @@
 """The same decision through the public API: `memory.observe`, `ObjectFinder.rank`, with reasons.
 
-One thread, whatever `--threads` says. The memory holds 200 objects at first and grows with each look;
+One thread, whatever `--threads` says. The memory holds 200 objects at first and grows with looks;
 every ranking names all candidate places, what was seen there and similar objects.
 """
 
