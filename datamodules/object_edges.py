@@ -11,15 +11,15 @@ from simulator.memory.snapshots import Snapshots
 
 @dataclass(frozen=True, slots=True)
 class ObjectEdges:
-    """M remembered edges and after them H hypothetical ones, D in all, of B snapshots.
+    """Remembered edges and after them the hypothetical ones, M in all, of B snapshots.
 
     Attributes:
-        snapshot: the snapshot of each edge, (D,).
-        object: object node among those of `Snapshots`, (D,).
-        furniture: furniture within the snapshot, (D,).
-        relation: 0 "in", 1 "onTop", (D,).
-        is_query: whether the object is the snapshot's query object, bool (D,).
-        num_remembered: M.
+        snapshot: the snapshot of each edge, (M,).
+        object: object node among those of `Snapshots`, (M,).
+        furniture: furniture within the snapshot, (M,).
+        relation: 0 "in", 1 "onTop", (M,).
+        is_query: whether the object is the snapshot's query object, bool (M,).
+        num_remembered: how many of them are remembered.
     """
 
     snapshot: np.ndarray

@@ -33,7 +33,7 @@ class Pairs:
         first_pair: first pair of each group and, last, P: 6 of them.
         label: label of every node, (N,).
         child, parent: node ids, (P,).
-        object_edge: number among `ObjectEdges` of each pair of the last two groups, (D,).
+        object_edge: number among `ObjectEdges` of each pair of the last two groups, (M,).
     """
 
     first_node: np.ndarray
