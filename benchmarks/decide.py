@@ -1,6 +1,11 @@
 """One decision of a robot on one memory: fold in a look, ask, score with NEP-HEAT, rank.
 
 One thread, whatever `--threads` says. The memory is that of a home of full size after 100 looks.
+
+The limit counts calls, since a single home pays for little else: 169 operations of torch at 3 us,
+some 250 of numpy at 1 us, operators among them, and 680 calls of Python functions at 0.1 us.
+Arithmetic adds 14.3 million floating-point operations (200 nodes, 281 edges, 8.5 query edges) at 65
+a nanosecond, 0.2 ms.
 """
 
 from __future__ import annotations
@@ -48,5 +53,5 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
 
 
 if __name__ == "__main__":
-    benchmark = Benchmark("decide, NEP-HEAT", "ms, median", 2, is_higher_better=False)
+    benchmark = Benchmark("decide, NEP-HEAT", "ms, median", 2, limit=1.05, is_higher_better=False)
     run(benchmark, prepare, repeats=3, uses_torch=True, threads=1)

@@ -1,8 +1,12 @@
 """How long `python -m nep.fit` takes to the end of its first batch on data that is on disk.
 
 From the start of the interpreter: imports of torch, dgl and lightning, checking and reading the
-shards, text vectors, the heuristics that play before training starts, the graph of 100 snapshots,
-forward, backward and Adam. `imports` is the share of the imports.
+shards, spaCy for the text vectors, the graphs of 100 snapshots, two batches of validation, forward,
+backward and Adam. The heuristics play later, before the model's first online evaluation.
+
+The limit is what nothing of ours can change: `import torch, dgl, lightning.pytorch`, 4,000 modules
+that took 6.3 s of processor time with a warm cache on a busy machine. `libraries` is the same on
+the machine at hand, `imports` the time of `import nep.fit`.
 """
 
 from __future__ import annotations
@@ -41,16 +45,25 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
     ]  # fmt: skip
 
     def measure() -> tuple[float, dict[str, float]]:
-        start = time.perf_counter()
-        subprocess.run([sys.executable, "-c", "import nep.fit"], check=True)
-        imported = time.perf_counter()
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        seconds = {
+            name: _time([sys.executable, "-c", f"import {modules}"])
+            for name, modules in (
+                ("libraries", "torch, dgl, lightning.pytorch"), ("imports", "nep.fit")
+            )
+        }  # fmt: skip
+        figure = _time(command)
         folder.cleanup()
-        return time.perf_counter() - imported, {"imports": imported - start}
+        return figure, seconds
 
     return measure, f"{data.train_config.houses} homes x {data.train_config.steps} steps on disk"
 
 
+def _time(command: list[str]) -> float:
+    start = time.perf_counter()
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    return time.perf_counter() - start
+
+
 if __name__ == "__main__":
-    benchmark = Benchmark("first batch of nep.fit", "s", 8, is_higher_better=False)
+    benchmark = Benchmark("first batch of nep.fit", "s", 8, limit=6.3, is_higher_better=False)
     run(benchmark, prepare, repeats=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,7 +59,7 @@ def _count(number: int, what: str) -> str:
 
 def gather_evidence(
     memory: SceneGraphMemory,
-    description: str,
+    sightings: Sequence[SeenAt],
     query: Queries,
     cosines: np.ndarray,
     furniture: np.ndarray,
@@ -67,7 +68,7 @@ def gather_evidence(
 
     Args:
         memory: the memory.
-        description: what was asked for.
+        sightings: what `memory.places_of(description)` gave for what was asked for.
         query: what `memory.query(description)` gave.
         cosines: of the text vectors of every pair of labels, (L, L).
         furniture: positions in `memory.furniture_ids`, (n,).
@@ -76,27 +77,35 @@ def gather_evidence(
         One entry per furniture node, n of them.
     """
     edges, objects = memory.batch.edges, memory.batch.objects
-    row, ids = int(query.object[0]), memory.furniture_ids
+    row, ids, descriptions = int(query.object[0]), memory.furniture_ids, memory.descriptions
     seen_at: dict[int | None, SeenAt] = {}
-    for sighting in memory.places_of(description):  # the latest first
+    for sighting in sightings:  # the latest first
         seen_at.setdefault(sighting.furniture, sighting)
+
     is_own = edges["object"] == row
+    own = np.flatnonzero(is_own)
+    num_observed, num_true = np.zeros((2, len(ids)), dtype=np.int64)
+    np.maximum.at(num_observed, edges["furniture"][own], edges["num_observed"][own])
+    np.add.at(num_true, edges["furniture"][own], edges["num_true"][own])
+    num_absent = np.maximum(num_observed - num_true, 0).tolist()
+
     is_similar = cosines[objects["label"], objects["label"][row]] >= SIMILAR
-    is_alike = ~is_own & is_similar[edges["object"]] & (edges["num_true"] > 0)
-    evidence = []
-    for place in furniture.tolist():
-        is_here = edges["furniture"] == place
-        own, alike = np.flatnonzero(is_own & is_here), np.flatnonzero(is_alike & is_here)
-        alike = alike[np.argsort(-edges["last_true"][alike], kind="stable")]
-        num_absent = edges["num_observed"][own].max(initial=0) - edges["num_true"][own].sum()
-        # One entry per object, though it may have been seen both in and on top.
-        names = dict.fromkeys(memory.descriptions[other] for other in edges["object"][alike])
-        evidence.append(
-            Evidence(
-                seen=seen_at.get(ids[place]),
-                times_absent=max(int(num_absent), 0),
-                similar=tuple(names),
-                prior=float(query.prior[0, place].sum()),
-            )
+    alike = np.flatnonzero(is_similar[edges["object"]] & ~is_own & (edges["num_true"] > 0))
+    alike = alike[np.argsort(-edges["last_true"][alike], kind="stable")]
+    # One entry per object, though it may have been seen both in and on top.
+    similar: dict[int, dict[str, None]] = {}
+    for place, other in zip(
+        edges["furniture"][alike].tolist(), edges["object"][alike].tolist(), strict=True
+    ):
+        similar.setdefault(place, {})[descriptions[other]] = None
+
+    prior = query.prior[0].sum(axis=1).tolist()  # (F,)
+    return [
+        Evidence(
+            seen=seen_at.get(ids[place]),
+            times_absent=num_absent[place],
+            similar=tuple(similar.get(place, ())),
+            prior=prior[place],
         )
-    return evidence
+        for place in furniture.tolist()
+    ]

@@ -104,6 +104,7 @@ class ObjectFinder:
         chosen = order[np.isfinite(scores[0, order]).any(axis=1)][:k]
         cosines = self._builder.compute_cosines(memory.batch.labels)
         ids = memory.furniture_ids
+        sightings = memory.places_of(description)
         return Ranking(
             description=description,
             places=tuple(
@@ -116,12 +117,12 @@ class ObjectFinder:
                 )
                 for place, evidence in zip(
                     chosen,
-                    gather_evidence(memory, description, query, cosines, chosen),
+                    gather_evidence(memory, sightings, query, cosines, chosen),
                     strict=True,
                 )
             ),
             elsewhere=float(probability[-1]),
-            last_seen=memory.last_seen(description),
+            last_seen=next(iter(sightings), None),
         )
 
     def search_plan(

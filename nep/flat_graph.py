@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import accumulate
+from dataclasses import dataclass, fields, replace
+from itertools import accumulate, pairwise
+from typing import Any
 
 import torch
 from torch import Tensor
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, SGMBatch
+from datamodules.graph_arrays import GraphArrays
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +111,38 @@ class FlatGraph:
             num_snapshots=batch.num_snapshots,
         )
 
+    @classmethod
+    def from_arrays(cls, arrays: GraphArrays) -> FlatGraph:
+        """Take over arrays: equal to `from_batch(arrays.make_batch())`, with no DGL graph made."""
+        grade = arrays.query_grade
+        return cls(
+            node_counts=_count(arrays.first_node),
+            edge_counts=_count(arrays.first_edge),
+            label=torch.from_numpy(arrays.label),
+            temporal=torch.from_numpy(arrays.temporal),
+            degree=torch.from_numpy(arrays.degree),
+            edge_src=torch.from_numpy(arrays.edge_src),
+            edge_dst=torch.from_numpy(arrays.edge_dst),
+            edge_feature=torch.from_numpy(arrays.edge_feature),
+            query_edge=torch.from_numpy(arrays.query_edge),
+            query_snapshot=torch.from_numpy(arrays.query_snapshot),
+            query_target=torch.from_numpy(arrays.query_target),
+            query_grade=None if grade is None else torch.from_numpy(grade),
+            text=arrays.text,
+            num_snapshots=arrays.num_snapshots,
+        )
+
+    def to(self, device: torch.device) -> FlatGraph:
+        """Copy the tensors to a device; on the same device it is this graph."""
+        if self.label.device == device:
+            return self
+        tensors: dict[str, Any] = {
+            field.name: value.to(device)
+            for field in fields(self)
+            if isinstance(value := getattr(self, field.name), Tensor)
+        }
+        return replace(self, **tensors)
+
     @property
     def num_nodes(self) -> int:
         """N."""
@@ -131,15 +165,20 @@ class FlatGraph:
         self, node: Tensor, weight: Tensor, bias: Tensor | None = None
     ) -> Tensor:
         """Multiply each node by the matrix of its type: (N, C), (5, C, D), (5, D) -> (N, D)."""
-        blocks = zip(node.split(self.node_counts), weight.unbind(0), strict=True)
+        rows = enumerate(node.split(self.node_counts))
+        # of a single home two blocks are empty; one stays, since all may be
+        blocks = [(number, block) for number, block in rows if len(block) or not number]
         if bias is None:
-            return torch.cat([x @ w for x, w in blocks])
-        return torch.cat(
-            [torch.addmm(b, x, w) for b, (x, w) in zip(bias.unbind(0), blocks, strict=True)]
-        )
+            return torch.cat([block @ weight[number] for number, block in blocks])
+        return torch.cat([torch.addmm(bias[n], block, weight[n]) for n, block in blocks])
+
+
+def _count(first: list[int]) -> tuple[int, ...]:
+    return tuple(end - start for start, end in pairwise(first))
 
 
 def _repeat_blocks(values: Tensor, counts: tuple[int, ...]) -> Tensor:
-    # The backward of expand is a sum per block, that of repeat_interleave a slow scatter.
-    rows = values.unbind(0)
-    return torch.cat([row.expand(count, -1) for row, count in zip(rows, counts, strict=True)])
+    # The backward of expand is a sum per block, that of repeat_interleave a slow scatter. Of a
+    # single home most blocks are empty: they are left out but for one, since all may be empty.
+    blocks = [(row, count) for row, count in enumerate(counts) if count or not row]
+    return torch.cat([values[row].expand(count, -1) for row, count in blocks])

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from datamodules.batch import QUERY_EDGE_TYPES
 from datamodules.graph import GraphBuilder
+from nep.flat_graph import FlatGraph
 from nep.module import NEPModule
 from nep.trained import load_trained
 from simulator.config import HouseConfig
@@ -91,19 +91,11 @@ class NEPPolicy(Policy):
         if self._believer is not None:
             belief = self._believer.follow(memory, queries).stack()
             snapshots = replace(snapshots, query_belief=belief)
-        batch = self._builder.build(snapshots)
-        logits = self._module(batch.to(self._module.device)).cpu().numpy()
+        arrays = self._builder.build_arrays(snapshots)
+        graph = FlatGraph.from_arrays(arrays).to(self._module.device)
+        logits = self._module.predictor.score(graph).cpu().numpy()
         if was_training:
             self._module.train()
         scores = np.full((len(queries.home), memory.num_furniture, 2), -np.inf)
-        graph = batch.graph
-        index = graph.nodes["furniture"].data["index"]
-        start = 0
-        for relation, etype in enumerate(QUERY_EDGE_TYPES):
-            query = graph.edges[etype].data["query"]
-            marked = query >= 0
-            furniture = index[graph.edges(etype=etype)[1][marked]]
-            end = start + len(furniture)
-            scores[query[marked].numpy(), furniture.numpy(), relation] = logits[start:end]
-            start = end
+        scores[arrays.query_snapshot, arrays.query_furniture, arrays.query_relation] = logits
         return scores

@@ -17,7 +17,8 @@ class QueryPadding:
     Attributes:
         slot: (Q,) int64, the table slot of each query edge: row times K plus column.
         source: (B * K,) int64, the query edge of each slot; an arbitrary one in a slot of padding.
-        bias: (B, 1, K), added to attention logits: 0 where a slot may be attended to, else -inf.
+        bias: (B, 1, K), or (1, K, K) for a single snapshot, added to attention logits: 0 where a
+            slot may be attended to, else -inf.
     """
 
     slot: Tensor
@@ -32,6 +33,10 @@ class QueryPadding:
             query_snapshot: (Q,) int64 in 0..B-1, in any order; Q at least 1.
             num_snapshots: B.
         """
+        if num_snapshots == 1:  # its query edges are the table: nothing to pad
+            slot = torch.arange(len(query_snapshot), device=query_snapshot.device)
+            bias = torch.zeros(1, len(slot), len(slot), device=slot.device)
+            return cls(slot=slot, source=slot, bias=bias)
         count = torch.bincount(query_snapshot, minlength=num_snapshots)  # (B,)
         width = int(count.max())
         order = torch.argsort(query_snapshot, stable=True)

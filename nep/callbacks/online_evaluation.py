@@ -9,9 +9,9 @@ from pathlib import Path
 
 import lightning.pytorch as pl
 from lightning.pytorch.loggers import TensorBoardLogger
+from lightning.pytorch.utilities import rank_zero_info
 from matplotlib.figure import Figure
 from rich.console import Console
-from rich.progress import Progress
 
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.contestants import MakePolicy
@@ -35,10 +35,10 @@ class OnlineEvaluation(pl.Callback):
 
     All homes run in lockstep, one forward pass per time step. Where the data are recorded homes,
     the recorded validation homes are played, all of them and all their steps. Heuristics and
-    oracles play the same homes once, when training starts. Logs the score, candidate recall and
-    the share of the gap between Bayesian and each oracle that is closed, draws the score over
-    steps, and ends with a table, which is also written beside the checkpoints
-    (`online_evaluation.md`, `.json`).
+    oracles play the same homes once, before the model does so for the first time. Logs the score,
+    candidate recall and the share of the gap between Bayesian and each oracle that is closed,
+    draws the score over steps, and ends with a table, which is also written beside the
+    checkpoints (`online_evaluation.md`, `.json`).
 
     Source: paper sections 5.2 and 6.1.
     """
@@ -81,24 +81,13 @@ class OnlineEvaluation(pl.Callback):
         self.scores: dict[str, TaskScores] = {}
 
     def on_fit_start(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
-        """Let the heuristics and oracles play the task of the data."""
-        if not trainer.is_global_zero:
-            return
+        """Start without scores, with the task and the homes of the data."""
+        self.scores = {}
         config = _get_datamodule(trainer).val_config
         self.task = TASKS[config.task]
         self.recordings = config.load_recordings(config.load_prior())
-        policies = self.policies
         if self.recordings is not None:
             self.houses, self.steps = config.houses, config.steps
-            able = list_policies(self.recordings)
-            policies = tuple(name for name in policies if name in able)
-        is_quiet = trainer.progress_bar_callback is None
-        with Progress(transient=True, disable=is_quiet) as progress:
-            task = progress.add_task("heuristics on validation homes", total=len(policies))
-            for name in policies:
-                progress.update(task, description=f"{name} on validation homes")
-                self.scores[name] = self._play(trainer, partial(make_policy, name))
-                progress.advance(task)
 
     def on_train_epoch_end(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         """Let the model play every few epochs."""
@@ -149,8 +138,23 @@ class OnlineEvaluation(pl.Callback):
             make, config.load_prior(), config.house, streams, self.steps, task=config.task
         )
 
+    def _play_heuristics(self, trainer: pl.Trainer) -> None:
+        """Let the heuristics and oracles play, once, as late as possible: it takes seconds."""
+        policies = self.policies
+        if self.recordings is not None:
+            able = list_policies(self.recordings)
+            policies = tuple(name for name in policies if name in able)
+        if policies and trainer.progress_bar_callback is not None:
+            rank_zero_info(
+                f"{len(policies)} heuristics and oracles play {self.houses} validation homes."
+            )
+        for name in policies:
+            self.scores[name] = self._play(trainer, partial(make_policy, name))
+
     def _evaluate_model(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         assert isinstance(pl_module, NEPModule)
+        if not self.scores:
+            self._play_heuristics(trainer)
         player = NEPPolicy(pl_module, _get_datamodule(trainer).builder)
         scores = self.scores[self.name] = self._play(
             trainer, lambda houses: player.with_rules(houses.prior, houses.config)

@@ -324,6 +324,9 @@ class SceneGraphMemory:
 
     def _ensure_object(self, description: str) -> int:
         """Return the row of an object node, adding the node if it is new."""
+        known = self._rows_as_written.get(description)
+        if known is not None:  # most things are called the same every time
+            return known
         row = self._rows.setdefault(read_words("description", description), len(self._rows))
         if row == len(self._descriptions):
             self._descriptions.append(description)
@@ -332,6 +335,7 @@ class SceneGraphMemory:
             _HOME, np.array([row]), np.array([label]), np.array([object_type])
         )
         assert rows[0] == row
+        self._rows_as_written[description] = row
         return row
 
     def _ask(self, row: int) -> Queries:
@@ -370,6 +374,7 @@ class SceneGraphMemory:
         self._layout = content.layout
         self._descriptions: list[str] = []
         self._rows: dict[str, int] = {}  # by the words of the description
+        self._rows_as_written: dict[str, int] = {}
         arrays = self._layout.make_arrays(self._vocabulary, self._prior)
         self.clock = content.clock
         batch = self.batch = MemoryBatch(

@@ -17,18 +17,35 @@ from simulator.policies import POLICIES, make_policy
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory):
-    """A short fit with two online evaluations."""
-    folder = tmp_path_factory.mktemp("fit")
+def fit(tmp_path_factory):
+    """A short fit with two online evaluations: its folder, and the epoch of each play."""
+    folder, epochs, play = tmp_path_factory.mktemp("fit"), [], OnlineEvaluation._play
+
+    def record(self, trainer, make):
+        epochs.append(trainer.current_epoch + 1)
+        return play(self, trainer, make)
+
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
+        patch.setattr(OnlineEvaluation, "_play", record)
         main(
             ["--config", "mlp.yaml", "--trainer.max_epochs=3", "--data.houses=2", "--data.steps=8",
              "--data.val_houses=1", "--data.batch_size=8", "--data.workers=1", "--online.houses=2",
              "--online.steps=5", "--online.every_n_epochs=2",
              "--trainer.log_every_n_steps=1", "--trainer.enable_progress_bar=false"]
         )  # fmt: skip
-    return folder / "runs" / "mlp" / "version_0"
+    return folder / "runs" / "mlp" / "version_0", epochs
+
+
+@pytest.fixture(scope="module")
+def run(fit):
+    """Folder of the fit."""
+    return fit[0]
+
+
+def test_heuristics_play_once_and_not_before_the_model(fit):
+    # Evaluations after epochs 2 and 3: in the first, all heuristics and then the model.
+    assert fit[1] == [2] * (len(POLICIES) + 1) + [3]
 
 
 def test_logs_scalars_figure_and_chart(run):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import torch
 
-from datamodules.batch import QUERY_EDGE_TYPES
 from datamodules.features import FeatureConfig, compute_belief_features
 from datamodules.graph import GraphBuilder
 from nep.encoders import GCN, HAN, HEAT, HGT, MLP
@@ -99,29 +98,28 @@ def test_without_memory_looks_change_no_score():
         assert np.array_equal(*scores) != remembers
 
 
-def test_a_network_that_reads_a_belief_follows_it_online():
+def test_a_network_that_reads_a_belief_follows_it_online(monkeypatch):
     """The columns that the network sees are those of a filter that plays beside it."""
     torch.manual_seed(0)
     module = NEPModule(MLP(units=8), belief=True)
     house = HouseConfig(furniture_per_room=4)
     houses = Houses(PriorGraph.default(), house, Streams(0, "val", range(2)))
-    policy = NEPPolicy(module, GraphBuilder(FeatureConfig(belief=True), 0))
-    policy = policy.with_rules(houses.prior, house)
+    builder = GraphBuilder(FeatureConfig(belief=True), 0)
+    policy = NEPPolicy(module, builder).with_rules(houses.prior, house)
     believer = make_policy("home_filter", houses)
-    seen = []
-    module.predictor.register_forward_pre_hook(lambda _, inputs: seen.append(inputs[0].graph))
+    seen, build = [], builder.build_arrays
+    monkeypatch.setattr(
+        builder, "build_arrays", lambda taken: seen.append(build(taken)) or seen[-1]
+    )
     rollout = Rollout(houses, policy)
     believer.reset(rollout.memory)
     rollout.on_change = lambda change: believer.observe(rollout.memory, change)
     for step in rollout.run(6):
         believed = believer.follow(rollout.memory, step.queries).stack()
-        for etype in QUERY_EDGE_TYPES:
-            data = seen[-1].edges[etype].data
-            furniture = seen[-1].edges(etype=etype)[1]
-            local = seen[-1].nodes["furniture"].data["index"][furniture]
-            found = data["feature"][:, 9:].numpy()
-            expected = compute_belief_features(believed[data["query"].numpy(), local.numpy()])
-            np.testing.assert_allclose(found, expected, atol=1e-6)
+        arrays = seen[-1]
+        expected = compute_belief_features(believed[arrays.query_snapshot, arrays.query_furniture])
+        found = arrays.edge_feature[arrays.query_edge, 9:]
+        np.testing.assert_allclose(found, expected, atol=1e-6)
     assert len(seen) == 6
 
 

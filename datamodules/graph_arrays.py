@@ -1,0 +1,105 @@
+"""The graph of a batch of snapshots as flat arrays, and the DGL graph made of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import torch
+
+from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, SGMBatch
+from datamodules.heterograph import make_heterograph
+
+
+@dataclass(frozen=True, slots=True)
+class GraphArrays:
+    """Nodes of all types in one row of ids, edges of all types in one list.
+
+    Nodes lie in the order of `NODE_TYPES`, edges in the order of `EDGE_TYPES`, each type
+    contiguous. Query edges ascend, which is the query order of `SGMBatch`.
+
+    Attributes:
+        first_node: first id of each node type and, last, N: 6 of them.
+        first_edge: first id of each edge type and, last, E: 11 of them.
+        label: int64 (N,), row of `text`.
+        temporal: float32 (N, 4).
+        degree: in-degree of the graph before pruning, float32 (N,).
+        furniture_index: place within its home of each furniture node, int64.
+        edge_src, edge_dst: node ids, int64 (E,).
+        edge_feature: float32 (E, 9), or (E, 14) with belief.
+        query_edge: edge id of each query edge, int64 (Q,).
+        query_snapshot: whose query edge it is, 0..B-1, int64 (Q,).
+        query_furniture: place within the home that it leads to, int64 (Q,).
+        query_relation: 0 "in", 1 "onTop", int64 (Q,).
+        query_target: 1 or 0, nan where unknown, float32 (Q,).
+        query_grade: what its place is worth, float32 (Q,); None where the task grades none.
+        text: a tensor, float32 (L, 96): the same one while the labels stay the same.
+        num_snapshots: B.
+    """
+
+    first_node: list[int]
+    first_edge: list[int]
+    label: np.ndarray
+    temporal: np.ndarray
+    degree: np.ndarray
+    furniture_index: np.ndarray
+    edge_src: np.ndarray
+    edge_dst: np.ndarray
+    edge_feature: np.ndarray
+    query_edge: np.ndarray
+    query_snapshot: np.ndarray
+    query_furniture: np.ndarray
+    query_relation: np.ndarray
+    query_target: np.ndarray
+    query_grade: np.ndarray | None
+    text: torch.Tensor
+    num_snapshots: int
+
+    def make_batch(self) -> SGMBatch:
+        """Make the DGL graph: the same numbers, per node type and edge type."""
+        nodes = {
+            ntype: slice(*ends)
+            for ntype, ends in zip(NODE_TYPES, pairwise(self.first_node), strict=True)
+        }
+        edges = {
+            etype: slice(*ends)
+            for etype, ends in zip(EDGE_TYPES, pairwise(self.first_edge), strict=True)
+        }
+        graph = make_heterograph(
+            {
+                (src, relation, dst): (
+                    torch.from_numpy(self.edge_src[rows] - nodes[src].start),
+                    torch.from_numpy(self.edge_dst[rows] - nodes[dst].start),
+                )
+                for (src, relation, dst), rows in edges.items()
+            },
+            {ntype: rows.stop - rows.start for ntype, rows in nodes.items()},
+        )
+        for ntype, rows in nodes.items():
+            data = graph.nodes[ntype].data
+            data["label"] = torch.from_numpy(self.label[rows])
+            data["temporal"] = torch.from_numpy(self.temporal[rows])
+            data["degree"] = torch.from_numpy(self.degree[rows])
+        graph.nodes["furniture"].data["index"] = torch.from_numpy(self.furniture_index)
+        for etype, rows in edges.items():
+            graph.edges[etype].data["feature"] = torch.from_numpy(self.edge_feature[rows])
+        columns = self._spread_queries()
+        for etype in QUERY_EDGE_TYPES:
+            for name, column in columns.items():
+                graph.edges[etype].data[name] = torch.from_numpy(column[edges[etype]])
+        return SGMBatch(graph, self.text, self.num_snapshots)
+
+    def _spread_queries(self) -> dict[str, np.ndarray]:
+        """Give every edge what query edges have; -1, nan and 0 where it is none, (E,) each."""
+        num_edges = self.first_edge[-1]
+        columns = {
+            "query": np.full(num_edges, -1),
+            "target": np.full(num_edges, np.nan, dtype=np.float32),
+        }
+        columns["query"][self.query_edge] = self.query_snapshot
+        columns["target"][self.query_edge] = self.query_target
+        if self.query_grade is not None:
+            columns["grade"] = np.zeros(num_edges, dtype=np.float32)
+            columns["grade"][self.query_edge] = self.query_grade
+        return columns

@@ -1,0 +1,59 @@
+"""Edges between objects and furniture: those remembered, and those that a query supposes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.memory.snapshots import Snapshots
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectEdges:
+    """Remembered edges and after them the hypothetical ones, M in all, of B snapshots.
+
+    Attributes:
+        snapshot: the snapshot of each edge, (M,).
+        object: object node among those of `Snapshots`, (M,).
+        furniture: furniture within the snapshot, (M,).
+        relation: 0 "in", 1 "onTop", (M,).
+        is_query: whether the object is the snapshot's query object, bool (M,).
+        num_remembered: how many of them are remembered.
+    """
+
+    snapshot: np.ndarray
+    object: np.ndarray
+    furniture: np.ndarray
+    relation: np.ndarray
+    is_query: np.ndarray
+    num_remembered: int
+
+    @classmethod
+    def list(cls, snapshots: Snapshots, proposed: np.ndarray) -> ObjectEdges:
+        """List the edges of snapshots.
+
+        Args:
+            snapshots: the snapshots.
+            proposed: places that the query object may be at, bool (B, F, 2); a remembered one
+                gets no hypothetical edge beside it.
+        """
+        remembered = snapshots.object_snapshot[snapshots.edge_object]
+        is_own = snapshots.query_object[remembered] == snapshots.edge_object
+        places = (
+            remembered * snapshots.num_furniture + snapshots.edge_furniture
+        ) * 2 + snapshots.edge_relation
+        is_hypothetical = proposed.ravel()
+        is_hypothetical[places[is_own]] = False
+        place, relation = np.divmod(np.flatnonzero(is_hypothetical), 2)
+        snapshot, furniture = np.divmod(place, snapshots.num_furniture)
+        is_query = np.ones(len(is_own) + len(place), dtype=bool)
+        is_query[: len(is_own)] = is_own
+        return cls(
+            snapshot=np.concatenate([remembered, snapshot]),
+            object=np.concatenate([snapshots.edge_object, snapshots.query_object[snapshot]]),
+            furniture=np.concatenate([snapshots.edge_furniture, furniture]),
+            relation=np.concatenate([snapshots.edge_relation, relation]),
+            is_query=is_query,
+            num_remembered=len(is_own),
+        )

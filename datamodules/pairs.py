@@ -1,0 +1,151 @@
+"""All nodes of a batch of snapshots and all pairs of them that edges join."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from datamodules.object_edges import ObjectEdges
+from simulator.memory.snapshots import Snapshots
+
+# (whether the edge leads from the child to the parent, group of pairs) of each of `EDGE_TYPES`
+DIRECTIONS = (
+    (False, 0), (True, 0), (False, 1), (True, 1), (False, 2), (True, 2), (False, 3), (True, 3),
+    (True, 4), (False, 4),
+)  # fmt: skip
+# The first edge type that joins objects.
+FIRST_OBJECT_TYPE = 6
+# The edge types that lead from an object up to furniture: the query edges are among them.
+OBJECT_UP = slice(7, 9)
+
+
+@dataclass(frozen=True, slots=True)
+class Pairs:
+    """Nodes of all types in one row of ids, and P pairs of a child and its parent.
+
+    An edge joins each pair in either direction, so both are in one graph or neither. Pairs lie in
+    five groups: floor and house, room and floor, furniture and room, object "in" furniture,
+    object "onTop" furniture.
+
+    Attributes:
+        first_node: first id of each of `NODE_TYPES` and, last, N: 6 of them.
+        first_pair: first pair of each group and, last, P: 6 of them.
+        label: label of every node, (N,).
+        child, parent: node ids, (P,).
+        object_edge: number among `ObjectEdges` of each pair of the last two groups, (M,).
+    """
+
+    first_node: np.ndarray
+    first_pair: np.ndarray
+    label: np.ndarray
+    child: np.ndarray
+    parent: np.ndarray
+    object_edge: np.ndarray
+
+    @classmethod
+    def list(cls, snapshots: Snapshots, edges: ObjectEdges) -> Pairs:
+        """Number the nodes of snapshots and list their pairs, remembered before hypothetical."""
+        batch, num_furniture = snapshots.furniture_label.shape
+        num_rooms = snapshots.room_label.shape[1]
+        house, floor = (snapshots.labels.index(label) for label in ("house", "floor"))
+        layout_counts = [batch, batch, batch * num_rooms, batch * num_furniture]
+        first_node = np.cumsum([0, *layout_counts, len(snapshots.object_label)])
+        _, floors, rooms, furniture, objects, _ = first_node.tolist()
+        snapshot = np.arange(batch)
+        inside, on_top = np.flatnonzero(edges.relation == 0), np.flatnonzero(edges.relation)
+        object_edge = np.concatenate([inside, on_top])
+        place = furniture + edges.snapshot * num_furniture + edges.furniture
+        room_of_furniture = rooms + num_rooms * snapshot[:, None] + snapshots.furniture_room
+        return cls(
+            first_node=first_node,
+            first_pair=np.cumsum([0, *layout_counts[1:], len(inside), len(on_top)]),
+            label=np.concatenate(
+                [
+                    np.full(batch, house),
+                    np.full(batch, floor),
+                    snapshots.room_label.ravel(),
+                    snapshots.furniture_label.ravel(),
+                    snapshots.object_label,
+                ]
+            ),
+            child=np.concatenate([np.arange(floors, objects), objects + edges.object[object_edge]]),
+            parent=np.concatenate(
+                [
+                    snapshot,
+                    np.repeat(floors + snapshot, num_rooms),
+                    room_of_furniture.ravel(),
+                    place[object_edge],
+                ]
+            ),
+            object_edge=object_edge,
+        )
+
+    @property
+    def num_nodes(self) -> int:
+        """N."""
+        return len(self.label)
+
+    @property
+    def num_layout(self) -> int:
+        """Number of pairs of the layout; those with an object follow."""
+        return len(self.child) - len(self.object_edge)
+
+    def compute_degree(self) -> np.ndarray:
+        """Count the edges that enter each node, (N,)."""
+        size = self.num_nodes
+        return np.bincount(self.child, minlength=size) + np.bincount(self.parent, minlength=size)
+
+    def keep_all(self) -> Kept:
+        """Keep every edge."""
+        rows = np.arange(len(self.child))
+        return Kept(np.ones(self.num_nodes, dtype=bool), rows, rows)
+
+    def keep_hops(self, edges: ObjectEdges, num_hops: int) -> Kept:
+        """Keep what a model with so many convolutions can read.
+
+        The query edges and the edges that enter the `num_hops - 1`-hop in-neighbourhood of their
+        ends. With no hops, the query edges alone, without those back to the object.
+        """
+        query = self.num_layout + np.flatnonzero(edges.is_query[self.object_edge])
+        keep = np.zeros(self.num_nodes, dtype=bool)
+        keep[self.child[query]] = keep[self.parent[query]] = True
+        up, down = query, query[:0]
+        for _ in range(num_hops):
+            up, down = np.flatnonzero(keep[self.parent]), np.flatnonzero(keep[self.child])
+            keep[self.child[up]] = keep[self.parent[down]] = True
+        return Kept(keep, up, down)
+
+    def list_edges(self, kept: Kept) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """List edges in the order of `EDGE_TYPES`, E of them.
+
+        Returns:
+            Source and destination nodes (E,), the pair of each edge (E,), and the first edge of
+            each type and, last, E, (11,).
+        """
+        rows = (kept.down, kept.up)
+        ends = [np.searchsorted(part, self.first_pair).tolist() for part in rows]
+        parts = [slice(*ends[is_up][group : group + 2]) for is_up, group in DIRECTIONS]
+        child, parent = ([node[part] for part in rows] for node in (self.child, self.parent))
+        sources, destinations = (parent[0], child[1]), (child[0], parent[1])
+        src, dst, pair = (
+            np.concatenate(
+                [table[is_up][part] for (is_up, _), part in zip(DIRECTIONS, parts, strict=True)]
+            )
+            for table in (sources, destinations, rows)
+        )
+        return src, dst, pair, np.cumsum([0, *(part.stop - part.start for part in parts)])
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """Which part of the graph is built.
+
+    Attributes:
+        nodes: bool (N,).
+        up, down: pairs whose edge to the parent, and to the child, is built, ascending.
+    """
+
+    nodes: np.ndarray
+    up: np.ndarray
+    down: np.ndarray
