@@ -41,9 +41,9 @@ class NodeEmbedding(nn.Module):
         text_weight, temporal_weight, type_weight = weights
         text = F.linear(graph.text, text_weight, self.first.bias)  # (L, units)
         table = (type_weight.t().unsqueeze(1) + text).flatten(0, 1)  # (5 L, units)
-        hidden = torch.addmm(
-            table.index_select(0, graph.typed_label), graph.temporal, temporal_weight.t()
-        )
+        blocks = enumerate(graph.label.split(graph.node_counts))
+        row = torch.cat([label + ntype * len(text) for ntype, label in blocks])  # (N,)
+        hidden = torch.addmm(table.index_select(0, row), graph.temporal, temporal_weight.t())
         return F.relu(self.second(F.relu(hidden, inplace=True)), inplace=True)
 
 

@@ -23,7 +23,7 @@ class FlatGraph:
     Attributes:
         node_counts: number of nodes per node type, 5 of them.
         edge_counts: number of edges per edge type, 10 of them.
-        typed_label: (N,) int64, the row of `text` plus L times the position of the node's type.
+        label: (N,) int64 row of `text`.
         temporal: (N, 4) node features.
         degree: (N,) in-degree of the graph before pruning.
         edge_src: (E,) int64 node id.
@@ -39,7 +39,7 @@ class FlatGraph:
 
     node_counts: tuple[int, ...]
     edge_counts: tuple[int, ...]
-    typed_label: Tensor
+    label: Tensor
     temporal: Tensor
     degree: Tensor
     edge_src: Tensor
@@ -95,12 +95,7 @@ class FlatGraph:
         return cls(
             node_counts=node_counts,
             edge_counts=edge_counts,
-            typed_label=torch.cat(
-                [
-                    graph.nodes[ntype].data["label"] + position * len(batch.text)
-                    for position, ntype in enumerate(NODE_TYPES)
-                ]
-            ),
+            label=torch.cat([graph.nodes[ntype].data["label"] for ntype in NODE_TYPES]),
             temporal=torch.cat([graph.nodes[ntype].data["temporal"] for ntype in NODE_TYPES]),
             degree=torch.cat([graph.nodes[ntype].data["degree"] for ntype in NODE_TYPES]),
             edge_src=torch.cat(edge_src),
@@ -125,7 +120,7 @@ class FlatGraph:
         return sum(self.edge_counts)
 
     def find_entered(self) -> tuple[Tensor, Tensor]:
-        """Find the nodes that edges enter: their ids (R,), and which of them each edge enters (E,)."""
+        """Find the nodes that edges enter, (R,), and which of them each edge enters, (E,)."""
         is_entered = self.edge_dst.new_zeros(self.num_nodes).index_fill_(0, self.edge_dst, 1)
         number = is_entered.cumsum(0) - 1
         return is_entered.nonzero().squeeze(1), number.index_select(0, self.edge_dst)

@@ -9,7 +9,6 @@ from torch import Tensor, nn
 
 from nep.layers.dropout import ByteDropout
 
-
 # Slots of a row, where no snapshot has more query edges. Wider rows waste fewer slots and make more
 # pairs of query edges that never attend to each other; 48 and 64 took longer in training.
 _ROW_SLOTS = 32

@@ -10,7 +10,7 @@ from torch.nn import functional as F
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES
 from nep.flat_graph import FlatGraph
-from nep.layers.segment import segment_softmax, segment_sum
+from nep.layers.segment import attend, segment_softmax, segment_sum
 
 
 class HEATConv(nn.Module):
@@ -127,14 +127,12 @@ class HEATConv(nn.Module):
         entered, entry = graph.find_entered()  # (R,), (E,)
         attention = segment_softmax(
             F.leaky_relu(logits, self.negative_slope), entry, len(entered)
-        ).unsqueeze(2)  # (E, K, 1)
-
-        source = message.index_select(0, graph.edge_src).unflatten(1, (self.heads, -1))
-        node_sum = segment_sum((attention * source).flatten(1), entry, len(entered))  # (R, out)
+        )  # (E, K)
+        node_sum = attend(attention, message, graph.edge_src, entry, len(entered))  # (R, out_units)
         edge_sum = segment_sum(
-            (attention * attribute.unsqueeze(1)).flatten(1), entry, len(entered)
+            (attention.unsqueeze(2) * attribute.unsqueeze(1)).flatten(1), entry, len(entered)
         ).unflatten(1, (self.heads, -1))  # (R, K, A)
-        edge_part = torch.einsum("nka,kau->nku", edge_sum, self.message_edge).flatten(1)
+        edge_part = torch.einsum("rka,kau->rku", edge_sum, self.message_edge).flatten(1)
         bias = self.bias.expand(graph.num_nodes, -1)
         return bias.index_add(0, entered, node_sum + edge_part)
 
