@@ -83,9 +83,8 @@ class NEPModule(pl.LightningModule):
             belief=belief,
         )
         # The curve of the training metric is binned: an exact one would keep every training edge.
-        # What goes in needs no check, which would cost a step of training more than the curve.
         self.train_metrics = MetricCollection(
-            {"auroc": BinaryAUROC(thresholds=200, validate_args=False)}, prefix="train/"
+            {"auroc": BinaryAUROC(thresholds=200)}, prefix="train/"
         )
         self.train_top_one = TopOneHitRate()
         self.val_metrics = MetricCollection(
