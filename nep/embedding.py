@@ -21,9 +21,8 @@ from nep.flat_graph import FlatGraph
 class NodeEmbedding(nn.Module):
     """Two ReLU layers over [text vector (96), temporal features (4), node type one-hot (5)].
 
-    The text part of the first layer is computed once per label and gathered, the type part is a
-    row per
-    type: equal to concatenating the 105 features of every node, without making them.
+    The text and type parts of the first layer are computed once per pair of type and label and
+    gathered: equal to concatenating the 105 features of every node, without making them.
 
     Args:
         units: width of both layers.
@@ -40,12 +39,12 @@ class NodeEmbedding(nn.Module):
         """Embed all nodes: (N, units)."""
         weights = self.first.weight.split([TEXT_DIM, NODE_TEMPORAL_DIM, len(NODE_TYPES)], dim=1)
         text_weight, temporal_weight, type_weight = weights
-        hidden = (
-            F.linear(graph.text, text_weight, self.first.bias).index_select(0, graph.label)
-            + F.linear(graph.temporal, temporal_weight)
-            + graph.repeat_per_node_type(type_weight.t())
-        )
-        return torch.relu(self.second(torch.relu(hidden)))
+        text = F.linear(graph.text, text_weight, self.first.bias)  # (L, units)
+        table = (type_weight.t().unsqueeze(1) + text).flatten(0, 1)  # (5 L, units)
+        blocks = enumerate(graph.label.split(graph.node_counts))
+        row = torch.cat([label + ntype * len(text) for ntype, label in blocks])  # (N,)
+        hidden = torch.addmm(table.index_select(0, row), graph.temporal, temporal_weight.t())
+        return F.relu(self.second(F.relu(hidden, inplace=True)), inplace=True)
 
 
 class EdgeEmbedding(nn.Module):
@@ -77,4 +76,4 @@ class EdgeEmbedding(nn.Module):
         )  # (E, 13)
         if edges is not None:
             features = features.index_select(0, edges)
-        return torch.relu(self.second(torch.relu(self.first(features))))
+        return F.relu(self.second(F.relu(self.first(features), inplace=True)), inplace=True)

@@ -153,6 +153,12 @@ class FlatGraph:
         """E."""
         return sum(self.edge_counts)
 
+    def find_entered(self) -> tuple[Tensor, Tensor]:
+        """Find the nodes that edges enter, (R,), and which of them each edge enters, (E,)."""
+        is_entered = self.edge_dst.new_zeros(self.num_nodes).index_fill_(0, self.edge_dst, 1)
+        number = is_entered.cumsum(0) - 1
+        return is_entered.nonzero().squeeze(1), number.index_select(0, self.edge_dst)
+
     def repeat_per_edge_type(self, values: Tensor) -> Tensor:
         """Give each edge the row of its edge type: (10, D) -> (E, D)."""
         return _repeat_blocks(values, self.edge_counts)

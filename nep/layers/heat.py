@@ -10,7 +10,7 @@ from torch.nn import functional as F
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES
 from nep.flat_graph import FlatGraph
-from nep.layers.segment import segment_softmax, segment_sum
+from nep.layers.segment import attend, segment_softmax, segment_sum
 
 
 class HEATConv(nn.Module):
@@ -123,19 +123,18 @@ class HEATConv(nn.Module):
             + graph.repeat_per_edge_type(logit_type)
             + attribute @ self.attend_edge_attribute
         )  # (E, K)
+        # A batch that was pruned has edges into one node in six: sums are made for those alone.
+        entered, entry = graph.find_entered()  # (R,), (E,)
         attention = segment_softmax(
-            F.leaky_relu(logits, self.negative_slope), graph.edge_dst, graph.num_nodes
-        ).unsqueeze(2)  # (E, K, 1)
-
-        source = message.index_select(0, graph.edge_src).unflatten(1, (self.heads, -1))
-        node_sum = segment_sum(
-            (attention * source).flatten(1), graph.edge_dst, graph.num_nodes
-        )  # (N, out_units)
+            F.leaky_relu(logits, self.negative_slope), entry, len(entered)
+        )  # (E, K)
+        node_sum = attend(attention, message, graph.edge_src, entry, len(entered))  # (R, out_units)
         edge_sum = segment_sum(
-            (attention * attribute.unsqueeze(1)).flatten(1), graph.edge_dst, graph.num_nodes
-        ).unflatten(1, (self.heads, -1))  # (N, K, A)
-        edge_part = torch.einsum("nka,kau->nku", edge_sum, self.message_edge).flatten(1)
-        return node_sum + edge_part + self.bias
+            (attention.unsqueeze(2) * attribute.unsqueeze(1)).flatten(1), entry, len(entered)
+        ).unflatten(1, (self.heads, -1))  # (R, K, A)
+        edge_part = torch.einsum("rka,kau->rku", edge_sum, self.message_edge).flatten(1)
+        bias = self.bias.expand(graph.num_nodes, -1)
+        return bias.index_add(0, entered, node_sum + edge_part)
 
     def _project_nodes(self, graph: FlatGraph, node: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Messages (N, out_units), attention logits as source and as destination (N, K)."""

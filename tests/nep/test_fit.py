@@ -7,6 +7,7 @@ import json
 import pytest
 import torch
 import yaml
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from datamodules.features import FeatureConfig
 from nep.fit import CONFIG_FOLDER, FitCLI, find_configs, main
@@ -54,7 +55,12 @@ def test_fit_writes_what_replays_reloads_and_resumes(folder, capsys):
     cli = main(["--config", "heat.yaml", *SMALL, "--model.encoder.init_args.heads=4"])
     assert "NEP-HEAT" in capsys.readouterr().out
     run = folder / "runs" / "heat" / "version_0"
-    assert list(run.glob("events.out.tfevents.*"))
+    events = EventAccumulator(str(run)).Reload()
+    scalars = {name: len(events.Scalars(name)) for name in events.Tags()["scalars"]}
+    assert scalars["train/loss"] == cli.trainer.global_step
+    for name in ("train/top_one", "train/auroc", "val/loss", "val/top_one", "val/auroc",
+                 "val/average_precision"):  # fmt: skip
+        assert scalars[name] == 1, name  # once an epoch
 
     checkpoints = run / "checkpoints"
     assert {path.name for path in checkpoints.iterdir()} == {"best.ckpt", "last.ckpt"}

@@ -15,7 +15,7 @@ from nep.layers.gcn import GCNConv
 from nep.layers.han import HANConv
 from nep.layers.heat import HEATConv
 from nep.layers.hgt import HGTConv
-from nep.layers.segment import segment_softmax, segment_sum
+from nep.layers.segment import attend, segment_softmax, segment_sum
 
 IN, OUT, EDGE = 6, 8, 5
 
@@ -250,6 +250,30 @@ def test_segment_sum_and_softmax_by_hand():
     torch.testing.assert_close(
         segment_softmax(logits + 1000, segment, 4), want, rtol=1e-4, atol=1e-4
     )
+
+
+def test_attend_equals_dgl():
+    generator = torch.Generator().manual_seed(0)
+    source = torch.randint(30, (200,), generator=generator)
+    segment = torch.randint(12, (200,), generator=generator) // 2 * 2  # every other one is empty
+    values = torch.randn(30, 8, generator=generator, requires_grad=True)
+    attention = torch.rand(200, 2, generator=generator, requires_grad=True)
+    graph = dgl.heterograph(
+        {("node", "to", "segment"): (source, segment)},
+        num_nodes_dict={"node": 30, "segment": 12},
+    )
+    ours = attend(attention, values, source, segment, 12)
+    theirs = dgl.ops.u_mul_e_sum(
+        graph, values.unflatten(1, (2, 4)), attention.unsqueeze(2)
+    ).flatten(1)  # fmt: skip
+    torch.testing.assert_close(ours, theirs)
+    weight = torch.randn(12, 8, generator=generator)
+    for mine, other in zip(
+        torch.autograd.grad(ours, [values, attention], weight),
+        torch.autograd.grad(theirs, [values, attention], weight),
+        strict=True,
+    ):
+        torch.testing.assert_close(mine, other, rtol=1e-4, atol=1e-5)
 
 
 def test_byte_dropout_drops_its_share_and_keeps_the_mean():

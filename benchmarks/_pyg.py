@@ -1,0 +1,79 @@
+"""Our HEAT layer as PyTorch Geometric's, with equal weights."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+from torch_geometric.nn import HEATConv as PyGHEATConv
+
+from datamodules.batch import EDGE_TYPES, NODE_TYPES
+from nep.flat_graph import FlatGraph
+from nep.layers.heat import HEATConv
+
+
+class PyGLayer(torch.nn.Module):
+    """PyTorch Geometric's `HEATConv` with the weights of one of our layers.
+
+    With one head both are the same function of the nodes that edges enter; with several, theirs
+    gives each head the whole width, of which ours keeps a share. Where no edge enters, ours gives
+    its bias, and theirs zero. Their `root_weight` is switched off: ours leaves the residual to the
+    encoder.
+    """
+
+    def __init__(self, ours: HEATConv) -> None:
+        super().__init__()
+        _, in_units, out_units = ours.node_weight.shape
+        edge_type_units, attribute = ours.edge_type.shape[1], ours.edge_attribute
+        self.theirs = theirs = PyGHEATConv(
+            in_units, out_units, len(NODE_TYPES), len(EDGE_TYPES), edge_type_units,
+            attribute.in_features, attribute.out_features, heads=ours.heads, root_weight=False,
+        )  # fmt: skip
+        theirs.hetero_lin.is_sorted = True  # nodes lie type after type: saves it a sort
+        attend = (
+            ours.attend_dst, ours.attend_src, ours.attend_edge_type, ours.attend_edge_attribute
+        )  # fmt: skip
+        message_edge = ours.message_edge.transpose(0, 1).flatten(1)  # (A, out_units)
+        with torch.no_grad():
+            theirs.hetero_lin.weight.copy_(ours.node_weight)
+            theirs.hetero_lin.bias.copy_(ours.node_bias)
+            theirs.edge_type_emb.weight.copy_(ours.edge_type)
+            theirs.edge_attr_emb.weight.copy_(attribute.weight)
+            theirs.att.weight.copy_(torch.cat(attend).t())
+            theirs.lin.weight.copy_(torch.cat([ours.message_node, message_edge]).t())
+            theirs.lin.bias.copy_(ours.bias)
+
+    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor) -> Tensor:
+        """Convolve once: (N, in_units), (E, edge_units) -> (N, heads * out_units)."""
+        return self.theirs(
+            node,
+            torch.stack([graph.edge_src, graph.edge_dst]),
+            torch.repeat_interleave(torch.tensor(graph.node_counts)),
+            torch.repeat_interleave(torch.tensor(graph.edge_counts)),
+            edge,
+        )
+
+    def take_shares(self, out: Tensor) -> Tensor:
+        """Of each head's whole width, the share that ours has: (N, heads * D) -> (N, D)."""
+        heads = self.theirs.heads
+        blocks = out.view(len(out), heads, heads, -1)  # by head, by share
+        return blocks.diagonal(dim1=1, dim2=2).transpose(1, 2).flatten(1)
+
+
+def compute_difference(ours: HEATConv, graph: FlatGraph, node: Tensor, edge: Tensor) -> float:
+    """Compare both layers: outputs where edges enter, and gradients of nodes and edges.
+
+    Returns:
+        The largest difference of any number.
+    """
+    theirs = PyGLayer(ours)
+    entered, _ = graph.find_entered()
+    found = []
+    for layer in (ours, theirs):
+        node, edge = (value.detach().requires_grad_() for value in (node, edge))
+        out = layer(graph, node, edge)
+        if layer is theirs:
+            out = theirs.take_shares(out)
+        out = out.index_select(0, entered)
+        weight = torch.linspace(-1, 1, out.numel()).view_as(out)
+        found.append((out.detach(), *torch.autograd.grad(out, [node, edge], weight)))
+    return max(float((a - b).abs().max()) for a, b in zip(*found, strict=True))
