@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 
 import numpy as np
 
@@ -127,9 +128,6 @@ def evaluate_in_parallel(
 ) -> TaskScores:
     """Let a policy play a task in fresh homes, shared out to workers; see `evaluate_policy`.
 
-    The scores are equal for any number of workers if the policy answers every home alone, as all
-    but networks do: those sum in an order that depends on the batch, and differ by rounding.
-
     Args:
         make: gets the homes and returns the policy; is sent to the workers.
         prior: what homes look like.
@@ -143,31 +141,83 @@ def evaluate_in_parallel(
     Raises:
         ValueError: if there is no task of that name, no worker or no such backend.
     """
+    return play_groups(
+        make, partial(Houses, prior, config), [streams.houses], streams.seed, streams.split,
+        num_steps, task=task, workers=workers, backend=backend,
+    )  # fmt: skip
+
+
+def play_groups(
+    make: Callable[[Homes], Policy],
+    make_houses: Callable[[Streams], Homes],
+    groups: Sequence[Sequence[int]],
+    seed: int,
+    split: str,
+    num_steps: int,
+    on_step: Callable[[], None] = lambda: None,
+    task: str = "predict_location",
+    workers: int = 1,
+    backend: str = "processes",
+) -> TaskScores:
+    """Let a policy play a task in homes, sampled or recorded, that may be shared out to workers.
+
+    The scores are equal for any number of workers if the policy answers every home alone, as all
+    but networks do: those sum in an order that depends on the batch, and differ by rounding.
+
+    Args:
+        make: gets homes and returns the policy; only oracles keep them.
+        make_houses: gets the streams of some homes and returns these homes at t = 0.
+        groups: numbers of the homes; those of a group can be played in lockstep.
+        seed: of the homes.
+        split: "train", "val" or "test", likewise.
+        num_steps: T.
+        on_step: called after each step of each group, or as often at the end where workers play.
+        task: name of the task.
+        workers: how many play at a time; one plays in this process.
+        backend: where they work, see `fan_out`.
+
+    Returns:
+        The scores, in the order of the numbers of the homes.
+
+    Raises:
+        ValueError: if there is no task of that name, the homes were recorded for fewer steps, or
+            there is no worker or no such backend.
+    """
     check_task(task)
     check_workers(workers, backend)
-    parts = np.array_split(np.array(streams.houses), min(workers, len(streams.houses)))
-    jobs = [
-        (make, prior, config, Streams(streams.seed, streams.split, part.tolist()), num_steps, task)
-        for part in parts
-    ]
-    found = dict(fan_out(_evaluate_part, jobs, workers, backend))
-    return TaskScores(
-        **{
-            field.name: np.concatenate([getattr(found[part], field.name) for part in sorted(found)])
-            for field in fields(TaskScores)
-        }
-    )
+    if workers == 1:
+        homes = list(groups)
+        parts = [
+            play_task(make, make_houses(Streams(seed, split, group)), num_steps, on_step, task)
+            for group in groups
+        ]
+    else:
+        homes = [
+            part.tolist()
+            for group in groups
+            for part in np.array_split(np.array(group), min(workers, len(group)))
+        ]
+        jobs = [(make, make_houses, Streams(seed, split, part), num_steps, task) for part in homes]
+        found = dict(fan_out(_play_part, jobs, workers, backend))
+        parts = [found[number] for number in range(len(jobs))]
+        for _ in range(num_steps * len(groups)):
+            on_step()
+    order = np.argsort(np.concatenate(homes), kind="stable")
+    columns = {
+        field.name: np.concatenate([getattr(part, field.name) for part in parts])[order]
+        for field in fields(TaskScores)
+    }
+    return TaskScores(**columns)
 
 
-def _evaluate_part(
+def _play_part(
     make: Callable[[Homes], Policy],
-    prior: PriorGraph,
-    config: HouseConfig,
+    make_houses: Callable[[Streams], Homes],
     streams: Streams,
     num_steps: int,
     task: str,
 ) -> TaskScores:
-    return evaluate_policy(make, prior, config, streams, num_steps, task=task)
+    return play_task(make, make_houses(streams), num_steps, task=task)
 
 
 def play_task(

@@ -89,6 +89,20 @@ def test_what_is_played_beside_it_changes_nothing(tmp_path, checkpoint):
         assert first == second[:2]
 
 
+def test_workers_share_the_homes_out(tmp_path, checkpoint):
+    """Heuristics answer each home alone; a network sums in an order that depends on the batch."""
+    arguments = ["--houses", "3", "--steps", "4", "--tasks", "predict_location", "find_object",
+                 "--policies", "bayesian", "home_filter", "ceiling", "--threads", "1",
+                 "--checkpoint", f"N@predict_location={checkpoint}"]  # fmt: skip
+    tables = []
+    for name, workers in (("alone", "1"), ("shared", "2")):
+        main(["--out", str(tmp_path / name), *arguments, "--workers", workers])
+        tables.append(read(tmp_path / name)["tasks"])
+    network, other = (table["predict_location"]["policies"].pop("N") for table in tables)
+    assert other["nll"] == pytest.approx(network["nll"], rel=1e-5)
+    assert tables[0] == tables[1]
+
+
 def test_a_checkpoint_for_one_task_and_other_rules(tmp_path, checkpoint):
     main(["--out", str(tmp_path), *SMALL, "--policies", "none", "--no-dynamic-nodes",
           "--tasks", "predict_location", "find_object", "--split", "val",
@@ -122,6 +136,8 @@ def test_names_of_checkpoints(checkpoint, tmp_path):
         (["--houses", "0"], "houses must be at least 1, got 0. Raise it."),
         (["--steps", "-1"], "steps must be at least 1, got -1. Raise it."),
         (["--seed", "-1"], "seed must be non-negative, got -1. Choose 0 or more."),
+        (["--workers", "0"], "workers must be at least 1, got 0. Ask for more"),
+        (["--backend", "spark"], "backend must be one of processes, ray, got 'spark'. Choose"),
         (["--threads", "0"], "threads must be at least 1, got 0. Raise it."),
         (["--split", "all"], "split must be one of train, val, test, got 'all'"),
         (["--prior", "no.json"], "prior must be a file that can be read, got 'No such file"),
