@@ -1,7 +1,12 @@
 """`python -m nep.evaluate`: what it writes, that it repeats, and what it refuses."""
 
 import json
+import os
 import re
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +18,7 @@ from nep.fit import main as fit
 from simulator.policies import POLICIES
 from simulator.tasks.registry import TASKS
 
+ROOT = Path(__file__).parents[2]
 SMALL = ["--houses", "2", "--steps", "4"]
 
 
@@ -101,6 +107,27 @@ def test_workers_share_the_homes_out(tmp_path, checkpoint):
     network, other = (table["predict_location"]["policies"].pop("N") for table in tables)
     assert other["nll"] == pytest.approx(network["nll"], rel=1e-5)
     assert tables[0] == tables[1]
+
+
+@pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed: extra cluster")
+def test_a_local_ray_of_two_cpus_gives_the_same_scores(tmp_path):
+    arguments = ["--houses", "3", "--steps", "4", "--tasks", "find_object", "--policies",
+                 "bayesian", "ceiling"]  # fmt: skip
+    main(["--out", str(tmp_path / "here"), *arguments])
+    code = (
+        "import sys, ray\n"
+        "ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)\n"
+        "from nep.evaluate import main\n"
+        "main(sys.argv[1:])\n"
+    )
+    options = ["--out", str(tmp_path / "ray"), "--workers", "2", "--backend", "ray"]
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments, *options],
+        cwd=ROOT, capture_output=True, text=True, check=False, timeout=180,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert read(tmp_path / "ray")["tasks"] == read(tmp_path / "here")["tasks"]
 
 
 def test_a_checkpoint_for_one_task_and_other_rules(tmp_path, checkpoint):
