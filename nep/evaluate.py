@@ -22,7 +22,7 @@ from nep.contestants import Checkpoint, check_contestants, list_contestants
 from nep.figures import draw_over_steps
 from nep.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
 from simulator.config import HouseConfig
-from simulator.evaluation import TaskScores, play_groups
+from simulator.evaluation import TaskScores, play_games
 from simulator.fan_out import add_worker_arguments, check_workers
 from simulator.homes import Homes
 from simulator.houses import Houses
@@ -133,7 +133,7 @@ def evaluate(
         config: what is played; `config.check()` says beforehand whether it can be.
         on_step: called with task and policy after each step; where workers play, as often at the
             end.
-        workers: how many share the homes out, see `play_groups`: heuristics score the same for any
+        workers: how many share the homes out, see `play_games`: heuristics score the same for any
             number of them, networks up to rounding.
         backend: where they work, see `fan_out`.
         threads: CPU threads of a worker; None to leave them as they are.
@@ -145,16 +145,19 @@ def evaluate(
         groups: Sequence[Sequence[int]] = [range(config.houses)]
     else:
         make_houses, groups = recordings.make_houses, recordings.list_groups()
-    results: dict[str, dict[str, TaskScores]] = {}
-    for task in config.tasks:
-        players = list_contestants(task, config.policies, config.checkpoints, threads)
-        results[task] = {
-            name: play_groups(
-                make, make_houses, groups, config.seed, config.split, config.steps,
-                partial(on_step, task, name), task, workers, backend,
-            )
-            for name, make in players.items()
-        }  # fmt: skip
+    players = {
+        task: list_contestants(task, config.policies, config.checkpoints, threads)
+        for task in config.tasks
+    }
+    names = [(task, name) for task in players for name in players[task]]
+    scores = play_games(
+        [(players[task][name], task) for task, name in names],
+        make_houses, groups, config.seed, config.split, config.steps,
+        lambda game: on_step(*names[game]), workers, backend,
+    )  # fmt: skip
+    results: dict[str, dict[str, TaskScores]] = {task: {} for task in config.tasks}
+    for (task, name), own in zip(names, scores, strict=True):
+        results[task][name] = own
     return results
 
 

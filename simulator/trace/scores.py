@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from simulator.evaluation import TaskScores, play_groups
+from simulator.evaluation import TaskScores, play_games
 from simulator.homes import Homes
 from simulator.policies import POLICIES, Policy
 from simulator.trace.recordings import Recordings
@@ -34,7 +34,7 @@ def evaluate_recordings(
         num_steps: T, at most what was recorded.
         on_step: called after each step of each group.
         task: name of the task.
-        workers: how many play at a time, see `play_groups`.
+        workers: how many play at a time, see `play_games`.
         backend: where they work, see `fan_out`.
 
     Raises:
@@ -42,10 +42,11 @@ def evaluate_recordings(
             there is no worker or no such backend.
     """
     recordings.check_steps(num_steps)
-    return play_groups(
-        make, recordings.make_houses, recordings.list_groups(), seed, split, num_steps, on_step,
-        task, workers, backend,
+    (scores,) = play_games(
+        [(make, task)], recordings.make_houses, recordings.list_groups(), seed, split, num_steps,
+        lambda game: on_step(), workers, backend,
     )  # fmt: skip
+    return scores
 
 
 def list_policies(recordings: Recordings) -> tuple[str, ...]:
