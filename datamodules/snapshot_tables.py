@@ -15,7 +15,7 @@ VERSIONED = ("furniture", "object", "edge")
 _PER_FRAME = 8  # snapshots, one bit of a byte each
 # An array of a shard belongs to the first table whose name its own begins with, else to `home`.
 _TABLES = (*(f"{kind}_version" for kind in VERSIONED), "snapshot", "object", "edge")
-_MAX_MAPPED = 1 << 29  # bytes of tables in the memory of the process, before they are released
+_MAX_MAPPED = 1 << 28  # bytes of homes that were read, before their pages are given back
 
 Columns = dict[str, np.ndarray]
 

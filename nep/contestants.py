@@ -112,14 +112,15 @@ def list_contestants(
         checkpoints: networks; those for other tasks are left out.
         threads: CPU threads that networks set wherever they play; None to leave them.
     """
-    players: dict[str, MakePolicy] = {name: partial(_make_policy, name) for name in policies}
+    make = _make_policy_beside_networks if checkpoints else make_policy
+    players: dict[str, MakePolicy] = {name: partial(make, name) for name in policies}
     for point in checkpoints:
         if point.task in (None, task):
             players[point.name] = partial(_load_network, point.path, threads)
     return players
 
 
-def _make_policy(name: str, houses: Homes) -> Policy:
+def _make_policy_beside_networks(name: str, houses: Homes) -> Policy:
     # From this module, so that a worker imports torch with its first job. With a later one, joblib
     # would take the 300 MB for a leak, and replace the worker.
     return make_policy(name, houses)

@@ -63,13 +63,15 @@ def main() -> None:
     largest, repeats = (1_000, 1) if options.tiny else (1_000_000, 5)
     decades = [10**power for power in range(7) if 10**power <= largest]
     objects = [200, *(size for size in decades if 1_000 <= size <= 100_000)]
+    # 300,000 as well: from there on, pages are given back
+    snapshots = [100, 1_000] if options.tiny else [100, 1_000, 10_000, 100_000, 300_000, 1_000_000]
     found = defaultdict(list)
     for points in (
         measure_objects(objects, repeats),
         measure_houses([size for size in decades if size <= min(largest // 10, 10_000)], repeats),
         measure_memory(objects, 10 * repeats),
         measure_home(objects, min(repeats, 3)),
-        measure_reading([size for size in decades if size >= 100], 20 * repeats),
+        measure_reading(snapshots, 20 * repeats),
     ):
         for point in points:
             found[point.curve].append(point)

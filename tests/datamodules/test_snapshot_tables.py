@@ -71,7 +71,7 @@ def test_releasing_memory_changes_nothing(collection, monkeypatch):
     """Batches of mapped pages that were given back equal those of pages that were kept."""
     orders = np.random.default_rng(0).permutation(36).reshape(4, 9)
     found = []
-    for most in (1 << 29, 0):
+    for most in (1 << 28, 0):
         monkeypatch.setattr(snapshot_tables, "_MAX_MAPPED", most)
         dataset = SnapshotDataset(collection, GraphBuilder(FeatureConfig()))
         batches = [dataset.__getitems__(order.tolist()) for order in orders]
