@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import torch
+
 from nep.policy import NEPPolicy
 from nep.trained import PRETRAINED, WEIGHTS, find_trained
 from simulator.homes import Homes
@@ -103,15 +105,34 @@ def check_contestants(
 
 
 def list_contestants(
-    task: str, policies: Sequence[str], checkpoints: Sequence[Checkpoint]
+    task: str,
+    policies: Sequence[str],
+    checkpoints: Sequence[Checkpoint],
+    threads: int | None = None,
 ) -> dict[str, MakePolicy]:
-    """Return what makes each player of a task, by name; networks come last."""
+    """Return what makes each player of a task, by name; networks come last.
 
-    def load(path: Path, houses: Homes) -> Policy:
-        return NEPPolicy.load(path).with_rules(houses.prior, houses.config)
-
-    players: dict[str, MakePolicy] = {name: partial(make_policy, name) for name in policies}
+    Args:
+        task: name of the task.
+        policies: names of policies.
+        checkpoints: networks; those for other tasks are left out.
+        threads: CPU threads that networks set wherever they play; None to leave them.
+    """
+    make = _make_policy_beside_networks if checkpoints else make_policy
+    players: dict[str, MakePolicy] = {name: partial(make, name) for name in policies}
     for point in checkpoints:
         if point.task in (None, task):
-            players[point.name] = partial(load, point.path)
+            players[point.name] = partial(_load_network, point.path, threads)
     return players
+
+
+def _make_policy_beside_networks(name: str, houses: Homes) -> Policy:
+    # From this module, so that a worker imports torch with its first job. With a later one, joblib
+    # would take the 300 MB for a leak, and replace the worker.
+    return make_policy(name, houses)
+
+
+def _load_network(path: Path, threads: int | None, houses: Homes) -> Policy:
+    if threads is not None:
+        torch.set_num_threads(threads)
+    return NEPPolicy.load(path).with_rules(houses.prior, houses.config)

@@ -10,11 +10,11 @@ import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-import torch
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -24,7 +24,9 @@ from nep.policy import NEPPolicy
 from nep.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
 from nep.trained import list_shipped
 from simulator.config import HouseConfig
-from simulator.evaluation import TaskScores, evaluate_policy
+from simulator.evaluation import TaskScores, play_games
+from simulator.fan_out import add_worker_arguments, check_workers
+from simulator.homes import Homes
 from simulator.houses import Houses
 from simulator.policies import POLICIES
 from simulator.prior_graph import PriorGraph, load_prior
@@ -33,7 +35,7 @@ from simulator.streams import SPLITS, Streams
 from simulator.tasks.registry import TASKS
 from simulator.trace.arguments import add_trace_arguments, read_trace_arguments
 from simulator.trace.recordings import Recordings, TraceConfig
-from simulator.trace.scores import check_policies, evaluate_recordings, list_policies
+from simulator.trace.scores import check_policies, list_policies
 
 RESULTS_VERSION = 1
 _LOG_WIDTH = 100
@@ -129,33 +131,43 @@ class EvaluateConfig:
 
 
 def evaluate(
-    config: EvaluateConfig, on_step: Callable[[str, str], None] = lambda task, name: None
+    config: EvaluateConfig,
+    on_step: Callable[[str, str], None] = lambda task, name: None,
+    workers: int = 1,
+    backend: str = "processes",
+    threads: int | None = None,
 ) -> Results:
     """Let everybody play every task in the same homes; the same config gives the same scores.
 
     Args:
         config: what is played; `config.check()` says beforehand whether it can be.
-        on_step: called with task and policy after each step.
+        on_step: called with task and policy after each step; where workers play, as often at the
+            end.
+        workers: how many share the homes out, see `play_games`: heuristics score the same for any
+            number of them, networks up to rounding.
+        backend: where they work, see `fan_out`.
+        threads: CPU threads of a worker; None to leave them as they are.
     """
-    prior = config.load_prior()
     recordings = config.load_recordings()
-    results: dict[str, dict[str, TaskScores]] = {}
-    for task in config.tasks:
-        results[task] = {}
-        for name, make in list_contestants(task, config.policies, config.checkpoints).items():
-
-            def advance(task: str = task, name: str = name) -> None:
-                on_step(task, name)
-
-            if recordings is not None:
-                results[task][name] = evaluate_recordings(
-                    make, recordings, config.seed, config.split, config.steps, advance, task
-                )
-                continue
-            streams = Streams(config.seed, config.split, range(config.houses))
-            results[task][name] = evaluate_policy(
-                make, prior, config.house, streams, config.steps, advance, task
-            )
+    make_houses: Callable[[Streams], Homes]
+    if recordings is None:
+        make_houses = partial(Houses, config.load_prior(), config.house)
+        groups: Sequence[Sequence[int]] = [range(config.houses)]
+    else:
+        make_houses, groups = recordings.make_houses, recordings.list_groups()
+    players = {
+        task: list_contestants(task, config.policies, config.checkpoints, threads)
+        for task in config.tasks
+    }
+    names = [(task, name) for task in players for name in players[task]]
+    scores = play_games(
+        [(players[task][name], task) for task, name in names],
+        make_houses, groups, config.seed, config.split, config.steps,
+        lambda game: on_step(*names[game]), workers, backend,
+    )  # fmt: skip
+    results: dict[str, dict[str, TaskScores]] = {task: {} for task in config.tasks}
+    for (task, name), own in zip(names, scores, strict=True):
+        results[task][name] = own
     return results
 
 
@@ -283,7 +295,10 @@ def _make_parser() -> argparse.ArgumentParser:
         help="whether objects are added and removed",
     )
     add_trace_arguments(parser)
-    parser.add_argument("--threads", type=int, help="CPU threads; all cores if left out")
+    add_worker_arguments(parser, workers=1)
+    parser.add_argument(
+        "--threads", type=int, help="CPU threads of a worker; all cores, shared out, if left out"
+    )
     return parser
 
 
@@ -318,10 +333,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     # Where there is no terminal, in a log, lines are as long as the table needs.
     console = Console() if sys.stdout.isatty() else Console(width=_LOG_WIDTH)
     try:
-        if options.threads is not None:
-            if options.threads < 1:
-                raise ValueError(f"threads must be at least 1, got {options.threads}. Raise it.")
-            torch.set_num_threads(options.threads)
+        if options.threads is not None and options.threads < 1:
+            raise ValueError(f"threads must be at least 1, got {options.threads}. Raise it.")
+        check_workers(options.workers, options.backend)
         config = _make_config(options)
         config.check()
         options.out.mkdir(parents=True, exist_ok=True)
@@ -343,7 +357,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         def advance(task: str, name: str) -> None:
             progress.update(bar, advance=1, description=f"{name}: {TASKS[task].title}")
 
-        results = evaluate(config, advance)
+        results = evaluate(config, advance, options.workers, options.backend, options.threads)
     tables = summarise(results)
     command = shlex.join(["python", "-m", "nep.evaluate", *arguments])
     save_results(config, results, tables, options.out, command)

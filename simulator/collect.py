@@ -17,7 +17,7 @@ from typing import Any
 from tqdm import tqdm
 
 from simulator.config import HouseConfig
-from simulator.fan_out import BACKENDS, check_workers, fan_out
+from simulator.fan_out import add_worker_arguments, check_workers, fan_out
 from simulator.homes import Homes
 from simulator.houses import Houses
 from simulator.memory.memory_batch import Change
@@ -324,8 +324,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "--grades", action="store_true", help="also keep what each place is worth, if the task says"
     )
     add_trace_arguments(parser)
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes")
-    parser.add_argument("--backend", default="processes", help=", ".join(BACKENDS))
+    add_worker_arguments(parser, os.cpu_count() or 1)
     options = parser.parse_args(arguments)
     try:
         house = replace(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 
 import numpy as np
 
@@ -127,9 +128,6 @@ def evaluate_in_parallel(
 ) -> TaskScores:
     """Let a policy play a task in fresh homes, shared out to workers; see `evaluate_policy`.
 
-    The scores are equal for any number of workers if the policy answers every home alone, as all
-    but networks do: those sum in an order that depends on the batch, and differ by rounding.
-
     Args:
         make: gets the homes and returns the policy; is sent to the workers.
         prior: what homes look like.
@@ -143,31 +141,109 @@ def evaluate_in_parallel(
     Raises:
         ValueError: if there is no task of that name, no worker or no such backend.
     """
-    check_task(task)
+    (scores,) = play_games(
+        [(make, task)], partial(Houses, prior, config), [streams.houses], streams.seed,
+        streams.split, num_steps, workers=workers, backend=backend,
+    )  # fmt: skip
+    return scores
+
+
+def play_games(
+    games: Sequence[tuple[Callable[[Homes], Policy], str]],
+    make_houses: Callable[[Streams], Homes],
+    groups: Sequence[Sequence[int]],
+    seed: int,
+    split: str,
+    num_steps: int,
+    on_step: Callable[[int], None] = lambda game: None,
+    workers: int = 1,
+    backend: str = "processes",
+) -> list[TaskScores]:
+    """Play games in the same homes, sampled or recorded, that may be shared out to workers.
+
+    The scores are equal for any number of workers if the policy answers every home alone, as all
+    but networks do: those sum in an order that depends on the batch, and differ by rounding.
+
+    Args:
+        games: who plays what: a function that gets homes and returns the policy, and the name of
+            the task. Only oracles keep the homes.
+        make_houses: gets the streams of some homes and returns these homes at t = 0.
+        groups: numbers of the homes; those of a group can be played in lockstep.
+        seed: of the homes.
+        split: "train", "val" or "test", likewise.
+        num_steps: T.
+        on_step: called with the number of the game after each step of each group, or as often at
+            the end of the game where workers play.
+        workers: how many play at a time; one plays in this process.
+        backend: where they work, see `fan_out`.
+
+    Returns:
+        The scores of each game, in the order of the numbers of the homes.
+
+    Raises:
+        ValueError: if there is no task of that name, the homes were recorded for fewer steps, or
+            there is no worker or no such backend.
+    """
+    for _, task in games:
+        check_task(task)
     check_workers(workers, backend)
-    parts = np.array_split(np.array(streams.houses), min(workers, len(streams.houses)))
-    jobs = [
-        (make, prior, config, Streams(streams.seed, streams.split, part.tolist()), num_steps, task)
-        for part in parts
+    if workers == 1:
+        return [
+            _join(
+                groups,
+                [
+                    play_task(
+                        make, make_houses(Streams(seed, split, group)), num_steps,
+                        partial(on_step, number), task,
+                    )
+                    for group in groups
+                ],
+            )
+            for number, (make, task) in enumerate(games)
+        ]  # fmt: skip
+    homes = [
+        part.tolist()
+        for group in groups
+        for part in np.array_split(np.array(group), min(workers, len(group)))
     ]
-    found = dict(fan_out(_evaluate_part, jobs, workers, backend))
-    return TaskScores(
-        **{
-            field.name: np.concatenate([getattr(found[part], field.name) for part in sorted(found)])
-            for field in fields(TaskScores)
-        }
-    )
+    jobs = [
+        (make, make_houses, Streams(seed, split, part), num_steps, task)
+        for make, task in games
+        for part in homes
+    ]
+    found: dict[int, TaskScores] = {}
+    num_left = [len(homes)] * len(games)
+    for number, scores in fan_out(_play_part, jobs, workers, backend):
+        found[number] = scores
+        game = number // len(homes)
+        num_left[game] -= 1
+        if not num_left[game]:
+            for _ in range(num_steps * len(groups)):
+                on_step(game)
+    return [
+        _join(homes, [found[first + part] for part in range(len(homes))])
+        for first in range(0, len(jobs), len(homes))
+    ]
 
 
-def _evaluate_part(
+def _join(homes: Sequence[Sequence[int]], parts: Sequence[TaskScores]) -> TaskScores:
+    """Put the scores of all homes together, in the order of their numbers."""
+    order = np.argsort(np.concatenate(homes), kind="stable")
+    columns = {
+        field.name: np.concatenate([getattr(part, field.name) for part in parts])[order]
+        for field in fields(TaskScores)
+    }
+    return TaskScores(**columns)
+
+
+def _play_part(
     make: Callable[[Homes], Policy],
-    prior: PriorGraph,
-    config: HouseConfig,
+    make_houses: Callable[[Streams], Homes],
     streams: Streams,
     num_steps: int,
     task: str,
 ) -> TaskScores:
-    return evaluate_policy(make, prior, config, streams, num_steps, task=task)
+    return play_task(make, make_houses(streams), num_steps, task=task)
 
 
 def play_task(

@@ -13,7 +13,14 @@ from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
-from curves import Point, measure_houses, measure_memory, measure_objects, measure_reading
+from curves import (
+    Point,
+    measure_home,
+    measure_houses,
+    measure_memory,
+    measure_objects,
+    measure_reading,
+)
 from matplotlib.figure import Figure
 
 FOLDER = Path(__file__).resolve().parent
@@ -28,14 +35,17 @@ def compute_slope(points: list[Point]) -> float:
 
 def draw(curves: dict[str, list[Point]]) -> Figure:
     """Draw all curves, each with a line of slope 1 through its last point."""
-    figure = Figure(figsize=(11, 3.2 * -(-len(curves) // 2)), layout="constrained")
-    axes = figure.subplots(-(-len(curves) // 2), 2, squeeze=False).ravel()
+    rows = -(-len(curves) // 3)
+    figure = Figure(figsize=(13, 3.2 * rows), layout="constrained")
+    axes = figure.subplots(rows, 3, squeeze=False).ravel()
     for axis, (name, points) in zip(axes, curves.items(), strict=False):
+        what, size_of = name.split(", by ")
         size = np.array([point.size for point in points], dtype=float)
         cost = np.array([point.cost for point in points])
         axis.loglog(size, cost, "o-", label="measured")
         axis.loglog(size, cost[-1] * size / size[-1], ":", color="grey", label="linear")
-        axis.set_title(name, fontsize=10)
+        axis.set_title(what, fontsize=11)
+        axis.set_xlabel(size_of)
         axis.set_ylabel("GB" if "GB" in name else "seconds")
         axis.grid(alpha=0.3)
         axis.legend(fontsize=8)
@@ -50,14 +60,18 @@ def main() -> None:
     parser.add_argument("--tiny", action="store_true", help="small sizes: for the tests")
     parser.add_argument("--out", type=Path, default=FOLDER, help="folder of the CSV and the figure")
     options = parser.parse_args()
-    largest, repeats = (1_000, 1) if options.tiny else (100_000, 5)
-    decades = [10**power for power in range(6) if 10**power <= largest]
+    largest, repeats = (1_000, 1) if options.tiny else (1_000_000, 5)
+    decades = [10**power for power in range(7) if 10**power <= largest]
+    objects = [200, *(size for size in decades if 1_000 <= size <= 100_000)]
+    # 300,000 as well: from there on, pages are given back
+    snapshots = [100, 1_000] if options.tiny else [100, 1_000, 10_000, 100_000, 300_000, 1_000_000]
     found = defaultdict(list)
     for points in (
-        measure_objects([200, *(size for size in decades if size >= 1_000)], repeats),
-        measure_houses([size for size in decades if size <= largest // 10], repeats),
-        measure_memory([200, *(size for size in decades if size >= 1_000)], 10 * repeats),
-        measure_reading([size for size in decades if size >= 100], 4 * repeats),
+        measure_objects(objects, repeats),
+        measure_houses([size for size in decades if size <= min(largest // 10, 10_000)], repeats),
+        measure_memory(objects, 10 * repeats),
+        measure_home(objects, min(repeats, 3)),
+        measure_reading(snapshots, 20 * repeats),
     ):
         for point in points:
             found[point.curve].append(point)

@@ -19,6 +19,8 @@ from simulator.config import HouseConfig
 from simulator.houses import Houses
 from simulator.memory.memory_batch import MemoryBatch
 from simulator.memory.place_prior import PlacePrior
+from simulator.memory.scene_graph_memory import SceneGraphMemory
+from simulator.memory.sighting import Sighting
 from simulator.policies import Bayesian
 from simulator.prior_graph import PriorGraph
 from simulator.rollout import Rollout
@@ -107,11 +109,57 @@ def fill_memory(num_objects: int) -> MemoryBatch:
     return memory
 
 
+def measure_home(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
+    """The memory of a robot with more and more objects: saved, loaded, asked with the network.
+
+    Half of what is asked for was seen, half is another object of a type that the prior knows; and
+    something of a type that it does not know, which may be at any place.
+    """
+    from nep import ObjectFinder
+
+    finder = ObjectFinder.load("heat")
+    types = [row.label for row in PriorGraph.default().objects]
+    rng = np.random.default_rng(0)
+    for size in sizes:
+        memory = fill_home(size)
+
+        def ask(memory: SceneGraphMemory = memory) -> None:
+            finder.rank(memory, memory.descriptions[rng.integers(len(memory.descriptions))], k=5)
+            finder.rank(memory, f"other {types[rng.integers(len(types))]}", k=5)
+
+        ask()
+        yield Point("network asked where, by objects remembered", size, _time(ask, repeats) / 2)
+        seconds = _time(partial(finder.rank, memory, "purple gizmo", k=5), repeats)
+        yield Point("network asked for the unknown, by objects remembered", size, seconds)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "home.sgm"
+            seconds = _time(partial(memory.save, path), repeats)
+            seconds += _time(partial(SceneGraphMemory.load, path), repeats)
+        yield Point("save and load, by objects remembered", size, seconds)
+
+
+def fill_home(num_objects: int) -> SceneGraphMemory:
+    """Return a robot's memory in which every furniture node has been looked at once."""
+    prior = PriorGraph.default()
+    memory = SceneGraphMemory(prior)
+    rooms = {label: memory.add_room(label) for label in prior.rooms}
+    for number in range(max(num_objects // OBJECTS_PER_FURNITURE, 1)):
+        node = prior.furniture[number % len(prior.furniture)]
+        memory.add_furniture(node.label, rooms[node.room], f"{node.label} {number}")
+    for number, furniture in enumerate(memory.furniture_ids):
+        first = number * OBJECTS_PER_FURNITURE
+        keys = range(first, min(first + OBJECTS_PER_FURNITURE, num_objects))
+        texts = [f"number {key} {prior.objects[key % len(prior.objects)].label}" for key in keys]
+        memory.observe(furniture, [Sighting(text) for text in texts])
+    memory.step()
+    return memory
+
+
 def measure_reading(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
-    """More and more snapshots on disk: the time to build all batches of an epoch, and memory.
+    """More and more snapshots on disk: to open them, an epoch's batches, memory of the process.
 
     In a process of its own each, so that the memory is that of the data; homes have 100 steps.
-    The time is that of `repeats` random batches, times the number of batches.
+    The time of an epoch is that of `repeats` random batches, times the number of batches.
     """
     for size in sizes:
         with tempfile.TemporaryDirectory() as folder:
@@ -121,27 +169,31 @@ def measure_reading(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
                 [sys.executable, __file__, folder, str(repeats)],
                 capture_output=True, text=True, check=True,
             )  # fmt: skip
-        seconds, gigabytes = (float(part) for part in done.stdout.split())
-        yield Point("batches of an epoch, by snapshots", size, seconds)
-        yield Point("memory of the data in GB, by snapshots", size, gigabytes)
+        opening, reading, gigabytes = (float(part) for part in done.stdout.split())
+        yield Point("opening the data, by snapshots", size, opening)
+        yield Point("batches of an epoch, by snapshots", size, reading)
+        yield Point("memory while reading in GB, by snapshots", size, gigabytes)
 
 
-def read_batches(folder: Path, num_batches: int) -> tuple[float, float]:
-    """Return the seconds of an epoch's batches, and the GB that the data takes when open."""
+def read_batches(folder: Path, num_batches: int) -> tuple[float, float, float]:
+    """Return the seconds to open data, those of an epoch's batches, and the most GB it took."""
     from datamodules.features import FeatureConfig
     from datamodules.graph import GraphBuilder
     from datamodules.snapshot_dataset import SnapshotDataset
 
     builder = GraphBuilder(FeatureConfig(), num_hops=1)
-    before = _read_resident()
+    before = most = _read_resident()
+    start = time.process_time()
     dataset = SnapshotDataset(folder, builder)
+    opening = time.process_time() - start
     indices = np.random.default_rng(0).integers(0, len(dataset), (num_batches + 1, 100))
     dataset.__getitems__(indices[0].tolist())
     start = time.process_time()
     for batch in indices[1:]:
         dataset.__getitems__(batch.tolist())
+        most = max(most, _read_resident())
     seconds = (time.process_time() - start) / num_batches * len(dataset) / 100
-    return seconds, _read_resident() - before
+    return opening, seconds, most - before
 
 
 def _read_resident() -> float:

@@ -21,6 +21,15 @@ def list_places(memory: MemoryBatch, furniture_ids: Sequence[int], row: int) -> 
         row: of the object in `memory.objects`.
     """
     edges = memory.edges
+    seen = np.flatnonzero((edges["object"] == row) & (edges["num_true"] > 0))
+    return _list_edges(memory, furniture_ids, row, seen)
+
+
+def _list_edges(
+    memory: MemoryBatch, furniture_ids: Sequence[int], row: int, seen: np.ndarray
+) -> list[SeenAt]:
+    """List the places of an object, given its edges that were ever true, (n,)."""
+    edges = memory.edges
     places = [
         SeenAt(
             time=int(edges["last_true"][edge]),
@@ -31,7 +40,7 @@ def list_places(memory: MemoryBatch, furniture_ids: Sequence[int], row: int) -> 
             times_seen=int(edges["num_true"][edge]),
             times_looked=int(edges["num_observed"][edge]),
         )
-        for edge in np.flatnonzero((edges["object"] == row) & (edges["num_true"] > 0))
+        for edge in seen
     ]
     last = int(memory.objects["last_observed"][row])
     if last != NEVER and all(place.time < last for place in places):
@@ -51,8 +60,14 @@ def list_home(
     """
     objects: dict[int, list[dict[str, Any]]] = {number: [] for number in layout.furniture}
     unplaced = []
+    furniture_ids = tuple(layout.furniture)
+    # The edges of all objects, sorted once instead of searched for each of them.
+    seen = np.flatnonzero(memory.edges["num_true"] > 0)
+    owner = memory.edges["object"][seen]
+    order = np.argsort(owner, kind="stable")
+    seen_of = np.split(seen[order], np.searchsorted(owner[order], np.arange(1, len(descriptions))))
     for row, description in enumerate(descriptions):
-        for place in list_places(memory, tuple(layout.furniture), row):
+        for place in _list_edges(memory, furniture_ids, row, seen_of[row]):
             if place.furniture is None:
                 unplaced.append({"description": description, "last_seen": place.time})
                 continue

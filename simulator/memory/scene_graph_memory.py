@@ -48,15 +48,14 @@ class SceneGraphMemory:
         3
 
     Attributes:
-        batch: the memory as a `MemoryBatch` of one home, which policies read; furniture lies in
-            the order of `furniture_ids`.
         clock: what time it is at every time step; None if it was not given.
 
     Source: paper section 4.2, appendix B; rulings 12 and 13.
     """
 
-    batch: MemoryBatch
     clock: Clock | None
+    _batch: MemoryBatch
+    _is_layout_new: bool  # whether the batch has yet to take it over
     _asked: int | None  # row of the object whose hypothetical edges are open
 
     def __init__(self, prior: PriorGraph | None = None, clock: Clock | None = None) -> None:
@@ -112,6 +111,16 @@ class SceneGraphMemory:
         save_content(path, self._get_content())
 
     @property
+    def batch(self) -> MemoryBatch:
+        """The memory as a batch of one home, which policies read, in the order of `furniture_ids`.
+
+        It takes over rooms and furniture that were added when it is read, all at once.
+        """
+        if self._is_layout_new:
+            self._update_layout()
+        return self._batch
+
+    @property
     def time(self) -> int:
         """Steps since the start."""
         return self.batch.time
@@ -138,7 +147,7 @@ class SceneGraphMemory:
             ValueError: if the label is no name (`read_words`).
         """
         room = self._layout.add_room(label)
-        self._update_layout()
+        self._note_new(label)
         return room
 
     def add_furniture(self, label: str, room: int, description: str | None = None) -> int:
@@ -154,7 +163,7 @@ class SceneGraphMemory:
             ValueError: if the label or the description is no name (`read_words`).
         """
         furniture = self._layout.add_furniture(label, room, description)
-        self._update_layout()
+        self._note_new(label)
         return furniture
 
     def remove_room(self, room: int) -> None:
@@ -344,12 +353,17 @@ class SceneGraphMemory:
             _HOME, np.array([row]), objects["label"][[row]], objects["type"][[row]]
         )
 
+    def _note_new(self, label: str) -> None:
+        self._vocabulary.number(label)  # now: labels are numbered in the order they come up
+        self._is_layout_new = True
+        self._asked = None
+
     def _update_layout(self) -> None:
         arrays = self._layout.make_arrays(self._vocabulary, self._prior)
-        self.batch.set_layout(
+        self._batch.set_layout(
             arrays.room_label, arrays.furniture_label, arrays.furniture_room, arrays.place_prior
         )
-        self._asked = None
+        self._is_layout_new = False
 
     def _get_content(self) -> MemoryContent:
         batch = self.batch
@@ -377,11 +391,12 @@ class SceneGraphMemory:
         self._rows_as_written: dict[str, int] = {}
         arrays = self._layout.make_arrays(self._vocabulary, self._prior)
         self.clock = content.clock
-        batch = self.batch = MemoryBatch(
+        batch = self._batch = MemoryBatch(
             [], arrays.room_label, arrays.furniture_label, arrays.furniture_room,
             arrays.place_prior,
             clock=make_clock_rows([content.clock]),
         )  # fmt: skip
+        self._is_layout_new = False
         batch.labels = self._vocabulary.labels  # one list: grows with the vocabulary
         batch.time = content.time
         for name, column in content.furniture_counters.items():

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import fields
 
-import numpy as np
-
-from simulator.evaluation import TaskScores, play_task
+from simulator.evaluation import TaskScores, play_games
 from simulator.homes import Homes
 from simulator.policies import POLICIES, Policy
-from simulator.streams import Streams
 from simulator.trace.recordings import Recordings
 
 # What needs a simulator's knowledge of the true dynamics (docs/traces.md).
@@ -25,6 +21,8 @@ def evaluate_recordings(
     num_steps: int,
     on_step: Callable[[], None] = lambda: None,
     task: str = "predict_location",
+    workers: int = 1,
+    backend: str = "processes",
 ) -> TaskScores:
     """Let a policy play a task in all recorded homes, each group of equal layout in lockstep.
 
@@ -36,24 +34,19 @@ def evaluate_recordings(
         num_steps: T, at most what was recorded.
         on_step: called after each step of each group.
         task: name of the task.
+        workers: how many play at a time, see `play_games`.
+        backend: where they work, see `fan_out`.
 
     Raises:
-        ValueError: if there is no task of that name, or the homes were recorded for fewer steps.
+        ValueError: if there is no task of that name, the homes were recorded for fewer steps, or
+            there is no worker or no such backend.
     """
     recordings.check_steps(num_steps)
-    groups = recordings.list_groups()
-    parts = [
-        play_task(
-            make, recordings.make_houses(Streams(seed, split, group)), num_steps, on_step, task
-        )
-        for group in groups
-    ]
-    order = np.argsort(np.concatenate(groups))
-    columns = {
-        field.name: np.concatenate([getattr(part, field.name) for part in parts])[order]
-        for field in fields(TaskScores)
-    }
-    return TaskScores(**columns)
+    (scores,) = play_games(
+        [(make, task)], recordings.make_houses, recordings.list_groups(), seed, split, num_steps,
+        lambda game: on_step(), workers, backend,
+    )  # fmt: skip
+    return scores
 
 
 def list_policies(recordings: Recordings) -> tuple[str, ...]:

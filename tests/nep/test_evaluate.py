@@ -2,7 +2,12 @@
 
 import hashlib
 import json
+import os
 import re
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +21,7 @@ from nep.trained import WEIGHTS
 from simulator.policies import POLICIES
 from simulator.tasks.registry import TASKS
 
+ROOT = Path(__file__).parents[2]
 SMALL = ["--houses", "2", "--steps", "4"]
 
 
@@ -92,6 +98,41 @@ def test_what_is_played_beside_it_changes_nothing(tmp_path, checkpoint):
         assert first == second[:2]
 
 
+def test_workers_share_the_homes_out(tmp_path, checkpoint):
+    """Heuristics answer each home alone; a network sums in an order that depends on the batch."""
+    arguments = ["--houses", "3", "--steps", "4", "--tasks", "predict_location", "find_object",
+                 "--policies", "bayesian", "home_filter", "ceiling", "--threads", "1",
+                 "--checkpoint", f"N@predict_location={checkpoint}"]  # fmt: skip
+    tables = []
+    for name, workers in (("alone", "1"), ("shared", "2")):
+        main(["--out", str(tmp_path / name), *arguments, "--workers", workers])
+        tables.append(read(tmp_path / name)["tasks"])
+    network, other = (table["predict_location"]["policies"].pop("N") for table in tables)
+    assert other["nll"] == pytest.approx(network["nll"], rel=1e-5)
+    assert tables[0] == tables[1]
+
+
+@pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed: extra cluster")
+def test_a_local_ray_of_two_cpus_gives_the_same_scores(tmp_path):
+    arguments = ["--houses", "3", "--steps", "4", "--tasks", "find_object", "--policies",
+                 "bayesian", "ceiling"]  # fmt: skip
+    main(["--out", str(tmp_path / "here"), *arguments])
+    code = (
+        "import sys, ray\n"
+        "ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)\n"
+        "from nep.evaluate import main\n"
+        "main(sys.argv[1:])\n"
+    )
+    options = ["--out", str(tmp_path / "ray"), "--workers", "2", "--backend", "ray"]
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments, *options],
+        cwd=ROOT, capture_output=True, text=True, check=False, timeout=180,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert read(tmp_path / "ray")["tasks"] == read(tmp_path / "here")["tasks"]
+
+
 def test_a_checkpoint_for_one_task_and_other_rules(tmp_path, checkpoint):
     main(["--out", str(tmp_path), *SMALL, "--policies", "none", "--no-dynamic-nodes",
           "--tasks", "predict_location", "find_object", "--split", "val",
@@ -143,6 +184,8 @@ def test_exported_and_shipped_networks_play_like_their_checkpoint(checkpoint, tm
         (["--houses", "0"], "houses must be at least 1, got 0. Raise it."),
         (["--steps", "-1"], "steps must be at least 1, got -1. Raise it."),
         (["--seed", "-1"], "seed must be non-negative, got -1. Choose 0 or more."),
+        (["--workers", "0"], "workers must be at least 1, got 0. Ask for more"),
+        (["--backend", "spark"], "backend must be one of processes, ray, got 'spark'. Choose"),
         (["--threads", "0"], "threads must be at least 1, got 0. Raise it."),
         (["--split", "all"], "split must be one of train, val, test, got 'all'"),
         (["--prior", "no.json"], "prior must be a file that can be read, got 'No such file"),

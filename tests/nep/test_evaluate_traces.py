@@ -50,6 +50,9 @@ def test_a_replay_ends_with_the_scores_of_the_simulated_homes(tmp_path):
     shared = ["--policies", "bayesian", "ceiling", "--tasks", "predict_location", "--seed", "3"]
     main([*shared, "--trace", str(tmp_path / "traces"), "--out", str(tmp_path / "a")])
     main([*shared, "--houses", "2", "--steps", "5", "--out", str(tmp_path / "b")])
+    main([*shared, "--trace", str(tmp_path / "traces"), "--out", str(tmp_path / "c"),
+          "--workers", "2"])  # fmt: skip
+    assert load_results(tmp_path / "c")["tasks"] == load_results(tmp_path / "a")["tasks"]
     replayed, played = load_results(tmp_path / "a"), load_results(tmp_path / "b")
     assert replayed["tasks"] == played["tasks"]
     assert "trace" not in played["config"]

@@ -1,0 +1,163 @@
+"""The shards of a collection as tables in which any snapshot is found without a search."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+
+from datamodules.mapped_table import TableWriter
+from simulator.grouped import concatenate_ranges
+
+VERSIONED = ("furniture", "object", "edge")
+_PER_FRAME = 8  # snapshots, one bit of a byte each
+# An array of a shard belongs to the first table whose name its own begins with, else to `home`.
+_TABLES = (*(f"{kind}_version" for kind in VERSIONED), "snapshot", "object", "edge")
+_MAX_MAPPED = 1 << 28  # bytes of homes that were read, before their pages are given back
+
+Columns = dict[str, np.ndarray]
+
+
+class SnapshotTables:
+    """All arrays of all homes, one table for each kind of row, one home after the other.
+
+    A row of `snapshot` is one snapshot, of `home` one home, of `edge_version` one version of an
+    edge, and so on; docs/data.md lists their columns. Every frame of 8 successive snapshots of a
+    home lists the versions that are valid somewhere in it, so that reading a snapshot looks
+    through these, and not through all versions that its home ever had.
+
+    The tables lie in temporary files, so that the memory of the process does not grow with the
+    number of snapshots.
+
+    Attributes:
+        starts: first row of each home in each table, and the number of rows at the end, (H + 1,).
+    """
+
+    def __init__(self, shards: Iterable[Mapping[str, np.ndarray]], folder: Path) -> None:
+        """Write the tables.
+
+        Args:
+            shards: arrays of each home; one home is held at a time.
+            folder: where the tables lie, if it can be written to.
+
+        Raises:
+            OSError: if the disk does not take them.
+        """
+        lists = [f"{kind}_list" for kind in VERSIONED]
+        names = ("home", "frame", *_TABLES, *lists)
+        starts: dict[str, list[int]] = {name: [] for name in names}
+        with ExitStack() as stack:
+            writers = {name: stack.enter_context(TableWriter(folder)) for name in names}
+            for shard in shards:
+                for name, writer in writers.items():
+                    starts[name].append(len(writer))
+                for name, columns in _make_rows(shard).items():
+                    if name == "frame":  # where its lists begin, over all homes
+                        columns = {key: len(writers[key]) + first for key, first in columns.items()}
+                    writers[name].append(columns)
+            for name, writer in writers.items():
+                starts[name].append(len(writer))
+            writers["frame"].append({name: np.array([len(writers[name])]) for name in lists})
+            self._tables = {name: writer.finish() for name, writer in writers.items()}
+        self.starts = {name: np.array(rows, dtype=np.int64) for name, rows in starts.items()}
+        self._num_bytes = sum(table.num_bytes for table in self._tables.values())
+        self._num_mapped = 0
+
+    def __len__(self) -> int:
+        """Return the number of snapshots."""
+        return int(self.starts["snapshot"][-1])
+
+    def take(self, name: str, rows: np.ndarray) -> np.ndarray:
+        """Return rows of a table, (n,) -> records (n,)."""
+        return self._tables[name].take(rows)
+
+    def find_home(self, snapshots: np.ndarray) -> np.ndarray:
+        """Return the home of each snapshot, (B,) -> (B,)."""
+        return self.starts["snapshot"].searchsorted(snapshots, side="right") - 1
+
+    def take_versions(
+        self, kind: str, home: np.ndarray, number: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the versions that are valid in each snapshot.
+
+        Args:
+            kind: one of `VERSIONED`.
+            home: of each snapshot, (B,).
+            number: of each snapshot within its home, (B,).
+
+        Returns:
+            (n,) position in the batch and (n,) records of the versions, in the order of nodes or
+            edges within each snapshot.
+        """
+        frame, place = np.divmod(number, _PER_FRAME)
+        frame += self.starts["frame"][home]
+        starts = self.take("frame", frame)[f"{kind}_list"]
+        counts = self.take("frame", frame + 1)[f"{kind}_list"] - starts
+        listed = self.take(f"{kind}_list", concatenate_ranges(starts, counts))
+        bit = np.repeat(np.left_shift(1, place).astype(np.uint8), counts)
+        valid = np.flatnonzero(listed["valid_in"] & bit)
+        sample = np.repeat(np.arange(len(home)), counts).take(valid)
+        rows = self.starts[f"{kind}_version"][home].take(sample) + listed["row"].take(valid)
+        return sample, self.take(f"{kind}_version", rows)
+
+    def release(self, num_snapshots: int) -> None:
+        """Say that so many snapshots were read; gives memory back when it may have become much.
+
+        Args:
+            num_snapshots: read since the last call.
+        """
+        num_homes = len(self.starts["home"]) - 1
+        self._num_mapped += num_snapshots * (self._num_bytes // num_homes)  # at most
+        if min(self._num_mapped, self._num_bytes) > _MAX_MAPPED:
+            self._num_mapped = 0
+            for table in self._tables.values():
+                table.release()
+
+
+def _make_rows(shard: Mapping[str, np.ndarray]) -> dict[str, Columns]:
+    """Share the arrays of a home out to the tables, and list the versions of its frames."""
+    tables: dict[str, Columns] = {name: {} for name in ("home", *_TABLES, "frame")}
+    for name, array in shard.items():
+        owner = next((table for table in _TABLES if name.startswith(f"{table}_")), None)
+        if owner is None:
+            tables["home"][name] = array[np.newaxis]  # one row, whatever its shape
+        else:
+            tables[owner][name.removeprefix(f"{owner}_")] = array
+    num_frames = -(-len(tables["snapshot"]["time"]) // _PER_FRAME)
+    for kind in VERSIONED:
+        versions = tables[f"{kind}_version"]
+        tables[f"{kind}_list"], tables["frame"][f"{kind}_list"] = _list_frames(
+            versions.pop("valid_from"), versions.pop("valid_to"), num_frames
+        )
+    # The lists of a frame begin where the tables of the lists end: before they grow.
+    return {"frame": tables.pop("frame"), **tables}
+
+
+def _list_frames(
+    valid_from: np.ndarray, valid_to: np.ndarray, num_frames: int
+) -> tuple[Columns, np.ndarray]:
+    """List the versions that are valid somewhere in each frame of a home.
+
+    Args:
+        valid_from: first snapshot of each version, (V,).
+        valid_to: the snapshot after its last one, (V,).
+        num_frames: frames of the home.
+
+    Returns:
+        Columns of the list, (n,): `row`, the number of the version, ascending within each frame,
+        and `valid_in`, whose bit i says whether it is valid in the i-th snapshot of the frame;
+        and the first entry of each frame, (num_frames,).
+    """
+    first = valid_from // _PER_FRAME
+    count = np.where(valid_to > valid_from, (valid_to - 1) // _PER_FRAME - first + 1, 0)
+    frame = concatenate_ranges(first, count)
+    order = np.argsort(frame, kind="stable")
+    frame = frame[order]
+    row = np.repeat(np.arange(len(count), dtype=np.int32), count)[order]
+    begin = np.maximum(valid_from[row] - frame * _PER_FRAME, 0)
+    end = np.minimum(valid_to[row] - frame * _PER_FRAME, _PER_FRAME)
+    valid_in = (1 << end) - (1 << begin)  # bits begin, ..., end - 1
+    columns = {"row": row, "valid_in": valid_in.astype(np.uint8)}
+    return columns, np.searchsorted(frame, np.arange(num_frames))
