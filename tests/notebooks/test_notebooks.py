@@ -77,7 +77,7 @@ def test_notebook_runs_with_small_settings(path, tmp_path, monkeypatch):
         notebook,
         kernel_name="python3",
         resources={"metadata": {"path": str(work)}},
-        timeout=120,
+        timeout=300,
     )
     client.execute()
     assert list_complaints(notebook) == []
