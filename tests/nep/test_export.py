@@ -89,17 +89,17 @@ def test_weights_are_tensors_and_config_is_json(exported):
 
 
 def test_a_small_export_is_calibrated_and_says_what_it_measured(checkpoint, tmp_path, capsys):
-    main([str(checkpoint), str(tmp_path / "net"), "--homes=2", "--steps=3", "--threads=1"])
+    main([str(checkpoint), str(tmp_path / "net"), "--homes=4", "--steps=10", "--threads=1"])
     assert capsys.readouterr().out.endswith("config.json, weights.safetensors, MODEL_CARD.md\n")
     config = load_config(tmp_path / "net")
     measured = config["notes"]["measured"]
-    assert (measured["homes"], measured["steps"]) == (2, 3)
+    assert (measured["homes"], measured["steps"]) == (4, 10)
     assert measured["after"]["nll"] < measured["before"]["nll"]
     for scores in measured["scores"].values():
         assert set(scores) >= {"network", "bayesian", "ceiling"}
     card = (tmp_path / "net" / "MODEL_CARD.md").read_text(encoding="utf-8")
     # Nothing of the machine: the path was absolute, so that its name alone is left.
-    assert "python -m nep.export last.ckpt net --homes=2 --steps=3 --seed=0" in card
+    assert "python -m nep.export last.ckpt net --homes=4 --steps=10 --seed=0" in card
     assert str(tmp_path) not in card
     assert (
         "all memories of 100 homes x 100 time steps, with the questions and looks of the task "
