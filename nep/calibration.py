@@ -16,21 +16,18 @@ from simulator.metrics import compute_calibration_error, compute_nll, compute_pr
 class Calibration:
     """What turns logits of places into probabilities that mean what they say.
 
-    Looks in vain are places looked at in this very time step without showing the object. They make
-    it another question, in which the network takes itself to be surer than it is, and what is not
-    found may be gone:
+    Looks in vain are places looked at in this very time step without showing the object:
 
         elsewhere = sigmoid(elsewhere_logit + elsewhere_slope * s)
-        places    = (1 - elsewhere) * softmax(logit / T + absent_logit [looked at in vain])
+        places    = (1 - elsewhere) * softmax(logit / temperature + absent_logit * in_vain)
 
-    with s the share of candidate places that were looked at in vain, and T `late_temperature` if
-    there are any, `temperature` if not. So "elsewhere" does not depend on how many places a home
-    has.
+    with s the share of candidate places that were looked at in vain. So "elsewhere" does not depend
+    on how many places a home has.
 
     Attributes:
         temperature: above 1 where the network is too sure of itself.
-        late_temperature: the same after a look in vain.
-        absent_logit: of a place that was looked at in vain, after a network that has seen the same.
+        absent_logit: of a place that was looked at in vain, on top of what the network, which has
+            seen the same, makes of it.
         elsewhere_logit: of "elsewhere" before any look; -inf for never.
         elsewhere_slope: what looking at all places in vain adds to it.
         elsewhere_share: share of the searches it was fitted to whose object was elsewhere.
@@ -39,7 +36,6 @@ class Calibration:
     """
 
     temperature: float = 1.0
-    late_temperature: float = 1.0
     absent_logit: float = 0.0
     elsewhere_logit: float = -np.inf
     elsewhere_slope: float = 0.0
@@ -57,12 +53,10 @@ class Calibration:
         """
         is_candidate = np.isfinite(scores)
         is_vain = is_absent & is_candidate
-        is_late = is_vain.any(axis=1, keepdims=True)  # (Q, 1)
         share = is_vain.sum(axis=1) / np.maximum(is_candidate.sum(axis=1), 1)  # (Q,)
         elsewhere = expit(self.elsewhere_logit + self.elsewhere_slope * share)
         elsewhere[~is_candidate.any(axis=1)] = 1.0
-        temperature = np.where(is_late, self.late_temperature, self.temperature)
-        logits = scores / temperature + self.absent_logit * is_vain
+        logits = scores / self.temperature + self.absent_logit * is_vain
         places = compute_probabilities(logits, "logits") * (1 - elsewhere[:, None])
         return np.concatenate([places, elsewhere[:, None]], axis=1)
 
@@ -101,20 +95,18 @@ def fit_calibration(searches: Searches) -> Calibration:
     """
 
     def unpack(values: np.ndarray) -> Calibration:
-        temperature, late_temperature = np.exp(values[:2])
         return Calibration(
-            temperature=float(temperature),
-            late_temperature=float(late_temperature),
-            absent_logit=float(values[2]),
-            elsewhere_logit=float(values[3]),
-            elsewhere_slope=float(values[4]),
+            temperature=float(np.exp(values[0])),
+            absent_logit=float(values[1]),
+            elsewhere_logit=float(values[2]),
+            elsewhere_slope=float(values[3]),
             elsewhere_share=searches.elsewhere_share,
         )
 
     def loss(values: np.ndarray) -> float:
         return measure_calibration(searches, unpack(values))["nll"]
 
-    return unpack(minimize(loss, np.zeros(5), method="BFGS").x)
+    return unpack(minimize(loss, np.zeros(4), method="BFGS").x)
 
 
 def measure_calibration(searches: Searches, calibration: Calibration) -> dict[str, float]:

@@ -22,12 +22,11 @@ def sample_searches(truth: Calibration, count: int, seed: int) -> Searches:
 
 def test_known_parameters_are_found_again():
     truth = Calibration(
-        temperature=1.7, late_temperature=2.5, absent_logit=-1.4,
+        temperature=1.7, absent_logit=-1.4,
         elsewhere_logit=-1.2, elsewhere_slope=2.0, elsewhere_share=0.1,
     )  # fmt: skip
     found = fit_calibration(sample_searches(truth, 40_000, seed=0))
     assert found.temperature == pytest.approx(1.7, abs=0.1)
-    assert found.late_temperature == pytest.approx(2.5, abs=0.1)
     assert found.absent_logit == pytest.approx(-1.4, abs=0.1)
     assert found.elsewhere_logit == pytest.approx(-1.2, abs=0.1)
     assert found.elsewhere_slope == pytest.approx(2.0, abs=0.3)
@@ -40,13 +39,12 @@ def test_known_parameters_are_found_again():
     assert after["ece_elsewhere"] < 0.02
 
 
-def test_looks_in_vain_make_it_another_question():
-    # Logits ln 4 and 0. First: temperature 1, 4 : 1, and elsewhere 1/2. After a look in vain at the
-    # first place: temperature 2 makes it 2 : 1, its ln(1/4) makes it 1/2 : 1; half of the places
-    # were looked at, ln 3 / 2 x 2 makes elsewhere 3/4.
+def test_looks_in_vain_lower_their_places_and_raise_elsewhere():
+    # Logits ln 4 and 0: 4 : 1, and elsewhere 1/2. After a look in vain at the first place its
+    # ln(1/8) makes it 1/2 : 1; half of the places were looked at, ln 3 / 2 x 2: elsewhere 3/4.
     calibration = Calibration(
-        late_temperature=2.0, absent_logit=-np.log(4),
-        elsewhere_logit=0.0, elsewhere_slope=2 * np.log(3), elsewhere_share=0.5,
+        absent_logit=-np.log(8), elsewhere_logit=0.0, elsewhere_slope=2 * np.log(3),
+        elsewhere_share=0.5,
     )  # fmt: skip
     scores = np.log([[4.0, 1.0], [4.0, 1.0]])
     is_absent = np.array([[False, False], [True, False]])

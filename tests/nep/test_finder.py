@@ -209,7 +209,7 @@ def test_probabilities_worked_by_hand():
     # Places of logits 0 and ln 9 at temperature 2: exp(0) = 1 and exp(ln 9 / 2) = 3; the first was
     # looked at in vain, a factor 1/4. Elsewhere exp(0) against 3, .25; the rest is shared 1 : 12.
     calibration = Calibration(
-        late_temperature=2.0, absent_logit=np.log(0.25), elsewhere_logit=-np.log(3)
+        temperature=2.0, absent_logit=np.log(0.25), elsewhere_logit=-np.log(3)
     )
     scores = np.array([[0.0, np.log(9), -np.inf]])
     got = calibration.compute_probabilities(scores, np.array([[True, False, True]]))
