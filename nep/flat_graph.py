@@ -128,7 +128,7 @@ class FlatGraph:
             query_snapshot=torch.from_numpy(arrays.query_snapshot),
             query_target=torch.from_numpy(arrays.query_target),
             query_grade=None if grade is None else torch.from_numpy(grade),
-            text=arrays.text,
+            text=torch.from_numpy(arrays.text),
             num_snapshots=arrays.num_snapshots,
         )
 
