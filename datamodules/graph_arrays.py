@@ -27,7 +27,7 @@ class GraphArrays:
         degree: in-degree of the graph before pruning, float32 (N,).
         furniture_index: place within its home of each furniture node, int64.
         edge_src, edge_dst: node ids, int64 (E,).
-        edge_feature: float32 (E, 9), or (E, 14) with belief.
+        edge_feature: float32 (E, 9 to 22), see `SGMBatch`.
         query_edge: edge id of each query edge, int64 (Q,).
         query_snapshot: whose query edge it is, 0..B-1, int64 (Q,).
         query_furniture: place within the home that it leads to, int64 (Q,).
