@@ -89,6 +89,17 @@ def test_weights_are_tensors_and_config_is_json(exported):
     assert config["calibration"] is None
 
 
+def test_the_card_of_a_network_from_recorded_homes_claims_no_simulated_ones():
+    config = load_config(PRETRAINED / "heat")
+    assert "No recorded home and no person's data" in " ".join(make_card("net", config).split())
+    training = {**config["notes"]["training"], "is_recorded": True, "houses": 3, "steps": 80}
+    config["notes"]["training"] = training
+    card = " ".join(make_card("net", config).split())
+    assert "Recorded homes (docs/traces.md): 40,000 memories of 3 homes x 80 time steps" in card
+    for claim in ("No recorded home", "one object in twenty", "had 32 places"):
+        assert claim not in card
+
+
 def test_a_small_export_is_calibrated_and_says_what_it_measured(checkpoint, tmp_path, capsys):
     main([str(checkpoint), str(tmp_path / "net"), "--homes=2", "--steps=3", "--threads=1"])
     assert capsys.readouterr().out.endswith("config.json, weights.safetensors, MODEL_CARD.md\n")
@@ -107,7 +118,7 @@ def test_a_small_export_is_calibrated_and_says_what_it_measured(checkpoint, tmp_
     assert (
         "all memories of 100 homes x 100 time steps, with the questions and looks of the task "
         "`predict_location`, collected by `bayesian`."
-    ) in card
+    ) in " ".join(card.split())
     assert f"| **net** | {measured['scores']['predict_location']['network']['mean']:.3f} |" in card
     assert ObjectFinder.load(tmp_path / "net").calibration.temperature > 0
 
