@@ -186,7 +186,7 @@ def require_clock(clock: np.ndarray | None) -> np.ndarray:
     """Return the clocks of homes, which all must have one.
 
     Args:
-        clock: `MemoryBatch.clock` or `Snapshots.clock`.
+        clock: `MemoryBatch.clock` or `Snapshots.clock`, (n, 2) or None.
 
     Raises:
         ValueError: if there is none, or some home has none.

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-import torch
 
 from datamodules.batch import TEXT_DIM, SGMBatch
 from datamodules.features import (
@@ -52,7 +51,8 @@ class GraphBuilder:
         self._rng = np.random.default_rng(seed)
         self._text = _load_text(config.text_pipeline)
         self._labels: tuple[str, ...] = ()
-        self._table = (torch.zeros(0, TEXT_DIM), np.zeros((0, 0), dtype=np.float32))
+        # No tensors: those made while a network plays, in inference mode, cannot be trained on.
+        self._table = (np.zeros((0, TEXT_DIM), np.float32), np.zeros((0, 0), np.float32))
 
     def build(self, snapshots: Snapshots) -> SGMBatch:
         """Build the batch of B snapshots."""
@@ -124,14 +124,14 @@ class GraphBuilder:
             num_snapshots=snapshots.num_snapshots,
         )
 
-    def _get_text(self, labels: tuple[str, ...]) -> tuple[torch.Tensor, np.ndarray]:
+    def _get_text(self, labels: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
         """Return the text table (L, 96) and the cosine of every pair (L, L)."""
         if labels != self._labels:  # a memory in use learns new labels now and then
             vectors = self._text.vectors(labels)
             if not self.config.semantic:
                 vectors = np.zeros_like(vectors)
             self._labels = labels
-            self._table = (torch.from_numpy(vectors), self._text.cosines(labels))
+            self._table = (vectors, self._text.cosines(labels))
         return self._table
 
     def compute_cosines(self, labels: Sequence[str]) -> np.ndarray:

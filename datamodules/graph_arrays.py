@@ -27,14 +27,14 @@ class GraphArrays:
         degree: in-degree of the graph before pruning, float32 (N,).
         furniture_index: place within its home of each furniture node, int64.
         edge_src, edge_dst: node ids, int64 (E,).
-        edge_feature: float32 (E, 9), or (E, 14) with belief.
+        edge_feature: float32 (E, 9 to 22), see `SGMBatch`.
         query_edge: edge id of each query edge, int64 (Q,).
         query_snapshot: whose query edge it is, 0..B-1, int64 (Q,).
         query_furniture: place within the home that it leads to, int64 (Q,).
         query_relation: 0 "in", 1 "onTop", int64 (Q,).
         query_target: 1 or 0, nan where unknown, float32 (Q,).
         query_grade: what its place is worth, float32 (Q,); None where the task grades none.
-        text: a tensor, float32 (L, 96): the same one while the labels stay the same.
+        text: float32 (L, 96), one text vector per label.
         num_snapshots: B.
     """
 
@@ -53,7 +53,7 @@ class GraphArrays:
     query_relation: np.ndarray
     query_target: np.ndarray
     query_grade: np.ndarray | None
-    text: torch.Tensor
+    text: np.ndarray
     num_snapshots: int
 
     def make_batch(self) -> SGMBatch:
@@ -88,7 +88,7 @@ class GraphArrays:
         for etype in QUERY_EDGE_TYPES:
             for name, column in columns.items():
                 graph.edges[etype].data[name] = torch.from_numpy(column[edges[etype]])
-        return SGMBatch(graph, self.text, self.num_snapshots)
+        return SGMBatch(graph, torch.from_numpy(self.text), self.num_snapshots)
 
     def _spread_queries(self) -> dict[str, np.ndarray]:
         """Give every edge what query edges have; -1, nan and 0 where it is none, (E,) each."""

@@ -129,8 +129,9 @@ class SGMDataModule(pl.LightningDataModule):
                 "feature_schema": FEATURE_SCHEMA_VERSION,
                 "text": self.builder.text_name,
                 "training": {
-                    "houses": houses,
-                    "steps": steps,
+                    "houses": self.train_config.houses,
+                    "steps": self.train_config.steps,
+                    "is_recorded": trace is not None,
                     "task": task,
                     "policy": policy,
                     "seed": seed,

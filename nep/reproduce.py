@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
+from filelock import FileLock, Timeout
 from rich.console import Console
 
 from nep.experiments import (
@@ -37,6 +38,9 @@ _TINY_FIT = (
 )  # fmt: skip
 _TINY_HOUSES, _TINY_STEPS = 3, 4
 _LOG_WIDTH = 100
+# Held in the folder of runs by the command that works there: a training deletes what it finds of
+# itself, which another command may be writing. The system frees it when the command is killed.
+_LOCK = ".lock"
 
 
 def make_files(plan: Plan) -> dict[str, bytes]:
@@ -162,7 +166,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except (ValueError, OSError) as error:
         parser.error(str(error))
     try:
-        failed = run_jobs(plan_jobs(plan), options.jobs, console)
+        with FileLock(plan.runs / _LOCK, timeout=0):
+            failed = run_jobs(plan_jobs(plan), options.jobs, console)
+    except Timeout:
+        parser.exit(
+            1,
+            f"error: runs must be a folder that one command works in at a time, got {plan.runs}, "
+            "where another one does. Wait until it has ended, or give another --runs.\n",
+        )
     except KeyboardInterrupt:
         parser.exit(130, "interrupted; the same command goes on from here\n")
     except BrokenProcessPool:

@@ -32,7 +32,7 @@ def compute_gap_closed(score: float, floor: float, top: float) -> float:
 
 
 def smooth(values: np.ndarray, window: int = 10) -> np.ndarray:
-    """Average over the last `window` entries of the last axis, fewer at the start."""
+    """Average over the last `window` entries of the last axis, fewer at the start: (..., T)."""
     total = np.cumsum(values, axis=-1, dtype=float)
     count = np.minimum(np.arange(values.shape[-1]) + 1, window)
     total[..., window:] -= total[..., :-window].copy()

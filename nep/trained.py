@@ -121,8 +121,9 @@ def read_training_data(path: Path) -> dict[str, Any] | None:
     """Read what a checkpoint of `load_checkpoint` was trained on, as JSON values.
 
     Returns:
-        `houses`, `steps`, `task`, `policy` and `seed` of the collection, and how many `snapshots`
-        of it, None for all; or None for a checkpoint from before this was written down.
+        `houses`, `steps`, `task`, `policy` and `seed` of the collection, whether its homes were
+        recorded (`is_recorded`; left out by checkpoints from before it could be), and how many
+        `snapshots` of it, None for all; or None for a checkpoint from before this was written down.
     """
     content = torch.load(path, map_location="cpu", weights_only=True)
     return content["datamodule_hyper_parameters"].get("training")

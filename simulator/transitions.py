@@ -91,7 +91,7 @@ class Transitions:
         return sample_moves(*self._tables, rows, places, uniform)
 
     def sample_places(self, rows: np.ndarray, uniform: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Draw where new objects are put, anywhere in the row; returns as `sample_moves`."""
+        """Draw where n new objects are put, anywhere in their rows (n,); see `sample_moves`."""
         from simulator.compiled.transitions import sample_places  # loads numba
 
         return sample_places(*self._tables, rows, uniform)

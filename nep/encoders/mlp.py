@@ -24,5 +24,5 @@ class MLP(Encoder):
         super().__init__(units)
 
     def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
-        """Return `node`."""
+        """Return `node`, (N, units)."""
         return node

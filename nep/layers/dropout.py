@@ -30,7 +30,7 @@ class ByteDropout(nn.Module):
         self.threshold = min(round(probability * 256), 255)
 
     def forward(self, values: Tensor) -> Tensor:
-        """Drop elements while training; the identity otherwise."""
+        """Drop elements while training; the identity otherwise: (...) -> (...)."""
         if not self.training or self.threshold == 0:
             return values
         num_words = (values.numel() + 7) // 8

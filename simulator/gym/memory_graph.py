@@ -101,7 +101,7 @@ def _make_object_nodes(memory: MemoryBatch, queries: Queries, snapshots: Snapsho
     time = snapshots.time[snapshots.object_snapshot]
     nodes[:, 0] = _OBJECT
     nodes[:, 1] = snapshots.object_label
-    nodes[:, 2] = memory.objects["key"][_find_rows(memory, queries, snapshots)]
+    nodes[:, 2] = memory.objects["key"][_find_rows(memory, queries)]
     nodes[:, 3] = snapshots.object_num_observed
     nodes[:, 4] = _count_since(time, snapshots.object_last_observed)
     nodes[:, 5] = snapshots.object_num_moved
@@ -110,7 +110,7 @@ def _make_object_nodes(memory: MemoryBatch, queries: Queries, snapshots: Snapsho
     return nodes
 
 
-def _find_rows(memory: MemoryBatch, queries: Queries, snapshots: Snapshots) -> np.ndarray:
+def _find_rows(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     """Rows of the memory's objects: of each snapshot, those with an edge and the query's, (N,)."""
     has_edge = np.zeros(len(memory.objects), dtype=bool)
     has_edge[memory.edges["object"]] = True

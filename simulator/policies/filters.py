@@ -50,7 +50,7 @@ class Belief:
     others: np.ndarray
 
     def take(self, rows: np.ndarray) -> Belief:
-        """Return a copy of some rows."""
+        """Return a copy of rows (n,)."""
         return type(self)(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 

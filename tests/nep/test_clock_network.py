@@ -123,6 +123,8 @@ def test_exported_and_asked(checkpoint, tmp_path, capsys):
     assert not (tmp_path / "net").exists()
     export.main([str(checkpoint), str(tmp_path / "net"), "--homes=0"])
     config = load_config(tmp_path / "net")
+    training = config["notes"]["training"]  # 30 days of six steps, the last ends at 20:00
+    assert (training["houses"], training["steps"], training["is_recorded"]) == (1, 179, True)
     assert config["features"]["clock"]
     assert config["model"]["clock"]
     finder = ObjectFinder.load(tmp_path / "net")

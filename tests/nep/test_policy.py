@@ -10,6 +10,7 @@ from nep.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.module import NEPModule
 from nep.policy import NEPPolicy
 from simulator import HouseConfig, Houses, PriorGraph, SceneGraphMemory, Sighting, Streams
+from simulator.memory.snapshots import take_snapshots
 from simulator.policies import make_policy
 from simulator.rollout import Rollout
 
@@ -63,6 +64,18 @@ def test_scoring_leaves_the_model_in_training_mode():
     )
     assert first == (1, 32)
     assert second
+
+
+def test_what_has_played_first_can_be_trained_with_the_same_builder():
+    """Scoring runs in inference mode; none of its tensors may be kept for a training step."""
+    module = NEPModule(HEAT())
+    builder = GraphBuilder(FeatureConfig(), module.num_hops)
+    houses = Houses(PriorGraph.default(), HouseConfig(), Streams(0, "val", [0]))
+    rollout = Rollout(houses, NEPPolicy(module, builder))
+    (step,) = rollout.run(1)
+    batch = builder.build(take_snapshots(rollout.memory, step.queries))
+    module.predictor(batch).sum().backward()
+    assert all(weight.grad is not None for weight in module.predictor.node_embedding.parameters())
 
 
 def test_ranks_a_memory_without_any_simulator():

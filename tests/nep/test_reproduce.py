@@ -10,12 +10,13 @@ from pathlib import Path
 
 import pytest
 import torch
+from filelock import FileLock
 
 from nep.experiments import ABLATION_SETTING, SETTINGS, enter, find_models
 from nep.fit import FitCLI
 from nep.job_queue import _THREAD_VARIABLES
 from nep.plan import plan_jobs
-from nep.reproduce import _make_parser, _make_plan, main
+from nep.reproduce import _LOCK, _make_parser, _make_plan, main
 from nep.training import Training
 from simulator.policies import POLICIES
 
@@ -211,6 +212,17 @@ def test_bad_input_ends_with_a_message(tmp_path, capsys, options, message):
     assert stop.value.code == 2
     assert re.search(message, " ".join(capsys.readouterr().err.split()))
     assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_in_which_another_command_works_is_refused(folder, capsys):
+    before = read_times(folder)
+    with FileLock(folder / "runs" / _LOCK), pytest.raises(SystemExit) as stop:
+        reproduce(folder, "--table", "figure", "--steps", "5")
+    assert stop.value.code == 1
+    error = " ".join(capsys.readouterr().err.split())
+    assert f"at a time, got {folder / 'runs'}, where another one does. Wait until it" in error
+    assert read_times(folder) == before
+    reproduce(folder, "--table", "1")  # it has ended
 
 
 def test_a_failed_job_is_named_with_its_log(tmp_path, capsys):
