@@ -50,7 +50,7 @@ def list_entries(
 
 @kernel
 def _draw(
-    entry: np.ndarray, start: int, end: int, furniture: np.ndarray, avoid: np.int64, uniform: float
+    entry: np.ndarray, start: int, end: int, furniture: np.ndarray, avoid: int, uniform: float
 ) -> int:
     """Draw one of the entries start..end - 1 in proportion to its weight; return its place.
 
@@ -85,6 +85,23 @@ def _touch(entry: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.bool:
 
 
 @kernel
+def _draw_all(
+    entry: np.ndarray,
+    start: np.ndarray,
+    end: np.ndarray,
+    furniture: np.ndarray,
+    avoid: np.ndarray,
+    uniform: np.ndarray,
+) -> np.ndarray:
+    """Draw one entry of each of n ranges, see `_draw`, (n,) places."""
+    found = np.empty(len(start), dtype=np.int32)
+    if not _touch(entry, start, end):
+        for i in range(len(start)):
+            found[i] = _draw(entry, start[i], end[i], furniture, avoid[i], uniform[i])
+    return found
+
+
+@kernel
 def sample_moves(
     entry: np.ndarray,
     bound: np.ndarray,
@@ -95,14 +112,10 @@ def sample_moves(
     uniform: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Draw where objects of rows (n,) at places (n,) move to; see `Transitions.sample_moves`."""
-    found = np.empty(len(rows), dtype=np.int32)
     num_blocks = place_block[-1] + 1
     block = rows * num_blocks + place_block[places]
-    start, end = bound[block], bound[block + 1]
-    if not _touch(entry, start, end):
-        for i in range(len(rows)):
-            here = place_furniture[places[i]]
-            found[i] = _draw(entry, start[i], end[i], place_furniture, here, uniform[i])
+    here = place_furniture[places]
+    found = _draw_all(entry, bound[block], bound[block + 1], place_furniture, here, uniform)
     return found, can_leave(entry, bound, place_block, place_furniture, rows, found)
 
 
@@ -116,13 +129,10 @@ def sample_places(
     uniform: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Draw where new objects of rows (n,) are put; see `Transitions.sample_places`."""
-    found = np.empty(len(rows), dtype=np.int32)
     num_blocks = place_block[-1] + 1
     start, end = bound[rows * num_blocks], bound[(rows + 1) * num_blocks]
-    nowhere = np.int64(-1)
-    if not _touch(entry, start, end):
-        for i in range(len(rows)):
-            found[i] = _draw(entry, start[i], end[i], place_furniture, nowhere, uniform[i])
+    nowhere = np.full(len(rows), -1, dtype=place_furniture.dtype)
+    found = _draw_all(entry, start, end, place_furniture, nowhere, uniform)
     return found, can_leave(entry, bound, place_block, place_furniture, rows, found)
 
 
