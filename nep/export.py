@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import hashlib
 import shlex
 import sys
 from collections.abc import Callable, Sequence
@@ -20,22 +19,14 @@ from nep.evaluate import list_versions
 from nep.model_card import REFERENCES, SCORED_TASKS, make_card
 from nep.policy import NEPPolicy
 from nep.searches import Searches, play_searches
-from nep.trained import (
-    CONFIG,
-    WEIGHTS,
-    TrainedModel,
-    load_checkpoint,
-    load_config,
-    read_training_data,
-    save_exported,
-)
+from nep.trained import CONFIG, WEIGHTS, TrainedModel, load_checkpoint, load_config, save_exported
 from simulator.config import HouseConfig
 from simulator.evaluation import evaluate_policy
 from simulator.homes import Homes
 from simulator.houses import Houses
 from simulator.policies import Policy, make_policy
 from simulator.prior_graph import PriorGraph
-from simulator.shards import write_whole
+from simulator.shards import compute_checksum, write_whole
 from simulator.streams import Streams
 
 CARD = "MODEL_CARD.md"
@@ -106,10 +97,10 @@ def export_model(
         )
     notes: dict[str, Any] = {
         "command": command,
-        "checkpoint_sha256": hashlib.sha256(checkpoint.read_bytes()).hexdigest(),
+        "checkpoint_sha256": compute_checksum(checkpoint),
         "versions": list_versions(),
         "num_parameters": sum(part.numel() for part in model.module.parameters()),
-        "training": read_training_data(checkpoint),
+        "training": model.training,
     }
     if config.homes:
         model, notes["measured"] = measure_model(model, config, on_step)

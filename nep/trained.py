@@ -42,11 +42,17 @@ class TrainedModel:
         module: the network.
         builder: makes its batches, with the features that it was trained on.
         calibration: what turns its logits into probabilities; None if it was never fitted.
+        training: what a checkpoint was trained on, as JSON values: `houses`, `steps`, `task`,
+            `policy` and `seed` of the collection, whether its homes were recorded (`is_recorded`;
+            left out by checkpoints from before it could be), and how many `snapshots` of it, None
+            for all; or None for a checkpoint from before this was written down, and for an
+            exported folder, whose notes have it.
     """
 
     module: NEPModule
     builder: GraphBuilder
     calibration: Calibration | None = None
+    training: dict[str, Any] | None = None
 
 
 def list_shipped() -> list[str]:
@@ -114,19 +120,8 @@ def load_checkpoint(path: Path) -> TrainedModel:
             f"checkpoint must be one that nep.fit wrote, got {type(error).__name__} for {path}. "
             "Train again, or check the path."
         ) from error
-    return TrainedModel(module, _make_builder(features, module, data["text"], path))
-
-
-def read_training_data(path: Path) -> dict[str, Any] | None:
-    """Read what a checkpoint of `load_checkpoint` was trained on, as JSON values.
-
-    Returns:
-        `houses`, `steps`, `task`, `policy` and `seed` of the collection, whether its homes were
-        recorded (`is_recorded`; left out by checkpoints from before it could be), and how many
-        `snapshots` of it, None for all; or None for a checkpoint from before this was written down.
-    """
-    content = torch.load(path, map_location="cpu", weights_only=True)
-    return content["datamodule_hyper_parameters"].get("training")
+    builder = _make_builder(features, module, data["text"], path)
+    return TrainedModel(module, builder, training=data.get("training"))
 
 
 def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> None:
