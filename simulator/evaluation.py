@@ -97,45 +97,21 @@ def evaluate_policy(
     num_steps: int,
     on_step: Callable[[], None] = lambda: None,
     task: str = "predict_location",
-) -> TaskScores:
-    """Let a policy play a task in fresh homes, all in lockstep.
-
-    Args:
-        make: gets the homes and returns the policy; only oracles keep them.
-        prior: what homes look like.
-        config: the rules.
-        streams: of the homes to play in, fresh for every policy: equal ones give the same homes
-            and queries, so that policies can be compared home by home.
-        num_steps: T.
-        on_step: called after each step.
-        task: name of the task.
-
-    Raises:
-        ValueError: if there is no task of that name.
-    """
-    return play_task(make, Houses(prior, config, streams), num_steps, on_step, task)
-
-
-def evaluate_in_parallel(
-    make: Callable[[Homes], Policy],
-    prior: PriorGraph,
-    config: HouseConfig,
-    streams: Streams,
-    num_steps: int,
-    task: str = "predict_location",
     workers: int = 1,
     backend: str = "processes",
 ) -> TaskScores:
-    """Let a policy play a task in fresh homes, shared out to workers; see `evaluate_policy`.
+    """Let a policy play a task in fresh homes, in lockstep or shared out to workers.
 
     Args:
-        make: gets the homes and returns the policy; is sent to the workers.
+        make: gets the homes and returns the policy; only oracles keep them. Workers are sent it.
         prior: what homes look like.
         config: the rules.
-        streams: of the homes to play in, fresh.
+        streams: names the homes to play in: equal ones give the same homes and queries, so that
+            policies can be compared home by home. None of it is used up.
         num_steps: T.
+        on_step: called after each step.
         task: name of the task.
-        workers: how many play at a time.
+        workers: how many play at a time, see `play_games`.
         backend: where they work, see `fan_out`.
 
     Raises:
@@ -143,7 +119,7 @@ def evaluate_in_parallel(
     """
     (scores,) = play_games(
         [(make, task)], partial(Houses, prior, config), [streams.houses], streams.seed,
-        streams.split, num_steps, workers=workers, backend=backend,
+        streams.split, num_steps, lambda game: on_step(), workers, backend,
     )  # fmt: skip
     return scores
 

@@ -10,7 +10,7 @@ import pytest
 from simulator import collect as collect_module
 from simulator.collect import CollectConfig, collect
 from simulator.config import HouseConfig
-from simulator.evaluation import evaluate_in_parallel, evaluate_policy
+from simulator.evaluation import evaluate_policy
 from simulator.fan_out import check_workers, fan_out
 from simulator.policies import POLICIES
 from simulator.streams import Streams
@@ -49,7 +49,7 @@ def test_evaluation_is_the_same_for_any_number_of_workers(default_prior, policy,
     task = task or "predict_location"
     settings = (POLICIES[policy], default_prior, HouseConfig())
     alone = evaluate_policy(*settings, Streams(0, "val", range(5)), 4, task=task)
-    shared = evaluate_in_parallel(*settings, Streams(0, "val", range(5)), 4, task, workers=2)
+    shared = evaluate_policy(*settings, Streams(0, "val", range(5)), 4, task=task, workers=2)
     for name in ("values", "is_correct", "has_candidate", "is_away", "confidence", "likelihood"):
         np.testing.assert_array_equal(getattr(shared, name), getattr(alone, name), err_msg=name)
 
