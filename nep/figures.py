@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from scipy.optimize import isotonic_regression
 
 from nep.statistics import smooth
-from simulator.evaluation import Scores
 
 # One colour and line style per policy, the same in every figure; oracles are dashed grey.
 _STYLES: Mapping[str, dict[str, Any]] = {
@@ -32,22 +31,6 @@ _STYLES: Mapping[str, dict[str, Any]] = {
 
 # Networks, in the order in which they are given.
 _MODEL_COLORS = ("#d62728", "#ff7f0e", "#17becf", "#e41a8c", "#a65628", "#377eb8")
-
-
-def draw_accuracy_over_steps(
-    scores: Mapping[str, Scores], highlight: str | Sequence[str], window: int = 10
-) -> Figure:
-    """Draw accuracy over the steps of Predict Object Location for every policy.
-
-    Source: paper figure 4.
-    """
-    return draw_over_steps(
-        {name: score.is_correct for name, score in scores.items()},
-        highlight,
-        title="Predict Object Location on unseen homes",
-        metric="accuracy",
-        window=window,
-    )
 
 
 def draw_over_steps(

@@ -8,11 +8,11 @@ import pytest
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from nep.callbacks.online_evaluation import OnlineEvaluation
-from nep.figures import draw_accuracy_over_steps
+from nep.figures import draw_over_steps
 from nep.fit import main
 from nep.policy import NEPPolicy
 from simulator import HouseConfig, PriorGraph, Streams, evaluate_policy
-from simulator.evaluation import Scores, TaskScores
+from simulator.evaluation import TaskScores
 from simulator.policies import POLICIES, make_policy
 
 
@@ -113,8 +113,8 @@ def test_markdown_says_what_the_terminal_says(run):
 
 def test_names_at_the_ends_of_curves_do_not_overlap():
     same = np.ones((2, 10), dtype=bool)
-    scores = {name: Scores(same, same) for name in POLICIES}
-    figure = draw_accuracy_over_steps(scores, "bayesian")
+    values = dict.fromkeys(POLICIES, same)
+    figure = draw_over_steps(values, "bayesian", title="equal scores", metric="accuracy")
     figure.canvas.draw()
     boxes = [text.get_window_extent() for text in figure.axes[0].texts]
     assert len(boxes) == len(POLICIES)
