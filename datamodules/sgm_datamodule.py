@@ -19,7 +19,7 @@ from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.collect import CollectConfig, collect
 from simulator.config import HouseConfig
-from simulator.trace.recordings import TraceConfig
+from simulator.trace.recordings import Recordings, TraceConfig
 
 
 class SGMDataModule(pl.LightningDataModule):
@@ -112,9 +112,17 @@ class SGMDataModule(pl.LightningDataModule):
                     "trace and val_trace must come together, and step_seconds and by_day with them,"
                     f" got trace {trace} and val_trace {val_trace}. Name folders for both."
                 )
-            self.train_config = _record(self.train_config, trace, step_seconds, by_day)
-            self.val_config = _record(self.val_config, val_trace, step_seconds, by_day)
-        _check_recordings(self.train_config, self.val_config, features)
+            recorded = TraceConfig(tuple(trace), step_seconds, by_day)
+            to_validate = replace(recorded, folders=tuple(val_trace))
+            self.train_config, recordings = _record(self.train_config, recorded)
+            self.val_config, val_recordings = _record(self.val_config, to_validate)
+            _check_recordings(recordings, val_recordings, features)
+        elif features is not None and features.clock:
+            raise ValueError(
+                "homes must have a clock for features.clock, got sampled homes, in which no time "
+                "of day means anything. Name recorded homes by trace and val_trace, or switch the "
+                "feature off."
+            )
         self.data_dir = Path(data_dir)
         self.batch_size = batch_size
         self.train_snapshots = train_snapshots
@@ -196,37 +204,24 @@ class SGMDataModule(pl.LightningDataModule):
         )
 
 
-def _record(
-    config: CollectConfig, folders: list[str], step_seconds: float | None, by_day: bool
-) -> CollectConfig:
-    """Return what collects all homes and steps of traces instead of sampled homes."""
-    trace = TraceConfig(tuple(folders), step_seconds, by_day)
+def _record(config: CollectConfig, trace: TraceConfig) -> tuple[CollectConfig, Recordings]:
+    """Return what collects all homes and steps of traces instead of sampled homes, and these."""
     recordings = trace.load(config.load_prior())
-    return replace(config, trace=trace, houses=recordings.num_homes, steps=recordings.num_steps)
+    config = replace(config, trace=trace, houses=recordings.num_homes, steps=recordings.num_steps)
+    return config, recordings
 
 
-def _check_recordings(
-    train: CollectConfig, val: CollectConfig, features: FeatureConfig | None
-) -> None:
+def _check_recordings(train: Recordings, val: Recordings, features: FeatureConfig | None) -> None:
     """Check that homes to validate on are others, and have a clock if the features read one."""
-    known: set[str] = set()
-    for config in (train, val):
-        recordings = config.load_recordings(config.load_prior()) if config.trace else None
-        if features is not None and features.clock:
-            if recordings is None:
-                raise ValueError(
-                    "homes must have a clock for features.clock, got sampled homes, in which no "
-                    "time of day means anything. Name recorded homes by trace and val_trace, or "
-                    "switch the feature off."
-                )
-            recordings.check_clock()
-        own = {} if recordings is None else {row.checksum: row.name for row in recordings.traces}
-        for checksum in known & own.keys():
-            raise ValueError(
-                f"homes to validate on must differ from those to train on, got {own[checksum]} in "
-                "trace and val_trace. Take it out of one."
-            )
-        known |= own.keys()
+    if features is not None and features.clock:
+        train.check_clock()
+        val.check_clock()
+    names = {trace.checksum: trace.name for trace in val.traces}
+    for checksum in {trace.checksum for trace in train.traces} & names.keys():
+        raise ValueError(
+            f"homes to validate on must differ from those to train on, got {names[checksum]} in "
+            "trace and val_trace. Take it out of one."
+        )
 
 
 def _keep(batch: object) -> SGMBatch:
