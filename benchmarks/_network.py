@@ -5,8 +5,8 @@ from __future__ import annotations
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep.encoders import HEAT
-from nep.module import NEPModule
-from nep.policy import NEPPolicy
+from nep.model.module import NEPModule
+from nep.players.policy import NEPPolicy
 
 
 def make_policy() -> NEPPolicy:

@@ -7,7 +7,7 @@ from torch import Tensor
 from torch_geometric.nn import HEATConv as PyGHEATConv
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES
-from nep.flat_graph import FlatGraph
+from nep.layers.flat_graph import FlatGraph
 from nep.layers.heat import HEATConv
 
 

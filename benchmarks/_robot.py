@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.config import HouseConfig
-from simulator.houses import Houses
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import RELATIONS, Sighting
-from simulator.prior_graph import PriorGraph
-from simulator.sensing import observe
-from simulator.streams import Streams
+from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.predict_location import sample_query
+from simulator.world.config import HomeConfig
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.sensing import observe
+from simulator.world.streams import Streams
 
 
 class Robot:
@@ -24,11 +24,11 @@ class Robot:
 
     def __init__(self) -> None:
         """Enter the home."""
-        self._houses = Houses(PriorGraph.default(), HouseConfig(), Streams(0, "val", [0]))
+        self._homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", [0]))
         self.memory = SceneGraphMemory()
-        rooms = [self.memory.add_room(label) for label in self._houses.room_labels]
-        labels = self._houses.furniture_labels[0].tolist()
-        places = zip(labels, self._houses.furniture_room.tolist(), strict=True)
+        rooms = [self.memory.add_room(label) for label in self._homes.room_labels]
+        labels = self._homes.furniture_labels[0].tolist()
+        places = zip(labels, self._homes.furniture_room.tolist(), strict=True)
         self.furniture = [self.memory.add_furniture(label, rooms[room]) for label, room in places]
 
     def remember(self, num_objects: int) -> None:
@@ -41,13 +41,13 @@ class Robot:
 
     def evolve(self) -> None:
         """Let one step pass."""
-        self._houses.evolve()
+        self._homes.evolve()
         self.memory.step()
 
     def see(self, index: int) -> list[Sighting]:
         """Detect what is at the furniture node of an index."""
-        seen = observe(self._houses, np.array([index]))
-        names = self._houses.object_descriptions
+        seen = observe(self._homes, np.array([index]))
+        names = self._homes.object_descriptions
         return [
             Sighting(names.text(code), RELATIONS[relation])
             for code, relation in zip(seen.seen_code, seen.seen_relation, strict=True)
@@ -55,5 +55,5 @@ class Robot:
 
     def get_wish(self) -> str:
         """Say what is asked for next."""
-        slot = sample_query(self._houses)[0]
-        return self._houses.object_descriptions.text(self._houses.object_code[0, slot])
+        slot = sample_query(self._homes)[0]
+        return self._homes.object_descriptions.text(self._homes.object_code[0, slot])

@@ -26,7 +26,7 @@ from simulator.collect import CollectConfig, collect
 
 def prepare(tiny: bool) -> tuple[Measure, str]:
     """Collect the snapshots."""
-    config = CollectConfig(houses=2, steps=5) if tiny else CollectConfig(houses=20, steps=100)
+    config = CollectConfig(num_homes=2, steps=5) if tiny else CollectConfig(num_homes=20, steps=100)
     batch_size, num_batches = (5, 1) if tiny else (100, 20)
     with tempfile.TemporaryDirectory() as folder:
         collect(config, Path(folder), progress=False)

@@ -20,7 +20,9 @@ from simulator.collect import CollectConfig, collect
 
 def prepare(tiny: bool) -> tuple[Measure, str]:
     """Choose the size."""
-    config = CollectConfig(houses=2, steps=3) if tiny else CollectConfig(houses=100, steps=100)
+    config = (
+        CollectConfig(num_homes=2, steps=3) if tiny else CollectConfig(num_homes=100, steps=100)
+    )
 
     def measure() -> tuple[float, dict[str, float]]:
         folder = Path(tempfile.mkdtemp())
@@ -28,9 +30,9 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
         collect(config, folder, progress=False)
         seconds = time.perf_counter() - start
         shutil.rmtree(folder)  # not timed
-        return config.houses * config.steps / seconds, {}
+        return config.num_homes * config.steps / seconds, {}
 
-    return measure, f"{config.houses} homes x {config.steps} steps, bayesian, on disk"
+    return measure, f"{config.num_homes} homes x {config.steps} steps, bayesian, on disk"
 
 
 if __name__ == "__main__":

@@ -16,20 +16,20 @@ import numpy as np
 from _measure import Benchmark, Measure, run
 from _network import make_policy
 
-from simulator.config import HouseConfig
-from simulator.houses import Houses
 from simulator.policies import Bayesian
-from simulator.prior_graph import PriorGraph
-from simulator.rollout import Rollout
-from simulator.streams import Streams
+from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.predict_location import sample_query
+from simulator.tasks.rollout import Rollout
+from simulator.world.config import HomeConfig
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:
     """Remember 100 looks."""
     num_looks, num_decisions = (5, 3) if tiny else (100, 300)
-    houses = Houses(PriorGraph.default(), HouseConfig(), Streams(0, "val", [0]))
-    rollout = Rollout(houses, Bayesian())
+    homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", [0]))
+    rollout = Rollout(homes, Bayesian())
     for _ in rollout.run(num_looks):
         pass
     policy = make_policy()
@@ -39,7 +39,7 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
         seconds, choice = [], np.zeros(1, dtype=np.int64)
         for _ in range(num_decisions):
             rollout.evolve()
-            slots = sample_query(houses)
+            slots = sample_query(homes)
             start = time.perf_counter()
             rollout.look(choice)
             _, queries = rollout.ask_for(home, slots)

@@ -3,9 +3,9 @@
 Homes are sampled anew for each of them, as an evaluation does. The filters, which are no
 heuristics of the paper, are measured beside them.
 
-Limit: the random numbers, as in collect.py without the disk: 2.3 us a house-step, 430,000
-house-steps/s. A filter plays all looks again at every question: with 100 steps 50 steps of belief a
-house-step, each 32 furniture nodes x 2 densities (3 for the home filter) x 10 operations.
+Limit: the random numbers, as in collect.py without the disk: 2.3 us a home-step, 430,000
+home-steps/s. A filter plays all looks again at every question: with 100 steps 50 steps of belief a
+home-step, each 32 furniture nodes x 2 densities (3 for the home filter) x 10 operations.
 """
 
 from __future__ import annotations
@@ -14,35 +14,35 @@ import time
 
 from _measure import Benchmark, Measure, run
 
-from simulator.config import HouseConfig
-from simulator.evaluation import evaluate_policy
 from simulator.policies import POLICIES, make_policy
-from simulator.prior_graph import PriorGraph
-from simulator.streams import Streams
+from simulator.priors.prior_graph import PriorGraph
+from simulator.tasks.evaluation import evaluate_policy
+from simulator.world.config import HomeConfig
+from simulator.world.streams import Streams
 
 FILTERS = ("prior_filter", "home_filter", "ceiling")
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:
     """Choose the size."""
-    num_houses, num_steps = (2, 3) if tiny else (100, 100)
+    num_homes, num_steps = (2, 3) if tiny else (100, 100)
     prior = PriorGraph.default()
 
     def play(name: str) -> float:
-        streams = Streams(0, "val", range(num_houses))
+        streams = Streams(0, "val", range(num_homes))
         start = time.perf_counter()
         evaluate_policy(
-            lambda houses: make_policy(name, houses), prior, HouseConfig(), streams, num_steps
+            lambda homes: make_policy(name, homes), prior, HomeConfig(), streams, num_steps
         )
-        return num_houses * num_steps / (time.perf_counter() - start)
+        return num_homes * num_steps / (time.perf_counter() - start)
 
     def measure() -> tuple[float, dict[str, float]]:
         found = {name: play(name) for name in POLICIES}
         return min(figure for name, figure in found.items() if name not in FILTERS), found
 
-    return measure, f"{num_houses} homes in lockstep x {num_steps} steps"
+    return measure, f"{num_homes} homes in lockstep x {num_steps} steps"
 
 
 if __name__ == "__main__":
-    benchmark = Benchmark("evaluate heuristics", "house-steps/s", goal=10_000, limit=430_000)
+    benchmark = Benchmark("evaluate heuristics", "home-steps/s", goal=10_000, limit=430_000)
     run(benchmark, prepare, repeats=2)

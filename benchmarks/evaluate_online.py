@@ -5,25 +5,25 @@ from __future__ import annotations
 from _measure import Benchmark, Measure, rate, run
 from _network import make_policy
 
-from simulator.config import HouseConfig
-from simulator.evaluation import evaluate_policy
-from simulator.prior_graph import PriorGraph
-from simulator.streams import Streams
+from simulator.priors.prior_graph import PriorGraph
+from simulator.tasks.evaluation import evaluate_policy
+from simulator.world.config import HomeConfig
+from simulator.world.streams import Streams
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:
     """Make the policy."""
-    num_houses, num_steps = (2, 3) if tiny else (100, 30)
+    num_homes, num_steps = (2, 3) if tiny else (100, 30)
     policy, prior = make_policy(), PriorGraph.default()
 
     def work() -> int:
-        streams = Streams(0, "val", range(num_houses))
-        evaluate_policy(lambda houses: policy, prior, HouseConfig(), streams, num_steps)
-        return num_houses * num_steps
+        streams = Streams(0, "val", range(num_homes))
+        evaluate_policy(lambda homes: policy, prior, HomeConfig(), streams, num_steps)
+        return num_homes * num_steps
 
-    return rate(work), f"{num_houses} homes in lockstep x {num_steps} steps"
+    return rate(work), f"{num_homes} homes in lockstep x {num_steps} steps"
 
 
 if __name__ == "__main__":
-    benchmark = Benchmark("evaluate NEP-HEAT, predict location", "house-steps/s", goal=3_000)
+    benchmark = Benchmark("evaluate NEP-HEAT, predict location", "home-steps/s", goal=3_000)
     run(benchmark, prepare, repeats=3, uses_torch=True)

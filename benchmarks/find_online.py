@@ -10,25 +10,25 @@ from __future__ import annotations
 from _measure import Benchmark, Measure, rate, run
 from _network import make_policy
 
-from simulator.config import HouseConfig
-from simulator.evaluation import evaluate_policy
-from simulator.prior_graph import PriorGraph
-from simulator.streams import Streams
+from simulator.priors.prior_graph import PriorGraph
+from simulator.tasks.evaluation import evaluate_policy
+from simulator.world.config import HomeConfig
+from simulator.world.streams import Streams
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:
     """Make the policy."""
-    num_houses, num_episodes = (2, 2) if tiny else (100, 5)
+    num_homes, num_episodes = (2, 2) if tiny else (100, 5)
     policy, prior = make_policy(), PriorGraph.default()
 
     def work() -> int:
-        streams = Streams(0, "val", range(num_houses))
+        streams = Streams(0, "val", range(num_homes))
         evaluate_policy(
-            lambda houses: policy, prior, HouseConfig(), streams, num_episodes, task="find_object"
+            lambda homes: policy, prior, HomeConfig(), streams, num_episodes, task="find_object"
         )
-        return num_houses * num_episodes
+        return num_homes * num_episodes
 
-    return rate(work), f"{num_houses} homes in lockstep x {num_episodes} episodes"
+    return rate(work), f"{num_homes} homes in lockstep x {num_episodes} episodes"
 
 
 if __name__ == "__main__":

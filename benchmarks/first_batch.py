@@ -24,7 +24,7 @@ from simulator.collect import collect
 _CODE = """
 import os, sys
 from nep import fit
-from nep.module import NEPModule
+from nep.model.module import NEPModule
 NEPModule.on_train_batch_end = lambda self, *rest: os._exit(0)
 fit.main(sys.argv[1:])
 """
@@ -32,13 +32,13 @@ fit.main(sys.argv[1:])
 
 def prepare(tiny: bool) -> tuple[Measure, str]:
     """Collect the data."""
-    size = {"houses": 2, "steps": 5, "val_houses": 1} if tiny else {}
+    size = {"num_homes": 2, "steps": 5, "num_val_homes": 1} if tiny else {}
     folder = tempfile.TemporaryDirectory()
     data = SGMDataModule(data_dir=folder.name, **size)
     for config in (data.train_config, data.val_config):
         collect(config, data.get_folder(config), progress=False)
     options = [f"--data.{name}={count}" for name, count in size.items()]
-    options += ["--online.houses=1", "--online.steps=2"] * tiny
+    options += ["--online.num_homes=1", "--online.steps=2"] * tiny
     command = [
         sys.executable, "-c", _CODE, "--config", "heat.yaml", *options,
         "--data.data_dir", folder.name, "--trainer.logger.init_args.save_dir", folder.name,
@@ -55,7 +55,7 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
         folder.cleanup()
         return figure, seconds
 
-    return measure, f"{data.train_config.houses} homes x {data.train_config.steps} steps on disk"
+    return measure, f"{data.train_config.num_homes} homes x {data.train_config.steps} steps on disk"
 
 
 def _time(command: list[str]) -> float:

@@ -36,7 +36,7 @@ from torch import Tensor, nn
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
-from nep.flat_graph import FlatGraph
+from nep.layers.flat_graph import FlatGraph
 from nep.layers.heat import HEATConv
 from nep.layers.segment import attend
 from simulator.collect import CollectConfig, collect
@@ -53,7 +53,7 @@ def make_layer(heads: int) -> HEATConv:
 
 def prepare(tiny: bool) -> tuple[Measure, str]:
     """Collect a batch, and compare the layers if there are two."""
-    config = CollectConfig(houses=2, steps=5) if tiny else CollectConfig(houses=20, steps=100)
+    config = CollectConfig(num_homes=2, steps=5) if tiny else CollectConfig(num_homes=20, steps=100)
     with tempfile.TemporaryDirectory() as folder:
         collect(config, Path(folder), progress=False)
         dataset = SnapshotDataset(Path(folder), GraphBuilder(FeatureConfig(), num_hops=1))

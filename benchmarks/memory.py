@@ -29,19 +29,19 @@ print(json.dumps([before, peak()]), flush=True)
 
 def prepare(tiny: bool) -> tuple[Measure, str]:
     """Choose the size."""
-    houses, steps, batches = (2, 5, 1) if tiny else (100, 100, 10)
+    homes, steps, batches = (2, 5, 1) if tiny else (100, 100, 10)
 
     def measure() -> tuple[float, dict[str, float]]:
         with tempfile.TemporaryDirectory() as folder:
             options = {
-                "--config": "heat.yaml", "--data.data_dir": folder, "--data.houses": houses,
-                "--data.steps": steps, "--data.workers": 1, "--data.val_houses": min(houses, 20),
+                "--config": "heat.yaml", "--data.data_dir": folder, "--data.num_homes": homes,
+                "--data.steps": steps, "--data.workers": 1, "--data.num_val_homes": min(homes, 20),
                 "--trainer.max_epochs": 1, "--trainer.limit_train_batches": batches,
                 "--trainer.limit_val_batches": batches, "--trainer.logger": "false",
                 "--trainer.enable_checkpointing": "false",
                 "--trainer.enable_progress_bar": "false",
                 "--trainer.enable_model_summary": "false", "--trainer.default_root_dir": folder,
-                "--online.houses": min(houses, 20), "--online.steps": min(steps, 10),
+                "--online.num_homes": min(homes, 20), "--online.steps": min(steps, 10),
             }  # fmt: skip
             command = [sys.executable, "-c", _CODE]
             for name, value in options.items():
@@ -50,7 +50,7 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
         before, after = json.loads(done.stdout.splitlines()[-1])
         return after - before, {"imports": before}
 
-    return measure, f"{houses} homes x {steps} steps, then {batches} batches"
+    return measure, f"{homes} homes x {steps} steps, then {batches} batches"
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import numpy as np
 from _measure import Benchmark, Measure, run
 from _robot import Robot
 
-from nep.finder import ObjectFinder
+from nep.robot.finder import ObjectFinder
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:

@@ -20,16 +20,16 @@ from simulator.collect import CollectConfig, collect
 
 def prepare(tiny: bool) -> tuple[Measure, str]:
     """Choose the size."""
-    config = CollectConfig(houses=2, steps=3) if tiny else CollectConfig(houses=20, steps=100)
+    config = CollectConfig(num_homes=2, steps=3) if tiny else CollectConfig(num_homes=20, steps=100)
 
     def measure() -> tuple[float, dict[str, float]]:
         folder = Path(tempfile.mkdtemp())
         collect(config, folder, progress=False)
         size = sum(path.stat().st_size for path in folder.iterdir())
         shutil.rmtree(folder)
-        return size / 1000 / (config.houses * config.steps), {}
+        return size / 1000 / (config.num_homes * config.steps), {}
 
-    return measure, f"{config.houses} homes x {config.steps} steps, bayesian"
+    return measure, f"{config.num_homes} homes x {config.steps} steps, bayesian"
 
 
 if __name__ == "__main__":

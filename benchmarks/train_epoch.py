@@ -25,7 +25,7 @@ from _measure import Benchmark, Measure, run
 
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.encoders import HEAT
-from nep.module import NEPModule
+from nep.model.module import NEPModule
 from simulator.collect import collect
 
 
@@ -47,11 +47,11 @@ class EpochTimer(pl.Callback):
 def prepare(tiny: bool) -> tuple[Measure, str]:
     """Collect snapshots."""
     warnings.filterwarnings("ignore")  # Lightning's advice, and what it deprecated itself
-    houses, steps, batch_size = (2, 5, 5) if tiny else (20, 100, 100)
+    homes, steps, batch_size = (2, 5, 5) if tiny else (20, 100, 100)
     folder = tempfile.TemporaryDirectory()
     module = NEPModule(HEAT())
     data = SGMDataModule(
-        folder.name, houses, steps, 1, batch_size=batch_size, num_hops=module.num_hops, workers=1
+        folder.name, homes, steps, 1, batch_size=batch_size, num_hops=module.num_hops, workers=1
     )
     for config in (data.train_config, data.val_config):
         collect(config, data.get_folder(config), progress=False)
@@ -64,9 +64,9 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
             enable_progress_bar=False, enable_model_summary=False,
         )  # fmt: skip
         trainer.fit(module, datamodule=data)
-        return timer.seconds[0] * 10_000 / (houses * steps), {}
+        return timer.seconds[0] * 10_000 / (homes * steps), {}
 
-    return measure, f"{houses * steps} snapshots in batches of {batch_size}"
+    return measure, f"{homes * steps} snapshots in batches of {batch_size}"
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ import numpy as np
 
 from simulator.memory.clock import DAY_SECONDS, compute_week_seconds
 from simulator.memory.memory_batch import NEVER
-from simulator.memory.snapshots import Snapshots
+from simulator.snapshots.snapshots import Snapshots
 
 # Paper appendix B: average number of nodes (200) or edges (500) over ten times the steps (100).
 NODE_SCALE = 200 / (100 * 10.0)

@@ -28,7 +28,7 @@ from datamodules.pairs import FIRST_OBJECT_TYPE, OBJECT_UP, Pairs
 from datamodules.text import TextVectors
 from simulator.memory.candidates import propose_places, sample_places
 from simulator.memory.memory_batch import NEVER
-from simulator.memory.snapshots import Snapshots, forget
+from simulator.snapshots.snapshots import Snapshots, forget
 
 
 class GraphBuilder:
@@ -171,7 +171,7 @@ def _compute_features(
         edges: the object edges.
         number: which of them each edge is that is none of the layout.
         layout: furniture node, counted over all snapshots, that each edge of the layout joins to
-            its room; negative for edges between rooms, floor and house, which are certain.
+            its room; negative for edges between rooms, floor and home, which are certain.
         cosine: of the text vectors of each edge's two nodes, (E,).
     """
     features = np.empty((len(cosine), 9), dtype=np.float32)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.memory.snapshots import Snapshots
+from simulator.snapshots.snapshots import Snapshots
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from datamodules.object_edges import ObjectEdges
-from simulator.memory.snapshots import Snapshots
+from simulator.snapshots.snapshots import Snapshots
 
 # (whether the edge leads from the child to the parent, group of pairs) of each of `EDGE_TYPES`
 DIRECTIONS = (

@@ -18,8 +18,8 @@ from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.collect import CollectConfig, collect
-from simulator.config import HouseConfig
 from simulator.trace.recordings import Recordings, TraceConfig
+from simulator.world.config import HomeConfig
 
 
 class SGMDataModule(pl.LightningDataModule):
@@ -32,9 +32,9 @@ class SGMDataModule(pl.LightningDataModule):
     def __init__(
         self,
         data_dir: str = "data",
-        houses: int = 100,
+        num_homes: int = 100,
         steps: int = 100,
-        val_houses: int = 20,
+        num_val_homes: int = 20,
         train_snapshots: int | None = None,
         val_snapshots: int | None = None,
         policy: str = "bayesian",
@@ -56,10 +56,10 @@ class SGMDataModule(pl.LightningDataModule):
 
         Args:
             data_dir: folder that holds the collections.
-            houses: training homes.
+            num_homes: training homes.
             steps: time steps per home; `predict_location` takes one snapshot a step,
                 `relative_likelihood` five, `find_object` one per look.
-            val_houses: validation homes.
+            num_val_homes: validation homes.
             train_snapshots: train on so many of the snapshots, drawn once by `seed`, where there
                 are more; None for all.
             val_snapshots: the same for validation.
@@ -75,8 +75,8 @@ class SGMDataModule(pl.LightningDataModule):
             num_hops: prune graphs to this many hops around the query edges; None keeps all.
             workers: processes for collecting; None for one per core.
             trace: train in all recorded homes and steps of these traces, or folders of traces
-                (docs/traces.md), by their own rules; None to sample homes. `houses`, `steps`,
-                `val_houses` and `dynamic_nodes` are of sampled homes.
+                (docs/traces.md), by their own rules; None to sample homes. `homes`, `steps`,
+                `num_val_homes` and `dynamic_nodes` are of sampled homes.
             val_trace: the same for validation; other homes than `trace`.
             step_seconds: length of a step of recorded homes; None for an hour, or what they were
                 simulated with.
@@ -95,17 +95,17 @@ class SGMDataModule(pl.LightningDataModule):
             if value is not None and value < 1:
                 raise ValueError(f"{name} must be at least 1, got {value}. Raise it.")
         self.train_config = CollectConfig(
-            houses=houses,
+            num_homes=num_homes,
             steps=steps,
             policy=policy,
             task=task,
             seed=seed,
-            house=HouseConfig(dynamic_nodes=dynamic_nodes),
+            home=HomeConfig(dynamic_nodes=dynamic_nodes),
             prior=prior,
             belief=features is not None and features.belief,
             grades=grades,
         )
-        self.val_config = replace(self.train_config, split="val", houses=val_houses)
+        self.val_config = replace(self.train_config, split="val", num_homes=num_val_homes)
         if (trace, val_trace, step_seconds, by_day) != (None, None, None, False):
             if trace is None or val_trace is None:
                 raise ValueError(
@@ -137,7 +137,7 @@ class SGMDataModule(pl.LightningDataModule):
                 "feature_schema": FEATURE_SCHEMA_VERSION,
                 "text": self.builder.text_name,
                 "training": {
-                    "houses": self.train_config.houses,
+                    "num_homes": self.train_config.num_homes,
                     "steps": self.train_config.steps,
                     "is_recorded": trace is not None,
                     "task": task,
@@ -154,14 +154,16 @@ class SGMDataModule(pl.LightningDataModule):
         prior = config.load_prior().checksum[:8]
         recordings = config.load_recordings(config.load_prior())
         if recordings is None:
-            nodes = "dynamic" if config.house.dynamic_nodes else "static"
+            nodes = "dynamic" if config.home.dynamic_nodes else "static"
         else:
             described = json.dumps(recordings.describe()).encode()
             nodes = f"trace{hashlib.sha256(described).hexdigest()[:8]}"
         name = f"{config.task}-{config.policy}-{nodes}-{config.steps}steps-seed{config.seed}"
         extras = "-belief" * config.belief + "-grades" * config.grades
         return (
-            self.data_dir / f"{name}-prior{prior}{extras}" / f"{config.split}-{config.houses}houses"
+            self.data_dir
+            / f"{name}-prior{prior}{extras}"
+            / f"{config.split}-{config.num_homes}homes"
         )
 
     def prepare_data(self) -> None:
@@ -207,7 +209,9 @@ class SGMDataModule(pl.LightningDataModule):
 def _record(config: CollectConfig, trace: TraceConfig) -> tuple[CollectConfig, Recordings]:
     """Return what collects all homes and steps of traces instead of sampled homes, and these."""
     recordings = trace.load(config.load_prior())
-    config = replace(config, trace=trace, houses=recordings.num_homes, steps=recordings.num_steps)
+    config = replace(
+        config, trace=trace, num_homes=recordings.num_homes, steps=recordings.num_steps
+    )
     return config, recordings
 
 

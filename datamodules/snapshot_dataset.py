@@ -11,15 +11,12 @@ from torch.utils.data import Dataset
 from datamodules.batch import SGMBatch
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_tables import SnapshotTables
-from simulator.grouped import number_keys
-from simulator.memory.memory_batch import NEVER
-from simulator.memory.snapshots import (
-    EDGE_COUNTERS,
-    FURNITURE_COUNTERS,
-    OBJECT_COUNTERS,
+from simulator.arrays.grouped import number_keys
+from simulator.memory.memory_batch import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
+from simulator.snapshots.shards import load_manifest, load_shard
+from simulator.snapshots.snapshots import (
     Snapshots,
 )
-from simulator.shards import load_manifest, load_shard
 
 _PER_HOUSE = ("room_label", "furniture_label", "furniture_room", "furniture_prob")
 _NO_CLOCK = np.full(2, np.nan)
@@ -46,11 +43,11 @@ class SnapshotDataset(Dataset[SGMBatch]):
             OSError: if the disk does not take a copy of the collection.
         """
         manifest = load_manifest(folder)
-        num_houses = manifest["settings"]["houses"]
-        if len(manifest["shards"]) != num_houses:
+        num_homes = manifest["settings"]["num_homes"]
+        if len(manifest["shards"]) != num_homes:
             raise ValueError(
-                f"collection must be finished, got {len(manifest['shards'])} of {num_houses} "
-                f"houses in {folder}. Run the same `python -m simulator.collect` again."
+                f"collection must be finished, got {len(manifest['shards'])} of {num_homes} "
+                f"homes in {folder}. Run the same `python -m simulator.collect` again."
             )
         self._builder = builder
         self._labels = tuple(manifest["settings"]["labels"])

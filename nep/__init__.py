@@ -15,21 +15,21 @@ from typing import TYPE_CHECKING, Any
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 if TYPE_CHECKING:
-    from nep.finder import ObjectFinder
-    from nep.place import Place, Ranking
-    from nep.search_plan import Look, SearchPlan
+    from nep.robot.finder import ObjectFinder
+    from nep.robot.place import Place, Ranking
+    from nep.robot.search_plan import Look, SearchPlan
     from simulator.memory.clock import Clock
     from simulator.memory.scene_graph_memory import SceneGraphMemory
     from simulator.memory.sighting import SeenAt, Sighting
 
 _MODULES = {
     "Clock": "simulator.memory.clock",
-    "Look": "nep.search_plan",
-    "ObjectFinder": "nep.finder",
-    "Place": "nep.place",
-    "Ranking": "nep.place",
+    "Look": "nep.robot.search_plan",
+    "ObjectFinder": "nep.robot.finder",
+    "Place": "nep.robot.place",
+    "Ranking": "nep.robot.place",
     "SceneGraphMemory": "simulator.memory.scene_graph_memory",
-    "SearchPlan": "nep.search_plan",
+    "SearchPlan": "nep.robot.search_plan",
     "SeenAt": "simulator.memory.sighting",
     "Sighting": "simulator.memory.sighting",
 }

@@ -18,24 +18,24 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from nep.contestants import Checkpoint, check_contestants, list_contestants
-from nep.figures import draw_over_steps
-from nep.policy import NEPPolicy
-from nep.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
-from nep.trained import list_shipped
-from simulator.config import HouseConfig
-from simulator.evaluation import TaskScores, play_games
+from nep.players.checkpoints import list_shipped
+from nep.players.contestants import Checkpoint, check_contestants, list_contestants
+from nep.players.policy import NEPPolicy
+from nep.report.figures import draw_over_steps
+from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
 from simulator.fan_out import add_worker_arguments, check_workers
-from simulator.homes import Homes
-from simulator.houses import Houses
+from simulator.files import write_whole
 from simulator.policies import POLICIES
-from simulator.prior_graph import PriorGraph, load_prior
-from simulator.shards import write_whole
-from simulator.streams import SPLITS, Streams
+from simulator.priors.prior_graph import PriorGraph, load_prior
+from simulator.tasks.evaluation import TaskScores, play_games
 from simulator.tasks.registry import TASKS
 from simulator.trace.arguments import add_trace_arguments, read_trace_arguments
 from simulator.trace.recordings import Recordings, TraceConfig
 from simulator.trace.scores import check_policies, list_policies
+from simulator.world.config import HomeConfig
+from simulator.world.homes import Homes
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import SPLITS, Streams
 
 RESULTS_VERSION = 1
 _LOG_WIDTH = 100
@@ -55,11 +55,11 @@ class EvaluateConfig:
         tasks: names of tasks.
         policies: names of policies.
         checkpoints: trained networks.
-        houses: homes, H, all in lockstep.
+        num_homes: homes, H, all in lockstep.
         steps: time steps per home, or searches of Find Object, T.
         seed: of the homes.
         split: "train", "val" or "test": their homes never coincide.
-        house: rules of the homes.
+        home: rules of the homes.
         prior: prior file; None for the shipped default.
         trace: recorded homes to play in, all of them and by their own rules; None to sample homes.
     """
@@ -67,11 +67,11 @@ class EvaluateConfig:
     tasks: tuple[str, ...] = tuple(TASKS)
     policies: tuple[str, ...] = tuple(POLICIES)
     checkpoints: tuple[Checkpoint, ...] = ()
-    houses: int = 100
+    num_homes: int = 100
     steps: int = 100
     seed: int = 0
     split: str = "test"
-    house: HouseConfig = field(default_factory=HouseConfig)
+    home: HomeConfig = field(default_factory=HomeConfig)
     prior: str | None = None
     trace: TraceConfig | None = None
 
@@ -81,7 +81,7 @@ class EvaluateConfig:
         Raises:
             ValueError: if a value is out of range, a name unknown, or a file unfit.
         """
-        for name in ("houses", "steps"):
+        for name in ("num_homes", "steps"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}. Raise it.")
         check_contestants(self.tasks, self.policies, self.checkpoints)
@@ -99,7 +99,7 @@ class EvaluateConfig:
                 "simulated ones, in which no time of day means anything. Give --trace."
             )
         # A prior without furniture for some room is noticed by the first home.
-        Houses(self.load_prior(), self.house, Streams(self.seed, self.split, [0]))
+        SampledHomes(self.load_prior(), self.home, Streams(self.seed, self.split, [0]))
 
     def load_prior(self) -> PriorGraph:
         """Load the prior graph that the homes are sampled from.
@@ -149,12 +149,12 @@ def evaluate(
         threads: CPU threads of a worker; None to leave them as they are.
     """
     recordings = config.load_recordings()
-    make_houses: Callable[[Streams], Homes]
+    make_homes: Callable[[Streams], Homes]
     if recordings is None:
-        make_houses = partial(Houses, config.load_prior(), config.house)
-        groups: Sequence[Sequence[int]] = [range(config.houses)]
+        make_homes = partial(SampledHomes, config.load_prior(), config.home)
+        groups: Sequence[Sequence[int]] = [range(config.num_homes)]
     else:
-        make_houses, groups = recordings.make_houses, recordings.list_groups()
+        make_homes, groups = recordings.make_homes, recordings.list_groups()
     players = {
         task: list_contestants(task, config.policies, config.checkpoints, threads)
         for task in config.tasks
@@ -162,7 +162,7 @@ def evaluate(
     names = [(task, name) for task in players for name in players[task]]
     scores = play_games(
         [(players[task][name], task) for task, name in names],
-        make_houses, groups, config.seed, config.split, config.steps,
+        make_homes, groups, config.seed, config.split, config.steps,
         lambda game: on_step(*names[game]), workers, backend,
     )  # fmt: skip
     results: dict[str, dict[str, TaskScores]] = {task: {} for task in config.tasks}
@@ -232,11 +232,11 @@ def print_tables(config: EvaluateConfig, tables: Tables, console: Console) -> No
 
 
 def _make_title(config: EvaluateConfig, task: str) -> str:
-    nodes = "on" if config.house.dynamic_nodes else "off"
+    nodes = "on" if config.home.dynamic_nodes else "off"
     if config.trace is not None:
-        kind = f"{config.houses} recorded homes"
+        kind = f"{config.num_homes} recorded homes"
     else:
-        kind = f"dynamic nodes {nodes}, {config.houses} {config.split} homes"
+        kind = f"dynamic nodes {nodes}, {config.num_homes} {config.split} homes"
     return f"{TASKS[task].title}, {kind} x {config.steps} steps"
 
 
@@ -283,7 +283,7 @@ def _make_parser() -> argparse.ArgumentParser:
         help="a trained network, for all tasks or for one: a checkpoint, an exported folder or "
         f"one that ships with the package ({', '.join(list_shipped())}); may be repeated",
     )
-    parser.add_argument("--houses", type=int, default=defaults.houses, help="sampled homes")
+    parser.add_argument("--num_homes", type=int, default=defaults.num_homes, help="sampled homes")
     parser.add_argument("--steps", type=int, help="time steps; 100, or all recorded ones")
     parser.add_argument("--seed", type=int, default=defaults.seed, help="seed of the homes")
     parser.add_argument("--split", default=defaults.split, help=", ".join(SPLITS))
@@ -305,21 +305,21 @@ def _make_parser() -> argparse.ArgumentParser:
 def _make_config(options: argparse.Namespace) -> EvaluateConfig:
     defaults = EvaluateConfig()
     trace = read_trace_arguments(options)
-    everybody, houses, steps = tuple(POLICIES), options.houses, defaults.steps
+    everybody, homes, steps = tuple(POLICIES), options.num_homes, defaults.steps
     if trace is not None:
         recordings = trace.load(load_prior(options.prior))
         everybody = list_policies(recordings)
-        houses, steps = recordings.num_homes, recordings.num_steps
+        homes, steps = recordings.num_homes, recordings.num_steps
     policies = {("all",): everybody, ("none",): ()}
     return EvaluateConfig(
         tasks=tuple(TASKS) if options.tasks == ["all"] else tuple(options.tasks),
         policies=policies.get(tuple(options.policies), tuple(options.policies)),
         checkpoints=tuple(Checkpoint.parse(text) for text in options.checkpoint),
-        houses=houses,
+        num_homes=homes,
         steps=steps if options.steps is None else options.steps,
         seed=options.seed,
         split=options.split,
-        house=HouseConfig(dynamic_nodes=options.dynamic_nodes),
+        home=HomeConfig(dynamic_nodes=options.dynamic_nodes),
         prior=options.prior,
         trace=trace,
     )

@@ -14,20 +14,27 @@ import torch
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from nep.calibration import Calibration, fit_calibration, measure_calibration
 from nep.evaluate import list_versions
-from nep.model_card import REFERENCES, SCORED_TASKS, make_card
-from nep.policy import NEPPolicy
-from nep.searches import Searches, play_searches
-from nep.trained import CONFIG, WEIGHTS, TrainedModel, load_checkpoint, load_config, save_exported
-from simulator.config import HouseConfig
-from simulator.evaluation import evaluate_policy
-from simulator.homes import Homes
-from simulator.houses import Houses
+from nep.players.calibration import Calibration, fit_calibration, measure_calibration
+from nep.players.checkpoints import (
+    CONFIG,
+    WEIGHTS,
+    TrainedModel,
+    load_checkpoint,
+    load_config,
+    save_exported,
+)
+from nep.players.policy import NEPPolicy
+from nep.players.searches import Searches, play_searches
+from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
+from simulator.files import compute_checksum, write_whole
 from simulator.policies import Policy, make_policy
-from simulator.prior_graph import PriorGraph
-from simulator.shards import compute_checksum, write_whole
-from simulator.streams import Streams
+from simulator.priors.prior_graph import PriorGraph
+from simulator.tasks.evaluation import evaluate_policy
+from simulator.world.config import HomeConfig
+from simulator.world.homes import Homes
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
 
 CARD = "MODEL_CARD.md"
 
@@ -57,10 +64,10 @@ class ExportConfig:
             if getattr(self, name) < least:
                 raise ValueError(f"{name} must be at least {least}, got {getattr(self, name)}.")
 
-    def make_houses(self, split: str) -> Houses:
+    def make_homes(self, split: str) -> SampledHomes:
         """Make the homes of a split."""
         streams = Streams(self.seed, split, range(self.homes))
-        return Houses(PriorGraph.default(), HouseConfig(), streams)
+        return SampledHomes(PriorGraph.default(), HomeConfig(), streams)
 
     def count_steps(self) -> int:
         """Return how often `export_model` calls `on_step`."""
@@ -125,20 +132,20 @@ def measure_model(
         test homes before and after, and the scores of it and of the references in two tasks.
     """
 
-    def make(houses: Homes) -> Policy:
+    def make(homes: Homes) -> Policy:
         policy = NEPPolicy(model.module.eval(), model.builder)
-        return policy.with_rules(houses.prior, houses.config)
+        return policy.with_rules(homes.prior, homes.config)
 
     def search(split: str) -> Searches:
-        houses = config.make_houses(split)
+        homes = config.make_homes(split)
         what = f"searching {split} homes"
-        return play_searches(houses, make(houses), config.steps, on_search=lambda: on_step(what))
+        return play_searches(homes, make(homes), config.steps, on_search=lambda: on_step(what))
 
     def score(task: str, name: str) -> dict[str, float]:
         streams = Streams(config.seed, "test", range(config.homes))
-        maker = make if name == "network" else lambda houses: make_policy(name, houses)
+        maker = make if name == "network" else lambda homes: make_policy(name, homes)
         scores = evaluate_policy(
-            maker, PriorGraph.default(), HouseConfig(), streams, config.steps,
+            maker, PriorGraph.default(), HomeConfig(), streams, config.steps,
             lambda: on_step(f"{name} in test homes"), task,
         ).home_values  # fmt: skip
         return {"mean": float(scores.mean()), "std": float(scores.std())}

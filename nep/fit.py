@@ -18,7 +18,7 @@ from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCL
 from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.online_evaluation import OnlineEvaluation
-from nep.module import NEPModule
+from nep.model.module import NEPModule
 
 CONFIG_FOLDER = Path(__file__).parent / "configs"
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import torch
 
-from nep.policy import NEPPolicy
+from nep.players.policy import NEPPolicy
 from simulator.igridson import command
 from simulator.igridson.find_object import Searcher
 
@@ -34,7 +34,7 @@ def main(args: Sequence[str] | None = None) -> int:
         except (ValueError, OSError) as error:
             print(f"{PROG}: {error}", file=sys.stderr)
             return 2
-        searchers["nep"] = Searcher(lambda houses: policy.with_rules(houses.prior, houses.config))
+        searchers["nep"] = Searcher(lambda homes: policy.with_rules(homes.prior, homes.config))
     return command.main(rest, searchers, f"{PROG} [--checkpoint CKPT] [--threads N]")
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 from rich.console import Console
 
-from nep.experiments import (
+from nep.paper.experiments import (
     ABLATION_SETTING,
     MODELS,
     enter,
@@ -22,21 +22,21 @@ from nep.experiments import (
     list_claimed_order,
     list_full_models,
 )
-from nep.figures import draw_over_steps
-from nep.job_queue import run_jobs
-from nep.paper_tables import make_table_1, make_table_2
-from nep.plan import TABLES, Plan, plan_jobs
+from nep.paper.job_queue import run_jobs
+from nep.paper.paper_tables import make_table_1, make_table_2
+from nep.paper.plan import TABLES, Plan, plan_jobs
+from nep.report.figures import draw_over_steps
+from simulator.files import write_whole
 from simulator.policies import POLICIES
-from simulator.shards import write_whole
 from simulator.tasks.registry import TASKS
 
 # Everything as small as it can be, to try the command: seconds instead of hours.
 _TINY_FIT = (
-    "--data.houses=2", "--data.steps=6", "--data.val_houses=1", "--data.batch_size=8",
-    "--trainer.max_epochs=1", "--trainer.log_every_n_steps=1", "--online.houses=1",
+    "--data.num_homes=2", "--data.steps=6", "--data.num_val_homes=1", "--data.batch_size=8",
+    "--trainer.max_epochs=1", "--trainer.log_every_n_steps=1", "--online.num_homes=1",
     "--online.steps=2",
 )  # fmt: skip
-_TINY_HOUSES, _TINY_STEPS = 3, 4
+_TINY_HOMES, _TINY_STEPS = 3, 4
 _LOG_WIDTH = 100
 # Held in the folder of runs by the command that works there: a training deletes what it finds of
 # itself, which another command may be writing. The system frees it when the command is killed.
@@ -100,7 +100,7 @@ def _make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--models", nargs="+", help=f"networks of Table 1, of {known} (the paper's)"
     )
-    parser.add_argument("--houses", type=int, help="test homes (100)")
+    parser.add_argument("--num_homes", type=int, help="test homes (100)")
     parser.add_argument("--steps", type=int, help="steps in each (100)")
     parser.add_argument("--epochs", type=int, help="of every training (what its config says)")
     parser.add_argument(
@@ -124,11 +124,11 @@ def _make_plan(options: argparse.Namespace) -> Plan:
         if options.epochs < 1:
             raise ValueError(f"epochs must be at least 1, got {options.epochs}. Raise it.")
         fit_options += (f"--trainer.max_epochs={options.epochs}",)
-    houses, steps = (_TINY_HOUSES, _TINY_STEPS) if options.tiny else (100, 100)
+    homes, steps = (_TINY_HOMES, _TINY_STEPS) if options.tiny else (100, 100)
     plan = Plan(
         tables=TABLES if options.table == "all" else (options.table,),
         models=find_models(options.models),
-        houses=houses if options.houses is None else options.houses,
+        num_homes=homes if options.num_homes is None else options.num_homes,
         steps=steps if options.steps is None else options.steps,
         seed=options.seed,
         fit_options=fit_options,
@@ -147,7 +147,7 @@ def _list_telling_options(options: argparse.Namespace) -> list[str]:
     listed = ["--seed", str(options.seed)]
     if options.models is not None:
         listed += ["--models", *options.models]
-    for name in ("houses", "steps", "epochs"):
+    for name in ("num_homes", "steps", "epochs"):
         if getattr(options, name) is not None:
             listed += [f"--{name}", str(getattr(options, name))]
     return listed + ["--tiny"] * options.tiny

@@ -16,16 +16,13 @@ from typing import Any
 
 from tqdm import tqdm
 
-from simulator.config import HouseConfig
 from simulator.fan_out import add_worker_arguments, check_workers, fan_out
-from simulator.homes import Homes
-from simulator.houses import Houses
 from simulator.memory.memory_batch import Change
 from simulator.policies import POLICIES, make_policy
 from simulator.policies.home_filter import HomeFilter
-from simulator.prior_graph import PriorGraph, load_prior
-from simulator.recorder import Recorder
-from simulator.shards import (
+from simulator.priors.prior_graph import PriorGraph, load_prior
+from simulator.snapshots.recorder import Recorder
+from simulator.snapshots.shards import (
     MANIFEST,
     get_shard_name,
     load_manifest,
@@ -33,17 +30,20 @@ from simulator.shards import (
     save_manifest,
     save_shard,
 )
-from simulator.streams import SPLITS, Streams
 from simulator.tasks.registry import TASKS
 from simulator.tasks.task import Answered
 from simulator.trace.arguments import add_trace_arguments, read_trace_arguments
 from simulator.trace.recordings import Recordings, TraceConfig
 from simulator.trace.scores import check_policies
+from simulator.world.config import HomeConfig
+from simulator.world.homes import Homes
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import SPLITS, Streams
 
-_HOUSES_PER_JOB = 100  # in lockstep, at most; also what a killed worker loses at most
+_HOMES_PER_JOB = 100  # in lockstep, at most; also what a killed worker loses at most
 _SNAPSHOTS_PER_JOB = 30_000  # at most, where homes have many steps: 0.8 GB until they are written
 _WRITERS = 8  # threads that wait for the disk while others write
-_MANIFEST_SHARE = 0.02  # the manifest is written when so many more houses are finished
+_MANIFEST_SHARE = 0.02  # the manifest is written when so many more homes are finished
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,27 +51,27 @@ class CollectConfig:
     """What to collect.
 
     Attributes:
-        houses: number of homes.
+        num_homes: number of homes.
         steps: time steps per home, or searches of Find Object.
         policy: name of the collecting policy.
         task: name of the task it plays.
         split: "train", "val" or "test": their homes never coincide.
         seed: experiment seed.
-        house: rules of the homes.
+        home: rules of the homes.
         prior: prior file; None for the shipped default.
         belief: whether each snapshot keeps what `HomeFilter` believes about its query object.
         grades: whether each snapshot keeps what every place is worth, if its task grades places.
-        trace: recorded homes to play in, the first `houses` of them, by their own rules; None to
+        trace: recorded homes to play in, the first `homes` of them, by their own rules; None to
             sample homes.
     """
 
-    houses: int = 100
+    num_homes: int = 100
     steps: int = 100
     policy: str = "bayesian"
     task: str = "predict_location"
     split: str = "train"
     seed: int = 0
-    house: HouseConfig = field(default_factory=HouseConfig)
+    home: HomeConfig = field(default_factory=HomeConfig)
     prior: str | None = None
     belief: bool = False
     grades: bool = False
@@ -83,7 +83,7 @@ class CollectConfig:
         Raises:
             ValueError: if a count, a name or the seed is out of range.
         """
-        for name in ("houses", "steps"):
+        for name in ("num_homes", "steps"):
             if getattr(self, name) < 1:
                 raise ValueError(
                     f"{name} must be at least 1, got {getattr(self, name)}. Ask for more."
@@ -115,7 +115,7 @@ class CollectConfig:
         if self.trace is None:
             return None
         recordings = self.trace.load(prior)
-        recordings.list_groups(range(self.houses))  # are there so many?
+        recordings.list_groups(range(self.num_homes))  # are there so many?
         recordings.check_steps(self.steps)
         recordings.check_sizes()
         check_policies([self.policy], recordings)
@@ -144,16 +144,16 @@ def collect(
     Raises:
         ValueError: if the folder holds a collection of other settings, or other files, or the
             backend is not there.
-        OSError: if the disk is full; finished houses are kept.
+        OSError: if the disk is full; finished homes are kept.
     """
     check_workers(workers, backend)
     prior = config.load_prior()
     recordings = config.load_recordings(prior)
     settings = _describe_settings(config, prior, recordings)
     shards = _open_folder(out, settings)  # checksums of the finished ones
-    missing = [house for house in range(config.houses) if get_shard_name(house) not in shards]
+    missing = [home for home in range(config.num_homes) if get_shard_name(home) not in shards]
     groups = [missing] if recordings is None else recordings.list_groups(missing)
-    size = min(-(-len(missing) // workers), _HOUSES_PER_JOB, _SNAPSHOTS_PER_JOB // config.steps)
+    size = min(-(-len(missing) // workers), _HOMES_PER_JOB, _SNAPSHOTS_PER_JOB // config.steps)
     size = max(size, 1)
     jobs = [
         (config, prior, group[first : first + size], out, recordings)
@@ -162,14 +162,14 @@ def collect(
     ]
     num_listed = len(shards)
     with tqdm(
-        total=config.houses * config.steps,
+        total=config.num_homes * config.steps,
         initial=num_listed * config.steps,
         desc=f"collecting {config.split} snapshots",
         unit="step",
         disable=not progress or not jobs,
     ) as bar:
         try:
-            for _, done in fan_out(collect_houses, jobs, workers, backend) if jobs else ():
+            for _, done in fan_out(collect_homes, jobs, workers, backend) if jobs else ():
                 shards.update(done)
                 if len(shards) >= num_listed * (1 + _MANIFEST_SHARE):
                     save_manifest(out, settings, dict(sorted(shards.items())))
@@ -180,15 +180,15 @@ def collect(
                 save_manifest(out, settings, dict(sorted(shards.items())))
 
 
-def collect_houses(
+def collect_homes(
     config: CollectConfig,
     prior: PriorGraph,
-    houses: Sequence[int],
+    homes: Sequence[int],
     out: Path,
     recordings: Recordings | None = None,
 ) -> dict[str, str]:
-    """Collect some houses in lockstep; write their shards and return the checksum of each."""
-    state = _make_houses(config, prior, houses, recordings)
+    """Collect some homes in lockstep; write their shards and return the checksum of each."""
+    state = _make_homes(config, prior, homes, recordings)
     policy = make_policy(config.policy, state)
     task = TASKS[config.task](state, policy)
     recorder = Recorder(task.rollout.memory)
@@ -214,20 +214,20 @@ def collect_houses(
     task.rollout.on_change = record_change
     for _ in task.run(config.steps):
         pass  # every answer was recorded
-    names = [get_shard_name(house) for house in houses]
+    names = [get_shard_name(home) for home in homes]
     with ThreadPoolExecutor(_WRITERS) as pool:
         paths = [out / name for name in names]
         return dict(zip(names, pool.map(save_shard, paths, recorder.finish()), strict=True))
 
 
-def _make_houses(
-    config: CollectConfig, prior: PriorGraph, houses: Sequence[int], recordings: Recordings | None
+def _make_homes(
+    config: CollectConfig, prior: PriorGraph, homes: Sequence[int], recordings: Recordings | None
 ) -> Homes:
     """Return some homes at t = 0, sampled or recorded."""
-    streams = Streams(config.seed, config.split, houses)
+    streams = Streams(config.seed, config.split, homes)
     if recordings is None:
-        return Houses(prior, config.house, streams)
-    return recordings.make_houses(streams)
+        return SampledHomes(prior, config.home, streams)
+    return recordings.make_homes(streams)
 
 
 def _describe_settings(
@@ -242,9 +242,9 @@ def _describe_settings(
         del settings["trace"]
     else:
         settings["trace"] = recordings.describe()
-    settings["house"]["rooms"] = list(config.house.rooms)
+    settings["home"]["rooms"] = list(config.home.rooms)
     settings["prior"] = prior.checksum
-    return {**settings, "labels": _make_houses(config, prior, [0], recordings).labels}
+    return {**settings, "labels": _make_homes(config, prior, [0], recordings).labels}
 
 
 def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
@@ -297,7 +297,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         formatter_class=argparse.ArgumentDefaultsHelpFormatter,
     )
     parser.add_argument("--out", type=Path, required=True, help="folder for shards and manifest")
-    parser.add_argument("--houses", type=int, help="number of homes; 100, or all recorded ones")
+    parser.add_argument("--num_homes", type=int, help="number of homes; 100, or all recorded ones")
     parser.add_argument("--steps", type=int, help="time steps; 100, or all recorded ones")
     parser.add_argument(
         "--policy", default=defaults.policy, help="who plays: " + ", ".join(POLICIES)
@@ -307,7 +307,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=defaults.seed, help="experiment seed")
     parser.add_argument("--prior", help="prior file (JSON); the shipped one if left out")
     parser.add_argument(
-        "--rooms", nargs="+", default=list(defaults.house.rooms), help="rooms of every home"
+        "--rooms", nargs="+", default=list(defaults.home.rooms), help="rooms of every home"
     )
     parser.add_argument(
         "--dynamic-nodes",
@@ -327,20 +327,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
     add_worker_arguments(parser, os.cpu_count() or 1)
     options = parser.parse_args(arguments)
     try:
-        house = replace(
-            defaults.house, rooms=tuple(options.rooms), dynamic_nodes=options.dynamic_nodes
+        home = replace(
+            defaults.home, rooms=tuple(options.rooms), dynamic_nodes=options.dynamic_nodes
         )
         trace = read_trace_arguments(options)
-        houses, steps = defaults.houses, defaults.steps
+        homes, steps = defaults.num_homes, defaults.steps
         if trace is not None:
             recordings = trace.load(load_prior(options.prior))
-            houses, steps = recordings.num_homes, recordings.num_steps
+            homes, steps = recordings.num_homes, recordings.num_steps
             print(*recordings.left_out, sep="\n", end="\n" if recordings.left_out else "")
         config = CollectConfig(
-            houses=houses if options.houses is None else options.houses,
+            num_homes=homes if options.num_homes is None else options.num_homes,
             steps=steps if options.steps is None else options.steps,
             policy=options.policy, task=options.task, split=options.split, seed=options.seed,
-            house=house, prior=options.prior, belief=options.belief, grades=options.grades,
+            home=home, prior=options.prior, belief=options.belief, grades=options.grades,
             trace=trace,
         )  # fmt: skip
         collect(config, options.out, workers=options.workers, backend=options.backend)

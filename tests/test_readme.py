@@ -4,8 +4,8 @@ import csv
 import re
 from pathlib import Path
 
-from nep.experiments import SETTINGS
-from nep.paper_numbers import PAPER_TABLE_1
+from nep.paper.experiments import SETTINGS
+from nep.paper.paper_numbers import PAPER_TABLE_1
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 

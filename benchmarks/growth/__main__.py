@@ -16,7 +16,7 @@ import numpy as np
 from curves import (
     Point,
     measure_home,
-    measure_houses,
+    measure_homes,
     measure_memory,
     measure_objects,
     measure_reading,
@@ -68,7 +68,7 @@ def main() -> None:
     found = defaultdict(list)
     for points in (
         measure_objects(objects, repeats),
-        measure_houses([size for size in decades if size <= min(largest // 10, 10_000)], repeats),
+        measure_homes([size for size in decades if size <= min(largest // 10, 10_000)], repeats),
         measure_memory(objects, 10 * repeats),
         measure_home(objects, min(repeats, 3)),
         measure_reading(snapshots, 20 * repeats),

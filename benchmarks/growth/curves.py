@@ -15,16 +15,16 @@ from pathlib import Path
 import numpy as np
 
 from simulator.collect import CollectConfig, collect
-from simulator.config import HouseConfig
-from simulator.houses import Houses
 from simulator.memory.memory_batch import MemoryBatch
 from simulator.memory.place_prior import PlacePrior
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import Sighting
 from simulator.policies import Bayesian
-from simulator.prior_graph import PriorGraph
-from simulator.rollout import Rollout
-from simulator.streams import Streams
+from simulator.priors.prior_graph import PriorGraph
+from simulator.tasks.rollout import Rollout
+from simulator.world.config import HomeConfig
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
 
 OBJECTS_PER_FURNITURE = 20  # of the growing memory: 100,000 objects on 5,000 furniture nodes
 
@@ -47,16 +47,16 @@ class Point:
 def measure_objects(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
     """One home with more and more objects on its 32 furniture nodes: a step and a look."""
     for size in sizes:
-        rules = HouseConfig(objects_per_furniture=max(size // 32, 1))
-        rollout = Rollout(_sample_houses(1, rules), Bayesian())
+        rules = HomeConfig(objects_per_furniture=max(size // 32, 1))
+        rollout = Rollout(_sample_homes(1, rules), Bayesian())
         seconds = _time_step(rollout, repeats)
-        yield Point("step and look, by objects of a home", rollout.houses.num_slots, seconds)
+        yield Point("step and look, by objects of a home", rollout.homes.num_slots, seconds)
 
 
-def measure_houses(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
+def measure_homes(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
     """More and more homes in lockstep: a step and a look of all of them."""
     for size in sizes:
-        rollout = Rollout(_sample_houses(size, HouseConfig()), Bayesian())
+        rollout = Rollout(_sample_homes(size, HomeConfig()), Bayesian())
         yield Point("step and look, by homes in lockstep", size, _time_step(rollout, repeats))
 
 
@@ -163,7 +163,7 @@ def measure_reading(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
     """
     for size in sizes:
         with tempfile.TemporaryDirectory() as folder:
-            config = CollectConfig(houses=max(size // 100, 1))
+            config = CollectConfig(num_homes=max(size // 100, 1))
             collect(config, Path(folder), progress=False)
             done = subprocess.run(
                 [sys.executable, __file__, folder, str(repeats)],
@@ -202,18 +202,18 @@ def _read_resident() -> float:
     return pages * resource.getpagesize() / 1e9
 
 
-def _sample_houses(count: int, rules: HouseConfig) -> Houses:
-    return Houses(PriorGraph.default(), rules, Streams(0, "train", range(count)))
+def _sample_homes(count: int, rules: HomeConfig) -> SampledHomes:
+    return SampledHomes(PriorGraph.default(), rules, Streams(0, "train", range(count)))
 
 
 def _time_step(rollout: Rollout, repeats: int) -> float:
     """Time a step of the homes and a look in each of them."""
     rng = np.random.default_rng(0)
-    houses = rollout.houses
+    homes = rollout.homes
 
     def step() -> None:
         rollout.evolve()
-        rollout.look(rng.integers(0, houses.num_furniture, houses.num_houses))
+        rollout.look(rng.integers(0, homes.num_furniture, homes.num_homes))
 
     step()
     return _time(step, repeats)

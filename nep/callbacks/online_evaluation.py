@@ -14,20 +14,20 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from datamodules.sgm_datamodule import SGMDataModule
-from nep.contestants import MakePolicy
-from nep.figures import draw_over_steps
-from nep.module import NEPModule
-from nep.policy import NEPPolicy
-from nep.statistics import compute_gap_closed
-from nep.tables import Row, compute_rows, make_markdown, make_rich_table
-from simulator.evaluation import TaskScores, evaluate_policy
+from nep.model.module import NEPModule
+from nep.players.contestants import MakePolicy
+from nep.players.policy import NEPPolicy
+from nep.report.figures import draw_over_steps
+from nep.report.statistics import compute_gap_closed
+from nep.report.tables import Row, compute_rows, make_markdown, make_rich_table
+from simulator.files import write_whole
 from simulator.policies import POLICIES, check_policy, make_policy
-from simulator.shards import write_whole
-from simulator.streams import Streams
+from simulator.tasks.evaluation import TaskScores, evaluate_policy
 from simulator.tasks.registry import TASKS
 from simulator.tasks.task import Task
 from simulator.trace.recordings import Recordings
 from simulator.trace.scores import evaluate_recordings, list_policies
+from simulator.world.streams import Streams
 
 
 class OnlineEvaluation(pl.Callback):
@@ -45,7 +45,7 @@ class OnlineEvaluation(pl.Callback):
 
     def __init__(
         self,
-        houses: int = 20,
+        num_homes: int = 20,
         steps: int = 100,
         every_n_epochs: int = 5,
         name: str = "NEP",
@@ -54,7 +54,7 @@ class OnlineEvaluation(pl.Callback):
         """Set the size of the evaluation.
 
         Args:
-            houses: validation homes that are sampled.
+            num_homes: validation homes that are sampled.
             steps: time steps per home, likewise.
             every_n_epochs: epochs between evaluations; the last epoch is always evaluated.
             name: of the model in figures and tables.
@@ -65,11 +65,11 @@ class OnlineEvaluation(pl.Callback):
             ValueError: if a count is below 1 or a policy unknown.
         """
         for what, value in (
-            ("houses", houses), ("steps", steps), ("every_n_epochs", every_n_epochs)
+            ("num_homes", num_homes), ("steps", steps), ("every_n_epochs", every_n_epochs)
         ):  # fmt: skip
             if value < 1:
                 raise ValueError(f"{what} must be at least 1, got {value}. Raise it.")
-        self.houses = houses
+        self.num_homes = num_homes
         self.steps = steps
         self.every_n_epochs = every_n_epochs
         self.name = name
@@ -87,7 +87,7 @@ class OnlineEvaluation(pl.Callback):
         self.task = TASKS[config.task]
         self.recordings = config.load_recordings(config.load_prior())
         if self.recordings is not None:
-            self.houses, self.steps = config.houses, config.steps
+            self.num_homes, self.steps = config.num_homes, config.steps
 
     def on_train_epoch_end(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         """Let the model play every few epochs."""
@@ -116,7 +116,7 @@ class OnlineEvaluation(pl.Callback):
 
     def _get_title(self) -> str:
         kind = "unseen" if self.recordings is None else "recorded"
-        return f"{self.task.title}, {self.houses} {kind} homes x {self.steps} steps"
+        return f"{self.task.title}, {self.num_homes} {kind} homes x {self.steps} steps"
 
     def _summarise(self) -> str:
         recall = f"candidate recall {self.scores[self.name].candidate_recall:.3f}"
@@ -133,9 +133,9 @@ class OnlineEvaluation(pl.Callback):
             return evaluate_recordings(
                 make, self.recordings, config.seed, config.split, self.steps, task=config.task
             )
-        streams = Streams(config.seed, config.split, range(self.houses))
+        streams = Streams(config.seed, config.split, range(self.num_homes))
         return evaluate_policy(
-            make, config.load_prior(), config.house, streams, self.steps, task=config.task
+            make, config.load_prior(), config.home, streams, self.steps, task=config.task
         )
 
     def _play_heuristics(self, trainer: pl.Trainer) -> None:
@@ -146,7 +146,7 @@ class OnlineEvaluation(pl.Callback):
             policies = tuple(name for name in policies if name in able)
         if policies and trainer.progress_bar_callback is not None:
             rank_zero_info(
-                f"{len(policies)} heuristics and oracles play {self.houses} validation homes."
+                f"{len(policies)} heuristics and oracles play {self.num_homes} validation homes."
             )
         for name in policies:
             self.scores[name] = self._play(trainer, partial(make_policy, name))
@@ -157,7 +157,7 @@ class OnlineEvaluation(pl.Callback):
             self._play_heuristics(trainer)
         player = NEPPolicy(pl_module, _get_datamodule(trainer).builder)
         scores = self.scores[self.name] = self._play(
-            trainer, lambda houses: player.with_rules(houses.prior, houses.config)
+            trainer, lambda homes: player.with_rules(homes.prior, homes.config)
         )
         metrics = {
             f"online/{self._metric}": float(scores.home_values.mean()),

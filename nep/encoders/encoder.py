@@ -8,7 +8,7 @@ from typing import Any
 
 from torch import Tensor, nn
 
-from nep.flat_graph import FlatGraph
+from nep.layers.flat_graph import FlatGraph
 
 
 class Encoder(nn.Module, ABC):

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from nep.encoders.encoder import Encoder, check_num_convolutions
-from nep.flat_graph import FlatGraph
+from nep.layers.flat_graph import FlatGraph
 from nep.layers.heat import HEATConv
 
 

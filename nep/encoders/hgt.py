@@ -5,7 +5,7 @@ from __future__ import annotations
 from torch import Tensor, nn
 
 from nep.encoders.encoder import Encoder, check_num_convolutions
-from nep.flat_graph import FlatGraph
+from nep.layers.flat_graph import FlatGraph
 from nep.layers.hgt import HGTConv
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from torch import Tensor
 
 from nep.encoders.encoder import Encoder
-from nep.flat_graph import FlatGraph
+from nep.layers.flat_graph import FlatGraph
 
 
 class MLP(Encoder):

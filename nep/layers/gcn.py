@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-from nep.flat_graph import FlatGraph
+from nep.layers.flat_graph import FlatGraph
 from nep.layers.segment import segment_sum
 
 

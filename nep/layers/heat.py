@@ -9,7 +9,7 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES
-from nep.flat_graph import FlatGraph
+from nep.layers.flat_graph import FlatGraph
 from nep.layers.segment import attend, segment_softmax, segment_sum
 
 

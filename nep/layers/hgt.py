@@ -8,7 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES
-from nep.flat_graph import FlatGraph
+from nep.layers.flat_graph import FlatGraph
 from nep.layers.segment import segment_softmax, segment_sum
 
 

@@ -13,9 +13,9 @@ from simulator.compiled.kernel import kernel
 def choose_below(
     uniform: np.ndarray, threshold: np.ndarray, budget: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Choose the numbers that lie below their thresholds, up to a budget per house.
+    """Choose the numbers that lie below their thresholds, up to a budget per home.
 
-    Given that it lies below, uniform / threshold is uniform: where a house has more of them than
+    Given that it lies below, uniform / threshold is uniform: where a home has more of them than
     its budget, those with the lowest stay, of equals the earlier.
 
     Args:
@@ -24,71 +24,71 @@ def choose_below(
         budget: (H,).
 
     Returns:
-        Houses and columns of the chosen, (n,) each, house after house, columns ascending.
+        Homes and columns of the chosen, (n,) each, home after home, columns ascending.
     """
-    houses = np.empty(uniform.size, dtype=np.int64)
+    homes = np.empty(uniform.size, dtype=np.int64)
     columns = np.empty(uniform.size, dtype=np.int64)
     order = np.empty(uniform.shape[1])
     end = 0
-    for house in range(len(uniform)):
+    for home in range(len(uniform)):
         start = end
         for column in range(uniform.shape[1]):
-            if uniform[house, column] < threshold[house, column]:
-                houses[end] = house
+            if uniform[home, column] < threshold[home, column]:
+                homes[end] = home
                 columns[end] = column
-                order[end - start] = uniform[house, column] / threshold[house, column]
+                order[end - start] = uniform[home, column] / threshold[home, column]
                 end += 1
         count = end - start
-        if count > budget[house]:
+        if count > budget[home]:
             last = -1.0
-            if budget[house] > 0:
-                last = order[np.argsort(order[:count])[budget[house] - 1]]
-            num_equal = budget[house] - (order[:count] < last).sum()
+            if budget[home] > 0:
+                last = order[np.argsort(order[:count])[budget[home] - 1]]
+            num_equal = budget[home] - (order[:count] < last).sum()
             end = start
             for i in range(count):
                 if order[i] < last or (order[i] == last and num_equal > 0):
                     num_equal -= order[i] == last
                     columns[end] = columns[start + i]
                     end += 1
-    return houses[:end], columns[:end]
+    return homes[:end], columns[:end]
 
 
 @kernel
 def run_race(
     uniform: np.ndarray, weight: np.ndarray, total_weight: np.ndarray, num_winners: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Find the slots with the largest log(uniform) / weight, at most `num_winners` per house.
+    """Find the slots with the largest log(uniform) / weight, at most `num_winners` per home.
 
     Only slots within a reach are looked at where that leaves enough of them, as it nearly always
-    does; else all of the house are.
+    does; else all of the home are.
 
     Args:
         uniform: (H, C).
         weight: non-negative, 0 for slots that do not take part, (H, C).
-        total_weight: its sum per house; no result depends on its rounding, (H,).
+        total_weight: its sum per home; no result depends on its rounding, (H,).
         num_winners: (H,).
 
     Returns:
-        Houses of the winners, house after house, their slots, and their ranks in the house.
+        Homes of the winners, home after home, their slots, and their ranks in the home.
     """
     total = num_winners.sum()
-    houses = np.empty(total, dtype=np.int64)
+    homes = np.empty(total, dtype=np.int64)
     slots = np.empty(total, dtype=np.int64)
     ranks = np.empty(total, dtype=np.int64)
     runners = np.empty(uniform.shape[1], dtype=np.int64)
     lags = np.empty(uniform.shape[1])
     end = 0
-    for house in range(len(uniform)):
-        most = num_winners[house]
-        reach = (most + 3 * math.sqrt(most)) / max(total_weight[house], 1e-300)
-        count = _list_runners(uniform[house], weight[house], reach, runners, lags)
+    for home in range(len(uniform)):
+        most = num_winners[home]
+        reach = (most + 3 * math.sqrt(most)) / max(total_weight[home], 1e-300)
+        count = _list_runners(uniform[home], weight[home], reach, runners, lags)
         if (lags[:count] < reach).sum() < most:
-            count = _list_runners(uniform[house], weight[house], np.inf, runners, lags)
+            count = _list_runners(uniform[home], weight[home], np.inf, runners, lags)
         order = np.argsort(lags[:count])
         for rank in range(min(count, most)):
-            houses[end], slots[end], ranks[end] = house, runners[order[rank]], rank
+            homes[end], slots[end], ranks[end] = home, runners[order[rank]], rank
             end += 1
-    return houses[:end], slots[:end], ranks[:end]
+    return homes[:end], slots[:end], ranks[:end]
 
 
 @kernel

@@ -50,7 +50,7 @@ def add_noise(
 ) -> np.ndarray:
     """Zero some weights, scale the others, normalise per row.
 
-    See `simulator.noise.compute_noisy_weights`.
+    See `simulator.world.noise.compute_noisy_weights`.
     """
     noisy = np.zeros(len(rows))
     whole = np.zeros(len(place_room))  # a row, for the order in which it is summed up

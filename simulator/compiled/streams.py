@@ -68,17 +68,17 @@ def make_jumps(width: int) -> np.ndarray:
 
 
 @kernel
-def claim_rows(state: np.ndarray, jump: np.ndarray, houses: np.ndarray, starts: np.ndarray) -> None:
-    """Give each of n houses the state that its row starts from, and go on by one row.
+def claim_rows(state: np.ndarray, jump: np.ndarray, homes: np.ndarray, starts: np.ndarray) -> None:
+    """Give each of n homes the state that its row starts from, and go on by one row.
 
     Args:
-        state: state and increment of every house, changed in place, (H, 4).
+        state: state and increment of every home, changed in place, (H, 4).
         jump: that of a whole row, (4,).
-        houses: (n,).
+        homes: (n,).
         starts: filled with states and increments, (n, 4).
     """
-    for i in range(len(houses)):
-        own = state[houses[i]]
+    for i in range(len(homes)):
+        own = state[homes[i]]
         starts[i] = own
         step_high, step_low = _multiply_add(jump[2], jump[3], own[2], own[3], _ZERO, _ZERO)
         own[0], own[1] = _multiply_add(own[0], own[1], jump[0], jump[1], step_high, step_low)

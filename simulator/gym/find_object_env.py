@@ -10,8 +10,8 @@ import numpy as np
 from gymnasium.spaces import Discrete
 
 from simulator.gym.searches import MakeHomes, Searches
-from simulator.homes import Homes
 from simulator.policies import Policy
+from simulator.world.homes import Homes
 
 
 class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
@@ -41,7 +41,7 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
 
     def __init__(
         self,
-        homes: MakeHomes | None = None,
+        make_homes: MakeHomes | None = None,
         policy: str | Callable[[Homes], Policy] = "bayesian",
         max_looks: int | None = None,
         queries_per_home: int = 100,
@@ -49,7 +49,7 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
         """Set up the spaces.
 
         Args:
-            homes: makes the home from its random streams, for example `Recordings.make_houses`;
+            make_homes: makes the home from its random streams, for example `Recordings.make_homes`;
                 None to sample homes from the shipped prior.
             policy: who answers `compute_scores`: a name of `POLICIES`, or what makes one.
             max_looks: looks allowed per search; None for as many as there is furniture.
@@ -58,11 +58,11 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
         Raises:
             ValueError: if a count is below 1, or there is no policy of that name.
         """
-        self.searches = Searches(1, homes, policy, max_looks, queries_per_home)
-        houses = self.searches.rollout.houses
-        self.labels: list[str] = houses.labels
+        self.searches = Searches(1, make_homes, policy, max_looks, queries_per_home)
+        homes = self.searches.rollout.homes
+        self.labels: list[str] = homes.labels
         self.observation_space = self.searches.observation_space
-        self.num_furniture = houses.num_furniture
+        self.num_furniture = homes.num_furniture
         self.action_space = Discrete(self.num_furniture)
 
     def reset(

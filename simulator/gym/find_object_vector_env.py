@@ -11,8 +11,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from simulator.gym.searches import MakeHomes, Searches
-from simulator.homes import Homes
 from simulator.policies import Policy
+from simulator.world.homes import Homes
 
 
 class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
@@ -35,7 +35,7 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
     def __init__(
         self,
         num_envs: int = 1,
-        homes: MakeHomes | None = None,
+        make_homes: MakeHomes | None = None,
         policy: str | Callable[[Homes], Policy] = "bayesian",
         max_looks: int | None = None,
         queries_per_home: int = 100,
@@ -44,7 +44,7 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
 
         Args:
             num_envs: homes, H.
-            homes: makes the homes, as for `FindObjectEnv`.
+            make_homes: makes the homes, as for `FindObjectEnv`.
             policy: who answers `compute_scores`.
             max_looks: looks allowed per search.
             queries_per_home: searches before new homes are drawn.
@@ -53,11 +53,11 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
             ValueError: if a count is below 1, or there is no policy of that name.
         """
         self.num_envs = num_envs
-        self.searches = Searches(num_envs, homes, policy, max_looks, queries_per_home)
-        houses = self.searches.rollout.houses
-        self.labels: list[str] = houses.labels
+        self.searches = Searches(num_envs, make_homes, policy, max_looks, queries_per_home)
+        homes = self.searches.rollout.homes
+        self.labels: list[str] = homes.labels
         self.single_observation_space = self.searches.observation_space
-        self.single_action_space = Discrete(houses.num_furniture)
+        self.single_action_space = Discrete(homes.num_furniture)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
 
@@ -97,7 +97,7 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
             ValueError: if there is no such furniture.
         """
         actions = np.asarray(actions)
-        num_furniture = self.searches.rollout.houses.num_furniture
+        num_furniture = self.searches.rollout.homes.num_furniture
         if (
             actions.shape != (self.num_envs,)
             or not ((actions >= 0) & (actions < num_furniture)).all()

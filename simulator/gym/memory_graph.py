@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from gymnasium.spaces import Box, Graph, GraphInstance
 
-from simulator.homes import NUM_RELATIONS
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
-from simulator.memory.snapshots import Snapshots, take_snapshots
+from simulator.snapshots.snapshots import Snapshots, take_snapshots
+from simulator.world.homes import NUM_RELATIONS
 
-# kind: 0 house, 1 floor, 2 room, 3 furniture, 4 object. label: index into `labels`; description:
+# kind: 0 home, 1 floor, 2 room, 3 furniture, 4 object. label: index into `labels`; description:
 # its number, for objects. Steps since what never happened are -1, as is a description of what is
 # no object.
 NODE_FEATURES = (

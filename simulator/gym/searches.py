@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Dict, Discrete
 
-from simulator.config import HouseConfig
 from simulator.gym.memory_graph import make_graph_space, make_graphs
-from simulator.homes import Homes
-from simulator.houses import Houses
 from simulator.memory.memory_batch import Queries
 from simulator.policies import Policy, make_policy
-from simulator.prior_graph import PriorGraph
-from simulator.rollout import Rollout
-from simulator.streams import Streams
+from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.predict_location import compute_answers
+from simulator.tasks.rollout import Rollout
+from simulator.world.config import HomeConfig
+from simulator.world.homes import Homes
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
 
 MakeHomes = Callable[[Streams], Homes]
 
@@ -48,7 +48,7 @@ class Searches:
     def __init__(
         self,
         num_homes: int,
-        homes: MakeHomes | None,
+        make_homes: MakeHomes | None,
         policy: str | Callable[[Homes], Policy],
         max_looks: int | None,
         queries_per_home: int,
@@ -57,8 +57,8 @@ class Searches:
 
         Args:
             num_homes: H.
-            homes: makes the homes from their random streams, for example the method
-                `make_houses` of recorded homes; None to sample them from the shipped prior.
+            make_homes: makes the homes from their random streams, for example the method
+                `make_homes` of recorded homes; None to sample them from the shipped prior.
             policy: who may be asked for scores: a name of `POLICIES`, or what makes one.
             max_looks: looks allowed per search; None for as many as there is furniture.
             queries_per_home: searches before new homes are drawn.
@@ -72,7 +72,7 @@ class Searches:
         ):  # fmt: skip
             if value is not None and value < 1:
                 raise ValueError(f"{name} must be at least 1, got {value}. Raise it.")
-        self._make_homes = _sample_homes if homes is None else homes
+        self._make_homes = _sample_homes if make_homes is None else make_homes
         self._policy = policy
         self._max_looks = max_looks
         self._queries_per_home = queries_per_home
@@ -83,7 +83,7 @@ class Searches:
     @property
     def max_looks(self) -> int:
         """Looks allowed per search."""
-        return self._max_looks or self.rollout.houses.num_furniture
+        return self._max_looks or self.rollout.homes.num_furniture
 
     @property
     def needs_homes(self) -> bool:
@@ -93,7 +93,7 @@ class Searches:
     @property
     def observation_space(self) -> Dict:
         """Space of the observation of one home."""
-        num_codes = self.rollout.houses.object_descriptions.num_descriptions
+        num_codes = self.rollout.homes.object_descriptions.num_descriptions
         return Dict({"graph": make_graph_space(), "query": Discrete(num_codes)})
 
     def start(self, home_seed: int | None) -> None:
@@ -104,12 +104,12 @@ class Searches:
         """
         if home_seed is not None:
             self._draw(home_seed)
-        houses = self.rollout.houses
+        homes = self.rollout.homes
         self.codes, self.queries = self.rollout.ask()
-        self.answers = compute_answers(houses, self.codes)
+        self.answers = compute_answers(homes, self.codes)
         self.is_open = np.ones(self.answers.shape, dtype=bool)
-        self.is_found = np.zeros(houses.num_houses, dtype=bool)
-        self.num_looks = np.zeros(houses.num_houses, dtype=np.int64)
+        self.is_found = np.zeros(homes.num_homes, dtype=bool)
+        self.num_looks = np.zeros(homes.num_homes, dtype=np.int64)
         self.num_searches += 1
 
     def look(self, furniture: np.ndarray) -> np.ndarray:
@@ -152,16 +152,16 @@ class Searches:
 
     def describe(self, home: int) -> str:
         """Spell out what is searched for in a home."""
-        return self.rollout.houses.object_descriptions.text(int(self.codes[home]))
+        return self.rollout.homes.object_descriptions.text(int(self.codes[home]))
 
     def _draw(self, home_seed: int) -> None:
-        houses = self._make_homes(Streams(home_seed, "train", self._numbers))
+        homes = self._make_homes(Streams(home_seed, "train", self._numbers))
         make = self._policy
-        policy = make_policy(make, houses) if isinstance(make, str) else make(houses)
-        self.rollout = Rollout(houses, policy)
+        policy = make_policy(make, homes) if isinstance(make, str) else make(homes)
+        self.rollout = Rollout(homes, policy)
         self.num_searches = 0
 
 
 def _sample_homes(streams: Streams) -> Homes:
     """Sample homes from the shipped prior."""
-    return Houses(PriorGraph.default(), HouseConfig(), streams)
+    return SampledHomes(PriorGraph.default(), HomeConfig(), streams)

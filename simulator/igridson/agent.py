@@ -13,7 +13,7 @@ from simulator.igridson.find_object import Searcher
 from simulator.igridson.navigation import DIRECTIONS
 from simulator.igridson.travel import compute_belief
 from simulator.igridson.walk import Walk
-from simulator.rollout import make_memory
+from simulator.tasks.rollout import make_memory
 
 
 class GridAgent:
@@ -52,7 +52,7 @@ class GridAgent:
 
     def begin(self, observation: dict[str, Any]) -> None:
         """Take note of a new query, after a reset."""
-        if self._houses is not self._env.houses:
+        if self._homes is not self._env.homes:
             self._settle_in()
         self.memory.step()
         code = np.array([observation["query"]])
@@ -74,7 +74,7 @@ class GridAgent:
         env = self._env
         self._walk.cell[0] = env.routes.find_cell(env.position)
         home = np.zeros(1, dtype=np.int64)
-        uniform = env.houses.streams.rows("search ties", 1).take(home)[:, 0]
+        uniform = env.homes.streams.rows("search ties", 1).take(home)[:, 0]
         return int(self._order.choose(home, self.believe(), self._is_open, uniform)[0])
 
     def plan(self, furniture: int) -> Iterator[GridAction]:
@@ -110,14 +110,14 @@ class GridAgent:
 
     def _settle_in(self) -> None:
         """Start with an empty memory in a new home."""
-        houses = self._houses = self._env.houses
-        self.memory = make_memory(houses)
-        self._policy = self._searcher.make(houses)
+        homes = self._homes = self._env.homes
+        self.memory = make_memory(homes)
+        self._policy = self._searcher.make(homes)
         self._policy.reset(self.memory)
         self._order = self._searcher.make_order(self._walk, self._policy)
-        self._type_of_code = houses.object_descriptions.type_of_code
+        self._type_of_code = homes.object_descriptions.type_of_code
         index = {label: i for i, label in enumerate(self.memory.labels)}
-        self._label_of_type = np.array([index[row.label] for row in houses.prior.objects])
+        self._label_of_type = np.array([index[row.label] for row in homes.prior.objects])
 
 
 def plan_turns(direction: int, wanted: int) -> list[GridAction]:

@@ -22,7 +22,7 @@ from simulator.igridson.layout import load_layout
 from simulator.igridson.report import format_table, save_results
 from simulator.igridson.travel import LOOK_COST
 from simulator.policies import POLICIES
-from simulator.prior_graph import PriorGraph
+from simulator.priors.prior_graph import PriorGraph
 
 TRAVEL = "+travel"  # ending of a policy's name that makes the search travel-aware
 

@@ -16,17 +16,17 @@ from minigrid.core.mission import MissionSpace
 from minigrid.core.world_object import Door, Wall, WorldObj
 from minigrid.minigrid_env import MiniGridEnv
 
-from simulator.dynamics import evolve
 from simulator.igridson.drawing import HomePicture
-from simulator.igridson.find_object import make_houses
+from simulator.igridson.find_object import make_homes
 from simulator.igridson.layout import GridLayout, load_layout
 from simulator.igridson.navigation import Routes
 from simulator.igridson.placement import Placement
 from simulator.igridson.scene import Scene, list_things
-from simulator.prior_graph import PriorGraph
-from simulator.sensing import observe
-from simulator.streams import Streams
+from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.predict_location import compute_answers, sample_query
+from simulator.world.dynamics import evolve
+from simulator.world.sensing import observe
+from simulator.world.streams import Streams
 
 
 class GridAction(IntEnum):
@@ -76,7 +76,7 @@ class IGridsonEnv(MiniGridEnv):
 
     Attributes:
         layout, routes: the grid.
-        houses: the true home, a batch of one.
+        homes: the true home, a batch of one.
         placement: the cell of every object.
         belief: probability per furniture node that pictures show, or None, (F,).
         answers: furniture that holds an object asked for, bool (F,).
@@ -152,7 +152,7 @@ class IGridsonEnv(MiniGridEnv):
         )
         self._sample_home(home_seed=0)  # for the number of descriptions; replaced on reset
         self._wants_new_home = True
-        num_codes = self.houses.object_descriptions.num_descriptions
+        num_codes = self.homes.object_descriptions.num_descriptions
         self.action_space = spaces.Discrete(len(GridAction))
         assert isinstance(self.observation_space, spaces.Dict)
         self.observation_space = spaces.Dict(
@@ -225,7 +225,7 @@ class IGridsonEnv(MiniGridEnv):
 
     def gen_obs(self) -> dict[str, Any]:
         """Return what the agent perceives."""
-        seen = np.zeros((self.houses.object_descriptions.num_descriptions, 2), dtype=np.int8)
+        seen = np.zeros((self.homes.object_descriptions.num_descriptions, 2), dtype=np.int8)
         seen[self._seen_code, self._seen_relation] = self._looked >= 0
         return {
             **super().gen_obs(),
@@ -238,7 +238,7 @@ class IGridsonEnv(MiniGridEnv):
 
     def get_scene(self) -> Scene:
         """Return what a picture of this moment shows."""
-        things = list_things(self.houses, self.placement, self._query_code)
+        things = list_things(self.homes, self.placement, self._query_code)
         if not self.shows_all:
             at = self.layout.furniture_at
             things = tuple(t for t in things if at[t.cell[1], t.cell[0]] in self.looked_at)
@@ -291,13 +291,13 @@ class IGridsonEnv(MiniGridEnv):
         """Let the home evolve, ask the next query, and set up the cells."""
         if self._wants_new_home or self._num_queries >= self.queries_per_home:
             self._sample_home(int(self.np_random.integers(2**31)))
-        evolve(self.houses)
-        self.placement.update(self.houses)
+        evolve(self.homes)
+        self.placement.update(self.homes)
         self._num_queries += 1
-        slot = sample_query(self.houses)[0]
-        self._query_code = int(self.houses.object_code[0, slot])
-        self.answers = compute_answers(self.houses, np.array([self._query_code]))[0]
-        self.mission = f"find the {self.houses.object_descriptions.text(self._query_code)}"
+        slot = sample_query(self.homes)[0]
+        self._query_code = int(self.homes.object_code[0, slot])
+        self.answers = compute_answers(self.homes, np.array([self._query_code]))[0]
+        self.mission = f"find the {self.homes.object_descriptions.text(self._query_code)}"
         self.agent_pos, self.agent_dir = self._pose
         self.trail = [self.position]
         self.looked_at = []
@@ -321,8 +321,8 @@ class IGridsonEnv(MiniGridEnv):
         return Door("grey", is_open=True) if layout.is_door[y, x] else None
 
     def _sample_home(self, home_seed: int) -> None:
-        self.houses = make_houses(self._prior, self.layout, Streams(home_seed, "test", [0]))
-        self.placement = Placement(self.layout, self.houses)
+        self.homes = make_homes(self._prior, self.layout, Streams(home_seed, "test", [0]))
+        self.placement = Placement(self.layout, self.homes)
         self._num_queries = 0
         self._pose = (self.layout.start, 0)
         self._wants_new_home = False
@@ -334,7 +334,7 @@ class IGridsonEnv(MiniGridEnv):
             return
         self._looked = ahead.furniture
         self.looked_at.append(ahead.furniture)
-        seen = observe(self.houses, np.array([ahead.furniture]))
+        seen = observe(self.homes, np.array([ahead.furniture]))
         self._seen_code, self._seen_relation = seen.seen_code, seen.seen_relation
 
     def _get_info(self) -> dict[str, Any]:

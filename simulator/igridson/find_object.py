@@ -7,16 +7,16 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from simulator.config import HouseConfig
-from simulator.houses import Houses
 from simulator.igridson.layout import GridLayout
 from simulator.igridson.navigation import Routes
 from simulator.igridson.travel import LOOK_COST, ByTravel
 from simulator.igridson.walk import Walk
 from simulator.policies import Policy
-from simulator.prior_graph import PriorGraph
-from simulator.streams import Streams
+from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.find_object import ByScore, FindObject, Looks, SearchOrder
+from simulator.world.config import HomeConfig
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
 
 _HOMES_AT_ONCE = 100  # in lockstep; results do not depend on it
 
@@ -31,7 +31,7 @@ class Searcher:
         look_cost: price of a look in steps, for a travel-aware search.
     """
 
-    make: Callable[[Houses], Policy]
+    make: Callable[[SampledHomes], Policy]
     is_travel_aware: bool = False
     look_cost: float = LOOK_COST
 
@@ -116,13 +116,13 @@ class Runs:
         return summary
 
 
-def make_houses(prior: PriorGraph, layout: GridLayout, streams: Streams) -> Houses:
+def make_homes(prior: PriorGraph, layout: GridLayout, streams: Streams) -> SampledHomes:
     """Sample homes with the furniture of a layout; objects come and go nowhere, they move.
 
     Source: appendix F ("the overall set of objects itself is static").
     """
-    config = HouseConfig(rooms=layout.rooms, dynamic_nodes=False)
-    return Houses(prior, config, streams, layout.places)
+    config = HomeConfig(rooms=layout.rooms, dynamic_nodes=False)
+    return SampledHomes(prior, config, streams, layout.places)
 
 
 def check_attempts(config: RunConfig, layout: GridLayout) -> None:
@@ -171,7 +171,7 @@ def run_searches(
     parts = [
         _run_homes(
             searcher,
-            make_houses(prior, layout, Streams(config.seed, "test", homes)),
+            make_homes(prior, layout, Streams(config.seed, "test", homes)),
             routes,
             config,
             on_episode,
@@ -185,15 +185,15 @@ def run_searches(
 
 def _run_homes(
     searcher: Searcher,
-    houses: Houses,
+    homes: SampledHomes,
     routes: Routes,
     config: RunConfig,
     on_episode: Callable[[int], None],
 ) -> Runs:
     """Run the searches of some homes in lockstep."""
-    walk = Walk(routes, houses.num_houses)
-    policy = searcher.make(houses)
-    task = FindObject(houses, policy, config.attempts, searcher.make_order(walk, policy))
+    walk = Walk(routes, homes.num_homes)
+    policy = searcher.make(homes)
+    task = FindObject(homes, policy, config.attempts, searcher.make_order(walk, policy))
 
     def go(looks: Looks) -> None:
         walk.go(looks.homes, looks.furniture)
@@ -207,5 +207,5 @@ def _run_homes(
         rows.append((episode.is_found, num_actions, walk.path_length.copy(), steps.min(axis=1)))
         walk.start_episode()
         start = walk.cell.copy()
-        on_episode(houses.num_houses)
+        on_episode(homes.num_homes)
     return Runs(*(np.stack(column, axis=1) for column in zip(*rows, strict=True)))

@@ -79,7 +79,7 @@ class GridLayout:
 
     @property
     def places(self) -> list[tuple[str, str]]:
-        """(room, label) of every furniture node, as `Houses` takes its layout, (F,)."""
+        """(room, label) of every furniture node, as `SampledHomes` takes its layout, (F,)."""
         return [
             (self.rooms[room], piece.label)
             for room, piece in zip(self.furniture_room, self.furniture, strict=True)

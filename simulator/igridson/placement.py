@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.houses import Houses
 from simulator.igridson.layout import GridLayout
+from simulator.world.sampled_homes import SampledHomes
 
 
 class Placement:
@@ -19,16 +19,16 @@ class Placement:
         furniture: furniture index of each object slot, -1 for an empty slot, (C,).
     """
 
-    def __init__(self, layout: GridLayout, houses: Houses) -> None:
+    def __init__(self, layout: GridLayout, homes: SampledHomes) -> None:
         """Place the objects of the first home."""
         self._cells = [np.array(piece.cells) for piece in layout.furniture]
-        self.cell = np.full((houses.num_slots, 2), -1)
-        self.furniture = np.full(houses.num_slots, -1)
-        self.update(houses)
+        self.cell = np.full((homes.num_slots, 2), -1)
+        self.furniture = np.full(homes.num_slots, -1)
+        self.update(homes)
 
-    def update(self, houses: Houses) -> None:
+    def update(self, homes: SampledHomes) -> None:
         """Follow the objects that have moved, left or come."""
-        now = houses.object_furniture[0]
+        now = homes.object_furniture[0]
         moved = np.flatnonzero(now != self.furniture)
         self.furniture[moved] = -1
         self.cell[moved] = -1

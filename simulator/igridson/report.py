@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from simulator.files import write_whole
 from simulator.igridson.find_object import RunConfig, Runs
-from simulator.shards import write_whole
 
 # Table 3: success rate, number of actions and path length, each with its standard deviation.
 PAPER: Mapping[str, tuple[float, tuple[float, float], tuple[float, float]]] = {

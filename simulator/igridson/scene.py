@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.houses import NUM_RELATIONS, Houses
 from simulator.igridson.placement import Placement
+from simulator.world.sampled_homes import NUM_RELATIONS, SampledHomes
 
 Color = tuple[int, int, int]
 
@@ -79,19 +79,19 @@ class Scene:
     note: str = ""
 
 
-def list_things(houses: Houses, placement: Placement, asked_code: int) -> tuple[Thing, ...]:
+def list_things(homes: SampledHomes, placement: Placement, asked_code: int) -> tuple[Thing, ...]:
     """List the objects of the first home as pictures show them."""
     things = []
-    for slot in np.flatnonzero(houses.is_present[0]):
-        code = int(houses.object_code[0, slot])
-        words = houses.object_descriptions.text(code).split()
+    for slot in np.flatnonzero(homes.is_present[0]):
+        code = int(homes.object_code[0, slot])
+        words = homes.object_descriptions.text(code).split()
         named = [COLOR_WORDS[word] for word in words if word in COLOR_WORDS]
-        neutral = NEUTRALS[int(houses.object_type[0, slot]) % len(NEUTRALS)]
+        neutral = NEUTRALS[int(homes.object_type[0, slot]) % len(NEUTRALS)]
         x, y = placement.cell[slot]
         things.append(
             Thing(
                 cell=(int(x), int(y)),
-                is_inside=int(houses.object_place[0, slot]) % NUM_RELATIONS == 0,
+                is_inside=int(homes.object_place[0, slot]) % NUM_RELATIONS == 0,
                 color=named[0] if named else neutral,
                 is_asked=code == asked_code,
             )

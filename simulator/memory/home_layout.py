@@ -9,7 +9,7 @@ import numpy as np
 from simulator.memory.place_prior import PlacePrior
 from simulator.memory.vocabulary import Vocabulary
 from simulator.memory.words import read_words
-from simulator.prior_graph import PriorGraph
+from simulator.priors.prior_graph import PriorGraph
 
 
 @dataclass(frozen=True, slots=True)

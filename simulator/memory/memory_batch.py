@@ -7,12 +7,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.grouped import concatenate_ranges
+from simulator.arrays.grouped import concatenate_ranges
+from simulator.arrays.table import Table
 from simulator.memory.candidates import propose_places
 from simulator.memory.place_prior import PlacePrior
-from simulator.memory.table import Table
 
 NEVER = -1  # time stamp of what has not happened
+
+# Columns of MemoryBatch tables that change over time, by the table they belong to.
+FURNITURE_COUNTERS = ("num_observed", "last_observed")
+OBJECT_COUNTERS = ("num_observed", "last_observed", "num_moved", "last_moved")
+EDGE_COUNTERS = (
+    "num_observed", "num_true", "num_changed", "last_observed", "last_changed", "last_true",
+    "is_true",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,8 +135,23 @@ class MemoryBatch:
 
     @property
     def num_furniture(self) -> int:
-        """Furniture nodes per home, F."""
+        """Furniture nodes of the largest home, F."""
         return self.furniture_label.shape[1]
+
+    @property
+    def is_furniture(self) -> np.ndarray:
+        """Which columns are furniture of a home; the others have label -1, bool (H, F)."""
+        return self.furniture_label >= 0
+
+    @property
+    def home_num_furniture(self) -> np.ndarray:
+        """Furniture nodes of each home, the first columns of its row, (H,)."""
+        return self.is_furniture.sum(axis=1)
+
+    @property
+    def home_num_rooms(self) -> np.ndarray:
+        """Rooms of each home, the first columns of its row, (H,)."""
+        return (self.room_label >= 0).sum(axis=1)
 
     def set_layout(
         self,

@@ -10,8 +10,7 @@ import numpy as np
 
 from simulator.memory.clock import Clock
 from simulator.memory.home_layout import Furniture, HomeLayout
-from simulator.memory.memory_batch import NEVER
-from simulator.memory.snapshots import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
+from simulator.memory.memory_batch import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
 from simulator.memory.words import read_words
 
 OBJECT_COLUMNS = (*OBJECT_COUNTERS, "last_furniture")

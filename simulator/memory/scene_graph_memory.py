@@ -11,14 +11,13 @@ import numpy as np
 
 from simulator.memory.clock import Clock, make_clock_rows
 from simulator.memory.home_view import list_home, list_places
-from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.memory.memory_batch import FURNITURE_COUNTERS, MemoryBatch, Queries
 from simulator.memory.memory_content import EDGE_COLUMNS, MAX_TIME, OBJECT_COLUMNS, MemoryContent
 from simulator.memory.sighting import RELATIONS, SeenAt, Sighting
-from simulator.memory.snapshots import FURNITURE_COUNTERS
 from simulator.memory.storage import load_content, save_content
 from simulator.memory.vocabulary import Vocabulary
 from simulator.memory.words import read_words
-from simulator.prior_graph import PriorGraph
+from simulator.priors.prior_graph import PriorGraph
 
 if TYPE_CHECKING:  # policies read memories; the memory only names their type
     from simulator.policies.policy import Policy

@@ -7,8 +7,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+from simulator.files import write_whole
 from simulator.memory.memory_content import MemoryContent
-from simulator.shards import write_whole
 
 FORMAT = "scene graph memory"
 FORMAT_VERSION = 2

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from simulator.memory.words import read_words
-from simulator.prior_graph import PriorGraph
+from simulator.priors.prior_graph import PriorGraph
 
 
 class Vocabulary:

@@ -4,37 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from simulator.homes import Homes
 from simulator.policies.filters import Ceiling, PriorFilter
 from simulator.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
 from simulator.policies.home_filter import HomeFilter
 from simulator.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior, Oracle
 from simulator.policies.policy import Policy
+from simulator.world.homes import Homes
 
 # Every policy by the name that command lines and tables use. Only oracles read the true homes.
 POLICIES: Mapping[str, Callable[[Homes], Policy]] = {
-    "random": lambda houses: Random(),
-    "priors": lambda houses: Priors(),
-    "frequentist": lambda houses: Frequentist(),
-    "myopic": lambda houses: Myopic(),
-    "bayesian": lambda houses: Bayesian(),
-    "last_seen": lambda houses: LastSeenUnlessAbsent(),
-    "last_seen_prior": lambda houses: LastSeenUnlessAbsentPrior(),
-    "prior_filter": lambda houses: PriorFilter(houses.prior, houses.config),
-    "home_filter": lambda houses: HomeFilter(houses.prior, houses.config),
+    "random": lambda homes: Random(),
+    "priors": lambda homes: Priors(),
+    "frequentist": lambda homes: Frequentist(),
+    "myopic": lambda homes: Myopic(),
+    "bayesian": lambda homes: Bayesian(),
+    "last_seen": lambda homes: LastSeenUnlessAbsent(),
+    "last_seen_prior": lambda homes: LastSeenUnlessAbsentPrior(),
+    "prior_filter": lambda homes: PriorFilter(homes.prior, homes.config),
+    "home_filter": lambda homes: HomeFilter(homes.prior, homes.config),
     "oracle": Oracle,
     "ceiling": Ceiling,
 }
 
 
-def make_policy(name: str, houses: Homes) -> Policy:
+def make_policy(name: str, homes: Homes) -> Policy:
     """Make a policy by name.
 
     Raises:
         ValueError: if there is no policy of that name.
     """
     check_policy(name)
-    return POLICIES[name](houses)
+    return POLICIES[name](homes)
 
 
 def check_policy(name: str) -> None:

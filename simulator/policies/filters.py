@@ -8,12 +8,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from simulator.config import HouseConfig
-from simulator.descriptions import DescriptionTable
-from simulator.homes import NUM_RELATIONS, Homes
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.policies.policy import Policy
-from simulator.prior_graph import PriorGraph
+from simulator.priors.prior_graph import PriorGraph
+from simulator.world.config import HomeConfig
+from simulator.world.descriptions import DescriptionTable
+from simulator.world.homes import NUM_RELATIONS, Homes
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +110,7 @@ class PlaceFilter(Policy):
 
     learns: ClassVar[bool] = False
 
-    def __init__(self, prior: PriorGraph, config: HouseConfig, asks_moved: float = 0.5) -> None:
+    def __init__(self, prior: PriorGraph, config: HomeConfig, asks_moved: float = 0.5) -> None:
         """Keep the rules.
 
         Args:
@@ -337,22 +337,22 @@ class Ceiling(PlaceFilter):
     Source: ruling 20.
     """
 
-    def __init__(self, houses: Homes, asks_moved: float = 0.5) -> None:
+    def __init__(self, homes: Homes, asks_moved: float = 0.5) -> None:
         """Keep the true homes."""
-        super().__init__(houses.prior, houses.config, asks_moved)
-        self._houses = houses
+        super().__init__(homes.prior, homes.config, asks_moved)
+        self._homes = homes
 
     def compute_rules(self, memory: MemoryBatch, queries: Queries) -> Rules:
         """Return rules with the description's own row of T and the home's class weights."""
         codes = memory.objects["key"][queries.object]
         types = memory.objects["type"][queries.object]
-        rows = self._houses.transition_rows(queries.home, codes).astype(float)
+        rows = self._homes.transition_rows(queries.home, codes).astype(float)
         moves = rows.reshape(len(rows), -1, NUM_RELATIONS).sum(axis=2)
         initial = self._expected[queries.home, types] * self._sameness[types][:, None]
         return Rules(moves, initial, *self._compute_rates(queries.home, types))
 
     def _read_weights(self, memory: MemoryBatch) -> np.ndarray:
-        weights = self._houses.get_place_weights()
+        weights = self._homes.get_place_weights()
         return weights.reshape(*weights.shape[:2], -1, NUM_RELATIONS).sum(axis=3)
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.homes import NUM_RELATIONS, Homes
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
 from simulator.policies.policy import Policy, spread_over_furniture
+from simulator.world.homes import NUM_RELATIONS, Homes
 
 
 class LastSeenUnlessAbsent(Policy):
@@ -57,12 +57,12 @@ class Oracle(LastSeenUnlessAbsent):
     observed object locations"; ruling 20. `Ceiling` is what an answer can be worth.
     """
 
-    def __init__(self, houses: Homes) -> None:
+    def __init__(self, homes: Homes) -> None:
         """Keep the true homes."""
-        self._houses = houses
+        self._homes = homes
 
     def compute_weights(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the row of T, (Q, F)."""
         codes = memory.objects["key"][queries.object]
-        rows = self._houses.transition_rows(queries.home, codes)
+        rows = self._homes.transition_rows(queries.home, codes)
         return rows.reshape(len(rows), -1, NUM_RELATIONS).sum(axis=2).astype(float)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
-from simulator.metrics import ScoreKind
+
+ScoreKind = Literal["weights", "logits"]
 
 
 class Policy(ABC):

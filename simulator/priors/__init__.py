@@ -4,9 +4,9 @@
 what the default is and how to count data sets of one's own.
 """
 
-from simulator.priors.build import build_from_sources, load_source
-from simulator.priors.counts import PlacementCounts
-from simulator.priors.merge import BuildOptions, build_prior
+from simulator.priors.sources.build import build_from_sources, load_source
+from simulator.priors.sources.counts import PlacementCounts
+from simulator.priors.sources.merge import BuildOptions, build_prior
 from simulator.priors.types import load_types
 
 __all__ = [

@@ -7,12 +7,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from simulator.prior_check import find_problems
-from simulator.prior_graph import PriorGraph, parse_json
-from simulator.priors.build import DEFAULT_SOURCES, SOURCES, build_from_sources
 from simulator.priors.compare import compare_priors
-from simulator.priors.merge import BuildOptions
-from simulator.priors.procthor_databases import NUM_HOUSES
+from simulator.priors.prior_check import find_problems
+from simulator.priors.prior_graph import PriorGraph, parse_json
+from simulator.priors.sources.build import DEFAULT_SOURCES, SOURCES, build_from_sources
+from simulator.priors.sources.merge import BuildOptions
+from simulator.priors.sources.procthor_databases import NUM_HOUSES
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -51,7 +51,9 @@ def _make_parser() -> argparse.ArgumentParser:
         f"(default: {' '.join(DEFAULT_SOURCES)})",
     )
     build.add_argument("--out", type=Path, default=Path("prior.json"), help="default: %(default)s")
-    build.add_argument("--houses", type=int, default=NUM_HOUSES, help="symbolic houses to sample")
+    build.add_argument(
+        "--num_homes", type=int, default=NUM_HOUSES, help="symbolic houses to sample"
+    )
     build.add_argument("--seed", type=int, default=0, help="of the symbolic houses")
     build.add_argument("--normalise", choices=("sum", "max"), default="sum")
     build.add_argument(
@@ -102,7 +104,7 @@ def _make_parser() -> argparse.ArgumentParser:
 def _build(options: argparse.Namespace) -> int:
     def report_progress(done: int) -> None:
         if sys.stderr.isatty():
-            print(f"\r{done}/{options.houses} houses", end="", file=sys.stderr, flush=True)
+            print(f"\r{done}/{options.num_homes} houses", end="", file=sys.stderr, flush=True)
 
     prior, report, counts = build_from_sources(
         tuple(options.source or DEFAULT_SOURCES),
@@ -113,7 +115,7 @@ def _build(options: argparse.Namespace) -> int:
             min_edges=options.min_edges,
             min_places=options.min_places,
         ),
-        num_houses=options.houses,
+        num_houses=options.num_homes,
         seed=options.seed,
         skip_bad=options.skip_bad,
         progress=report_progress,
@@ -128,7 +130,7 @@ def _build(options: argparse.Namespace) -> int:
 
 def _count_traces(options: argparse.Namespace) -> int:
     # Loaded when needed: the other commands do without the simulator.
-    from simulator.priors.from_trace import count_prior
+    from simulator.trace.count_prior import count_prior
     from simulator.trace.recordings import TraceConfig
     from simulator.trace.trace import find_traces, load_trace
 

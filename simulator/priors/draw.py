@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simulator.prior_graph import Placement, PriorGraph
+from simulator.priors.prior_graph import Placement, PriorGraph
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

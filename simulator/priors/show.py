@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 
-from simulator.prior_graph import Placement, PriorGraph
+from simulator.priors.prior_graph import Placement, PriorGraph
 
 
 def select_rows(

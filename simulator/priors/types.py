@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
 
-from simulator.prior_graph import Adjectives
+from simulator.priors.prior_graph import Adjectives
 
 ROOMS = ("kitchen", "living room", "bedroom", "bathroom")
 
@@ -20,8 +20,8 @@ class FurnitureRow:
 
     Attributes:
         label: the type; the second `chair` row of the paper is "armchair".
-        sample_prob: how common the type is in a house.
-        max_count: most instances in a house.
+        sample_prob: how common the type is in a home.
+        max_count: most instances in a home.
         num_edges: outgoing edges in the paper's own prior.
         relation: relation of its objects where the source names none, "in" or "onTop".
         alias_of: the type whose placements it shares, if any.

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.homes import Homes
 from simulator.memory.memory_batch import Queries
 from simulator.policies import Policy
-from simulator.rollout import Rollout
-from simulator.streams import sample_categorical
 from simulator.tasks.predict_location import compute_answers
+from simulator.tasks.rollout import Rollout
+from simulator.world.homes import Homes
+from simulator.world.streams import sample_categorical
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +105,7 @@ class FindObject:
 
     def __init__(
         self,
-        houses: Homes,
+        homes: Homes,
         policy: Policy,
         max_looks: int | None = None,
         order: SearchOrder | None = None,
@@ -113,7 +113,7 @@ class FindObject:
         """Start at t = 0 with an empty memory.
 
         Args:
-            houses: the true homes.
+            homes: the true homes.
             policy: scores the furniture before every look.
             max_looks: looks allowed per episode; None to look everywhere.
             order: turns scores into the next place; highest score first if None.
@@ -122,13 +122,13 @@ class FindObject:
             ValueError: if `max_looks` is below 1 or exceeds the number of furniture nodes.
         """
         if max_looks is None:
-            max_looks = houses.num_furniture
-        if not 1 <= max_looks <= houses.num_furniture:
+            max_looks = homes.num_furniture
+        if not 1 <= max_looks <= homes.num_furniture:
             raise ValueError(
-                f"max_looks must be at least 1 and at most the {houses.num_furniture} furniture "
+                f"max_looks must be at least 1 and at most the {homes.num_furniture} furniture "
                 f"nodes of a home, got {max_looks}. No place is offered twice."
             )
-        self.rollout = Rollout(houses, policy)
+        self.rollout = Rollout(homes, policy)
         self.max_looks = max_looks
         self.order = order or ByScore()
         self.on_look: Callable[[Looks], None] = lambda looks: None
@@ -139,20 +139,20 @@ class FindObject:
             yield self._search()
 
     def _search(self) -> Episode:
-        houses = self.rollout.houses
+        homes = self.rollout.homes
         codes, queries = self.rollout.ask()
-        answers = compute_answers(houses, codes)
+        answers = compute_answers(homes, codes)
         is_open = np.ones(answers.shape, dtype=bool)
-        is_found = np.zeros(houses.num_houses, dtype=bool)
-        num_looks = np.zeros(houses.num_houses, dtype=np.int64)
+        is_found = np.zeros(homes.num_homes, dtype=bool)
+        num_looks = np.zeros(homes.num_homes, dtype=np.int64)
         for _ in range(self.max_looks):
-            homes = np.flatnonzero(~is_found)
-            if len(homes) == 0:
+            home = np.flatnonzero(~is_found)
+            if len(home) == 0:
                 break
-            furniture = self._look(homes, queries, answers, is_open)
-            is_open[homes, furniture] = False
-            num_looks[homes] += 1
-            is_found[homes] = answers[homes, furniture]
+            furniture = self._look(home, queries, answers, is_open)
+            is_open[home, furniture] = False
+            num_looks[home] += 1
+            is_found[home] = answers[home, furniture]
         return Episode(codes, answers, is_found, num_looks)
 
     def _look(
@@ -162,10 +162,10 @@ class FindObject:
         rollout = self.rollout
         asked = Queries(queries.home[homes], queries.object[homes], queries.prior[homes])
         scores = rollout.policy.scores(rollout.memory, asked)
-        uniform = rollout.houses.streams.rows("search ties", 1).take(homes)[:, 0]
+        uniform = rollout.homes.streams.rows("search ties", 1).take(homes)[:, 0]
         furniture = self.order.choose(homes, scores, is_open[homes], uniform)
         self.on_look(Looks(homes, furniture, scores, asked, answers[homes]))
-        looked = np.full(rollout.houses.num_houses, -1)
+        looked = np.full(rollout.homes.num_homes, -1)
         looked[homes] = furniture
         rollout.look(looked)
         return furniture

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from simulator.homes import Homes
 from simulator.policies import Policy
-from simulator.rollout import Rollout
 from simulator.tasks.find_object import FindObject, Looks
 from simulator.tasks.relative_likelihood import RelativeLikelihood
+from simulator.tasks.rollout import Rollout
 from simulator.tasks.task import Answered, Task
+from simulator.world.homes import Homes
 
 
 class PredictLocationTask(Task):
@@ -41,9 +41,9 @@ class FindObjectTask(Task):
     metric = "looks"
     is_higher_better = False
 
-    def start(self, houses: Homes, policy: Policy) -> Rollout:
+    def start(self, homes: Homes, policy: Policy) -> Rollout:
         """Prepare searches in which every place may be looked at."""
-        self._search = FindObject(houses, policy)
+        self._search = FindObject(homes, policy)
         self._search.on_look = self._hand_on
         return self._search.rollout
 

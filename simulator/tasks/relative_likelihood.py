@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from simulator.homes import NUM_RELATIONS, Homes
-from simulator.metrics import compute_ndcg
 from simulator.policies import Policy
-from simulator.streams import sample_best, sample_categorical
+from simulator.tasks.metrics import compute_ndcg
 from simulator.tasks.predict_location import compute_answers, compute_query_weights
 from simulator.tasks.task import Answered, Task
+from simulator.world.homes import NUM_RELATIONS, Homes
+from simulator.world.streams import sample_best, sample_categorical
 
 
 class RelativeLikelihood(Task):
@@ -27,11 +27,11 @@ class RelativeLikelihood(Task):
     metric = "NDCG"
     is_higher_better = True
 
-    def __init__(self, houses: Homes, policy: Policy, num_queries: int = 5) -> None:
+    def __init__(self, homes: Homes, policy: Policy, num_queries: int = 5) -> None:
         """Start at t = 0 with an empty memory.
 
         Args:
-            houses: the true homes.
+            homes: the true homes.
             policy: who answers.
             num_queries: objects asked for per home and step, K.
 
@@ -40,21 +40,21 @@ class RelativeLikelihood(Task):
         """
         if num_queries < 1:
             raise ValueError(f"num_queries must be at least 1, got {num_queries}. Raise it.")
-        super().__init__(houses, policy)
+        super().__init__(homes, policy)
         self.num_queries = num_queries
 
     def run(self, num_steps: int) -> Iterator[np.ndarray]:
         """Play steps; each gives the mean NDCG of every home, (H,)."""
-        rollout, houses = self.rollout, self.rollout.houses
+        rollout, homes = self.rollout, self.rollout.homes
         for _ in range(num_steps):
             rollout.evolve()
-            slots = sample_queries(houses, self.num_queries)
-            homes = np.repeat(np.arange(houses.num_houses), self.num_queries)  # (H * K,)
-            codes, queries = rollout.ask_for(homes, slots.ravel())
+            slots = sample_queries(homes, self.num_queries)
+            home = np.repeat(np.arange(homes.num_homes), self.num_queries)  # (H * K,)
+            codes, queries = rollout.ask_for(home, slots.ravel())
             scores = rollout.policy.scores(rollout.memory, queries)
             choice = self._choose(scores)
-            answers = compute_answers(houses, codes, homes)
-            gains = compute_gains(houses, homes, codes)
+            answers = compute_answers(homes, codes, home)
+            gains = compute_gains(homes, home, codes)
             self.on_answer(Answered(queries, answers, scores, choice, grades=gains))
             ndcg = compute_ndcg(scores, gains)
             for furniture in list_looks(choice.reshape(slots.shape)):
@@ -63,38 +63,38 @@ class RelativeLikelihood(Task):
 
     def _choose(self, scores: np.ndarray) -> np.ndarray:
         """Choose the furniture of the highest score, ties at random, (H * K, F) -> (H * K,)."""
-        streams = self.rollout.houses.streams
+        streams = self.rollout.homes.streams
         uniform = streams.rows("likelihood ties", self.num_queries).next().ravel()
         return sample_best(scores, uniform)
 
 
-def sample_queries(houses: Homes, num_queries: int) -> np.ndarray:
-    """Ask K questions per house; return the object slots they are about, (H, K).
+def sample_queries(homes: Homes, num_queries: int) -> np.ndarray:
+    """Ask K questions per home; return the object slots they are about, (H, K).
 
     Each is drawn like a single one (ruling 9), among the objects whose description was not asked
     for yet in this step; a home without any such object left is asked for the same again.
     """
-    uniform = houses.streams.rows("queries", 2 * num_queries).next()
-    uniform = uniform.reshape(houses.num_houses, num_queries, 2)
-    is_open = houses.is_present.copy()
-    slots = np.empty((houses.num_houses, num_queries), dtype=np.int64)
-    rows = np.arange(houses.num_houses)
+    uniform = homes.streams.rows("queries", 2 * num_queries).next()
+    uniform = uniform.reshape(homes.num_homes, num_queries, 2)
+    is_open = homes.is_present.copy()
+    slots = np.empty((homes.num_homes, num_queries), dtype=np.int64)
+    rows = np.arange(homes.num_homes)
     for turn in range(num_queries):
-        is_open = np.where(is_open.any(axis=1, keepdims=True), is_open, houses.is_present)
-        weights = compute_query_weights(houses, is_open, uniform[:, turn, 0])
+        is_open = np.where(is_open.any(axis=1, keepdims=True), is_open, homes.is_present)
+        weights = compute_query_weights(homes, is_open, uniform[:, turn, 0])
         slots[:, turn] = sample_categorical(weights, uniform[:, turn, 1])
-        is_open &= houses.object_code != houses.object_code[rows, slots[:, turn], None]
+        is_open &= homes.object_code != homes.object_code[rows, slots[:, turn], None]
     return slots
 
 
-def compute_gains(houses: Homes, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
+def compute_gains(homes: Homes, home: np.ndarray, codes: np.ndarray) -> np.ndarray:
     """Return what each furniture node is worth for descriptions, (n,), (n,) -> (n, F).
 
     The row of the true T; all objects of a description share one row.
 
     Source: ruling 17.
     """
-    rows = houses.transition_rows(homes, codes).astype(float)
+    rows = homes.transition_rows(home, codes).astype(float)
     return rows.reshape(len(rows), -1, NUM_RELATIONS).sum(axis=2)
 
 

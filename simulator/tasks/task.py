@@ -9,10 +9,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from simulator.homes import Homes
 from simulator.memory.memory_batch import Queries
 from simulator.policies import Policy
-from simulator.rollout import Rollout
+from simulator.tasks.rollout import Rollout
+from simulator.world.homes import Homes
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,19 +59,19 @@ class Task(ABC):
     metric: ClassVar[str]
     is_higher_better: ClassVar[bool]
 
-    def __init__(self, houses: Homes, policy: Policy) -> None:
+    def __init__(self, homes: Homes, policy: Policy) -> None:
         """Start at t = 0 with an empty memory.
 
         Args:
-            houses: the true homes.
+            homes: the true homes.
             policy: who answers.
         """
-        self.rollout = self.start(houses, policy)
+        self.rollout = self.start(homes, policy)
         self.on_answer: Callable[[Answered], None] = lambda answered: None
 
-    def start(self, houses: Homes, policy: Policy) -> Rollout:
+    def start(self, homes: Homes, policy: Policy) -> Rollout:
         """Make the rollout that the task is played in."""
-        return Rollout(houses, policy)
+        return Rollout(homes, policy)
 
     @abstractmethod
     def run(self, num_steps: int) -> Iterator[np.ndarray]:

@@ -4,7 +4,7 @@ from simulator.trace.episode import Episode, make_episode, split_days
 from simulator.trace.events import Event
 from simulator.trace.layout import Furniture, Layout, Room
 from simulator.trace.record import TraceRecorder, record_homes
-from simulator.trace.recorded_houses import RecordedHouses
+from simulator.trace.recorded_homes import RecordedHomes
 from simulator.trace.recordings import Recordings, TraceConfig
 from simulator.trace.scores import evaluate_recordings
 from simulator.trace.trace import Trace, find_traces, load_trace, save_trace
@@ -14,7 +14,7 @@ __all__ = [
     "Event",
     "Furniture",
     "Layout",
-    "RecordedHouses",
+    "RecordedHomes",
     "Recordings",
     "Room",
     "Trace",

@@ -8,17 +8,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from simulator.config import HouseConfig
-from simulator.houses import Houses
 from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
-from simulator.prior_graph import load_prior
-from simulator.streams import SPLITS, Streams
+from simulator.priors.prior_graph import load_prior
 from simulator.trace.importers import IMPORTERS
 from simulator.trace.layout import read_start
 from simulator.trace.memory import remember_trace
 from simulator.trace.record import record_homes
 from simulator.trace.recordings import Recordings
 from simulator.trace.trace import Trace, find_traces, load_trace, save_trace
+from simulator.world.config import HomeConfig
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import SPLITS, Streams
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -47,7 +47,7 @@ def _make_parser() -> argparse.ArgumentParser:
         "record", help="simulate homes and write a trace of each", formatter_class=defaults
     )
     record.add_argument("--out", type=Path, required=True, help="folder for the traces")
-    record.add_argument("--houses", type=int, default=1, help="number of homes")
+    record.add_argument("--num_homes", type=int, default=1, help="number of homes")
     record.add_argument("--steps", type=int, default=100, help="time steps per home")
     record.add_argument("--split", default="test", help=", ".join(SPLITS))
     record.add_argument("--seed", type=int, default=0, help="of the homes")
@@ -100,11 +100,11 @@ def _record(options: argparse.Namespace) -> int:
         raise ValueError(f"steps must be at least 1, got {options.steps}. Ask for more.")
     if not options.step_seconds > 0:
         raise ValueError(f"step must be a number of seconds > 0, got {options.step_seconds}.")
-    config = HouseConfig(dynamic_nodes=options.dynamic_nodes)
-    streams = Streams(options.seed, options.split, range(options.houses))
-    houses = Houses(load_prior(options.prior), config, streams)
+    config = HomeConfig(dynamic_nodes=options.dynamic_nodes)
+    streams = Streams(options.seed, options.split, range(options.num_homes))
+    homes = SampledHomes(load_prior(options.prior), config, streams)
     start = None if options.start is None else read_start(options.start)
-    for trace in record_homes(houses, options.steps, options.step_seconds, start):
+    for trace in record_homes(homes, options.steps, options.step_seconds, start):
         save_trace(trace, options.out / trace.name)
         print(f"{options.out / trace.name}: {summarise(trace)}")
     return 0

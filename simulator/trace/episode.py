@@ -10,10 +10,10 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-from simulator.homes import NUM_RELATIONS
 from simulator.memory.clock import DAY_SECONDS, Clock
 from simulator.trace.events import GONE, Event
 from simulator.trace.trace import Trace
+from simulator.world.homes import NUM_RELATIONS
 
 _ROUNDING = 1e-6  # of a step: an event at the very end of a step belongs to it
 

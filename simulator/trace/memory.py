@@ -5,7 +5,7 @@ from __future__ import annotations
 from simulator.memory.clock import Clock
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import RELATIONS, Sighting
-from simulator.prior_graph import PriorGraph
+from simulator.priors.prior_graph import PriorGraph
 from simulator.trace.events import Event
 from simulator.trace.trace import Trace
 

@@ -7,13 +7,13 @@ from datetime import datetime
 
 import numpy as np
 
-from simulator.homes import NUM_RELATIONS
-from simulator.houses import Houses
 from simulator.memory.clock import DEFAULT_STEP_SECONDS
 from simulator.trace.events import GONE, Event
 from simulator.trace.layout import Furniture, Layout, Room
 from simulator.trace.trace import Trace
 from simulator.trace.truth import Truth, list_weights
+from simulator.world.homes import NUM_RELATIONS
+from simulator.world.sampled_homes import SampledHomes
 
 
 class TraceRecorder:
@@ -27,98 +27,98 @@ class TraceRecorder:
 
     def __init__(
         self,
-        houses: Houses,
+        homes: SampledHomes,
         step_seconds: float = DEFAULT_STEP_SECONDS,
         start: datetime | None = None,
     ) -> None:
         """Start with nothing recorded.
 
         Args:
-            houses: homes at t = 0.
+            homes: homes at t = 0.
             step_seconds: how long a time step is said to be.
             start: when t = 0 is said to be, local date and time; None for no time.
         """
-        self._houses = houses
+        self._homes = homes
         self._step_seconds = step_seconds
         self._start = start
         self._time = 0
-        shape = (houses.num_houses, houses.num_slots)
+        shape = (homes.num_homes, homes.num_slots)
         self._place = np.full(shape, -1)
         self._name = np.full(shape, "", dtype=object)
-        self._counts: list[Counter[str]] = [Counter() for _ in range(houses.num_houses)]
-        self._codes: list[set[int]] = [set() for _ in range(houses.num_houses)]
-        self._events: list[list[Event]] = [[] for _ in range(houses.num_houses)]
+        self._counts: list[Counter[str]] = [Counter() for _ in range(homes.num_homes)]
+        self._codes: list[set[int]] = [set() for _ in range(homes.num_homes)]
+        self._events: list[list[Event]] = [[] for _ in range(homes.num_homes)]
         self._code = np.full(shape, -1)  # description of what is in a slot
         self.record()
 
     def record(self) -> None:
         """Note what has changed in the step before: what left, what moved, what came."""
-        houses = self._houses
-        place, code = houses.object_place, houses.object_code
+        homes = self._homes
+        place, code = homes.object_place, homes.object_code
         was_here, is_here = self._place >= 0, place >= 0
         # Who takes a slot that somebody has just left is another object, and it did not move.
         is_same = was_here & is_here & (code == self._code)
-        is_same &= houses.object_moved | (place == self._place)
-        for house, slot in np.argwhere(was_here & ~is_same):
-            self._add(house, slot, GONE)
-        for house, slot in np.argwhere(is_same & (place != self._place)):
-            self._add(house, slot, int(place[house, slot]))
-        for house, slot in np.argwhere(is_here & ~is_same):
-            label = houses.object_labels[houses.object_type[house, slot]]
-            self._counts[house][label] += 1
-            self._name[house, slot] = f"{label} {self._counts[house][label]}"
-            self._codes[house].add(int(code[house, slot]))
-            self._code[house, slot] = code[house, slot]
-            self._add(house, slot, int(place[house, slot]))
+        is_same &= homes.object_moved | (place == self._place)
+        for home, slot in np.argwhere(was_here & ~is_same):
+            self._add(home, slot, GONE)
+        for home, slot in np.argwhere(is_same & (place != self._place)):
+            self._add(home, slot, int(place[home, slot]))
+        for home, slot in np.argwhere(is_here & ~is_same):
+            label = homes.object_labels[homes.object_type[home, slot]]
+            self._counts[home][label] += 1
+            self._name[home, slot] = f"{label} {self._counts[home][label]}"
+            self._codes[home].add(int(code[home, slot]))
+            self._code[home, slot] = code[home, slot]
+            self._add(home, slot, int(place[home, slot]))
         self._place = place.copy()
         self._time += 1
 
     def finish(self) -> list[Trace]:
         """Return one trace per home, named after its number."""
-        houses = self._houses
+        homes = self._homes
         traces = []
-        for house, number in enumerate(houses.streams.houses):
+        for home, number in enumerate(homes.streams.homes):
             last = (self._time - 1) * self._step_seconds
-            layout = _describe_layout(houses, house, self._start, last if last > 0 else None)
+            layout = _describe_layout(homes, home, self._start, last if last > 0 else None)
             traces.append(
                 Trace(
-                    f"home_{number:06d}", layout, tuple(self._events[house]),
-                    self._describe_truth(house),
+                    f"home_{number:06d}", layout, tuple(self._events[home]),
+                    self._describe_truth(home),
                 )
             )  # fmt: skip
         return traces
 
-    def _add(self, house: int, slot: int, place: int) -> None:
+    def _add(self, home: int, slot: int, place: int) -> None:
         furniture, relation = divmod(place, NUM_RELATIONS) if place >= 0 else (GONE, 0)
-        text = self._houses.object_descriptions.text(int(self._code[house, slot]))
-        self._events[house].append(
+        text = self._homes.object_descriptions.text(int(self._code[home, slot]))
+        self._events[home].append(
             Event(
-                self._time * self._step_seconds, self._name[house, slot], text, furniture, relation
+                self._time * self._step_seconds, self._name[home, slot], text, furniture, relation
             )
         )
 
-    def _describe_truth(self, house: int) -> Truth:
-        houses = self._houses
-        codes = np.array(sorted(self._codes[house]))
-        rows = houses.transition_rows(np.full(len(codes), house), codes)
-        weights = houses.get_place_weights()[house]
+    def _describe_truth(self, home: int) -> Truth:
+        homes = self._homes
+        codes = np.array(sorted(self._codes[home]))
+        rows = homes.transition_rows(np.full(len(codes), home), codes)
+        weights = homes.get_place_weights()[home]
         return Truth(
-            houses.config,
+            homes.config,
             self._step_seconds,
-            houses.num_slots,
+            homes.num_slots,
             {
-                houses.object_descriptions.text(int(code)): list_weights(row)
+                homes.object_descriptions.text(int(code)): list_weights(row)
                 for code, row in zip(codes, rows, strict=True)
             },
             {
                 label: list_weights(row)
-                for label, row in zip(houses.object_labels, weights, strict=True)
+                for label, row in zip(homes.object_labels, weights, strict=True)
             },
         )
 
 
 def record_homes(
-    houses: Houses,
+    homes: SampledHomes,
     num_steps: int,
     step_seconds: float = DEFAULT_STEP_SECONDS,
     start: datetime | None = None,
@@ -126,23 +126,23 @@ def record_homes(
     """Let simulated homes evolve and return what happened, one trace per home.
 
     Args:
-        houses: homes at t = 0; they are used up.
+        homes: homes at t = 0; they are used up.
         num_steps: T.
         step_seconds: how long a time step is said to be.
         start: when t = 0 is said to be, local date and time; None for no time.
     """
-    recorder = TraceRecorder(houses, step_seconds, start)
+    recorder = TraceRecorder(homes, step_seconds, start)
     for _ in range(num_steps):
-        houses.evolve()
+        homes.evolve()
         recorder.record()
     return recorder.finish()
 
 
 def _describe_layout(
-    houses: Houses, house: int, start: datetime | None, end_s: float | None
+    homes: SampledHomes, home: int, start: datetime | None, end_s: float | None
 ) -> Layout:
     """Return the layout of a home; furniture of one label is numbered."""
-    labels = houses.furniture_labels[house].tolist()
+    labels = homes.furniture_labels[home].tolist()
     total, count = Counter(labels), Counter[str]()
     furniture = []
     for index, label in enumerate(labels):
@@ -151,11 +151,11 @@ def _describe_layout(
             Furniture(
                 name=label if total[label] == 1 else f"{label} {count[label]}",
                 label=label,
-                room=int(houses.furniture_room[index]),
-                description=houses.furniture_descriptions.text(
-                    int(houses.furniture_code[house, index])
+                room=int(homes.furniture_room[index]),
+                description=homes.furniture_descriptions.text(
+                    int(homes.furniture_code[home, index])
                 ),
             )
         )
-    rooms = tuple(Room(room, room) for room in houses.room_labels)
+    rooms = tuple(Room(room, room) for room in homes.room_labels)
     return Layout(rooms, tuple(furniture), start, end_s)

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from simulator.config import HouseConfig
 from simulator.memory.clock import DEFAULT_STEP_SECONDS
-from simulator.prior_graph import PriorGraph
-from simulator.streams import Streams
+from simulator.priors.prior_graph import PriorGraph
 from simulator.trace.episode import Episode, make_episode, split_days
 from simulator.trace.layout import LAYOUT_FILE
-from simulator.trace.recorded_houses import RecordedHouses
+from simulator.trace.recorded_homes import RecordedHomes
 from simulator.trace.trace import Trace, find_traces, load_trace
 from simulator.trace.types import RecordedTypes
+from simulator.world.config import HomeConfig
+from simulator.world.streams import Streams
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,7 @@ class Recordings:
         self._types = RecordedTypes(prior, traces)
         self.episodes: list[Episode] = []
         self.left_out: list[str] = []
-        self._configs: list[HouseConfig] = []
+        self._configs: list[HomeConfig] = []
         for trace in traces:
             seconds = _choose_step(trace, step_seconds)
             whole = make_episode(trace, seconds)
@@ -189,20 +189,20 @@ class Recordings:
             groups[trace.layout.key, trace.num_slots, self._configs[home]].append(home)
         return list(groups.values())
 
-    def make_houses(self, streams: Streams) -> RecordedHouses:
+    def make_homes(self, streams: Streams) -> RecordedHomes:
         """Return the homes that the streams are for, at t = 0.
 
         Raises:
             ValueError: if there is no home of such a number, or they cannot be in lockstep.
         """
-        homes = streams.houses
+        homes = streams.homes
         if len(self.list_groups(homes)) > 1:
             raise ValueError(
                 f"homes in lockstep must have equal layouts, rules and numbers of slots, got homes "
                 f"{list(homes)}. Play each group of list_groups() by itself."
             )
         episodes = [self.episodes[home] for home in homes]
-        return RecordedHouses(episodes, self._types, self._configs[homes[0]], streams)
+        return RecordedHomes(episodes, self._types, self._configs[homes[0]], streams)
 
     def describe(self) -> dict[str, Any]:
         """Return everything that a replay depends on, as JSON values."""
@@ -215,7 +215,7 @@ class Recordings:
         }
 
 
-def make_rules(whole: Episode) -> HouseConfig:
+def make_rules(whole: Episode) -> HomeConfig:
     """Return the rules of a home: the simulator's, or what its whole recording says.
 
     Counted are the share of objects that move in a step, the objects per furniture node at t = 0,
@@ -230,7 +230,7 @@ def make_rules(whole: Episode) -> HouseConfig:
         return truth.config
     num_initial = int(((whole.step == 0) & (whole.place >= 0)).sum())
     return replace(
-        HouseConfig(rooms=tuple(dict.fromkeys(layout.room_labels))),
+        HomeConfig(rooms=tuple(dict.fromkeys(layout.room_labels))),
         objects_per_furniture=max(round(num_initial / len(layout.furniture)), 1),
         move_share=float(np.mean(whole.num_moves / whole.num_present)),
         dynamic_nodes=whole.is_dynamic,

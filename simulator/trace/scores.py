@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from simulator.evaluation import TaskScores, play_games
-from simulator.homes import Homes
 from simulator.policies import POLICIES, Policy
+from simulator.tasks.evaluation import TaskScores, play_games
 from simulator.trace.recordings import Recordings
+from simulator.world.homes import Homes
 
 # What needs a simulator's knowledge of the true dynamics (docs/traces.md).
 _SIMULATED_ONLY = ("ceiling",)
@@ -43,7 +43,7 @@ def evaluate_recordings(
     """
     recordings.check_steps(num_steps)
     (scores,) = play_games(
-        [(make, task)], recordings.make_houses, recordings.list_groups(), seed, split, num_steps,
+        [(make, task)], recordings.make_homes, recordings.list_groups(), seed, split, num_steps,
         lambda game: on_step(), workers, backend,
     )  # fmt: skip
     return scores

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from simulator.homes import NUM_RELATIONS
+from simulator.files import write_whole
 from simulator.memory.words import read_words
-from simulator.shards import write_whole
 from simulator.trace.events import EVENTS_FILE, GONE, Event, load_events, make_events_csv
 from simulator.trace.layout import LAYOUT_FILE, Layout, load_layout, make_layout_json
 from simulator.trace.truth import TRUTH_FILE, Truth, load_truth, make_truth_json
+from simulator.world.homes import NUM_RELATIONS
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from simulator.config import HouseConfig
+from simulator.world.config import HomeConfig
 
 TRUTH_FILE = "simulation.json"
 TRUTH_VERSION = 1
@@ -31,7 +31,7 @@ class Truth:
         place_weights: class weights by object label: weight by place.
     """
 
-    config: HouseConfig
+    config: HomeConfig
     step_seconds: float
     num_slots: int
     transitions: Weights
@@ -81,11 +81,11 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
         data = json.loads(path.read_text(encoding="utf-8"))
         if data["version"] != TRUTH_VERSION:
             raise ValueError(f"version {data['version']!r} instead of {TRUTH_VERSION}")
-        known = {field.name for field in fields(HouseConfig)}
+        known = {field.name for field in fields(HomeConfig)}
         rules = {name: value for name, value in data["rules"].items() if name in known}
         rules["rooms"] = tuple(rules["rooms"])
         truth = Truth(
-            HouseConfig(**rules),
+            HomeConfig(**rules),
             float(data["step_seconds"]),
             int(data["num_slots"]),
             _read_weights(data["transitions"], num_places),

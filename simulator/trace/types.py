@@ -8,7 +8,7 @@ import numpy as np
 
 from simulator.memory.vocabulary import Vocabulary
 from simulator.memory.words import read_words
-from simulator.prior_graph import PriorGraph
+from simulator.priors.prior_graph import PriorGraph
 from simulator.trace.trace import Trace
 
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from simulator.collect import CollectConfig, collect
-from simulator.config import HouseConfig
-from simulator.memory.snapshots import Snapshots
+from simulator.snapshots.snapshots import Snapshots
+from simulator.world.config import HomeConfig
 
 SMALL = CollectConfig(
-    houses=3, steps=12, house=HouseConfig(furniture_per_room=3, objects_per_furniture=4)
+    num_homes=3, steps=12, home=HomeConfig(furniture_per_room=3, objects_per_furniture=4)
 )
 
 

@@ -101,7 +101,7 @@ def test_recorded_homes_are_collected_and_read_with_their_clock(tmp_path):
     data = make_datamodule(tmp_path, FeatureConfig(clock=True), trace=train, val_trace=val)
     data.prepare_data()
     data.setup()
-    sizes = [(config.houses, config.steps) for config in (data.train_config, data.val_config)]
+    sizes = [(config.num_homes, config.steps) for config in (data.train_config, data.val_config)]
     assert sizes == [(2, 29), (1, 9)]  # what all homes were recorded for
     assert (len(data.train_dataset), len(data.val_dataset)) == (58, 9)
     snapshots = data.train_dataset.take(np.array([0, 28, 29]))

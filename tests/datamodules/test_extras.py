@@ -10,14 +10,14 @@ from datamodules.features import FeatureConfig, compute_belief_features
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.collect import CollectConfig, collect
-from simulator.config import HouseConfig
-from simulator.houses import Houses
-from simulator.memory.snapshots import take_snapshots
 from simulator.policies import make_policy
-from simulator.streams import Streams
+from simulator.snapshots.snapshots import take_snapshots
 from simulator.tasks.registry import TASKS
+from simulator.world.config import HomeConfig
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
 
-HOUSE = HouseConfig(furniture_per_room=3, objects_per_furniture=4)
+HOUSE = HomeConfig(furniture_per_room=3, objects_per_furniture=4)
 
 
 def test_features_by_hand():
@@ -30,24 +30,24 @@ def test_features_by_hand():
 @pytest.mark.parametrize("policy", ["bayesian", "home_filter"])
 @pytest.mark.parametrize("task", ["predict_location", "relative_likelihood", "find_object"])
 def test_a_collected_belief_is_what_a_live_filter_believes(task, policy, tmp_path):
-    config = CollectConfig(houses=2, steps=6, task=task, policy=policy, house=HOUSE, belief=True)
+    config = CollectConfig(num_homes=2, steps=6, task=task, policy=policy, home=HOUSE, belief=True)
     collect(config, tmp_path, progress=False)
     dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig(belief=True)))
-    houses = Houses(config.load_prior(), HOUSE, Streams(0, "train", range(2)))
-    game = TASKS[task](houses, make_policy(policy, houses))
-    filters = make_policy("home_filter", houses)
+    homes = SampledHomes(config.load_prior(), HOUSE, Streams(0, "train", range(2)))
+    game = TASKS[task](homes, make_policy(policy, homes))
+    filters = make_policy("home_filter", homes)
     filters.reset(game.rollout.memory)
     game.rollout.on_change = lambda change: filters.observe(game.rollout.memory, change)
-    live, homes = [], []
+    live, home = [], []
 
     def keep(answered):
         live.append(filters.follow(game.rollout.memory, answered.queries).stack())
-        homes.append(answered.queries.home)
+        home.append(answered.queries.home)
 
     game.on_answer = keep
     for _ in game.run(config.steps):
         pass
-    order = np.argsort(np.concatenate(homes), kind="stable")
+    order = np.argsort(np.concatenate(home), kind="stable")
     found = dataset.take(np.arange(len(dataset))).query_belief
     np.testing.assert_array_equal(found, np.concatenate(live)[order])
 
@@ -55,7 +55,7 @@ def test_a_collected_belief_is_what_a_live_filter_believes(task, policy, tmp_pat
 def test_a_collection_without_belief_is_what_it_was(tmp_path):
     """Same bytes of every other column, and a clear error where a model asks for the belief."""
     for name, belief in (("with", True), ("without", False)):
-        config = CollectConfig(houses=1, steps=5, house=HOUSE, belief=belief)
+        config = CollectConfig(num_homes=1, steps=5, home=HOUSE, belief=belief)
         collect(config, tmp_path / name, progress=False)
     with_belief, without = (
         SnapshotDataset(tmp_path / name, GraphBuilder(FeatureConfig())).take(np.arange(5))
@@ -72,8 +72,8 @@ def test_a_collection_without_belief_is_what_it_was(tmp_path):
 
 
 def test_belief_stands_on_its_query_edge_alone():
-    houses = Houses(CollectConfig().load_prior(), HOUSE, Streams(0, "val", range(3)))
-    game = TASKS["predict_location"](houses, make_policy("bayesian", houses))
+    homes = SampledHomes(CollectConfig().load_prior(), HOUSE, Streams(0, "val", range(3)))
+    game = TASKS["predict_location"](homes, make_policy("bayesian", homes))
     batches = []
 
     def keep(answered):
@@ -103,23 +103,25 @@ def test_belief_stands_on_its_query_edge_alone():
 
 def test_grades_are_the_true_rows_of_t(tmp_path):
     """Collected, read back and put on the query edges: the row of T of the object asked for."""
-    config = CollectConfig(houses=2, steps=4, task="relative_likelihood", house=HOUSE, grades=True)
+    config = CollectConfig(
+        num_homes=2, steps=4, task="relative_likelihood", home=HOUSE, grades=True
+    )
     collect(config, tmp_path, progress=False)
     dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig(), 0))
-    houses = Houses(config.load_prior(), HOUSE, Streams(0, "train", range(2)))
-    game = TASKS["relative_likelihood"](houses, make_policy("bayesian", houses))
-    rows, homes = [], []
+    homes = SampledHomes(config.load_prior(), HOUSE, Streams(0, "train", range(2)))
+    game = TASKS["relative_likelihood"](homes, make_policy("bayesian", homes))
+    rows, home = [], []
 
     def keep(answered):
         codes = game.rollout.memory.objects["key"][answered.queries.object]
-        row = houses.transition_rows(answered.queries.home, codes)
+        row = homes.transition_rows(answered.queries.home, codes)
         rows.append(row.reshape(len(row), -1, 2).sum(axis=2))
-        homes.append(answered.queries.home)
+        home.append(answered.queries.home)
 
     game.on_answer = keep
     for _ in game.run(config.steps):
         pass
-    order = np.argsort(np.concatenate(homes), kind="stable")
+    order = np.argsort(np.concatenate(home), kind="stable")
     expected = np.concatenate(rows)[order]
     indices = np.arange(len(dataset))
     np.testing.assert_allclose(dataset.take(indices).query_grades, expected, rtol=1e-6)
@@ -133,7 +135,7 @@ def test_grades_are_the_true_rows_of_t(tmp_path):
 
 
 def test_a_task_without_grades_has_none(tmp_path):
-    config = CollectConfig(houses=1, steps=3, house=HOUSE, grades=True)
+    config = CollectConfig(num_homes=1, steps=3, home=HOUSE, grades=True)
     collect(config, tmp_path, progress=False)
     dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig()))
     assert dataset.take(np.arange(3)).query_grades is None

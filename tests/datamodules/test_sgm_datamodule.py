@@ -9,7 +9,13 @@ from datamodules.sgm_datamodule import SGMDataModule
 
 
 def make_datamodule(tmp_path, **changes) -> SGMDataModule:
-    values = {"houses": 2, "steps": 6, "val_houses": 1, "batch_size": 5, "workers": 1} | changes
+    values = {
+        "num_homes": 2,
+        "steps": 6,
+        "num_val_homes": 1,
+        "batch_size": 5,
+        "workers": 1,
+    } | changes
     return SGMDataModule(data_dir=str(tmp_path), **values)
 
 
@@ -78,7 +84,7 @@ def test_other_settings_get_another_folder(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"houses": 0}, r"houses must be at least 1, got 0"),
+        ({"num_homes": 0}, r"num_homes must be at least 1, got 0"),
         ({"policy": "clairvoyant"}, r"policy must be one of random, .*got 'clairvoyant'"),
         ({"batch_size": 0}, r"batch_size must be at least 1, got 0"),
         ({"train_snapshots": 0}, r"train_snapshots must be at least 1, got 0"),

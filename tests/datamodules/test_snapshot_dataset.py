@@ -10,11 +10,11 @@ from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.collect import CollectConfig
-from simulator.houses import Houses
-from simulator.memory.snapshots import take_snapshots
 from simulator.policies import make_policy
-from simulator.rollout import Rollout
-from simulator.streams import Streams
+from simulator.snapshots.snapshots import take_snapshots
+from simulator.tasks.rollout import Rollout
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
 
 
 @pytest.fixture(scope="module")
@@ -26,14 +26,14 @@ def test_snapshots_on_disk_equal_the_live_memories(collection, builder):
     """Every field of every snapshot, replayed beside the collection."""
     dataset = SnapshotDataset(collection, builder)
     config = CollectConfig(
-        houses=3,
+        num_homes=3,
         steps=12,
-        house=dataclasses.replace(
-            CollectConfig().house, furniture_per_room=3, objects_per_furniture=4
+        home=dataclasses.replace(
+            CollectConfig().home, furniture_per_room=3, objects_per_furniture=4
         ),
     )
-    houses = Houses(config.load_prior(), config.house, Streams(0, "train", range(3)))
-    rollout = Rollout(houses, make_policy(config.policy, houses))
+    homes = SampledHomes(config.load_prior(), config.home, Streams(0, "train", range(3)))
+    rollout = Rollout(homes, make_policy(config.policy, homes))
     for number, step in enumerate(rollout.run(config.steps)):
         live = take_snapshots(rollout.memory, step.queries)
         read = dataset.take(np.arange(3) * config.steps + number)
@@ -67,26 +67,26 @@ def _copy(collection, tmp_path):
 
 def test_altered_shard_is_named(collection, builder, tmp_path):
     folder = _copy(collection, tmp_path)
-    path = folder / "house_000001.safetensors"
+    path = folder / "home_000001.safetensors"
     content = bytearray(path.read_bytes())
     content[-3] ^= 1
     path.write_bytes(content)
-    with pytest.raises(ValueError, match=r"house_000001.*delete it and collect again"):
+    with pytest.raises(ValueError, match=r"home_000001.*delete it and collect again"):
         SnapshotDataset(folder, builder)
 
 
 def test_truncated_shard_is_named(collection, builder, tmp_path):
     folder = _copy(collection, tmp_path)
-    path = folder / "house_000002.safetensors"
+    path = folder / "home_000002.safetensors"
     path.write_bytes(path.read_bytes()[:1000])
-    with pytest.raises(ValueError, match=r"house_000002.*delete it and collect again"):
+    with pytest.raises(ValueError, match=r"home_000002.*delete it and collect again"):
         SnapshotDataset(folder, builder)
 
 
 def test_missing_shard_is_named(collection, builder, tmp_path):
     folder = _copy(collection, tmp_path)
-    (folder / "house_000000.safetensors").unlink()
-    with pytest.raises(ValueError, match=r"house_000000.*Collect again"):
+    (folder / "home_000000.safetensors").unlink()
+    with pytest.raises(ValueError, match=r"home_000000.*Collect again"):
         SnapshotDataset(folder, builder)
 
 
@@ -96,7 +96,7 @@ def test_unfinished_collection_is_refused(collection, builder, tmp_path):
     text = manifest.read_text()
     start = text.index('"shards"')
     manifest.write_text(text[:start] + '"shards": {}}')
-    with pytest.raises(ValueError, match=r"must be finished, got 0 of 3 houses"):
+    with pytest.raises(ValueError, match=r"must be finished, got 0 of 3 homes"):
         SnapshotDataset(folder, builder)
 
 

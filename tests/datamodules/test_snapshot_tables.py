@@ -13,7 +13,7 @@ from datamodules.graph import GraphBuilder
 from datamodules.mapped_table import TableWriter
 from datamodules.snapshot_dataset import SnapshotDataset
 from datamodules.snapshot_tables import SnapshotTables
-from simulator.shards import load_manifest, load_shard
+from simulator.snapshots.shards import load_manifest, load_shard
 
 STATM = Path("/proc/self/statm")
 

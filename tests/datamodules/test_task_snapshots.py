@@ -11,37 +11,37 @@ from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.collect import CollectConfig, collect
-from simulator.config import HouseConfig
-from simulator.houses import Houses
-from simulator.memory.snapshots import take_snapshots
 from simulator.policies import make_policy
-from simulator.streams import Streams
+from simulator.snapshots.snapshots import take_snapshots
 from simulator.tasks.registry import TASKS
+from simulator.world.config import HomeConfig
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
 
 
 @pytest.mark.parametrize("task", ["relative_likelihood", "find_object"])
 def test_snapshots_on_disk_equal_the_live_memories(task, tmp_path):
-    house = HouseConfig(furniture_per_room=3, objects_per_furniture=4)
-    config = CollectConfig(houses=3, steps=8, task=task, house=house)
+    home = HomeConfig(furniture_per_room=3, objects_per_furniture=4)
+    config = CollectConfig(num_homes=3, steps=8, task=task, home=home)
     collect(config, tmp_path, progress=False)
     dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig()))
-    houses = Houses(config.load_prior(), config.house, Streams(0, "train", range(3)))
-    game = TASKS[task](houses, make_policy(config.policy, houses))
-    live, homes = [], []
+    homes = SampledHomes(config.load_prior(), config.home, Streams(0, "train", range(3)))
+    game = TASKS[task](homes, make_policy(config.policy, homes))
+    live, home_rows = [], []
 
     def keep(answered):
         live.append((take_snapshots(game.rollout.memory, answered.queries), answered.answers))
-        homes.append(answered.queries.home)
+        home_rows.append(answered.queries.home)
 
     game.on_answer = keep
     for _ in game.run(config.steps):
         pass
-    total = np.bincount(np.concatenate(homes), minlength=3)
+    total = np.bincount(np.concatenate(home_rows), minlength=3)
     assert len(dataset) == total.sum()
     number = np.cumsum(total) - total  # of each home's next snapshot in the dataset
-    for (snapshots, answers), home in zip(live, homes, strict=True):
-        indices = np.empty(len(home), dtype=np.int64)
-        for position, own in enumerate(home):
+    for (snapshots, answers), part_home in zip(live, home_rows, strict=True):
+        indices = np.empty(len(part_home), dtype=np.int64)
+        for position, own in enumerate(part_home):
             indices[position] = number[own]
             number[own] += 1
         read = dataset.take(indices)

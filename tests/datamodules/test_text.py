@@ -12,7 +12,7 @@ import spacy
 
 from datamodules.text import TextVectors, train
 from datamodules.text.vectors import SHIPPED_PIPELINE
-from simulator.prior_graph import PriorGraph
+from simulator.priors.prior_graph import PriorGraph
 
 
 @pytest.fixture(scope="module")

@@ -12,11 +12,11 @@ from datamodules.sgm_datamodule import SGMDataModule
 from nep import Clock, ObjectFinder, SceneGraphMemory, Sighting, evaluate, export, fit
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.encoders import MLP
-from nep.flat_graph import FlatGraph
-from nep.hit_rate import TopOneHitRate
-from nep.loss import balanced_bce
-from nep.module import NEPModule
-from nep.trained import PRETRAINED, load_config, load_trained
+from nep.layers.flat_graph import FlatGraph
+from nep.model.hit_rate import TopOneHitRate
+from nep.model.loss import balanced_bce
+from nep.model.module import NEPModule
+from nep.players.checkpoints import PRETRAINED, load_config, load_trained
 
 HOUR = 3600
 LAYOUT = """{"rooms": ["kitchen", "study"], "furniture": [
@@ -108,7 +108,7 @@ def test_evaluated_in_recorded_homes_alone(checkpoint, homes, tmp_path, capsys):
         text = file.read_text().replace(', "start": "2026-11-16T00:00"', "")
         (blind / file.name).write_text(text)
     for arguments, message in (
-        (["--houses=1"], "must play in recorded homes, got net in simulated ones"),
+        (["--num_homes=1"], "must play in recorded homes, got net in simulated ones"),
         (["--trace", str(blind)], "got no start in the layout.json of blind. Add a line like"),
     ):
         with pytest.raises(SystemExit):
@@ -125,7 +125,7 @@ def test_exported_and_asked(checkpoint, tmp_path, capsys):
     export.main([str(checkpoint), str(tmp_path / "net"), "--homes=0"])
     config = load_config(tmp_path / "net")
     training = config["notes"]["training"]  # 30 days of six steps, the last ends at 20:00
-    assert (training["houses"], training["steps"], training["is_recorded"]) == (1, 179, True)
+    assert (training["num_homes"], training["steps"], training["is_recorded"]) == (1, 179, True)
     assert config["features"]["clock"]
     assert config["model"]["clock"]
     finder = ObjectFinder.load(tmp_path / "net")

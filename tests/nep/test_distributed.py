@@ -13,8 +13,9 @@ REPOSITORY = Path(__file__).parents[2]
 SETTING = [
     "--config", "mlp.yaml", "--model.encoder.init_args.units", "16",
     "--model.learning_rate", "1e-2",
-    "--data.houses", "8", "--data.steps", "20", "--data.val_houses", "2", "--data.workers", "1",
-    "--online.houses", "2", "--online.steps", "5", "--online.policies", "[bayesian,ceiling]",
+    "--data.num_homes", "8", "--data.steps", "20", "--data.num_val_homes", "2",
+    "--data.workers", "1",
+    "--online.num_homes", "2", "--online.steps", "5", "--online.policies", "[bayesian,ceiling]",
     "--trainer.max_epochs", "8", "--trainer.enable_progress_bar", "false", "--threads", "1",
 ]  # fmt: skip
 

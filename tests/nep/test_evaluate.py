@@ -13,16 +13,16 @@ import numpy as np
 import pytest
 import torch
 
-from nep.contestants import Checkpoint
 from nep.evaluate import main
 from nep.export import main as export
 from nep.fit import main as fit
-from nep.trained import WEIGHTS
+from nep.players.checkpoints import WEIGHTS
+from nep.players.contestants import Checkpoint
 from simulator.policies import POLICIES
 from simulator.tasks.registry import TASKS
 
 ROOT = Path(__file__).parents[2]
-SMALL = ["--houses", "2", "--steps", "4"]
+SMALL = ["--num_homes", "2", "--steps", "4"]
 
 
 @pytest.fixture(scope="module")
@@ -32,9 +32,9 @@ def checkpoint(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         fit(
-            ["--config", "mlp.yaml", "--trainer.max_epochs=1", "--data.houses=2",
-             "--data.steps=6", "--data.val_houses=1", "--data.batch_size=8", "--data.workers=1",
-             "--online.houses=1", "--online.steps=2", "--trainer.log_every_n_steps=1",
+            ["--config", "mlp.yaml", "--trainer.max_epochs=1", "--data.num_homes=2",
+             "--data.steps=6", "--data.num_val_homes=1", "--data.batch_size=8", "--data.workers=1",
+             "--online.num_homes=1", "--online.steps=2", "--trainer.log_every_n_steps=1",
              "--trainer.enable_progress_bar=false"]
         )  # fmt: skip
     return folder / "runs" / "mlp" / "version_0" / "checkpoints" / "last.ckpt"
@@ -58,8 +58,8 @@ def test_all_tasks_and_policies(tmp_path, checkpoint, capsys):
         for row in task["policies"].values():
             assert np.shape(row["values"]) == (2, 4)
             assert row["mean"] == pytest.approx(np.mean(row["values"]), abs=1e-6)
-    assert results["config"]["houses"] == 2
-    assert results["config"]["house"]["dynamic_nodes"]
+    assert results["config"]["num_homes"] == 2
+    assert results["config"]["home"]["dynamic_nodes"]
     assert len(results["config"]["prior"]) == 64
     assert results["config"]["checkpoints"][0]["name"] == "NEP-MLP"
     assert len(results["config"]["checkpoints"][0]["sha256"]) == 64
@@ -89,7 +89,7 @@ def test_what_is_played_beside_it_changes_nothing(tmp_path, checkpoint):
     """Neither other tasks and policies, nor how many homes there are."""
     main(["--out", str(tmp_path / "a"), *SMALL, "--policies", "random", "myopic",
           "--checkpoint", f"N={checkpoint}"])  # fmt: skip
-    main(["--out", str(tmp_path / "b"), "--houses", "3", "--steps", "4", "--policies", "myopic",
+    main(["--out", str(tmp_path / "b"), "--num_homes", "3", "--steps", "4", "--policies", "myopic",
           "--tasks", "find_object", "--checkpoint", f"N={checkpoint}"])  # fmt: skip
     for name in ("myopic", "N"):
         first, second = (
@@ -101,7 +101,7 @@ def test_what_is_played_beside_it_changes_nothing(tmp_path, checkpoint):
 
 def test_workers_share_the_homes_out(tmp_path, checkpoint):
     """Heuristics answer each home alone; a network sums in an order that depends on the batch."""
-    arguments = ["--houses", "3", "--steps", "4", "--tasks", "predict_location", "find_object",
+    arguments = ["--num_homes", "3", "--steps", "4", "--tasks", "predict_location", "find_object",
                  "--policies", "bayesian", "home_filter", "ceiling", "--threads", "1",
                  "--checkpoint", f"N@predict_location={checkpoint}"]  # fmt: skip
     tables = []
@@ -115,7 +115,7 @@ def test_workers_share_the_homes_out(tmp_path, checkpoint):
 
 @pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed: extra cluster")
 def test_a_local_ray_of_two_cpus_gives_the_same_scores(tmp_path):
-    arguments = ["--houses", "3", "--steps", "4", "--tasks", "find_object", "--policies",
+    arguments = ["--num_homes", "3", "--steps", "4", "--tasks", "find_object", "--policies",
                  "bayesian", "ceiling"]  # fmt: skip
     main(["--out", str(tmp_path / "here"), *arguments])
     code = (
@@ -143,7 +143,7 @@ def test_a_checkpoint_for_one_task_and_other_rules(tmp_path, checkpoint):
     results = read(tmp_path)
     assert set(results["tasks"]["find_object"]["policies"]) == {"N", "only"}
     assert set(results["tasks"]["predict_location"]["policies"]) == {"N"}
-    assert not results["config"]["house"]["dynamic_nodes"]
+    assert not results["config"]["home"]["dynamic_nodes"]
     assert "dynamic nodes off, 2 val homes x 4 steps" in (tmp_path / "table.md").read_text()
 
 
@@ -182,7 +182,7 @@ def test_exported_and_shipped_networks_play_like_their_checkpoint(checkpoint, tm
         (["--policies", "clever"], "policy must be one of random, .*, got 'clever'. Choose"),
         (["--policies", "random", "random"], "policies must differ, got random, random. Name"),
         (["--policies", "none"], "somebody must play predict_location, got no policy"),
-        (["--houses", "0"], "houses must be at least 1, got 0. Raise it."),
+        (["--num_homes", "0"], "num_homes must be at least 1, got 0. Raise it."),
         (["--steps", "-1"], "steps must be at least 1, got -1. Raise it."),
         (["--seed", "-1"], "seed must be non-negative, got -1. Choose 0 or more."),
         (["--workers", "0"], "workers must be at least 1, got 0. Ask for more"),

@@ -5,11 +5,11 @@ import json
 import pytest
 
 from nep.evaluate import main
-from simulator.config import HouseConfig
-from simulator.houses import Houses
-from simulator.prior_graph import PriorGraph
-from simulator.streams import Streams
+from simulator.priors.prior_graph import PriorGraph
 from simulator.trace import record_homes, save_trace
+from simulator.world.config import HomeConfig
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
 
 LAYOUT = """{"rooms": ["kitchen"], "furniture": [
  {"name": "table", "room": "kitchen"}, {"name": "bench", "room": "kitchen"}]}"""
@@ -35,7 +35,7 @@ def test_everybody_who_can_plays_in_recorded_homes(home, tmp_path, capsys):
     out = tmp_path / "out"
     main(["--trace", str(home), "--tasks", "find_object", "--out", str(out)])
     results = load_results(out)
-    assert (results["config"]["houses"], results["config"]["steps"]) == (1, 6)
+    assert (results["config"]["num_homes"], results["config"]["steps"]) == (1, 6)
     assert results["config"]["trace"]["step_seconds"] == [3600]
     for task in results["tasks"].values():
         assert "oracle" in task["policies"]
@@ -44,12 +44,12 @@ def test_everybody_who_can_plays_in_recorded_homes(home, tmp_path, capsys):
 
 
 def test_a_replay_ends_with_the_scores_of_the_simulated_homes(tmp_path):
-    houses = Houses(PriorGraph.default(), HouseConfig(), Streams(3, "test", range(2)))
-    for trace in record_homes(houses, 5):
+    homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(3, "test", range(2)))
+    for trace in record_homes(homes, 5):
         save_trace(trace, tmp_path / "traces" / trace.name)
     shared = ["--policies", "bayesian", "ceiling", "--tasks", "predict_location", "--seed", "3"]
     main([*shared, "--trace", str(tmp_path / "traces"), "--out", str(tmp_path / "a")])
-    main([*shared, "--houses", "2", "--steps", "5", "--out", str(tmp_path / "b")])
+    main([*shared, "--num_homes", "2", "--steps", "5", "--out", str(tmp_path / "b")])
     main([*shared, "--trace", str(tmp_path / "traces"), "--out", str(tmp_path / "c"),
           "--workers", "2"])  # fmt: skip
     assert load_results(tmp_path / "c")["tasks"] == load_results(tmp_path / "a")["tasks"]

@@ -14,13 +14,13 @@ from datamodules.sgm_datamodule import SGMDataModule
 from nep import ObjectFinder
 from nep.encoders import GCN, HEAT
 from nep.export import main
-from nep.model_card import make_card
-from nep.module import NEPModule
-from nep.policy import NEPPolicy
-from nep.trained import PRETRAINED, load_config, load_trained
-from simulator import HouseConfig, Houses, PriorGraph, Streams
+from nep.model.module import NEPModule
+from nep.players.checkpoints import PRETRAINED, load_config, load_trained
+from nep.players.policy import NEPPolicy
+from nep.report.model_card import make_card
+from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.policies import make_policy
-from simulator.rollout import Rollout
+from simulator.tasks.rollout import Rollout
 
 
 def save_checkpoint(path: Path, encoder, **features) -> Path:
@@ -60,8 +60,8 @@ def folder(exported, tmp_path) -> Path:
 
 
 def play_both(one: NEPPolicy, other: NEPPolicy) -> None:
-    houses = Houses(PriorGraph.default(), HouseConfig(), Streams(0, "test", range(3)))
-    rollout = Rollout(houses, make_policy("bayesian", houses))
+    homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "test", range(3)))
+    rollout = Rollout(homes, make_policy("bayesian", homes))
     for step in rollout.run(6):
         scores = [policy.scores(rollout.memory, step.queries) for policy in (one, other)]
         assert np.array_equal(*scores)
@@ -92,7 +92,7 @@ def test_weights_are_tensors_and_config_is_json(exported):
 def test_the_card_of_a_network_from_recorded_homes_claims_no_simulated_ones():
     config = load_config(PRETRAINED / "heat")
     assert "No recorded home and no person's data" in " ".join(make_card("net", config).split())
-    training = {**config["notes"]["training"], "is_recorded": True, "houses": 3, "steps": 80}
+    training = {**config["notes"]["training"], "is_recorded": True, "num_homes": 3, "steps": 80}
     config["notes"]["training"] = training
     card = " ".join(make_card("net", config).split())
     assert "Recorded homes (docs/traces.md): 40,000 memories of 3 homes x 80 time steps" in card

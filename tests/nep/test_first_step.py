@@ -4,9 +4,9 @@ import pytest
 import torch
 
 from nep.encoders import HEAT
-from nep.flat_graph import FlatGraph
-from nep.loss import balanced_bce
-from nep.node_edge_predictor import NodeEdgePredictor
+from nep.layers.flat_graph import FlatGraph
+from nep.model.loss import balanced_bce
+from nep.model.node_edge_predictor import NodeEdgePredictor
 
 # Loss and, per part, the norm of the gradient, from the plain code that concatenated all features,
 # padded each snapshot to the longest and summed over all nodes.

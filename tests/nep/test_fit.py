@@ -11,19 +11,19 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 
 from datamodules.features import FeatureConfig
 from nep.fit import CONFIG_FOLDER, FitCLI, find_configs, main
-from nep.module import NEPModule
+from nep.model.module import NEPModule
 from simulator import PriorGraph
 
 SMALL = [
     "--trainer.max_epochs=1",
     "--trainer.log_every_n_steps=1",
     "--trainer.enable_progress_bar=false",
-    "--data.houses=2",
+    "--data.num_homes=2",
     "--data.steps=8",
-    "--data.val_houses=1",
+    "--data.num_val_homes=1",
     "--data.batch_size=8",
     "--data.workers=1",
-    "--online.houses=1",
+    "--online.num_homes=1",
     "--online.steps=3",
 ]
 
@@ -127,7 +127,7 @@ def test_a_file_here_goes_before_the_packaged_one(folder):
         (["--config", "heat.yaml", "--data.hauses", "3"], "--data.hauses"),
         (["--config", "heat.yaml", "--model.encoder.init_args.head", "3"], "head"),
         (["--config", "heat.yaml", "--model.encoder.init_args.heads", "3"], "got 3 heads for 64"),
-        (["--config", "heat.yaml", "--data.houses", "0"], "houses must be at least 1, got 0"),
+        (["--config", "heat.yaml", "--data.num_homes", "0"], "num_homes must be at least 1, got 0"),
         (["--config", "heat.yaml", "--model.encoder", "nep.encoders.GAT"], "nep.encoders.GAT"),
     ],
 )
@@ -141,7 +141,7 @@ def test_bad_input_ends_with_a_message(args, message, folder, capsys):
 
 def test_unknown_key_in_a_config_file_is_named(folder, capsys):
     (folder / "my.yaml").write_text(
-        (CONFIG_FOLDER / "heat.yaml").read_text().replace("  houses:", "  hauses:")
+        (CONFIG_FOLDER / "heat.yaml").read_text().replace("  num_homes:", "  num_hauses:")
     )
     with pytest.raises(SystemExit):
         main(["--config", "my.yaml"])
@@ -152,7 +152,7 @@ def test_damaged_data_ends_with_a_message_that_names_the_file(folder, capsys):
     args = ["--config", "mlp.yaml", *SMALL]
     data = FitCLI(args).datamodule
     data.prepare_data()
-    shard = next(data.data_dir.rglob("house_000001.safetensors"))
+    shard = next(data.data_dir.rglob("home_000001.safetensors"))
     shard.write_bytes(shard.read_bytes()[:-10])
     with pytest.raises(SystemExit) as stop:
         main(args)

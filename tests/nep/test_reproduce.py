@@ -12,12 +12,12 @@ import pytest
 import torch
 from filelock import FileLock
 
-from nep.experiments import ABLATION_SETTING, SETTINGS, enter, find_models
 from nep.fit import FitCLI
-from nep.job_queue import _THREAD_VARIABLES
-from nep.plan import plan_jobs
+from nep.paper.experiments import ABLATION_SETTING, SETTINGS, enter, find_models
+from nep.paper.job_queue import _THREAD_VARIABLES
+from nep.paper.plan import plan_jobs
+from nep.paper.training import Training
 from nep.reproduce import _LOCK, _make_parser, _make_plan, main
-from nep.training import Training
 from simulator.policies import POLICIES
 
 TINY = ["--tiny", "--models", "mlp", "--jobs", "2"]
@@ -74,7 +74,7 @@ def test_stored_scores_are_those_of_the_checkpoint(folder, tmp_path):
     checkpoint = folder / "runs" / "find_object-off" / "mlp" / "checkpoints" / "last.ckpt"
     subprocess.run(
         [sys.executable, "-m", "nep.evaluate", "--out", str(tmp_path), "--tasks", "find_object",
-         "--no-dynamic-nodes", "--houses", "3", "--steps", "4", "--policies", "bayesian",
+         "--no-dynamic-nodes", "--num_homes", "3", "--steps", "4", "--policies", "bayesian",
          "--checkpoint", f"N={checkpoint}", "--threads", "1"],
         check=True, cwd=Path(__file__).resolve().parents[2], capture_output=True,
         env=os.environ | dict.fromkeys(_THREAD_VARIABLES, "1"),
@@ -199,7 +199,7 @@ def test_configs_keep_what_they_say(tmp_path):
             r"invalid choice: '3' \(choose from '?1'?, '?2'?, '?figure'?, '?all'?\)",
         ),
         (["--models", "gat"], "model must be one of hms, mlp, .*, got 'gat'. Choose one"),
-        (["--houses", "0"], "houses must be at least 1, got 0. Raise it."),
+        (["--num_homes", "0"], "num_homes must be at least 1, got 0. Raise it."),
         (["--steps", "0"], "steps must be at least 1, got 0. Raise it."),
         (["--epochs", "0"], "epochs must be at least 1, got 0. Raise it."),
         (["--jobs", "0"], "jobs must be at least 1, got 0. Raise it."),

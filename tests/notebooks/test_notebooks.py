@@ -18,7 +18,7 @@ NOTEBOOKS = sorted((REPOSITORY / "notebooks").glob("*.ipynb"))
 SMALL = {
     "01_dynamic_house": {"num_steps": 3, "long": 5, "num_homes": 3},
     "02_scene_graph_memory": {"moments": [2, 4], "num_homes": 2, "num_steps": 6},
-    "03_train_nep": {"houses": 1, "steps": 6, "val_houses": 2, "epochs": 1},
+    "03_train_nep": {"num_homes": 1, "steps": 6, "num_val_homes": 2, "epochs": 1},
     "05_your_own_home": {"days": 2},
 }
 

@@ -5,12 +5,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
-from simulator.config import HouseConfig
-from simulator.houses import Houses
 from simulator.memory.memory_batch import MemoryBatch
 from simulator.memory.place_prior import PlacePrior
-from simulator.prior_graph import FurnitureType, ObjectType, Placement, PriorGraph
-from simulator.streams import Streams
+from simulator.priors.prior_graph import FurnitureType, ObjectType, Placement, PriorGraph
+from simulator.world.config import HomeConfig
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
 
 COLORS = ("red", "blue")
 SIZES = ("large", "small")
@@ -89,33 +89,33 @@ def default_prior() -> PriorGraph:
 
 
 @pytest.fixture(scope="session")
-def make_tiny_houses(tiny_prior: PriorGraph) -> Callable[..., Houses]:
+def make_tiny_homes(tiny_prior: PriorGraph) -> Callable[..., SampledHomes]:
     """Homes of the small prior, all with the furniture of `LAYOUT` unless told otherwise."""
 
     def make(
-        num_houses: int = 1,
+        num_homes: int = 1,
         seed: int = 0,
         layout: Sequence[tuple[str, str]] | None = LAYOUT,
         prior: PriorGraph = tiny_prior,
-        houses: Sequence[int] | None = None,
+        homes: Sequence[int] | None = None,
         **rules: object,
-    ) -> Houses:
-        numbers = range(num_houses) if houses is None else houses
-        config = HouseConfig(rooms=ROOMS, **rules)
-        return Houses(prior, config, Streams(seed, "train", numbers), layout)
+    ) -> SampledHomes:
+        numbers = range(num_homes) if homes is None else homes
+        config = HomeConfig(rooms=ROOMS, **rules)
+        return SampledHomes(prior, config, Streams(seed, "train", numbers), layout)
 
     return make
 
 
 @pytest.fixture(scope="session")
-def make_default_houses(default_prior: PriorGraph) -> Callable[..., Houses]:
+def make_default_homes(default_prior: PriorGraph) -> Callable[..., SampledHomes]:
     """Homes of the shipped prior."""
 
     def make(
-        num_houses: int = 1, seed: int = 0, houses: Sequence[int] | None = None, **rules: object
-    ) -> Houses:
-        numbers = range(num_houses) if houses is None else houses
-        return Houses(default_prior, HouseConfig(**rules), Streams(seed, "test", numbers))
+        num_homes: int = 1, seed: int = 0, homes: Sequence[int] | None = None, **rules: object
+    ) -> SampledHomes:
+        numbers = range(num_homes) if homes is None else homes
+        return SampledHomes(default_prior, HomeConfig(**rules), Streams(seed, "test", numbers))
 
     return make
 

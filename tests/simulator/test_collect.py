@@ -11,22 +11,22 @@ import pytest
 
 from simulator import collect as collect_module
 from simulator.collect import CollectConfig, collect, main
-from simulator.config import HouseConfig
-from simulator.shards import load_manifest
+from simulator.snapshots.shards import load_manifest
+from simulator.world.config import HomeConfig
 
 ROOT = Path(__file__).resolve().parents[2]
-SMALL = CollectConfig(houses=5, steps=4, seed=3)
+SMALL = CollectConfig(num_homes=5, steps=4, seed=3)
 
 
 def read_all(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
 
 
-def start(out: Path, *arguments: str, houses_per_job: int = 20, **options) -> subprocess.Popen:
+def start(out: Path, *arguments: str, homes_per_job: int = 20, **options) -> subprocess.Popen:
     """Run the command line in a process of its own."""
     code = (
         "import sys, simulator.collect as c; "
-        f"c._HOUSES_PER_JOB = {houses_per_job}; c.main(sys.argv[1:])"
+        f"c._HOMES_PER_JOB = {homes_per_job}; c.main(sys.argv[1:])"
     )
     return subprocess.Popen(
         [sys.executable, "-c", code, "--out", str(out), *arguments],
@@ -42,29 +42,29 @@ def reference(tmp_path_factory) -> dict[str, bytes]:
     return read_all(out)
 
 
-def test_one_shard_per_house_and_a_manifest_that_vouches_for_them(reference):
+def test_one_shard_per_home_and_a_manifest_that_vouches_for_them(reference):
     manifest = json.loads(reference["manifest.json"])
     assert len(reference) == 6
-    assert list(manifest["shards"]) == [f"house_{house:06d}.safetensors" for house in range(5)]
+    assert list(manifest["shards"]) == [f"home_{home:06d}.safetensors" for home in range(5)]
     settings = manifest["settings"]
-    assert (settings["houses"], settings["steps"], settings["seed"]) == (5, 4, 3)
+    assert (settings["num_homes"], settings["steps"], settings["seed"]) == (5, 4, 3)
     assert (settings["policy"], settings["split"]) == ("bayesian", "train")
-    assert settings["house"]["detection_error"] == 0.25
+    assert settings["home"]["detection_error"] == 0.25
     assert settings["labels"][:2] == ["house", "floor"]
     assert len({reference[name] for name in manifest["shards"]}) == 5
 
 
 def test_two_workers_give_the_same_bytes(reference, tmp_path, monkeypatch):
-    monkeypatch.setattr(collect_module, "_HOUSES_PER_JOB", 2)
+    monkeypatch.setattr(collect_module, "_HOMES_PER_JOB", 2)
     collect(SMALL, tmp_path / "data", workers=2, progress=False)
     assert read_all(tmp_path / "data") == reference
 
 
 def test_killed_and_started_again_gives_the_same_bytes(tmp_path):
     """SIGKILL in the middle of a collection, once some shards are there."""
-    arguments = ["--houses", "12", "--steps", "30", "--workers", "1", "--seed", "1"]
+    arguments = ["--num_homes", "12", "--steps", "30", "--workers", "1", "--seed", "1"]
     out = tmp_path / "killed"
-    process = start(out, *arguments, houses_per_job=1)
+    process = start(out, *arguments, homes_per_job=1)
     deadline = time.monotonic() + 60
     while len(list(out.glob("*.safetensors"))) < 2 and time.monotonic() < deadline:
         time.sleep(0.005)
@@ -74,7 +74,7 @@ def test_killed_and_started_again_gives_the_same_bytes(tmp_path):
     finished = {path: path.stat().st_mtime_ns for path in out.glob("*.safetensors")}
     vouched = load_manifest(out)["shards"]
     assert 2 <= len(finished) < 12
-    (out / "house_000011.safetensors.123.part").write_bytes(b"half")  # of an earlier process
+    (out / "home_000011.safetensors.123.part").write_bytes(b"half")  # of an earlier process
     main(["--out", str(out), *arguments])
     for path, stamp in finished.items():
         if path.name in vouched:
@@ -92,7 +92,7 @@ def test_a_finished_collection_is_left_as_it_is(tmp_path, reference):
 
 def test_a_deleted_shard_is_collected_again(tmp_path, reference):
     collect(SMALL, tmp_path / "data", progress=False)
-    (tmp_path / "data" / "house_000002.safetensors").unlink()
+    (tmp_path / "data" / "home_000002.safetensors").unlink()
     collect(SMALL, tmp_path / "data", progress=False)
     assert read_all(tmp_path / "data") == reference
 
@@ -105,7 +105,7 @@ def test_a_truncated_or_altered_shard_is_named_and_kept(tmp_path, reference, dam
     folder.mkdir()
     for name, content in reference.items():
         (folder / name).write_bytes(content)
-    bad = folder / "house_000003.safetensors"
+    bad = folder / "home_000003.safetensors"
     bad.write_bytes(damage(reference[bad.name]))
     before = read_all(folder)
     with pytest.raises(ValueError, match=rf"got .* for {bad}\. .*delete it and collect again"):
@@ -116,13 +116,13 @@ def test_a_truncated_or_altered_shard_is_named_and_kept(tmp_path, reference, dam
 @pytest.mark.parametrize(
     ("other", "named"),
     [
-        (CollectConfig(houses=6, steps=4, seed=3), "houses = 5 instead of 6"),
-        (CollectConfig(houses=5, steps=4, seed=4), "seed = 3 instead of 4"),
-        (CollectConfig(houses=5, steps=4, seed=3, policy="random"), "policy = bayesian"),
-        (CollectConfig(houses=5, steps=4, seed=3, split="val"), "split = train instead of val"),
+        (CollectConfig(num_homes=6, steps=4, seed=3), "num_homes = 5 instead of 6"),
+        (CollectConfig(num_homes=5, steps=4, seed=4), "seed = 3 instead of 4"),
+        (CollectConfig(num_homes=5, steps=4, seed=3, policy="random"), "policy = bayesian"),
+        (CollectConfig(num_homes=5, steps=4, seed=3, split="val"), "split = train instead of val"),
         (
-            CollectConfig(houses=5, steps=4, seed=3, house=HouseConfig(dynamic_nodes=False)),
-            "house = .*'dynamic_nodes': True",
+            CollectConfig(num_homes=5, steps=4, seed=3, home=HomeConfig(dynamic_nodes=False)),
+            "home = .*'dynamic_nodes': True",
         ),
     ],
 )
@@ -138,9 +138,9 @@ def test_a_folder_of_other_settings_is_refused_and_kept(tmp_path, reference, oth
 def test_another_prior_is_another_setting(tmp_path, tiny_prior):
     prior = tmp_path / "tiny.json"
     tiny_prior.save(prior)
-    house = HouseConfig(rooms=("kitchen", "bedroom"))
-    collect(CollectConfig(houses=1, steps=2, house=house), tmp_path / "data", progress=False)
-    other = CollectConfig(houses=1, steps=2, house=house, prior=str(prior))
+    home = HomeConfig(rooms=("kitchen", "bedroom"))
+    collect(CollectConfig(num_homes=1, steps=2, home=home), tmp_path / "data", progress=False)
+    other = CollectConfig(num_homes=1, steps=2, home=home, prior=str(prior))
     with pytest.raises(ValueError, match=r"got prior = \w{64} instead of \w{64} in"):
         collect(other, tmp_path / "data", progress=False)
     collect(other, tmp_path / "tiny", progress=False)
@@ -168,7 +168,7 @@ def fail(tmp_path, capsys, *arguments: str) -> str:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--houses", "0"], "error: houses must be at least 1, got 0. Ask for more."),
+        (["--num_homes", "0"], "error: num_homes must be at least 1, got 0. Ask for more."),
         (["--steps", "-3"], "error: steps must be at least 1, got -3. Ask for more."),
         (["--workers", "0"], "error: workers must be at least 1, got 0. Ask for more."),
         (["--seed", "-1"], "error: seed must be non-negative, got -1. Choose 0 or more."),
@@ -214,12 +214,12 @@ def test_an_unknown_option_ends_with_status_2(tmp_path, capsys):
     assert "--speed" in capsys.readouterr().err
 
 
-def test_a_full_disk_is_answered_and_finished_houses_are_kept(tmp_path):
+def test_a_full_disk_is_answered_and_finished_homes_are_kept(tmp_path):
     """The operating system refuses files above 20 KB, as a full disk refuses any."""
-    arguments = ["--houses", "3", "--steps", "30", "--workers", "1"]
+    arguments = ["--num_homes", "3", "--steps", "30", "--workers", "1"]
     limit = 20_000
     full = start(
-        tmp_path / "data", *arguments, houses_per_job=1,
+        tmp_path / "data", *arguments, homes_per_job=1,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
     )  # fmt: skip
     _, errors = full.communicate(timeout=120)
@@ -227,7 +227,7 @@ def test_a_full_disk_is_answered_and_finished_houses_are_kept(tmp_path):
     assert "Traceback" not in errors
     last = errors.strip().splitlines()[-1]
     assert "disk must take" in last
-    assert "house_000000.safetensors. Free some space" in last
+    assert "home_000000.safetensors. Free some space" in last
     assert last.endswith("finished files are kept.")
     assert [path.name for path in (tmp_path / "data").iterdir()] == ["manifest.json"]
     main(["--out", str(tmp_path / "data"), *arguments])
@@ -236,13 +236,13 @@ def test_a_full_disk_is_answered_and_finished_houses_are_kept(tmp_path):
 
 
 def test_a_snapshot_takes_less_than_20_kilobytes(tmp_path):
-    collect(CollectConfig(houses=1, steps=100), tmp_path, progress=False)
-    size = os.path.getsize(tmp_path / "house_000000.safetensors")
+    collect(CollectConfig(num_homes=1, steps=100), tmp_path, progress=False)
+    size = os.path.getsize(tmp_path / "home_000000.safetensors")
     assert size / 100 < 20_000
 
 
 def test_the_module_runs_as_documented(tmp_path):
-    command = ["--houses", "1", "--steps", "2", "--policy", "bayesian", "--task",
+    command = ["--num_homes", "1", "--steps", "2", "--policy", "bayesian", "--task",
                "predict_location", "--workers", "1", "--no-dynamic-nodes"]  # fmt: skip
     done = subprocess.run(
         [sys.executable, "-m", "simulator.collect", "--out", str(tmp_path / "data"), *command],
@@ -250,4 +250,4 @@ def test_the_module_runs_as_documented(tmp_path):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "collecting train snapshots" in done.stderr
-    assert not load_manifest(tmp_path / "data")["settings"]["house"]["dynamic_nodes"]
+    assert not load_manifest(tmp_path / "data")["settings"]["home"]["dynamic_nodes"]

@@ -9,11 +9,11 @@ import pytest
 
 from simulator import collect as collect_module
 from simulator.collect import CollectConfig, collect
-from simulator.config import HouseConfig
-from simulator.evaluation import evaluate_policy
 from simulator.fan_out import check_workers, fan_out
 from simulator.policies import POLICIES
-from simulator.streams import Streams
+from simulator.tasks.evaluation import evaluate_policy
+from simulator.world.config import HomeConfig
+from simulator.world.streams import Streams
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -47,30 +47,30 @@ def test_workers_and_backend_are_checked(monkeypatch):
 @pytest.mark.parametrize(("policy", "task"), [("bayesian", "find_object"), ("oracle", None)])
 def test_evaluation_is_the_same_for_any_number_of_workers(default_prior, policy, task):
     task = task or "predict_location"
-    settings = (POLICIES[policy], default_prior, HouseConfig())
+    settings = (POLICIES[policy], default_prior, HomeConfig())
     alone = evaluate_policy(*settings, Streams(0, "val", range(5)), 4, task=task)
     shared = evaluate_policy(*settings, Streams(0, "val", range(5)), 4, task=task, workers=2)
     for name in ("values", "is_correct", "has_candidate", "is_away", "confidence", "likelihood"):
         np.testing.assert_array_equal(getattr(shared, name), getattr(alone, name), err_msg=name)
 
 
-def test_the_manifest_is_not_written_for_every_house(tmp_path, monkeypatch):
-    """With 100 % more houses each time: after 1, 2, 4 and 8 of 12 houses, and at the end."""
+def test_the_manifest_is_not_written_for_every_home(tmp_path, monkeypatch):
+    """With 100 % more homes each time: after 1, 2, 4 and 8 of 12 homes, and at the end."""
     written = []
     save = collect_module.save_manifest
-    monkeypatch.setattr(collect_module, "_HOUSES_PER_JOB", 1)
+    monkeypatch.setattr(collect_module, "_HOMES_PER_JOB", 1)
     monkeypatch.setattr(collect_module, "_MANIFEST_SHARE", 1.0)
     monkeypatch.setattr(
         collect_module, "save_manifest",
         lambda out, settings, shards: (written.append(len(shards)), save(out, settings, shards)),
     )  # fmt: skip
-    collect(CollectConfig(houses=12, steps=1), tmp_path / "data", progress=False)
+    collect(CollectConfig(num_homes=12, steps=1), tmp_path / "data", progress=False)
     assert written == [0, 1, 2, 4, 8, 12]
 
 
 @pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed: extra cluster")
 def test_a_local_ray_of_two_cpus_gives_the_same_bytes(tmp_path):
-    config = CollectConfig(houses=5, steps=4, seed=3)
+    config = CollectConfig(num_homes=5, steps=4, seed=3)
     collect(config, tmp_path / "here", progress=False)
     code = (
         "import sys, ray\n"
@@ -78,7 +78,7 @@ def test_a_local_ray_of_two_cpus_gives_the_same_bytes(tmp_path):
         "from simulator.collect import main\n"
         "main(sys.argv[1:])\n"
     )
-    arguments = ["--houses", "5", "--steps", "4", "--seed", "3", "--workers", "2"]
+    arguments = ["--num_homes", "5", "--steps", "4", "--seed", "3", "--workers", "2"]
     done = subprocess.run(
         [sys.executable, "-c", code, "--out", str(tmp_path / "ray"), *arguments,
          "--backend", "ray"],

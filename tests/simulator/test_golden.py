@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from simulator.collect import CollectConfig, collect
-from simulator.config import HouseConfig
-from simulator.dynamics import evolve
-from simulator.evaluation import evaluate_policy
 from simulator.policies import make_policy
-from simulator.shards import get_shard_name, load_shard
-from simulator.streams import Streams
+from simulator.snapshots.shards import get_shard_name, load_shard
+from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.registry import TASKS
+from simulator.world.config import HomeConfig
+from simulator.world.dynamics import evolve
+from simulator.world.streams import Streams
 
 STATE = ("object_type", "object_code", "object_place", "object_moved", "object_move_weight")
 
@@ -91,23 +91,23 @@ def compute_digest(*arrays: np.ndarray) -> str:
         ("moves between rooms", {"cross_room_moves": True, "move_share": 0.2}),
     ],
 )
-def test_homes_stay_what_they_were(make_default_houses, name, rules):
-    houses = make_default_houses(3, seed=11, **rules)
-    states = [houses.furniture_type, houses.furniture_code, houses.place_weights]
+def test_homes_stay_what_they_were(make_default_homes, name, rules):
+    homes = make_default_homes(3, seed=11, **rules)
+    states = [homes.furniture_type, homes.furniture_code, homes.place_weights]
     for _ in range(40):  # past a block of random numbers
-        evolve(houses)
-        states += [getattr(houses, column).copy() for column in STATE]
-    house, slot = np.nonzero(houses.is_present)
-    states.append(houses.transition_rows(house, houses.object_code[house, slot]))
+        evolve(homes)
+        states += [getattr(homes, column).copy() for column in STATE]
+    home, slot = np.nonzero(homes.is_present)
+    states.append(homes.transition_rows(home, homes.object_code[home, slot]))
     assert compute_digest(*states) == HOMES[name]
 
 
 @pytest.mark.parametrize("task", TASKS)
 def test_shards_stay_what_they_were(tmp_path: Path, task):
-    collect(CollectConfig(houses=3, steps=12, seed=5, task=task), tmp_path, progress=False)
+    collect(CollectConfig(num_homes=3, steps=12, seed=5, task=task), tmp_path, progress=False)
     arrays = []
-    for house in range(3):
-        shard = load_shard(tmp_path / get_shard_name(house))
+    for home in range(3):
+        shard = load_shard(tmp_path / get_shard_name(home))
         arrays += [shard[name] for name in sorted(shard)]
     assert compute_digest(*arrays) == SHARDS[task]
 
@@ -117,8 +117,8 @@ def test_scores_stay_what_they_were(default_prior, task):
     found = {}
     for name in SCORES[task]:
         scores = evaluate_policy(
-            lambda houses, name=name: make_policy(name, houses),
-            default_prior, HouseConfig(), Streams(2, "test", range(3)), 8, task=task,
+            lambda homes, name=name: make_policy(name, homes),
+            default_prior, HomeConfig(), Streams(2, "test", range(3)), 8, task=task,
         )  # fmt: skip
         # Rounded: a processor may add the terms of a sum in another order.
         found[name] = compute_digest(

@@ -7,18 +7,18 @@ import pytest
 
 from simulator import collect as collect_module
 from simulator.collect import CollectConfig, collect
-from simulator.config import HouseConfig
-from simulator.houses import Houses
 from simulator.policies import make_policy
-from simulator.shards import load_shard
-from simulator.streams import Streams
+from simulator.snapshots.shards import load_shard
 from simulator.tasks.registry import TASKS
+from simulator.world.config import HomeConfig
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
 
-HOUSE = HouseConfig(furniture_per_room=3, objects_per_furniture=4)
+HOUSE = HomeConfig(furniture_per_room=3, objects_per_furniture=4)
 
 
 def configure(task: str) -> CollectConfig:
-    return CollectConfig(houses=5, steps=6, seed=3, task=task, house=HOUSE)
+    return CollectConfig(num_homes=5, steps=6, seed=3, task=task, home=HOUSE)
 
 
 def read_all(folder: Path) -> dict[str, bytes]:
@@ -35,8 +35,8 @@ def reference(request, tmp_path_factory) -> tuple[str, Path]:
 
 def test_one_snapshot_per_answer(reference):
     task, folder = reference
-    houses = Houses(CollectConfig().load_prior(), HOUSE, Streams(3, "train", range(5)))
-    game = TASKS[task](houses, make_policy("bayesian", houses))
+    homes = SampledHomes(CollectConfig().load_prior(), HOUSE, Streams(3, "train", range(5)))
+    game = TASKS[task](homes, make_policy("bayesian", homes))
     answered = []
     game.on_answer = answered.append
     values = np.stack(list(game.run(6)), axis=1)  # (H, T)
@@ -45,21 +45,21 @@ def test_one_snapshot_per_answer(reference):
         "relative_likelihood": np.full(5, 30),
         "find_object": values.sum(axis=1),  # one per look
     }[task]
-    for house in range(5):
-        shard = load_shard(folder / f"house_{house:06d}.safetensors")
-        assert len(shard["snapshot_time"]) == expected[house]
-        own = [part.answers[part.queries.home == house] for part in answered]
+    for home in range(5):
+        shard = load_shard(folder / f"home_{home:06d}.safetensors")
+        assert len(shard["snapshot_time"]) == expected[home]
+        own = [part.answers[part.queries.home == home] for part in answered]
         np.testing.assert_array_equal(shard["snapshot_answers"], np.concatenate(own))
         assert (np.diff(shard["snapshot_time"]) >= 0).all()
         for kind in ("object", "edge", "furniture"):
-            assert (shard[f"{kind}_version_valid_to"] <= expected[house]).all()
+            assert (shard[f"{kind}_version_valid_to"] <= expected[home]).all()
     if task == "find_object":
         assert len(set(expected.tolist())) > 1, "homes should differ in their number of looks"
 
 
 def test_any_number_of_workers_gives_the_same_bytes(reference, tmp_path, monkeypatch):
     task, folder = reference
-    monkeypatch.setattr(collect_module, "_HOUSES_PER_JOB", 2)
+    monkeypatch.setattr(collect_module, "_HOMES_PER_JOB", 2)
     collect(configure(task), tmp_path / "data", progress=False)
     assert read_all(tmp_path / "data") == read_all(folder)
 
@@ -67,21 +67,21 @@ def test_any_number_of_workers_gives_the_same_bytes(reference, tmp_path, monkeyp
 def test_an_interrupted_collection_ends_with_the_same_bytes(reference, tmp_path, monkeypatch):
     task, folder = reference
     out = tmp_path / "data"
-    monkeypatch.setattr(collect_module, "_HOUSES_PER_JOB", 1)
+    monkeypatch.setattr(collect_module, "_HOMES_PER_JOB", 1)
     finished = []
 
     def stop_after_two(*arguments):
         if len(finished) == 2:
             raise KeyboardInterrupt
         finished.append(arguments[2])
-        return collect_module_houses(*arguments)
+        return collect_module_homes(*arguments)
 
-    collect_module_houses = collect_module.collect_houses
-    monkeypatch.setattr(collect_module, "collect_houses", stop_after_two)
+    collect_module_homes = collect_module.collect_homes
+    monkeypatch.setattr(collect_module, "collect_homes", stop_after_two)
     with pytest.raises(KeyboardInterrupt):
         collect(configure(task), out, progress=False)
     assert len(list(out.glob("*.safetensors"))) == 2
-    monkeypatch.setattr(collect_module, "collect_houses", collect_module_houses)
+    monkeypatch.setattr(collect_module, "collect_homes", collect_module_homes)
     collect(configure(task), out, progress=False)
     assert read_all(out) == read_all(folder)
 

@@ -5,12 +5,12 @@ from functools import partial
 import numpy as np
 import pytest
 
-from simulator.config import HouseConfig
-from simulator.houses import Houses
 from simulator.policies import make_policy
-from simulator.streams import Streams
 from simulator.tasks.find_object import FindObject, SearchOrder
 from simulator.trace import Recordings, record_homes
+from simulator.world.config import HomeConfig
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
 
 gymnasium = pytest.importorskip("gymnasium")
 
@@ -28,13 +28,13 @@ EDGE = {name: column for column, name in enumerate(EDGE_FEATURES)}
 def make_homes(tiny_prior):
     """Homes of two rooms with three furniture nodes each."""
     return partial(
-        Houses, tiny_prior, HouseConfig(rooms=("kitchen", "bedroom"), furniture_per_room=3)
+        SampledHomes, tiny_prior, HomeConfig(rooms=("kitchen", "bedroom"), furniture_per_room=3)
     )
 
 
 @pytest.fixture
 def env(make_homes):
-    return gymnasium.make(ENV, homes=make_homes, policy="ceiling", queries_per_home=20)
+    return gymnasium.make(ENV, make_homes=make_homes, policy="ceiling", queries_per_home=20)
 
 
 def choose(scores, mask):
@@ -50,17 +50,17 @@ class FirstBest(SearchOrder):
 
 def test_gymnasium_checks_it_without_a_warning(make_homes):
     check_env(gymnasium.make(ENV).unwrapped)
-    check_env(gymnasium.make(ENV, homes=make_homes, max_looks=3).unwrapped)
+    check_env(gymnasium.make(ENV, make_homes=make_homes, max_looks=3).unwrapped)
 
 
 def test_searches_are_those_of_the_task(env, make_homes):
     """Looks, memory and homes are those of `FindObject` with the same order."""
     _, info = env.reset(seed=11)
     home_seed = int(np.random.default_rng(11).integers(2**31))
-    houses = make_homes(Streams(home_seed, "train", [0]))
-    task = FindObject(houses, make_policy("ceiling", houses), order=FirstBest())
+    homes = make_homes(Streams(home_seed, "train", [0]))
+    task = FindObject(homes, make_policy("ceiling", homes), order=FirstBest())
     for episode in task.run(20):
-        assert info["query"] == houses.object_descriptions.text(int(episode.codes[0]))
+        assert info["query"] == homes.object_descriptions.text(int(episode.codes[0]))
         total, is_found = 0.0, False
         while not is_found:
             action = choose(env.unwrapped.compute_scores(), info["action_mask"])
@@ -158,10 +158,10 @@ def test_bad_values(make_homes, env):
     for name, value in (("max_looks", 0), ("queries_per_home", 0), ("num_envs", 0)):
         make = gymnasium.make_vec if name == "num_envs" else gymnasium.make
         with pytest.raises(ValueError, match=f"{name} must be at least 1, got 0. Raise it"):
-            make(ENV, homes=make_homes, **{name: value})
+            make(ENV, make_homes=make_homes, **{name: value})
     with pytest.raises(ValueError, match="policy must be one of"):
         gymnasium.make(ENV, policy="nobody")
-    homes = gymnasium.make_vec(ENV, num_envs=2, homes=make_homes)
+    homes = gymnasium.make_vec(ENV, num_envs=2, make_homes=make_homes)
     homes.reset(seed=0)
     with pytest.raises(ValueError, match="actions must be 2 furniture indices from 0 to 5"):
         homes.step(np.array([0, 6]))
@@ -172,7 +172,7 @@ def test_bad_values(make_homes, env):
 
 
 def test_many_homes_in_lockstep(make_homes, env):
-    homes = gymnasium.make_vec(ENV, num_envs=4, homes=make_homes, policy="ceiling")
+    homes = gymnasium.make_vec(ENV, num_envs=4, make_homes=make_homes, policy="ceiling")
     assert homes.metadata["autoreset_mode"] is AutoresetMode.DISABLED
     observations, infos = homes.reset(seed=11)
     observation, info = env.reset(seed=11)
@@ -209,7 +209,7 @@ def test_many_homes_in_lockstep(make_homes, env):
 
 
 def test_independent_homes_reset_by_themselves(make_homes):
-    homes = gymnasium.make_vec(ENV, num_envs=2, homes=make_homes, vectorization_mode="sync")
+    homes = gymnasium.make_vec(ENV, num_envs=2, make_homes=make_homes, vectorization_mode="sync")
     observations, infos = homes.reset(seed=0)
     assert len(observations["graph"]) == 2
     for _ in range(30):
@@ -220,7 +220,9 @@ def test_independent_homes_reset_by_themselves(make_homes):
 
 def test_recorded_homes_can_be_searched(tiny_prior, make_homes):
     recordings = Recordings(record_homes(make_homes(Streams(0, "train", [0])), 5), tiny_prior)
-    env = gymnasium.make(ENV, homes=recordings.make_houses, queries_per_home=recordings.num_steps)
+    env = gymnasium.make(
+        ENV, make_homes=recordings.make_homes, queries_per_home=recordings.num_steps
+    )
     for search in range(12):  # 5 steps were recorded, then it starts again
         _, info = env.reset(seed=0 if search == 0 else None)
         assert env.unwrapped.searches.num_searches == search % 5 + 1

@@ -12,10 +12,10 @@ LEFT, RIGHT, FORWARD, LOOK = GridAction
 
 def check_graph_and_grid_agree(env):
     """Every object lies on its furniture's cells, and the agent stands on free floor."""
-    houses, layout = env.houses, env.layout
-    for slot in range(houses.num_slots):
+    homes, layout = env.homes, env.layout
+    for slot in range(homes.num_slots):
         x, y = env.placement.cell[slot]
-        furniture = houses.object_furniture[0, slot]
+        furniture = homes.object_furniture[0, slot]
         if furniture < 0:
             assert (x, y) == (-1, -1)
             continue
@@ -40,16 +40,16 @@ def test_graph_and_grid_agree_after_every_step(make_env, seed):
     env.reset(seed=seed)
     for _ in range(6):
         check_graph_and_grid_agree(env)
-        before = env.houses.object_place.copy()
+        before = env.homes.object_place.copy()
         is_over = False
         while not is_over:
             _, _, terminated, truncated, _ = env.step(rng.choice(4, p=[0.15, 0.15, 0.5, 0.2]))
             is_over = terminated or truncated
             x, y = env.position
             assert env.layout.is_free[y, x]
-        assert (env.houses.object_place == before).all()  # static within an episode
+        assert (env.homes.object_place == before).all()  # static within an episode
         env.reset()
-        assert (env.houses.object_place != before).any()
+        assert (env.homes.object_place != before).any()
 
 
 def test_objects_that_do_not_move_keep_their_cells(make_env):
@@ -58,16 +58,16 @@ def test_objects_that_do_not_move_keep_their_cells(make_env):
     for _ in range(20):
         cell, furniture = env.placement.cell.copy(), env.placement.furniture.copy()
         env.reset()
-        stayed = env.houses.object_furniture[0] == furniture
+        stayed = env.homes.object_furniture[0] == furniture
         assert (env.placement.cell[stayed] == cell[stayed]).all()
         assert not stayed.all()
-    assert env.houses.is_present.sum() == 21 * 6  # nothing comes or goes
+    assert env.homes.is_present.sum() == 21 * 6  # nothing comes or goes
 
 
 def test_objects_spread_over_the_cells_of_their_furniture(make_env):
     env = make_env()
     env.reset(seed=4)
-    fresh = Placement(env.layout, env.houses)
+    fresh = Placement(env.layout, env.homes)
     for furniture, piece in enumerate(env.layout.furniture):
         cells = fresh.cell[fresh.furniture == furniture]
         counts = [(cells == cell).all(axis=1).sum() for cell in piece.cells]
@@ -128,10 +128,10 @@ def test_a_look_sees_a_part_of_what_lies_there(make_env):
         env.reset(seed=seed)
         for action in (FORWARD, LEFT, FORWARD, FORWARD, LOOK):
             observation, *_ = env.step(action)
-        houses, place = env.houses, observation["looked"] - 1
-        there = houses.object_furniture[0] == place
+        homes, place = env.homes, observation["looked"] - 1
+        there = homes.object_furniture[0] == place
         truth = np.zeros_like(observation["seen"])
-        truth[houses.object_code[0, there], houses.object_place[0, there] % 2] = 1
+        truth[homes.object_code[0, there], homes.object_place[0, there] % 2] = 1
         assert (observation["seen"] <= truth).all()
         num_seen += observation["seen"].sum()
         num_there += truth.sum()
@@ -175,18 +175,18 @@ def test_when_a_new_home_is_drawn(make_env):
     env = make_env(queries_per_home=3)
     env.reset(seed=5)
     env.step(FORWARD)
-    first = env.houses
+    first = env.homes
     env.reset()
-    assert env.houses is first
+    assert env.homes is first
     assert env.position == (12, 4)  # the agent goes on from where it stands
     env.reset()
-    assert env.houses is first
+    assert env.homes is first
     env.reset()  # the fourth search
-    assert env.houses is not first
+    assert env.homes is not first
     assert env.position == env.layout.start
-    second = env.houses
+    second = env.homes
     env.reset(options={"new_home": True})
-    assert env.houses is not second
+    assert env.homes is not second
 
 
 def test_observations_are_symbolic_and_need_no_picture(make_env, monkeypatch):
@@ -234,7 +234,7 @@ def test_another_layout(make_env, small_text, tmp_path):
     env = make_env(layout=path)
     env.reset(seed=0)
     check_graph_and_grid_agree(env)
-    assert env.houses.num_furniture == 3
+    assert env.homes.num_furniture == 3
 
 
 def test_human_mode_shows_a_window_of_the_pictures_size(make_env):

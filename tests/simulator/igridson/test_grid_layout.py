@@ -116,9 +116,9 @@ def test_comments_and_files(small_text, tmp_path):
 
 
 def test_furniture_the_prior_does_not_know_is_refused(small_text, default_prior):
-    from simulator.igridson.find_object import make_houses
-    from simulator.streams import Streams
+    from simulator.igridson.find_object import make_homes
+    from simulator.world.streams import Streams
 
     layout = parse_layout(small_text.replace("fridge", "spaceship"))
     with pytest.raises(ValueError, match="got 'spaceship' in 'kitchen'"):
-        make_houses(default_prior, layout, Streams(0, "test", [0]))
+        make_homes(default_prior, layout, Streams(0, "test", [0]))

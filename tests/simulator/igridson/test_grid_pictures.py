@@ -122,16 +122,16 @@ def test_every_object_asked_for_gets_a_star_even_in_a_crowd(picture):
 def test_things_are_those_of_the_home(make_env):
     env = make_env()
     env.reset(seed=1)
-    things = list_things(env.houses, env.placement, int(env.houses.object_code[0, 0]))
+    things = list_things(env.homes, env.placement, int(env.homes.object_code[0, 0]))
     assert len(things) == 126
     # an empty slot has place -1, which is odd
-    assert sum(t.is_inside for t in things) == (env.houses.object_place[0] % 2 == 0).sum()
+    assert sum(t.is_inside for t in things) == (env.homes.object_place[0] % 2 == 0).sum()
     assert any(t.is_asked for t in things)
     env.shows_all = False
     assert env.get_scene().things == ()
     env.looked_at = [1]
     shown = env.get_scene().things
-    assert len(shown) == (env.houses.object_furniture[0] == 1).sum()
+    assert len(shown) == (env.homes.object_furniture[0] == 1).sum()
 
 
 def test_shades_grow_with_probability():
@@ -148,7 +148,7 @@ def film(make_env, num_searches=1):
     from simulator.igridson.find_object import Searcher
     from simulator.policies import make_policy
 
-    searcher = Searcher(lambda houses: make_policy("bayesian", houses))
+    searcher = Searcher(lambda homes: make_policy("bayesian", homes))
     env = make_env(render_mode="rgb_array", tile_size=32)
     return film_searches(env, searcher, 0, num_searches, 2)
 
@@ -198,4 +198,4 @@ def test_bad_videos_are_refused(make_env, tmp_path, monkeypatch):
     with pytest.raises(FileNotFoundError, match="Install ffmpeg"):
         check_format(tmp_path / "search.mp4")
     with pytest.raises(ValueError, match="got 0 after 0"):
-        film_searches(make_env(), Searcher(lambda houses: None), 0, 0, 0)
+        film_searches(make_env(), Searcher(lambda homes: None), 0, 0, 0)

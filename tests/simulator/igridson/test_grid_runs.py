@@ -15,7 +15,7 @@ from simulator.policies import make_policy
 
 
 def searcher_of(name, **options):
-    return Searcher(lambda houses: make_policy(name, houses), **options)
+    return Searcher(lambda homes: make_policy(name, homes), **options)
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,7 @@ def test_agents_on_the_grid_do_what_the_table_says(make_env, default_prior, name
         for _ in agent.search(seed=11 if number == 0 else None):
             pass
         ours.append((env.is_found, len(env.looked_at), env.path_length))
-    config = RunConfig(25, queries_per_home=25, seed=env.houses.streams.seed)
+    config = RunConfig(25, queries_per_home=25, seed=env.homes.streams.seed)
     runs = run_searches(searcher, default_prior, env.layout, config)
     found, actions, path = (np.array(column) for column in zip(*ours, strict=True))
     assert runs.is_found[0].tolist() == found.tolist()

@@ -6,9 +6,9 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
-from simulator.prior_graph import PriorGraph
-from simulator.priors.build import build_from_sources
 from simulator.priors.compare import compare_priors, compute_rank_correlation
+from simulator.priors.prior_graph import PriorGraph
+from simulator.priors.sources.build import build_from_sources
 from simulator.priors.types import load_types
 
 needs_packages = pytest.mark.skipif(

@@ -10,8 +10,8 @@ import time
 import numpy as np
 import pytest
 
-from simulator.prior_check import find_problems
-from simulator.prior_graph import FurnitureType, ObjectType, Placement, PriorGraph
+from simulator.priors.prior_check import find_problems
+from simulator.priors.prior_graph import FurnitureType, ObjectType, Placement, PriorGraph
 
 GOOD = {
     "version": 1,
@@ -154,7 +154,7 @@ def test_construction_in_code_is_checked_too():
 
 def test_default_loads_fast_and_import_stays_light():
     code = (
-        "import sys, time; import simulator.priors; from simulator.prior_graph import PriorGraph;"
+        "import sys, time; from simulator.priors.prior_graph import PriorGraph;"
         "start = time.process_time(); PriorGraph.default();"
         "assert time.process_time() - start < 0.2, 'slow';"
         "heavy = {'matplotlib', 'rich', 'torch', 'scipy', 'pandas'} & set(sys.modules);"

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from simulator.priors.behavior import count_behavior, parse_expression
-from simulator.priors.igibson import count_igibson
-from simulator.priors.table import count_table
+from simulator.priors.sources.behavior import count_behavior, parse_expression
+from simulator.priors.sources.igibson import count_igibson
+from simulator.priors.sources.table import count_table
 
 
 def _write_model(root, category, model, entries):

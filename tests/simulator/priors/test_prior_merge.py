@@ -2,8 +2,8 @@
 
 import pytest
 
-from simulator.priors.counts import PlacementCounts
-from simulator.priors.merge import BuildOptions, build_prior
+from simulator.priors.sources.counts import PlacementCounts
+from simulator.priors.sources.merge import BuildOptions, build_prior
 
 LOOSE = BuildOptions(min_edges=1, min_places=1)
 
@@ -50,7 +50,7 @@ def test_first_source_wins_a_shared_relation_and_rare_evidence_weighs_less():
 
 def test_counts_become_rates_per_room():
     counts = _make(
-        "houses",
+        "num_homes",
         {("kitchen", "table", "mug", "onTop"): 10, ("bedroom", "bed", "mug", "onTop"): 10},
         rooms={"kitchen": 10, "bedroom": 40},
         furniture={("kitchen", "table"): 10, ("bedroom", "bed"): 40},

@@ -5,8 +5,8 @@ import json
 
 import pytest
 
-from simulator.priors.procthor_houses import count_houses, count_procthor_houses
-from simulator.priors.procthor_schema import find_asset_type
+from simulator.priors.sources.procthor_houses import count_houses, count_procthor_houses
+from simulator.priors.sources.procthor_schema import find_asset_type
 
 SQUARE = [{"x": 0, "y": 0, "z": 0}, {"x": 0, "y": 0, "z": 4}, {"x": 4, "y": 0, "z": 4}]
 SQUARE.append({"x": 4, "y": 0, "z": 0})

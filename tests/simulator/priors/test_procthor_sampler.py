@@ -5,10 +5,15 @@ import json
 import numpy as np
 import pytest
 
-from simulator.priors.procthor_assets import load_assets, place_members
-from simulator.priors.procthor_databases import count_procthor_databases
-from simulator.priors.procthor_rooms import FreeFloor, Rectangle, choose_weighted, sample_room_sizes
-from simulator.priors.procthor_rules import HOUSE_SPECS
+from simulator.priors.sources.procthor_assets import load_assets, place_members
+from simulator.priors.sources.procthor_databases import count_procthor_databases
+from simulator.priors.sources.procthor_rooms import (
+    FreeFloor,
+    Rectangle,
+    choose_weighted,
+    sample_room_sizes,
+)
+from simulator.priors.sources.procthor_rules import HOUSE_SPECS
 
 ROOMS = ("inKitchens", "inLivingRooms", "inBedrooms", "inBathrooms")
 
@@ -187,6 +192,6 @@ def test_choose_weighted_follows_the_weights():
 def test_no_houses_and_no_package_are_refused(databases, monkeypatch):
     with pytest.raises(ValueError, match="num_houses must be >= 1, got 0"):
         count_procthor_databases(databases, num_houses=0)
-    monkeypatch.setattr("simulator.priors.packages.find_spec", lambda name: None)
+    monkeypatch.setattr("simulator.priors.sources.packages.find_spec", lambda name: None)
     with pytest.raises(ModuleNotFoundError, match=r"package 'procthor'.*pip install --no-deps"):
         count_procthor_databases(num_houses=1)

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from simulator.config import HouseConfig
-from simulator.houses import Houses
-from simulator.prior_graph import PriorGraph
 from simulator.priors.__main__ import main
-from simulator.priors.from_trace import count_prior, fit_sample_probs
-from simulator.streams import Streams
+from simulator.priors.prior_graph import PriorGraph
 from simulator.trace import load_trace, record_homes, save_trace
+from simulator.trace.count_prior import count_prior, fit_sample_probs
+from simulator.world.config import HomeConfig
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
 
 LAYOUT = """{"rooms": ["kitchen", "bedroom"], "furniture": [
  {"name": "shelf 1", "room": "kitchen", "description": "oak shelf"},
@@ -76,8 +76,8 @@ def test_sample_probabilities_give_what_was_present(tiny_prior):
 
 
 def test_a_prior_counted_from_simulated_homes_is_like_theirs(tiny_prior):
-    config = HouseConfig(rooms=("kitchen", "bedroom"), furniture_per_room=3)
-    traces = record_homes(Houses(tiny_prior, config, Streams(1, "train", range(20))), 100)
+    config = HomeConfig(rooms=("kitchen", "bedroom"), furniture_per_room=3)
+    traces = record_homes(SampledHomes(tiny_prior, config, Streams(1, "train", range(20))), 100)
     prior, _ = count_prior(traces)
     known = {row.label: row for row in tiny_prior.objects}
     found = {row.label: row for row in prior.objects}
@@ -96,7 +96,7 @@ def test_a_prior_counted_from_simulated_homes_is_like_theirs(tiny_prior):
     for row in prior.placements:
         total[row.object] = total.get(row.object, 0) + row.prob
     assert all(value == pytest.approx(1, abs=1e-5) for value in total.values())
-    Houses(prior, config, Streams(0, "test", [0]))  # homes can be sampled from it
+    SampledHomes(prior, config, Streams(0, "test", [0]))  # homes can be sampled from it
 
 
 def test_the_command_line_writes_a_prior_that_checks(home, tmp_path, capsys, tiny_prior):
@@ -111,8 +111,8 @@ def test_the_command_line_writes_a_prior_that_checks(home, tmp_path, capsys, tin
     assert "error: trace must last at least one step of 1e+09 s" in capsys.readouterr().err
     assert main(["from-trace", str(tmp_path / "no"), "--out", str(out)]) == 1
     assert "error: trace must be a folder" in capsys.readouterr().err
-    config = HouseConfig(rooms=("kitchen", "bedroom"), furniture_per_room=3)
-    for trace in record_homes(Houses(tiny_prior, config, Streams(1, "train", range(2))), 5):
+    config = HomeConfig(rooms=("kitchen", "bedroom"), furniture_per_room=3)
+    for trace in record_homes(SampledHomes(tiny_prior, config, Streams(1, "train", range(2))), 5):
         save_trace(trace, tmp_path / "many" / trace.name)
     assert main(["from-trace", str(tmp_path / "many"), "--out", str(out)]) == 0
     assert PriorGraph.load(out).metadata["sources"] == ["trace (2 recorded homes, 10 steps)"]

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from simulator import collect
-from simulator.shards import load_manifest, load_shard
+from simulator.snapshots.shards import load_manifest, load_shard
 from simulator.trace import load_trace
 from simulator.trace.command import main
 
 
 def test_record_and_check(tmp_path, capsys):
     out = tmp_path / "traces"
-    arguments = ["record", "--houses", "2", "--steps", "3", "--seed", "5", "--out", str(out)]
+    arguments = ["record", "--num_homes", "2", "--steps", "3", "--seed", "5", "--out", str(out)]
     assert main([*arguments, "--no-dynamic-nodes", "--step-seconds", "60"]) == 0
     trace = load_trace(out / "home_000001")
     assert trace.truth.step_seconds == 60
@@ -31,7 +31,7 @@ def test_record_and_check(tmp_path, capsys):
     ("arguments", "message"),
     [
         (["record", "--steps", "0", "--out", "x"], "steps must be at least 1, got 0"),
-        (["record", "--houses", "0", "--out", "x"], "houses must be one or more"),
+        (["record", "--num_homes", "0", "--out", "x"], "homes must be one or more"),
         (["record", "--step-seconds", "nan", "--out", "x"], "step must be a number of seconds"),
         (["record", "--prior", "none.json", "--out", "x"], "prior must be a file"),
         (["check", "nowhere"], "trace must be a folder with layout.json"),
@@ -53,11 +53,11 @@ def test_collecting_from_a_trace(write_home, tmp_path):
     arguments = ["--trace", str(home), "--step-seconds", "1800", "--workers", "1", "--belief"]
     collect.main([*arguments, "--out", str(out)])
     manifest = load_manifest(out)
-    assert manifest["settings"]["houses"] == 1
+    assert manifest["settings"]["num_homes"] == 1
     assert manifest["settings"]["steps"] == 12
     assert manifest["settings"]["trace"]["checksums"] == [load_trace(home).checksum]
     assert str(tmp_path) not in json.dumps(manifest)
-    shard = load_shard(out / "house_000000.safetensors")
+    shard = load_shard(out / "home_000000.safetensors")
     assert shard["snapshot_answers"].shape == (12, 3)
     assert shard["snapshot_answers"].any(axis=1).all()
     assert shard["snapshot_belief"].shape[:2] == (12, 3)
@@ -71,10 +71,10 @@ def test_collecting_from_a_trace(write_home, tmp_path):
 def test_collecting_a_simulated_home_again(tmp_path):
     """Snapshots of a replay hold what those of the simulated home hold."""
     traces, out = tmp_path / "traces", tmp_path / "out"
-    main(["record", "--houses", "2", "--steps", "4", "--split", "train", "--out", str(traces)])
+    main(["record", "--num_homes", "2", "--steps", "4", "--split", "train", "--out", str(traces)])
     collect.main(["--trace", str(traces), "--workers", "1", "--out", str(out / "a")])
-    collect.main(["--houses", "2", "--steps", "4", "--workers", "1", "--out", str(out / "b")])
-    for name in ("house_000000.safetensors", "house_000001.safetensors"):
+    collect.main(["--num_homes", "2", "--steps", "4", "--workers", "1", "--out", str(out / "b")])
+    for name in ("home_000000.safetensors", "home_000001.safetensors"):
         replayed, played = load_shard(out / "a" / name), load_shard(out / "b" / name)
         assert replayed.keys() == played.keys()
         for key in ("snapshot_answers", "snapshot_prior", "furniture_version_num_observed"):
@@ -91,7 +91,10 @@ def test_collecting_a_simulated_home_again(tmp_path):
         (["--trace", "{home}", "--steps", "7"], "at most the 6 steps of 3600 s"),
         (["--trace", "{home}", "--step-seconds", "0"], "step must be a number of seconds > 0"),
         (["--trace", "{home}", "--by-day"], "must cover a day from midnight to midnight"),
-        (["--trace", "{home}", "--houses", "2"], "must be one of the 1 that were recorded, got 1"),
+        (
+            ["--trace", "{home}", "--num_homes", "2"],
+            "must be one of the 1 that were recorded, got 1",
+        ),
         (["--trace", "nowhere"], "trace must be a folder with layout.json"),
     ],
 )

@@ -11,12 +11,12 @@ from simulator.collect import CollectConfig, collect
 from simulator.memory.clock import Clock, compute_week_seconds
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.policies import make_policy
-from simulator.rollout import Rollout
-from simulator.shards import load_shard
-from simulator.streams import Streams
+from simulator.snapshots.shards import load_shard
+from simulator.tasks.rollout import Rollout
 from simulator.trace import Recordings, TraceConfig, load_trace, make_episode, split_days
 from simulator.trace.command import main
 from simulator.trace.memory import remember_trace
+from simulator.world.streams import Streams
 
 HOUR = 3600
 MONDAY = "2024-05-06T18:00"
@@ -43,21 +43,21 @@ def test_episodes_have_a_clock(evening):
 
 def test_memories_tell_the_time_at_every_step(evening, tiny_prior):
     """Three homes in lockstep: one evening, and the two days that follow it."""
-    for by_day, homes, first in ((False, [0], [21]), (True, [0, 1], [24, 48])):  # hours of the week
+    for by_day, home, first in ((False, [0], [21]), (True, [0, 1], [24, 48])):  # hours of the week
         recordings = Recordings([evening], tiny_prior, HOUR, by_day)
-        houses = recordings.make_houses(Streams(0, "test", homes))
-        rollout = Rollout(houses, make_policy("bayesian", houses))
+        homes = recordings.make_homes(Streams(0, "test", home))
+        rollout = Rollout(homes, make_policy("bayesian", homes))
         for step, _ in enumerate(rollout.run(20), start=1):
-            now = compute_week_seconds(rollout.memory.clock, np.full(len(homes), step))
+            now = compute_week_seconds(rollout.memory.clock, np.full(len(home), step))
             assert (now / HOUR).tolist() == [hour + step for hour in first]
 
 
 def test_a_home_without_a_start_stays_without(evening, tiny_prior, write_home):
     unknown = replace(evening, name="unknown", layout=replace(evening.layout, start=None))
     both = Recordings([unknown, evening], tiny_prior)
-    clock = both.make_houses(Streams(0, "test", [0, 1])).clock
+    clock = both.make_homes(Streams(0, "test", [0, 1])).clock
     np.testing.assert_array_equal(clock, [[np.nan] * 2, [21 * HOUR, HOUR]])
-    assert both.make_houses(Streams(0, "test", [0])).clock is None
+    assert both.make_homes(Streams(0, "test", [0])).clock is None
     Recordings([evening], tiny_prior).check_clock()
     with pytest.raises(ValueError, match=r"got no start in the layout.json of unknown. Add a line"):
         both.check_clock()
@@ -68,10 +68,10 @@ def test_shards_hold_the_clock(write_home, tmp_path):
     for name, more in (("a", {"start": MONDAY}), ("b", {})):
         write_home(events=EVENTS, name=name, **more)
     folders = (str(tmp_path / "a"), str(tmp_path / "b"))
-    config = CollectConfig(houses=2, steps=3, trace=TraceConfig(folders, 1800.5))
+    config = CollectConfig(num_homes=2, steps=3, trace=TraceConfig(folders, 1800.5))
     collect(config, tmp_path / "out", progress=False)
     known, unknown = (
-        load_shard(tmp_path / "out" / f"house_00000{house}.safetensors") for house in (0, 1)
+        load_shard(tmp_path / "out" / f"home_00000{home}.safetensors") for home in (0, 1)
     )
     assert known["home_clock"].tolist() == [21 * HOUR, 1800.5]
     assert "home_clock" not in unknown
@@ -90,11 +90,11 @@ def test_recorded_and_imported_homes_can_say_when(tmp_path, capsys):
     ):
         assert main([*record, start]) == 1
         assert message in capsys.readouterr().err
-    house = {
+    home = {
         "rooms": [{"id": "room|2", "roomType": "Kitchen"}],
         "objects": [{"id": "DiningTable|2|0", "children": [{"id": "Mug|surface|2|2"}]}],
     }
-    (tmp_path / "house.json").write_text(json.dumps(house))
+    (tmp_path / "house.json").write_text(json.dumps(home))
     bring = ["import", "procthor", str(tmp_path / "house.json"), "--start", "2026-11-16T07:30"]
     assert main([*bring, "--out", str(tmp_path / "in"), "--memory", str(tmp_path / "a.sgm")]) == 0
     assert load_trace(tmp_path / "in").layout.start == datetime(2026, 11, 16, 7, 30)

@@ -54,14 +54,14 @@ def list_objects(trace):
 
 
 @pytest.fixture
-def house_file(tmp_path) -> Path:
+def home_file(tmp_path) -> Path:
     path = tmp_path / "house.json"
     path.write_text(json.dumps(HOUSE))
     return path
 
 
-def test_a_procthor_house(house_file):
-    trace, builder = read_procthor(house_file)
+def test_a_procthor_house(home_file):
+    trace, builder = read_procthor(home_file)
     rooms = [room.name for room in trace.layout.rooms]
     assert rooms == ["kitchen", "bedroom 1", "bedroom 2", "wine cellar"]
     assert [(row.name, rooms[row.room]) for row in trace.layout.furniture] == [
@@ -90,7 +90,7 @@ def test_a_procthor_house(house_file):
     }
     assert "6 objects, 1 of them taken out of other objects" in builder.summarise()
     assert "not placed, not on furniture: garbage can" in builder.summarise()
-    _, builder = read_procthor(house_file, ["garbage can"])
+    _, builder = read_procthor(home_file, ["garbage can"])
     assert "not on furniture" not in builder.left_out
 
 
@@ -106,17 +106,17 @@ def test_a_procthor_house(house_file):
         ),
     ],
 )
-def test_bad_houses(tmp_path, text, message):
+def test_bad_homes(tmp_path, text, message):
     path = tmp_path / "house.json"
     path.write_text(text)
     with pytest.raises(ValueError, match=message):
         read_procthor(path)
 
 
-def test_import_makes_a_trace_and_a_memory(house_file, tmp_path, capsys):
+def test_import_makes_a_trace_and_a_memory(home_file, tmp_path, capsys):
     out, file = tmp_path / "trace", tmp_path / "home.sgm"
     assert (
-        main(["import", "procthor", str(house_file), "--out", str(out), "--memory", str(file)]) == 0
+        main(["import", "procthor", str(home_file), "--out", str(out), "--memory", str(file)]) == 0
     )
     assert "placed: 4 rooms, 6 furniture nodes, 6 objects" in capsys.readouterr().out
     memory = SceneGraphMemory.load(file)

@@ -6,13 +6,10 @@ from functools import partial
 import numpy as np
 import pytest
 
-from simulator.config import HouseConfig
-from simulator.evaluation import TaskScores, evaluate_policy
-from simulator.houses import Houses
 from simulator.policies import POLICIES, make_policy
-from simulator.rollout import Rollout
-from simulator.streams import Streams
+from simulator.tasks.evaluation import TaskScores, evaluate_policy
 from simulator.tasks.registry import TASKS
+from simulator.tasks.rollout import Rollout
 from simulator.trace import (
     Recordings,
     TraceConfig,
@@ -22,13 +19,16 @@ from simulator.trace import (
     save_trace,
 )
 from simulator.trace.scores import check_policies, list_policies
+from simulator.world.config import HomeConfig
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
 
 STEPS = 12
 HOMES = (0, 1, 2)
 
 
 def make_config(dynamic_nodes=True):
-    return HouseConfig(
+    return HomeConfig(
         rooms=("kitchen", "bedroom"), furniture_per_room=3, dynamic_nodes=dynamic_nodes
     )
 
@@ -37,8 +37,8 @@ def make_config(dynamic_nodes=True):
 def recorded(tiny_prior, tmp_path_factory):
     """Three simulated homes, through files."""
     folder = tmp_path_factory.mktemp("traces")
-    houses = Houses(tiny_prior, make_config(), Streams(4, "test", HOMES))
-    for trace in record_homes(houses, STEPS):
+    homes = SampledHomes(tiny_prior, make_config(), Streams(4, "test", HOMES))
+    for trace in record_homes(homes, STEPS):
         save_trace(trace, folder / trace.name)
     return TraceConfig((str(folder),)).load(tiny_prior)
 
@@ -55,34 +55,34 @@ def test_replay_gives_the_same_scores_step_by_step(recorded, tiny_prior, policy,
 
 
 def test_replay_makes_the_same_choices(recorded, tiny_prior):
-    houses = Houses(tiny_prior, make_config(), Streams(4, "test", HOMES))
-    played = Rollout(houses, make_policy("bayesian", houses))
+    homes = SampledHomes(tiny_prior, make_config(), Streams(4, "test", HOMES))
+    played = Rollout(homes, make_policy("bayesian", homes))
     choices = np.array([step.choice for step in played.run(STEPS)])
     for home in HOMES:  # one at a time: lockstep changes nothing
-        replay = recorded.make_houses(Streams(4, "test", [home]))
+        replay = recorded.make_homes(Streams(4, "test", [home]))
         rollout = Rollout(replay, make_policy("bayesian", replay))
         own = [int(step.choice[0]) for step in rollout.run(STEPS)]
         assert own == choices[:, home].tolist()
 
 
-def test_every_step_of_a_replay_is_the_simulated_home(make_tiny_houses, tiny_prior):
+def test_every_step_of_a_replay_is_the_simulated_home(make_tiny_homes, tiny_prior):
     """Slot by slot, with objects that leave and others that take their slots."""
-    traces = record_homes(make_tiny_houses(3, seed=2), 40)
-    houses = make_tiny_houses(3, seed=2)
-    replay = Recordings(traces, tiny_prior).make_houses(Streams(2, "train", range(3)))
-    text = houses.object_descriptions.text
+    traces = record_homes(make_tiny_homes(3, seed=2), 40)
+    homes = make_tiny_homes(3, seed=2)
+    replay = Recordings(traces, tiny_prior).make_homes(Streams(2, "train", range(3)))
+    text = homes.object_descriptions.text
     for step in range(41):
-        np.testing.assert_array_equal(houses.object_place, replay.object_place)
-        np.testing.assert_array_equal(houses.object_moved, replay.object_moved)
-        here = houses.is_present
-        np.testing.assert_array_equal(houses.object_type[here], replay.object_type[here])
-        assert [text(code) for code in houses.object_code[here]] == [
+        np.testing.assert_array_equal(homes.object_place, replay.object_place)
+        np.testing.assert_array_equal(homes.object_moved, replay.object_moved)
+        here = homes.is_present
+        np.testing.assert_array_equal(homes.object_type[here], replay.object_type[here])
+        assert [text(code) for code in homes.object_code[here]] == [
             replay.object_descriptions.text(code) for code in replay.object_code[here]
         ]
         if step < 40:
-            houses.evolve()
+            homes.evolve()
             replay.evolve()
-    assert sum(trace.num_slots for trace in traces) == 3 * houses.num_slots
+    assert sum(trace.num_slots for trace in traces) == 3 * homes.num_slots
     with pytest.raises(ValueError, match=r"at most the 40 that were recorded, got 41. Play fewer"):
         replay.evolve()
 
@@ -90,25 +90,25 @@ def test_every_step_of_a_replay_is_the_simulated_home(make_tiny_houses, tiny_pri
 def test_without_the_truth_dynamics_are_counted(write_home, tiny_prior):
     trace = load_trace(write_home())
     recordings = Recordings([trace], tiny_prior, step_seconds=3600)
-    houses = recordings.make_houses(Streams(0, "test", [0]))
-    code = {houses.object_descriptions.text(c): c for c in range(4)}
-    rows = houses.transition_rows(np.zeros(3, int), np.array([code["large red mug"], code["book"],
+    homes = recordings.make_homes(Streams(0, "test", [0]))
+    code = {homes.object_descriptions.text(c): c for c in range(4)}
+    rows = homes.transition_rows(np.zeros(3, int), np.array([code["large red mug"], code["book"],
                                                               code["pen"]]))  # fmt: skip
     # Arrivals of the mug: twice on the table (place 1), twice in shelf 1 (place 2).
     np.testing.assert_allclose(rows[0], [0, 0.5, 0.5, 0, 0, 0])
     np.testing.assert_allclose(rows[1], [0, 0, 0.5, 0, 0, 0.5])
     np.testing.assert_allclose(rows[2], [0, 0, 0, 0, 0, 1])
     # Rules: 3 objects at 3 furniture nodes; moves of 1 / 3 in steps 3 and 6 of 6.
-    assert houses.config.objects_per_furniture == 1
-    assert houses.config.move_share == pytest.approx((1 / 3 + 1 / 3) / 6)
-    assert houses.config.dynamic_nodes
-    assert houses.config.cross_room_moves
-    assert houses.config.detection_error == 0.25
+    assert homes.config.objects_per_furniture == 1
+    assert homes.config.move_share == pytest.approx((1 / 3 + 1 / 3) / 6)
+    assert homes.config.dynamic_nodes
+    assert homes.config.cross_room_moves
+    assert homes.config.detection_error == 0.25
     assert list_policies(recordings) == tuple(name for name in POLICIES if name != "ceiling")
     with pytest.raises(ValueError, match=r"true dynamics of recorded homes, got ceiling. Leave it"):
         check_policies(["bayesian", "ceiling"], recordings)
     with pytest.raises(ValueError, match="ceiling must play in simulated homes, got the recorded"):
-        houses.get_place_weights()
+        homes.get_place_weights()
 
 
 @pytest.mark.parametrize("task", TASKS)
@@ -136,10 +136,10 @@ def test_names_that_the_prior_does_not_know(write_home, tiny_prior):
     events = "\n".join(["time_s,object,furniture,relation", *rows])
     recordings = Recordings([load_trace(write_home(layout, events))], tiny_prior)
     assert recordings.list_unknown_types() == ["hamster"]
-    houses = recordings.make_houses(Streams(0, "test", [0]))
-    assert houses.room_labels == ["bedroom", "bedroom", "attic"]
-    assert houses.move_freq[-1] == pytest.approx(np.mean([o.move_freq for o in tiny_prior.objects]))
-    rollout = Rollout(houses, make_policy("bayesian", houses))
+    homes = recordings.make_homes(Streams(0, "test", [0]))
+    assert homes.room_labels == ["bedroom", "bedroom", "attic"]
+    assert homes.move_freq[-1] == pytest.approx(np.mean([o.move_freq for o in tiny_prior.objects]))
+    rollout = Rollout(homes, make_policy("bayesian", homes))
     for step in rollout.run(8):
         row = step.queries.object[0]
         assert rollout.memory.objects["type"][row] == -1
@@ -166,9 +166,9 @@ def test_different_layouts_play_in_groups(recorded, write_home, tiny_prior):
     with pytest.raises(
         ValueError, match=r"homes in lockstep must have equal layouts.*homes \[0, 2"
     ):
-        recordings.make_houses(Streams(0, "test", [0, 2]))
+        recordings.make_homes(Streams(0, "test", [0, 2]))
     with pytest.raises(ValueError, match="must be one of the 5 that were recorded, got 5"):
-        recordings.make_houses(Streams(0, "test", [5]))
+        recordings.make_homes(Streams(0, "test", [5]))
     with pytest.raises(ValueError, match="equal numbers of rooms and of furniture, got 2 and 6"):
         recordings.check_sizes()
 
@@ -187,10 +187,10 @@ def test_days_are_homes_of_their_own(write_home, tiny_prior):
     assert [episode.name for episode in recordings.episodes] == ["home 0", "home 1"]
     assert (recordings.num_homes, recordings.num_steps) == (2, 24)
     assert recordings.list_groups() == [[0, 1]]
-    houses = recordings.make_houses(Streams(0, "test", [0, 1]))
+    homes = recordings.make_homes(Streams(0, "test", [0, 1]))
     for hour in range(24):
-        assert houses.object_furniture[:, 0].tolist() == [hour % 2] * 2
-        houses.evolve()
+        assert homes.object_furniture[:, 0].tolist() == [hour % 2] * 2
+        homes.evolve()
     for values, message in (
         (((),), "traces must be one or more folders"),
         ((("a",), 0.0), "step must be a number of seconds > 0, got 0.0"),

@@ -1,0 +1,1 @@
+"""The Node Edge Predictor and its training."""

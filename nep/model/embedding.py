@@ -1,0 +1,79 @@
+"""Embedding of raw node and edge features."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional as F
+
+from datamodules.batch import (
+    EDGE_FEATURE_DIM,
+    EDGE_TYPES,
+    NODE_TEMPORAL_DIM,
+    NODE_TYPES,
+    RELATIONS,
+    TEXT_DIM,
+)
+from datamodules.features import BELIEF_DIM, CLOCK_DIM
+from nep.layers.flat_graph import FlatGraph
+
+
+class NodeEmbedding(nn.Module):
+    """Two ReLU layers over [text vector (96), temporal features (4), node type one-hot (5)].
+
+    The text and type parts of the first layer are computed once per pair of type and label and
+    gathered: equal to concatenating the 105 features of every node, without making them.
+
+    Args:
+        units: width of both layers.
+
+    Source: paper appendices B and C.
+    """
+
+    def __init__(self, units: int) -> None:
+        super().__init__()
+        self.first = nn.Linear(TEXT_DIM + NODE_TEMPORAL_DIM + len(NODE_TYPES), units)
+        self.second = nn.Linear(units, units)
+
+    def forward(self, graph: FlatGraph) -> Tensor:
+        """Embed all nodes: (N, units)."""
+        weights = self.first.weight.split([TEXT_DIM, NODE_TEMPORAL_DIM, len(NODE_TYPES)], dim=1)
+        text_weight, temporal_weight, type_weight = weights
+        text = F.linear(graph.text, text_weight, self.first.bias)  # (L, units)
+        table = (type_weight.t().unsqueeze(1) + text).flatten(0, 1)  # (5 L, units)
+        blocks = enumerate(graph.label.split(graph.node_counts))
+        row = torch.cat([label + ntype * len(text) for ntype, label in blocks])  # (N,)
+        hidden = torch.addmm(table.index_select(0, row), graph.temporal, temporal_weight.t())
+        return F.relu(self.second(F.relu(hidden, inplace=True)), inplace=True)
+
+
+class EdgeEmbedding(nn.Module):
+    """Two layers over [edge features (9 to 22), relation one-hot (4)], ReLU after each.
+
+    Args:
+        units: width of both layers.
+        belief: whether edges carry the 5 belief features.
+        clock: whether edges carry the 8 clock features.
+
+    Source: paper appendices B and C.
+    """
+
+    relation: Tensor
+
+    def __init__(self, units: int, belief: bool = False, clock: bool = False) -> None:
+        super().__init__()
+        num_features = EDGE_FEATURE_DIM + BELIEF_DIM * belief + CLOCK_DIM * clock
+        self.first = nn.Linear(num_features + len(RELATIONS), units)
+        self.second = nn.Linear(units, units)
+        one_hot = torch.eye(len(RELATIONS))
+        relation = torch.stack([one_hot[RELATIONS.index(name)] for _, name, _ in EDGE_TYPES])
+        self.register_buffer("relation", relation, persistent=False)  # (10, 4)
+
+    def forward(self, graph: FlatGraph, edges: Tensor | None = None) -> Tensor:
+        """Embed all edges (E, units), or only `edges` (M,) int64: (M, units)."""
+        features = torch.cat(
+            [graph.edge_feature, graph.repeat_per_edge_type(self.relation)], dim=1
+        )  # (E, 13 to 26)
+        if edges is not None:
+            features = features.index_select(0, edges)
+        return F.relu(self.second(F.relu(self.first(features), inplace=True)), inplace=True)

@@ -1,0 +1,284 @@
+"""Tables 1 and 2 of the paper from stored scores, as Markdown, CSV and JSON."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+from nep.paper.experiments import (
+    ABLATED,
+    ABLATION_SETTING,
+    ABLATIONS,
+    MODELS,
+    SETTINGS,
+    Setting,
+    find_models,
+    list_claimed_order,
+)
+from nep.paper.paper_numbers import PAPER_TABLE_1, PAPER_TABLE_2
+from nep.paper.stored_scores import StoredScores
+from nep.report.tables import (
+    Difference,
+    Row,
+    compute_difference,
+    compute_rows,
+    join_table,
+    make_csv,
+    make_markdown,
+)
+from simulator.policies import POLICIES
+from simulator.tasks.registry import TASKS
+
+# Scores by title of the contestant, in one setting.
+Scores = Mapping[str, StoredScores]
+# Who sees the true home: below the line, and no heuristic.
+ORACLES = ("oracle", "ceiling")
+_NEXT = "the row above"
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """What to write under a table.
+
+    Attributes:
+        command: makes it again.
+        homes, steps, seed: of the test homes.
+        versions: of packages.
+    """
+
+    command: str
+    num_homes: int
+    steps: int
+    seed: int
+    versions: Mapping[str, str]
+
+    @property
+    def size(self) -> str:
+        """Say how much was played."""
+        return f"{self.num_homes} test homes x {self.steps} steps, seed {self.seed}"
+
+    def make_footer(self) -> str:
+        """Return command, seed and versions as Markdown."""
+        versions = ", ".join(f"{name} {number}" for name, number in self.versions.items())
+        return f"```\n{self.command}\n```\n\nSeed {self.seed} of training and homes; {versions}.\n"
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """That one contestant is better than another in a setting, and what the homes say.
+
+    Attributes:
+        setting: where.
+        better, worse: titles.
+        difference: score of `better` minus that of `worse`, paired over homes.
+    """
+
+    setting: Setting
+    better: str
+    worse: str
+    difference: Difference
+
+    @property
+    def verdict(self) -> str:
+        """Return "holds" or "reversed" if the interval excludes zero, else "undecided"."""
+        low, high = self.difference.low, self.difference.high
+        if not TASKS[self.setting.task].is_higher_better:
+            low, high = -high, -low
+        return "holds" if low > 0 else "reversed" if high < 0 else "undecided"
+
+
+def compute_table(setting: Setting, scores: Scores) -> list[Row]:
+    """Return the rows of one setting, worst first, each also compared with the row above it."""
+    rows = compute_rows(TASKS[setting.task], scores)
+    compared = []
+    for position, row in enumerate(rows):
+        above = None
+        if position:
+            above = compute_difference(scores[row.policy], scores[rows[position - 1].policy])
+        compared.append(replace(row, differences={**row.differences, _NEXT: above}))
+    return compared
+
+
+def list_claims(setting: Setting, rows: Sequence[Row], scores: Scores) -> list[Claim]:
+    """Compare the networks as the paper orders them, and each with the best heuristic.
+
+    Args:
+        setting: where.
+        rows: its table, worst first.
+        scores: of everybody.
+    """
+    pairs = list(pairwise(title for title in list_claimed_order() if title in scores))
+    heuristics = [
+        row.policy for row in rows if row.policy in POLICIES and row.policy not in ORACLES
+    ]
+    networks = [row.policy for row in reversed(rows) if row.policy not in POLICIES]
+    pairs += [(network, heuristics[-1]) for network in networks]
+    return [
+        Claim(setting, better, worse, compute_difference(scores[better], scores[worse]))
+        for better, worse in pairs
+    ]
+
+
+def make_table_1(results: Mapping[Setting, Scores], provenance: Provenance) -> dict[str, bytes]:
+    """Return the files of Table 1 by name: Markdown, CSV and the means of every home as JSON.
+
+    Args:
+        results: scores of every setting.
+        provenance: what to write under it.
+    """
+    tables = {setting: compute_table(setting, scores) for setting, scores in results.items()}
+    claims = [
+        claim
+        for setting, rows in tables.items()
+        for claim in list_claims(setting, rows, results[setting])
+    ]
+    parts = [
+        "# Table 1\n",
+        f"Mean ± standard deviation over {provenance.size}; the best but for the oracles in bold. "
+        "↑: more is better, ↓: less is better. The CSV has the numbers unrounded, the JSON the "
+        "mean of every home.\n",
+        _make_combined(tables),
+        "## The paper's Table 1\n",
+        _make_paper_table_1(),
+        "## Which orderings hold\n",
+        "Score of the first minus that of the second, paired over homes, with 95 % bootstrap "
+        "intervals; decided where the interval excludes zero (of looks, less is better). The "
+        "heuristic is the best one of each setting in these homes.\n",
+        _make_claims(claims),
+        *(make_markdown(TASKS[s.task], rows, s.title) for s, rows in tables.items()),
+        provenance.make_footer(),
+    ]
+    content = {
+        "command": provenance.command,
+        "seed": provenance.seed,
+        "num_homes": provenance.num_homes,
+        "steps": provenance.steps,
+        "versions": dict(provenance.versions),
+        "settings": {
+            setting.name: {row.policy: _pack(row, results[setting][row.policy]) for row in rows}
+            for setting, rows in tables.items()
+        },
+    }
+    named = {setting.name: rows for setting, rows in tables.items()}
+    return {
+        "table_1.md": "\n".join(parts).encode(),
+        "table_1.csv": make_csv(named, key="setting").encode(),
+        "table_1.json": (json.dumps(content) + "\n").encode(),
+    }
+
+
+def make_table_2(scores: Scores, provenance: Provenance) -> dict[str, bytes]:
+    """Return the files of Table 2 by name: Markdown and CSV.
+
+    Args:
+        scores: of the ablated networks, by name of `list_ablations`, and of the
+            full ones, by name of the model.
+        provenance: what to write under it.
+    """
+    header = ["", *(model.title for model in find_models(ABLATED))]
+    ours, changes, paper, lines = [], [], [], []
+    for ablation, numbers in PAPER_TABLE_2.items():
+        title = ABLATIONS[ablation] if ablation else "Full model"
+        own = [scores[f"{model}-{ablation}" if ablation else model] for model in ABLATED]
+        ours.append([title, *(_format(*_summarise(score)) for score in own)])
+        paper.append([title, *(_format(*number) for number in numbers)])
+        deltas = [
+            compute_difference(score, scores[model]) if ablation else None
+            for model, score in zip(ABLATED, own, strict=True)
+        ]
+        if ablation:
+            changes.append([title, *(_format_difference(delta) for delta in deltas)])
+        for model, score, delta in zip(ABLATED, own, deltas, strict=True):
+            line = [ablation or "full", model, *_summarise(score)]
+            lines.append(line + ([delta.mean, delta.low, delta.high] if delta else [None] * 3))
+    parts = [
+        "# Table 2\n",
+        f"{ABLATION_SETTING.title}: accuracy, mean ± standard deviation over {provenance.size}.\n",
+        join_table(header, ours),
+        "## Minus the full model\n",
+        "Paired over homes, with 95 % bootstrap intervals.\n",
+        join_table(header, changes),
+        "## The paper's Table 2\n",
+        join_table(header, paper),
+        provenance.make_footer(),
+    ]
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    columns = ["minus_full", "minus_full_low", "minus_full_high"]
+    writer.writerows([["ablation", "model", "mean", "std", *columns], *lines])
+    return {"table_2.md": "\n".join(parts).encode(), "table_2.csv": file.getvalue().encode()}
+
+
+def _make_combined(tables: Mapping[Setting, Sequence[Row]]) -> str:
+    """Rows are contestants, heuristics first and oracles last; columns are settings."""
+    cells = {
+        setting: {row.policy: _format(row.mean, row.std) for row in rows}
+        for setting, rows in tables.items()
+    }
+    for setting, rows in tables.items():
+        best = [row.policy for row in rows if row.policy not in ORACLES][-1]
+        cells[setting][best] = f"**{cells[setting][best]}**"
+    return _make_wide(_sort_titles(cells[SETTINGS[0]]), list(tables), cells)
+
+
+def _make_paper_table_1() -> str:
+    cells = {
+        setting: {title: _format(*numbers[column]) for title, numbers in PAPER_TABLE_1.items()}
+        for column, setting in enumerate(SETTINGS)
+    }
+    return _make_wide(_sort_titles(PAPER_TABLE_1), SETTINGS, cells)
+
+
+def _make_wide(
+    titles: Sequence[str], settings: Sequence[Setting], cells: Mapping[Setting, Mapping[str, str]]
+) -> str:
+    header = ["method"]
+    for setting in settings:
+        task = TASKS[setting.task]
+        header.append(f"{task.title} {'↑' if task.is_higher_better else '↓'}, {setting.nodes}")
+    return join_table(header, [[title, *(cells[s][title] for s in settings)] for title in titles])
+
+
+def _sort_titles(titles: Iterable[str]) -> list[str]:
+    """Put heuristics first, in the order of `POLICIES`, then networks, then oracles."""
+    order = [name for name in POLICIES if name not in ORACLES]
+    order += [model.title for model in MODELS]
+    return sorted(titles, key=[*order, *ORACLES].index)
+
+
+def _make_claims(claims: Sequence[Claim]) -> str:
+    header = ["setting", "claim", "difference [95 %]", "verdict"]
+    lines = []
+    for claim in claims:
+        better = f"{claim.better} better than {claim.worse}"
+        lines.append(
+            [claim.setting.title, better, _format_difference(claim.difference), claim.verdict]
+        )
+    return join_table(header, lines, num_text=2)
+
+
+def _pack(row: Row, scores: StoredScores) -> dict[str, Any]:
+    names = ("mean", "std", "accuracy", "away_accuracy", "calibration_error", "nll")
+    numbers = {name: getattr(row, name) for name in (*names, "candidate_recall")}
+    return {
+        **{name: None if math.isnan(x) else round(x, 6) for name, x in numbers.items()},
+        "mean_of_each_home": scores.home_values.round(6).tolist(),
+    }
+
+
+def _summarise(scores: StoredScores) -> tuple[float, float]:
+    return float(scores.home_values.mean()), float(scores.home_values.std())
+
+
+def _format(mean: float, std: float) -> str:
+    return f"{mean:.3f} ± {std:.3f}"
+
+
+def _format_difference(delta: Difference | None) -> str:
+    return f"{delta.mean:+.3f} [{delta.low:+.3f}, {delta.high:+.3f}]" if delta else ""

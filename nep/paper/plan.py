@@ -1,0 +1,146 @@
+"""What has to be trained and played for the tables of the paper, as far as it is not done yet."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from nep.evaluate import list_versions
+from nep.paper.experiments import (
+    ABLATION_SETTING,
+    SETTINGS,
+    Contestant,
+    Model,
+    Setting,
+    enter,
+    list_ablations,
+    list_full_models,
+)
+from nep.paper.job_queue import Job
+from nep.paper.paper_tables import Provenance
+from nep.paper.stored_scores import Evaluation
+from nep.paper.training import Training, collect_data
+from simulator.policies import POLICIES
+
+TABLES = ("1", "2", "figure")
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What is trained and played.
+
+    Attributes:
+        tables: some of `TABLES`.
+        models: networks of Table 1 and the figure.
+        homes, steps: test homes, and steps in each.
+        seed: of training and test homes.
+        fit_options: further options of every training.
+        runs: folder of trainings and scores.
+        data: folder of the collections.
+        options: those of the command line that change what comes out, but for the table.
+    """
+
+    tables: tuple[str, ...]
+    models: tuple[Model, ...]
+    num_homes: int
+    steps: int
+    seed: int
+    fit_options: tuple[str, ...]
+    runs: Path
+    data: Path
+    options: tuple[str, ...]
+
+    def check(self) -> None:
+        """Check what no parser has checked.
+
+        Raises:
+            ValueError: if a count or the seed is out of range.
+        """
+        for name in ("num_homes", "steps"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}. Raise it.")
+        if self.seed < 0:
+            raise ValueError(f"seed must be non-negative, got {self.seed}. Choose 0 or more.")
+
+    def describe(self, table: str) -> Provenance:
+        """Return what to write under a table; folders and number of jobs change nothing in it."""
+        options = ["--table", table, *self.options]
+        return Provenance(
+            shlex.join(["python", "-m", "nep.reproduce", *options]),
+            self.num_homes,
+            self.steps,
+            self.seed,
+            list_versions(),
+        )
+
+    def list_settings(self) -> tuple[Setting, ...]:
+        """Return the settings in which all models and policies play."""
+        if "1" in self.tables:
+            return SETTINGS
+        return (ABLATION_SETTING,) if "figure" in self.tables else ()
+
+    def list_networks(self) -> list[Contestant]:
+        """Return every network that must be trained, setting by setting."""
+        networks = [
+            enter(model, setting) for setting in self.list_settings() for model in self.models
+        ]
+        if "2" in self.tables:
+            networks += [network for network in list_full_models() if network not in networks]
+            networks += list_ablations()
+        return networks
+
+    def make_training(self, network: Contestant) -> Training:
+        """Return the training of a network."""
+        return Training(network, self.seed, self.fit_options, self.runs, self.data)
+
+    def make_evaluation(
+        self, setting: Setting, contestant: str, checkpoint: Path | None = None
+    ) -> Evaluation:
+        """Return the evaluation of a policy, or of the network of a checkpoint."""
+        path = self.runs / setting.name / "scores" / f"{contestant}.json"
+        return Evaluation(
+            setting, contestant, checkpoint, self.num_homes, self.steps, self.seed, path
+        )
+
+    def evaluate_network(self, network: Contestant) -> Evaluation:
+        """Return the evaluation of a network."""
+        checkpoint = self.make_training(network).checkpoint
+        return self.make_evaluation(network.setting, network.name, checkpoint)
+
+
+def plan_jobs(plan: Plan) -> list[Job]:
+    """List what is not done yet: collections, trainings and evaluations, setting by setting."""
+    jobs = []
+    logs = plan.runs / "logs"
+
+    def add(what: str, key: str, run: partial[None], after: Sequence[str] = ()) -> str:
+        name = f"{what} {key}"
+        log = logs / f"{name.replace(' ', '-').replace('/', '-')}.log"
+        jobs.append(Job(name, run, log, tuple(after)))
+        return name
+
+    networks = plan.list_networks()
+    for setting in SETTINGS:
+        own = [network for network in networks if network.setting == setting]
+        trainings = [plan.make_training(network) for network in own]
+        missing = [training for training in trainings if not training.is_done()]
+        collected = []
+        if missing:
+            run = partial(collect_data, missing)
+            collected = [add("collect", setting.name, run)]
+        for network, training in zip(own, trainings, strict=True):
+            evaluation = plan.evaluate_network(network)
+            trained = []
+            if training in missing:
+                trained = [add("train", network.key, partial(training.run), collected)]
+            if trained or not evaluation.is_done():
+                add("evaluate", network.key, partial(evaluation.run), trained)
+    for setting in plan.list_settings():
+        for policy in POLICIES:
+            evaluation = plan.make_evaluation(setting, policy)
+            if not evaluation.is_done():
+                add("evaluate", f"{setting.name}/{policy}", partial(evaluation.run))
+    return jobs

@@ -1,0 +1,127 @@
+"""One training of a table: its command line, its folder, and whether it is finished."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from datamodules.features import FEATURE_SCHEMA_VERSION
+from nep.fit import CONFIG_FOLDER, FitCLI, main
+from nep.paper.experiments import Contestant
+from nep.paper.stored_scores import read_json
+from simulator.files import compute_checksum, write_whole
+from simulator.priors.prior_graph import PriorGraph
+
+_MARKER = "finished.json"
+_NEVER = 10**6  # epochs
+
+
+@dataclass(frozen=True, slots=True)
+class Training:
+    """The training of a contestant.
+
+    Attributes:
+        contestant: setting and configs.
+        seed: of weights, shuffling and training homes, unless a config says another.
+        options: further options of `nep.fit`, after the configs.
+        runs: folder of all runs.
+        data: folder of the collections.
+    """
+
+    contestant: Contestant
+    seed: int
+    options: tuple[str, ...]
+    runs: Path
+    data: Path
+
+    @property
+    def folder(self) -> Path:
+        """Folder of this run."""
+        return self.runs / self.contestant.key
+
+    @property
+    def checkpoint(self) -> Path:
+        """The network of the last epoch."""
+        return self.folder / "checkpoints" / "last.ckpt"
+
+    def list_options(self) -> list[str]:
+        """Return the options of `nep.fit` that its result depends on.
+
+        The seed goes before the configs, which may say another; of what a config says, only the
+        setting is overridden.
+        """
+        setting = self.contestant.setting
+        return [
+            f"--seed_everything={self.seed}",
+            f"--data.seed={self.seed}",
+            *(f"--config={name}" for name in self.contestant.configs),
+            f"--data.task={setting.task}",
+            f"--data.dynamic_nodes={str(setting.dynamic_nodes).lower()}",
+            *self.options,
+        ]
+
+    def list_all_options(self) -> list[str]:
+        """Return `list_options`, and where to put what, without heuristics beside it."""
+        logger = "--trainer.logger.init_args."
+        return [
+            # by path: a file of that name in the working directory is not meant
+            *(
+                option.replace("--config=", f"--config={CONFIG_FOLDER}/")
+                for option in self.list_options()
+            ),
+            f"--data.data_dir={self.data}",
+            "--data.workers=1",
+            "--threads=1",
+            "--online.policies=[]",
+            f"--online.every_n_epochs={_NEVER}",  # the last epoch is always evaluated
+            f"{logger}save_dir={self.folder.parent}",
+            f"{logger}name={self.folder.name}",
+            f"{logger}version=",
+            "--trainer.enable_progress_bar=false",
+        ]
+
+    def describe(self) -> dict[str, Any]:
+        """Return everything that the network depends on, as JSON values."""
+        return {
+            "options": self.list_options(),
+            "configs": {name: _read_config(name) for name in self.contestant.configs},
+            "feature_schema": FEATURE_SCHEMA_VERSION,
+            "prior": PriorGraph.default().checksum,
+        }
+
+    def is_done(self) -> bool:
+        """Tell whether the folder holds the network of these settings, whole and unaltered."""
+        marker = read_json(self.folder / _MARKER)
+        return (
+            marker.get("settings") == self.describe()
+            and self.checkpoint.is_file()
+            and marker["checkpoint"] == compute_checksum(self.checkpoint)
+        )
+
+    def run(self) -> None:
+        """Train from the start.
+
+        What an interrupted training left is deleted: the order of batches and the dropout of a
+        training that goes on from a checkpoint would be others than of one that never stopped.
+        """
+        if self.folder.exists():
+            shutil.rmtree(self.folder)
+        main(self.list_all_options())
+        marker = {"settings": self.describe(), "checkpoint": compute_checksum(self.checkpoint)}
+        write_whole(self.folder / _MARKER, (json.dumps(marker, indent=1) + "\n").encode())
+
+
+def _read_config(name: str) -> list[str]:
+    """Return the lines of a packaged config, but for comments."""
+    lines = (CONFIG_FOLDER / name).read_text(encoding="utf-8").splitlines()
+    return [line for line in lines if not line.lstrip().startswith("#")]
+
+
+def collect_data(trainings: Sequence[Training]) -> None:
+    """Collect, one after the other, what trainings learn from; what is there is left alone."""
+    for training in trainings:
+        FitCLI(training.list_all_options()).datamodule.prepare_data()

@@ -1,0 +1,276 @@
+"""Trained networks on disk: checkpoints of `nep.fit`, exported folders, and what is shipped."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+from safetensors import SafetensorError
+from safetensors.torch import load as load_tensors
+from safetensors.torch import save as save_tensors
+
+from datamodules.batch import (
+    EDGE_FEATURE_DIM,
+    EDGE_TYPES,
+    NODE_TEMPORAL_DIM,
+    NODE_TYPES,
+    QUERY_EDGE_TYPES,
+    TEXT_DIM,
+)
+from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
+from datamodules.graph import GraphBuilder
+from nep.encoders import Encoder
+from nep.model.module import NEPModule
+from nep.players.calibration import Calibration
+from simulator.files import write_whole
+
+FORMAT = "node edge predictor"
+FORMAT_VERSION = 2
+CONFIG, WEIGHTS = "config.json", "weights.safetensors"
+PRETRAINED = Path(__file__).parents[1] / "pretrained"
+
+
+@dataclass(frozen=True, slots=True)
+class TrainedModel:
+    """A network, and what it needs to be asked.
+
+    Attributes:
+        module: the network.
+        builder: makes its batches, with the features that it was trained on.
+        calibration: what turns its logits into probabilities; None if it was never fitted.
+        training: what a checkpoint was trained on, as JSON values: `homes`, `steps`, `task`,
+            `policy` and `seed` of the collection, whether its homes were recorded (`is_recorded`;
+            left out by checkpoints from before it could be), and how many `snapshots` of it, None
+            for all; or None for a checkpoint from before this was written down, and for an
+            exported folder, whose notes have it.
+    """
+
+    module: NEPModule
+    builder: GraphBuilder
+    calibration: Calibration | None = None
+    training: dict[str, Any] | None = None
+
+
+def list_shipped() -> list[str]:
+    """List the networks that ship with the package, by name."""
+    return sorted(path.parent.name for path in PRETRAINED.glob(f"*/{CONFIG}"))
+
+
+def find_trained(source: str | Path) -> Path:
+    """Find the exported folder or checkpoint that a source names, without reading it.
+
+    Args:
+        source: as in `load_trained`.
+
+    Raises:
+        ValueError: if there is no such file or folder.
+    """
+    if source in list_shipped():
+        return PRETRAINED / source
+    path = Path(source)
+    if not path.exists():
+        raise ValueError(
+            "checkpoint must be a file that can be read, an exported folder or one of "
+            f"{', '.join(list_shipped())}, got {str(source)!r}. Train one with "
+            "`python -m nep.fit`, or check the path."
+        )
+    return path
+
+
+def load_trained(source: str | Path) -> TrainedModel:
+    """Load a trained network; nothing in the files is executed.
+
+    Args:
+        source: "heat", the network that ships with the package; a folder that
+            `python -m nep.export` wrote; or a checkpoint of `python -m nep.fit`. A folder of
+            one's own that is called like a shipped network is reached as "./heat".
+
+    Raises:
+        ValueError: if there is no such file, it is damaged, or it was trained with another feature
+            schema or other text vectors than those installed.
+    """
+    path = find_trained(source)
+    return load_exported(path) if path.is_dir() else load_checkpoint(path)
+
+
+def load_checkpoint(path: Path) -> TrainedModel:
+    """Load a checkpoint that `python -m nep.fit` wrote.
+
+    Raises:
+        ValueError: if it cannot be read, is no such checkpoint, or does not fit this package.
+    """
+    try:
+        content = torch.load(path, map_location="cpu", weights_only=True)
+        data = content["datamodule_hyper_parameters"]
+        # Checkpoints from before the schema was written down have the first one.
+        check_feature_schema(data.get("feature_schema", 1), path)
+        features = FeatureConfig(**data["features"])
+        module = NEPModule.load_from_checkpoint(path, map_location="cpu", weights_only=True)
+    except OSError as error:
+        raise ValueError(
+            f"checkpoint must be a file that can be read, got {error.strerror!r} for {path}. "
+            "Train one with `python -m nep.fit`, or check the path."
+        ) from error
+    except (pickle.UnpicklingError, EOFError, KeyError, TypeError, RuntimeError) as error:
+        raise ValueError(
+            f"checkpoint must be one that nep.fit wrote, got {type(error).__name__} for {path}. "
+            "Train again, or check the path."
+        ) from error
+    builder = _make_builder(features, module, data["text"], path)
+    training = data.get("training")
+    if training is not None and "houses" in training:  # as it was called once
+        training = {"num_homes": training["houses"], **training}
+    return TrainedModel(module, builder, training=training)
+
+
+def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> None:
+    """Write weights (safetensors) and config with feature schema (JSON), each whole or not.
+
+    Args:
+        folder: made if needed.
+        model: the network.
+        notes: JSON values about it, which `load_exported` does not read.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    hyperparameters = dict(model.module.hparams)
+    del hyperparameters["_instantiator"]
+    config = {
+        "format": FORMAT,
+        "version": FORMAT_VERSION,
+        "schema": make_schema(model.builder),
+        "features": asdict(model.builder.config),
+        "model": hyperparameters,
+        "calibration": asdict(model.calibration) if model.calibration else None,
+        "notes": notes,
+    }
+    weights = {name: tensor.contiguous() for name, tensor in model.module.state_dict().items()}
+    write_whole(folder / WEIGHTS, save_tensors(weights))
+    write_whole(folder / CONFIG, (json.dumps(config, indent=1) + "\n").encode())
+
+
+def load_exported(folder: Path) -> TrainedModel:
+    """Load a folder that `python -m nep.export` wrote; its logits are those of the checkpoint.
+
+    Raises:
+        ValueError: if a file is missing or damaged, or was made for another feature schema, other
+            text vectors or by another version of the package.
+    """
+    config = load_config(folder)
+    try:
+        features = FeatureConfig(**config["features"])
+        hyperparameters = dict(config["model"])
+        encoder = hyperparameters.pop("encoder")
+        encoder_class = _find_encoder(encoder["class_path"], folder)
+        module = NEPModule(encoder_class(**encoder["init_args"]), **hyperparameters)
+        module.load_state_dict(load_tensors((folder / WEIGHTS).read_bytes()))
+        calibration = config["calibration"] and Calibration(**config["calibration"])
+    except OSError as error:
+        raise ValueError(
+            f"exported folder must have {WEIGHTS}, got {error.strerror!r} in {folder}. "
+            "Export again with `python -m nep.export`."
+        ) from error
+    except (KeyError, TypeError, RuntimeError, SafetensorError) as error:
+        raise ValueError(
+            f"exported folder must be one that nep.export wrote, got {type(error).__name__} in "
+            f"{folder}. Export again with `python -m nep.export`."
+        ) from error
+    builder = _make_builder(features, module, config["schema"]["text"], folder)
+    return TrainedModel(module.eval(), builder, calibration)
+
+
+def load_config(folder: Path) -> dict[str, Any]:
+    """Read the config of an exported folder and check that this package can use it.
+
+    Raises:
+        ValueError: if it is missing or damaged, or made for another feature schema.
+    """
+    try:
+        config = json.loads((folder / CONFIG).read_text(encoding="utf-8"))
+        version, schema = config["version"], dict(config["schema"])
+    except OSError as error:
+        raise ValueError(
+            f"exported folder must have {CONFIG}, got {error.strerror!r} in {folder}. "
+            "Export again with `python -m nep.export`, or check the path."
+        ) from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(
+            f"{CONFIG} must be as nep.export wrote it, got {type(error).__name__} in {folder}. "
+            "Export again with `python -m nep.export`."
+        ) from error
+    if config.get("format") != FORMAT or version != FORMAT_VERSION:
+        raise ValueError(
+            f"exported folder must have version {FORMAT_VERSION}, got {version!r} in {folder}. "
+            "Install the version of the package that wrote it, or export again."
+        )
+    check_feature_schema(schema.get("feature_schema"), folder)
+    for name, expected in make_schema().items():
+        if schema.get(name) != expected:
+            raise ValueError(
+                f"{name} of the exported schema must be {expected}, got {schema.get(name)} in "
+                f"{folder}. Train and export again, or install the package that exported it."
+            )
+    return config
+
+
+def make_schema(builder: GraphBuilder | None = None) -> dict[str, Any]:
+    """Return what a network takes for granted about its input, as JSON values.
+
+    Args:
+        builder: names the text vectors; left out, they are not named.
+    """
+    text = {} if builder is None else {"text": builder.text_name}
+    return {
+        "feature_schema": FEATURE_SCHEMA_VERSION,
+        "node_types": list(NODE_TYPES),
+        "edge_types": [list(etype) for etype in EDGE_TYPES],
+        "query_edge_types": [list(etype) for etype in QUERY_EDGE_TYPES],
+        "text_dim": TEXT_DIM,
+        "node_temporal_dim": NODE_TEMPORAL_DIM,
+        "edge_feature_dim": EDGE_FEATURE_DIM,
+        **text,
+    }
+
+
+def check_feature_schema(version: object, where: str | Path) -> None:
+    """Check that a network reads the features that this package makes.
+
+    Raises:
+        ValueError: if its feature schema is another one.
+    """
+    if version != FEATURE_SCHEMA_VERSION:
+        raise ValueError(
+            f"checkpoint must have feature schema {FEATURE_SCHEMA_VERSION}, got {version} for "
+            f"{where}. Train again, or install the version of the package that trained it."
+        )
+
+
+def _find_encoder(class_path: str, where: Path) -> type[Encoder]:
+    """Find an encoder class among those that are loaded; a file never makes us import one."""
+    found: dict[str, type[Encoder]] = {}
+    to_visit = Encoder.__subclasses__()
+    while to_visit:
+        cls = to_visit.pop()
+        found[f"{cls.__module__}.{cls.__qualname__}"] = cls
+        to_visit += cls.__subclasses__()
+    if class_path not in found:
+        raise ValueError(
+            f"encoder must be one of {', '.join(sorted(found))}, got {class_path!r} in {where}. "
+            "Import your own encoder's module first."
+        )
+    return found[class_path]
+
+
+def _make_builder(
+    features: FeatureConfig, module: NEPModule, text: str, where: Path
+) -> GraphBuilder:
+    builder = GraphBuilder(features, module.num_hops)
+    if builder.text_name != text:
+        raise ValueError(
+            f"text vectors must be {text}, got {builder.text_name} for {where}. "
+            "Install the version of the package that trained it, or train again."
+        )
+    return builder

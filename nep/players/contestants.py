@@ -1,0 +1,138 @@
+"""Who plays in an evaluation: policies by name, and checkpoints of networks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import torch
+
+from nep.players.checkpoints import PRETRAINED, WEIGHTS, find_trained
+from nep.players.policy import NEPPolicy
+from simulator.files import compute_checksum
+from simulator.policies import POLICIES, Policy, check_policy, make_policy
+from simulator.tasks.registry import TASKS, check_task
+from simulator.world.homes import Homes
+
+MakePolicy = Callable[[Homes], Policy]
+
+
+@dataclass(frozen=True, slots=True)
+class Checkpoint:
+    """A trained network that takes part.
+
+    Attributes:
+        name: in tables and figures.
+        path: the checkpoint, or the exported folder.
+        task: the task that it plays, None for all.
+    """
+
+    name: str
+    path: Path
+    task: str | None = None
+
+    @classmethod
+    def parse(cls, text: str) -> Checkpoint:
+        """Read `SOURCE`, `NAME=SOURCE` or `NAME@TASK=SOURCE`, where the source is a path or "heat".
+
+        A path alone is named after its folder: `runs/heat/version_0/checkpoints/last.ckpt` is
+        "heat/version_0"; an exported folder after itself.
+
+        Raises:
+            ValueError: if there is no such file, folder, shipped network or task.
+        """
+        name, separator, source = text.partition("=")
+        if not separator or Path(text).exists():
+            path = find_trained(text)
+            return cls(_name_after(path.absolute()), path)
+        name, separator, task = name.partition("@")
+        if separator:
+            check_task(task)
+        return cls(name, find_trained(source), task if separator else None)
+
+    def describe(self) -> dict[str, str | None]:
+        """Return name, task, path and SHA-256 (of an exported folder's weights), as JSON values."""
+        shipped = self.path.parent == PRETRAINED
+        return {
+            "name": self.name,
+            "task": self.task,
+            "path": self.path.name if shipped else str(self.path),
+            "sha256": compute_checksum(self.path / WEIGHTS if self.path.is_dir() else self.path),
+        }
+
+
+def _name_after(path: Path) -> str:
+    if path.is_dir():
+        return path.name
+    run = path.parent.parent if path.parent.name == "checkpoints" else path.parent
+    return f"{run.parent.name}/{run.name}"
+
+
+def check_contestants(
+    tasks: Sequence[str], policies: Sequence[str], checkpoints: Sequence[Checkpoint]
+) -> None:
+    """Check every name, and that every checkpoint can be loaded, before anything runs.
+
+    Raises:
+        ValueError: if a task or policy is unknown or named twice, two contestants of a task share
+            a name, nobody plays, or a checkpoint is no fit for this version of the package.
+    """
+    for task in tasks:
+        check_task(task)
+    for policy in policies:
+        check_policy(policy)
+    for what, names in (("tasks", tasks), ("policies", policies)):
+        if len(set(names)) < len(names):
+            raise ValueError(f"{what} must differ, got {', '.join(names)}. Name each one once.")
+    for task in TASKS:
+        names = [point.name for point in checkpoints if point.task in (None, task)]
+        for name in names:
+            if name in POLICIES or names.count(name) > 1:
+                raise ValueError(
+                    f"names of checkpoints must differ from each other and from the policies, got "
+                    f"{name!r} twice for {task}. Give NAME=SOURCE or NAME@TASK=SOURCE."
+                )
+    for task in tasks:
+        if not policies and all(point.task not in (None, task) for point in checkpoints):
+            raise ValueError(
+                f"somebody must play {task}, got no policy and no checkpoint for it. Name some "
+                "with --policies or --checkpoint."
+            )
+    for checkpoint in checkpoints:
+        NEPPolicy.load(checkpoint.path)
+
+
+def list_contestants(
+    task: str,
+    policies: Sequence[str],
+    checkpoints: Sequence[Checkpoint],
+    threads: int | None = None,
+) -> dict[str, MakePolicy]:
+    """Return what makes each player of a task, by name; networks come last.
+
+    Args:
+        task: name of the task.
+        policies: names of policies.
+        checkpoints: networks; those for other tasks are left out.
+        threads: CPU threads that networks set wherever they play; None to leave them.
+    """
+    make = _make_policy_beside_networks if checkpoints else make_policy
+    players: dict[str, MakePolicy] = {name: partial(make, name) for name in policies}
+    for point in checkpoints:
+        if point.task in (None, task):
+            players[point.name] = partial(_load_network, point.path, threads)
+    return players
+
+
+def _make_policy_beside_networks(name: str, homes: Homes) -> Policy:
+    # From this module, so that a worker imports torch with its first job. With a later one, joblib
+    # would take the 300 MB for a leak, and replace the worker.
+    return make_policy(name, homes)
+
+
+def _load_network(path: Path, threads: int | None, homes: Homes) -> Policy:
+    if threads is not None:
+        torch.set_num_threads(threads)
+    return NEPPolicy.load(path).with_rules(homes.prior, homes.config)

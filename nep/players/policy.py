@@ -1,0 +1,101 @@
+"""A trained Node Edge Predictor as one more policy."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from datamodules.graph import GraphBuilder
+from nep.layers.flat_graph import FlatGraph
+from nep.model.module import NEPModule
+from nep.players.checkpoints import load_trained
+from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.policies import Policy
+from simulator.policies.home_filter import HomeFilter
+from simulator.priors.prior_graph import PriorGraph
+from simulator.snapshots.snapshots import take_snapshots
+from simulator.world.config import HomeConfig
+
+
+class NEPPolicy(Policy):
+    """Scores all queries of all homes in one forward pass.
+
+    A furniture node's score is the highest logit of its query edges.
+    """
+
+    score_kind = "logits"
+
+    def __init__(
+        self, module: NEPModule, builder: GraphBuilder, believer: HomeFilter | None = None
+    ) -> None:
+        """Keep the model and what turns snapshots into its batches.
+
+        Args:
+            module: the model.
+            builder: with the features that it was trained on.
+            believer: the filter whose belief is among the features; None if there is none.
+        """
+        self._module = module
+        self._builder = builder
+        self._believer = believer
+
+    @property
+    def reads_clock(self) -> bool:
+        """Whether the network must know what time it is in the homes it plays in."""
+        return self._builder.config.clock
+
+    def with_rules(self, prior: PriorGraph, config: HomeConfig) -> NEPPolicy:
+        """Return the same network with the rules of the homes, if it reads a filter's belief."""
+        believer = HomeFilter(prior, config) if self._builder.config.belief else None
+        return NEPPolicy(self._module, self._builder, believer)
+
+    def reset(self, memory: MemoryBatch) -> None:
+        """Forget earlier homes."""
+        if self._believer is not None:
+            self._believer.reset(memory)
+
+    def observe(self, memory: MemoryBatch, change: Change) -> None:
+        """Tell the filter about a look."""
+        if self._believer is not None:
+            self._believer.observe(memory, change)
+
+    @classmethod
+    def load(cls, source: str | Path) -> NEPPolicy:
+        """Load a trained network; nothing in the files is executed.
+
+        Args:
+            source: a checkpoint of `python -m nep.fit`, a folder of `python -m nep.export`, or the
+                name of a network that ships with the package, see `load_trained`.
+
+        Raises:
+            ValueError: if there is no such file, it is damaged, or it was trained with another
+                feature schema or other text vectors than those installed.
+        """
+        trained = load_trained(source)
+        return cls(trained.module, trained.builder)
+
+    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return logits, (Q, F), -inf where there is no query edge."""
+        return self.score_places(memory, queries).max(axis=2)
+
+    @torch.inference_mode()
+    def score_places(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return logits of every place, (Q, F, 2), the last axis "in", "onTop"; -inf for none."""
+        was_training = self._module.training
+        if was_training:  # walks through all layers, a tenth of a decision
+            self._module.eval()
+        snapshots = take_snapshots(memory, queries)
+        if self._believer is not None:
+            belief = self._believer.follow(memory, queries).stack()
+            snapshots = replace(snapshots, query_belief=belief)
+        arrays = self._builder.build_arrays(snapshots)
+        graph = FlatGraph.from_arrays(arrays).to(self._module.device)
+        logits = self._module.predictor.score(graph).cpu().numpy()
+        if was_training:
+            self._module.train()
+        scores = np.full((len(queries.home), memory.num_furniture, 2), -np.inf)
+        scores[arrays.query_snapshot, arrays.query_furniture, arrays.query_relation] = logits
+        return scores

@@ -1,0 +1,129 @@
+"""Searches in simulated homes, some of them in vain: what probabilities are calibrated on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
+from simulator.policies import Policy
+from simulator.tasks.predict_location import compute_answers, sample_query
+from simulator.tasks.rollout import Rollout
+from simulator.world.homes import Homes
+from simulator.world.streams import sample_categorical
+
+
+@dataclass(frozen=True, slots=True)
+class Searches:
+    """The state of searches before each of their looks, n of them.
+
+    Attributes:
+        scores: logits of the places, (n, F).
+        is_absent: places looked at in this time step without seeing the object, bool (n, F).
+        answers: furniture that holds the object, and last whether none does, bool (n, F + 1).
+        num_looks: looks of the search so far, (n,).
+        elsewhere_share: share of the searches whose object was not in the home.
+    """
+
+    scores: np.ndarray
+    is_absent: np.ndarray
+    answers: np.ndarray
+    num_looks: np.ndarray
+    elsewhere_share: float
+
+
+def play_searches(
+    homes: Homes,
+    policy: Policy,
+    num_searches: int,
+    *,
+    max_looks: int = 8,
+    elsewhere_share: float = 0.1,
+    on_search: Callable[[], None] = lambda: None,
+) -> Searches:
+    """Let a policy search every home, once per time step, and keep what it thought.
+
+    An object is asked for as in the tasks (ruling 9); or, with probability `elsewhere_share`, one
+    that is not in the home: half of them have been seen and left, the others are any descriptions
+    that the home does not have. The best candidate that was not looked at yet is looked at, until
+    the object is seen there (the detector may miss it), none is left or `max_looks` are spent.
+
+    Args:
+        homes: the true homes, H.
+        policy: gives logits.
+        num_searches: per home.
+        max_looks: looks per search.
+        elsewhere_share: of objects that are not in the home.
+        on_search: called after each search of all homes.
+    """
+    rollout = Rollout(homes, policy)
+    memory, home = rollout.memory, np.arange(homes.num_homes)
+    parts: dict[str, list[np.ndarray]] = {
+        name: [] for name in ("scores", "is_absent", "answers", "num_looks")
+    }
+    num_elsewhere = 0
+    for _ in range(num_searches):
+        rollout.evolve()
+        codes = homes.object_code[home, sample_query(homes)]
+        uniform = homes.streams.rows("search elsewhere", 2).next()
+        vain = uniform[:, 0] < elsewhere_share
+        codes = np.where(vain, _sample_missing(rollout, uniform, elsewhere_share), codes)
+        queries = rollout.query(home, codes)
+        there = compute_answers(homes, codes)
+        answers = np.concatenate([there, ~there.any(axis=1, keepdims=True)], axis=1)
+        num_elsewhere += int(answers[:, -1].sum())
+        is_open = np.ones(there.shape, dtype=bool)
+        searching = home
+        for num_looks in range(max_looks):
+            asked = Queries(
+                queries.home[searching], queries.object[searching], queries.prior[searching]
+            )
+            scores = policy.scores(memory, asked)
+            parts["scores"].append(scores)
+            parts["is_absent"].append(find_absent(memory, asked))
+            parts["answers"].append(answers[searching])
+            parts["num_looks"].append(np.full(len(searching), num_looks))
+            left = np.where(is_open[searching], scores, -np.inf)
+            has_more = np.isfinite(left).any(axis=1)
+            searching, choice = searching[has_more], left[has_more].argmax(axis=1)
+            is_open[searching, choice] = False
+            looked = np.full(len(home), -1)
+            looked[searching] = choice
+            rollout.look(looked)
+            is_absent = find_absent(memory, asked)[has_more]
+            searching = searching[is_absent[np.arange(len(choice)), choice]]
+            if len(searching) == 0:
+                break
+        on_search()
+    share = num_elsewhere / (num_searches * len(home))
+    return Searches(
+        **{name: np.concatenate(values) for name, values in parts.items()}, elsewhere_share=share
+    )
+
+
+def find_absent(memory: MemoryBatch, queries: Queries) -> np.ndarray:
+    """Mark furniture looked at in this time step without seeing the query object, bool (Q, F)."""
+    is_absent = memory.furniture_last_observed[queries.home] == memory.time
+    query, edge = memory.edges_of(queries)
+    edges = memory.edges
+    is_seen = edges["is_true"][edge] & (edges["last_observed"][edge] == memory.time)
+    is_absent[query[is_seen], edges["furniture"][edge[is_seen]]] = False
+    return is_absent
+
+
+def _sample_missing(rollout: Rollout, uniform: np.ndarray, elsewhere_share: float) -> np.ndarray:
+    """Draw one description code per home that no object there has, (H, 2) uniforms -> (H,)."""
+    homes, objects = rollout.homes, rollout.memory.objects
+    shape = (homes.num_homes, homes.object_descriptions.num_descriptions)
+    is_present = np.zeros(shape, dtype=bool)
+    home, slot = np.nonzero(homes.is_present)
+    is_present[home, homes.object_code[home, slot]] = True
+    was_seen = np.zeros(shape, dtype=bool)
+    seen = objects["last_observed"] != NEVER
+    was_seen[objects["home"][seen], objects["key"][seen]] = True
+    has_left = was_seen & ~is_present
+    asks_for_left = (uniform[:, 0] < elsewhere_share / 2) & has_left.any(axis=1)
+    weights = np.where(asks_for_left[:, None], has_left, ~is_present)
+    return sample_categorical(weights.astype(float), uniform[:, 1])

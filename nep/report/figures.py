@@ -1,0 +1,96 @@
+"""Figures of results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.optimize import isotonic_regression
+
+from nep.report.statistics import smooth
+
+# One colour and line style per policy, the same in every figure; oracles are dashed grey.
+_STYLES: Mapping[str, dict[str, Any]] = {
+    "random": {"color": "#c7c7c7"},
+    "priors": {"color": "#bcbd22"},
+    "frequentist": {"color": "#e377c2"},
+    "myopic": {"color": "#8c564b"},
+    "bayesian": {"color": "#1f77b4"},
+    "last_seen": {"color": "#98df8a"},
+    "last_seen_prior": {"color": "#2ca02c"},
+    "prior_filter": {"color": "#9467bd"},
+    "home_filter": {"color": "#c5b0d5"},
+    "oracle": {"color": "#7f7f7f", "linestyle": ":"},
+    "ceiling": {"color": "#404040", "linestyle": "--"},
+}
+
+
+# Networks, in the order in which they are given.
+_MODEL_COLORS = ("#d62728", "#ff7f0e", "#17becf", "#e41a8c", "#a65628", "#377eb8")
+
+
+def draw_over_steps(
+    values: Mapping[str, np.ndarray],
+    highlight: str | Sequence[str],
+    *,
+    title: str,
+    metric: str,
+    window: int = 10,
+) -> Figure:
+    """Draw a score over steps for every policy, models in bold with a band.
+
+    Curves are averaged over the last `window` steps; the band is one standard error over homes.
+    Names stand at the end of their curves.
+
+    Args:
+        values: score of each home and step, (H, T), by policy.
+        highlight: which ones to draw in bold: one name or several.
+        title: of the figure.
+        metric: what the score is.
+        window: steps to average over.
+
+    Source: paper figure 4.
+    """
+    bold = {highlight} if isinstance(highlight, str) else set(highlight)
+    figure = Figure(figsize=(7.5, 4.8), dpi=120, layout="constrained")
+    axes = figure.subplots()
+    ends: list[tuple[float, str, str]] = []
+    colors = cycle(_MODEL_COLORS)
+    for name, rows in values.items():
+        style: dict[str, Any] = dict(_STYLES[name] if name in _STYLES else {"color": next(colors)})
+        curves = smooth(rows, window)  # (H, T)
+        mean = curves.mean(axis=0)
+        steps = np.arange(1, len(mean) + 1)
+        is_bold = name in bold
+        axes.plot(steps, mean, linewidth=3 if is_bold else 1.4, zorder=3 if is_bold else 2, **style)
+        if is_bold:
+            error = curves.std(axis=0) / np.sqrt(len(curves))
+            axes.fill_between(
+                steps, mean - error, mean + error, color=style["color"], alpha=0.2, linewidth=0
+            )
+        ends.append((float(mean[-1]), name, style["color"]))
+    axes.set_ylim(bottom=0)
+    _label_ends(axes, ends, x=len(mean) * 1.015)
+    axes.set_xlim(1, len(mean) * 1.24)  # room for the names
+    axes.set_xticks([tick for tick in axes.get_xticks() if 0 < tick <= len(mean)])
+    axes.set_xlabel("time step")
+    axes.set_ylabel(f"{metric}, mean of {window} steps")
+    axes.set_title(title, loc="left")  # names may stand above the axes on the right
+    axes.grid(alpha=0.25)
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def _label_ends(axes: Axes, ends: list[tuple[float, str, str]], x: float) -> None:
+    """Write names at the ends of curves, each as near to its own as the others allow."""
+    ends = sorted(ends)
+    values = np.array([end for end, _, _ in ends])
+    steps = np.arange(len(ends)) * 0.045 * (axes.get_ylim()[1] or 1.0)  # a line of text each
+    heights = isotonic_regression(values - steps).x + steps
+    heights = np.maximum(heights, axes.get_ylim()[0] + steps)  # none below the axis
+    for y, (_, name, color) in zip(heights, ends, strict=True):
+        axes.text(x, y, name.replace("_", " "), color=color, va="center", fontsize=10)

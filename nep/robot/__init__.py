@@ -1,0 +1,1 @@
+"""Where to look next: the finder for robots."""

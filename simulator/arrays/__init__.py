@@ -1,0 +1,1 @@
+"""Operations on flat arrays: groups of rows, growing tables."""

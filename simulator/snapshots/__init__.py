@@ -1,0 +1,1 @@
+"""Memories at the moment of a query: in memory, recorded, on disk."""

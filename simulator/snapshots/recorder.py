@@ -1,0 +1,196 @@
+"""Records every snapshot of a rollout as versions: a row for each time a counter changes."""
+
+from __future__ import annotations
+
+import itertools
+from collections import defaultdict
+
+import numpy as np
+
+from simulator.arrays.grouped import compute_rank_in_group
+from simulator.memory.memory_batch import (
+    EDGE_COUNTERS,
+    FURNITURE_COUNTERS,
+    OBJECT_COUNTERS,
+    Change,
+    MemoryBatch,
+    Queries,
+)
+
+Arrays = dict[str, np.ndarray]
+
+_EXTRAS = ("belief", "grades")  # of a snapshot, where they were asked for
+
+
+class Recorder:
+    """Follows one `MemoryBatch` and turns it into one set of arrays per home.
+
+    A snapshot is not copied: each node and edge leaves a *version* whenever a look changes it,
+    valid for the snapshots `valid_from <= s < valid_to`. A step changes some twenty of the
+    three hundred edges of a home, so this takes a twentieth of the space of copies, and snapshot
+    s is one mask over the versions.
+    """
+
+    def __init__(self, memory: MemoryBatch) -> None:
+        """Start with no snapshot."""
+        self._memory = memory
+        self._num_snapshots = np.zeros(memory.num_homes, dtype=np.int64)  # so far, (H,)
+        self._snapshots: list[Arrays] = []
+        self._versions: dict[str, list[Arrays]] = defaultdict(list)
+
+    def add_snapshot(
+        self,
+        queries: Queries,
+        answers: np.ndarray,
+        belief: np.ndarray | None = None,
+        grades: np.ndarray | None = None,
+    ) -> None:
+        """Record the memories at queries; a home may have several, or none.
+
+        Args:
+            queries: what is asked, (Q,); one snapshot each.
+            answers: furniture that truly holds the object asked for, bool (Q, F).
+            belief: what `HomeFilter` believes about them, (Q, F, 4); given always or never.
+            grades: what each place is worth, (Q, F); given always or never.
+        """
+        self._snapshots.append(
+            {
+                "home": queries.home,
+                "time": np.full(len(queries.home), self._memory.time, dtype=np.int32),
+                "query_row": queries.object,
+                "query_prior": queries.prior,
+                "answers": answers,
+            }
+            | ({} if belief is None else {"belief": belief})
+            | ({} if grades is None else {"grades": grades})
+        )
+        self._num_snapshots += np.bincount(queries.home, minlength=self._memory.num_homes)
+
+    def add_change(self, change: Change) -> None:
+        """Record what a look has changed; valid from the next snapshot on."""
+        memory = self._memory
+        objects, edges = change.objects, change.edges
+        self._add_versions(
+            "object",
+            memory.objects["home"][objects],
+            objects,
+            {name: memory.objects[name][objects] for name in OBJECT_COUNTERS},
+        )
+        self._add_versions(
+            "edge",
+            memory.edges["home"][edges],
+            edges,
+            {name: memory.edges[name][edges] for name in EDGE_COUNTERS},
+        )
+        place = (change.home, change.furniture)
+        self._add_versions(
+            "furniture",
+            change.home,
+            change.furniture,
+            {name: getattr(memory, f"furniture_{name}")[place] for name in FURNITURE_COUNTERS},
+        )
+
+    def finish(self) -> list[Arrays]:
+        """Return the arrays of every home; docs/data.md lists them with their shapes."""
+        memory, num_homes = self._memory, self._memory.num_homes
+        objects, edges = memory.objects, memory.edges
+        numbers = {
+            "object": _number_within(objects["home"]),
+            "edge": _number_within(edges["home"]),
+            "furniture": np.arange(memory.num_furniture),
+        }
+        snapshots = {
+            name: np.concatenate([row[name] for row in self._snapshots])
+            for name in self._snapshots[0]
+        }  # (snapshots of all homes, ...)
+        parts = [
+            _split_by_home({"label": objects["label"], "key": objects["key"]}, objects["home"],
+                           num_homes, "object_"),
+            _split_by_home(
+                {
+                    "object": numbers["object"][edges["object"]],
+                    **{name: edges[name] for name in ("furniture", "relation", "prior")},
+                },
+                edges["home"], num_homes, "edge_",
+            ),
+            _split_by_home(
+                {
+                    "time": snapshots["time"],
+                    "query": numbers["object"][snapshots["query_row"]],
+                    "prior": snapshots["query_prior"],
+                    "answers": snapshots["answers"],
+                    **{name: snapshots[name] for name in _EXTRAS if name in snapshots},
+                },
+                snapshots["home"], num_homes, "snapshot_",
+            ),
+        ]  # fmt: skip
+        for kind, number in numbers.items():
+            columns = self._sort_versions(kind)
+            home, row = columns.pop("home"), columns.pop("row")
+            columns["of"] = number[row]
+            parts.append(_split_by_home(columns, home, num_homes, f"{kind}_version_"))
+        layout = {
+            "room_label": memory.room_label,
+            "furniture_label": memory.furniture_label,
+            "furniture_room": memory.furniture_room,
+            "furniture_prob": memory.place_prior.furniture_prob,
+        }
+        arrays = [
+            {name: _compact(array[home]) for name, array in layout.items()}
+            | {name: array for part in parts for name, array in part[home].items()}
+            for home in range(num_homes)
+        ]
+        if memory.clock is not None:
+            for own, clock in zip(arrays, memory.clock, strict=True):
+                if not np.isnan(clock).any():
+                    own["home_clock"] = clock.copy()  # float64: exact after years of steps
+        return arrays
+
+    def _add_versions(self, kind: str, home: np.ndarray, rows: np.ndarray, values: Arrays) -> None:
+        valid_from = self._num_snapshots[home]
+        self._versions[kind].append({"home": home, "row": rows, "valid_from": valid_from, **values})
+
+    def _sort_versions(self, kind: str) -> Arrays:
+        """Order the versions by home and row, and end each where the next one begins."""
+        parts = self._versions[kind]
+        columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        # Versions were added as time passed, and a stable sort keeps that order.
+        key = columns["home"].astype(np.int64) * (int(columns["row"].max(initial=0)) + 1)
+        key += columns["row"]
+        order = np.argsort(key, kind="stable")
+        key = key[order]
+        columns = {name: column[order] for name, column in columns.items()}
+        following = np.append(columns["valid_from"][1:], 0)
+        is_last = np.append(key[1:] != key[:-1], True)[: len(key)]
+        columns["valid_to"] = np.where(
+            is_last, self._num_snapshots[columns["home"]], following[: len(key)]
+        )
+        return columns
+
+
+def _number_within(home: np.ndarray) -> np.ndarray:
+    """Number the rows of each home in their order, (n,) -> (n,)."""
+    order = np.argsort(home, kind="stable")
+    number = np.empty(len(home), dtype=np.int32)
+    number[order] = compute_rank_in_group(home[order])
+    return number
+
+
+def _split_by_home(columns: Arrays, home: np.ndarray, num_homes: int, prefix: str) -> list[Arrays]:
+    """Split the rows (n,) of all homes into those of each, in their order, ready for the disk."""
+    order = np.argsort(home, kind="stable")
+    bounds = np.searchsorted(home[order], np.arange(num_homes + 1))
+    whole = {f"{prefix}{name}": _compact(column[order]) for name, column in columns.items()}
+    return [
+        {name: column[start:end] for name, column in whole.items()}
+        for start, end in itertools.pairwise(bounds.tolist())
+    ]
+
+
+def _compact(array: np.ndarray) -> np.ndarray:
+    """Give an array its type on disk: int32, float32 or uint8, in C order."""
+    if array.dtype == np.bool_:
+        return np.ascontiguousarray(array, dtype=np.uint8)
+    if array.dtype.kind == "f":
+        return np.ascontiguousarray(array, dtype=np.float32)
+    return np.ascontiguousarray(array, dtype=np.int32)

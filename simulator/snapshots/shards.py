@@ -1,0 +1,100 @@
+"""Snapshot files: one safetensors file per home and one manifest, never half a file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from safetensors import SafetensorError
+from safetensors.numpy import load, save
+
+from simulator.files import write_whole
+
+SCHEMA_VERSION = 1
+MANIFEST = "manifest.json"
+
+
+def get_shard_name(home: int) -> str:
+    """Return the file name of a home."""
+    return f"home_{home:06d}.safetensors"
+
+
+def save_shard(path: Path, arrays: Mapping[str, np.ndarray]) -> str:
+    """Write the arrays of one home, whole or not at all; equal arrays give equal bytes.
+
+    Returns:
+        The SHA-256 of the file.
+    """
+    content = save(dict(arrays))
+    write_whole(path, content)
+    return hashlib.sha256(content).hexdigest()
+
+
+def load_shard(path: Path, checksum: str | None = None) -> dict[str, np.ndarray]:
+    """Read the arrays of one home.
+
+    Args:
+        path: the file.
+        checksum: SHA-256 that the manifest states; None to skip the comparison.
+
+    Raises:
+        ValueError: if the file is missing, truncated or altered; the file is named.
+    """
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError as error:
+        raise ValueError(
+            f"shard must exist, got none at {path}. Collect again: finished homes are kept."
+        ) from error
+    found = hashlib.sha256(content).hexdigest()
+    if checksum is not None and found != checksum:
+        raise ValueError(
+            f"shard must have the checksum of its manifest, {checksum[:12]}..., got "
+            f"{found[:12]}... for {path}. It was altered or cut short: delete it and collect again."
+        )
+    try:
+        return load(content)
+    except SafetensorError as error:
+        raise ValueError(
+            f"shard must be a whole safetensors file, got {error} for {path}. "
+            "Delete it and collect again."
+        ) from error
+
+
+def save_manifest(folder: Path, settings: Mapping[str, Any], shards: Mapping[str, str]) -> None:
+    """Write the manifest: schema version, settings and the checksum of every finished shard."""
+    content = {"schema_version": SCHEMA_VERSION, "settings": settings, "shards": shards}
+    write_whole(folder / MANIFEST, (json.dumps(content, indent=1) + "\n").encode())
+
+
+def load_manifest(folder: Path) -> dict[str, Any]:
+    """Read the manifest of a collection.
+
+    Raises:
+        ValueError: if there is none, it is damaged, or of another schema version.
+    """
+    path = folder / MANIFEST
+    try:
+        manifest = json.loads(path.read_text(encoding="utf-8"))
+        version = manifest["schema_version"]
+        if not {"settings", "shards"} <= manifest.keys():
+            raise KeyError("settings, shards")
+    except FileNotFoundError as error:
+        raise ValueError(
+            f"collection must have a {MANIFEST}, got none in {folder}. "
+            "Run `python -m simulator.collect --out` on that folder."
+        ) from error
+    except (json.JSONDecodeError, KeyError, TypeError, AttributeError) as error:
+        raise ValueError(
+            f"manifest must be whole, got {error!r} in {path}. Delete the folder and collect again."
+        ) from error
+    if version != SCHEMA_VERSION:
+        raise ValueError(
+            f"manifest must have schema version {SCHEMA_VERSION}, got {version} in {path}. "
+            "Collect again with this version of the package."
+        )
+    return manifest

@@ -1,0 +1,295 @@
+"""A prior counted from recorded homes: what was put where, how often it moves, comes and goes."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from simulator.memory.sighting import RELATIONS
+from simulator.memory.words import read_words
+from simulator.priors.prior_graph import (
+    Adjectives,
+    FurnitureType,
+    ObjectType,
+    Placement,
+    PriorGraph,
+)
+from simulator.priors.types import load_types
+from simulator.trace.episode import Episode
+from simulator.trace.recordings import Recordings
+from simulator.trace.trace import Trace
+from simulator.trace.types import RecordedTypes
+from simulator.world.homes import NUM_RELATIONS
+
+Place = tuple[str, str, str]  # room, furniture, relation
+
+
+@dataclass(slots=True)
+class TypeCounts:
+    """What was counted of one object type over all homes.
+
+    Attributes:
+        object_steps: steps, summed over its objects.
+        home_steps: steps of the homes that ever held one.
+        moves, additions, removals: how often that happened.
+        most: most of them in one home at once.
+        arrivals: by home, how often one was put at a place.
+        adjectives: words before the type in descriptions, in order of appearance.
+    """
+
+    object_steps: int = 0
+    home_steps: int = 0
+    moves: int = 0
+    additions: int = 0
+    removals: int = 0
+    most: int = 0
+    arrivals: dict[int, Counter[Place]] = field(default_factory=lambda: defaultdict(Counter))
+    adjectives: dict[str, None] = field(default_factory=dict)
+
+
+def count_prior(
+    traces: Sequence[Trace], step_seconds: float | None = None
+) -> tuple[PriorGraph, list[str]]:
+    """Count a prior from recorded homes.
+
+    With arrivals a(h, p) of an object type at the furniture of a kind p in home h, that has n(h, p)
+    such furniture nodes, a placement weighs
+
+        sum over h of a(h, p) / n(h, p)   divided by   sum over h that have p, of all arrivals in h
+
+    which is the share of arrivals per furniture node, in homes that have such furniture; weights
+    of a type then sum to one. Nothing is smoothed: where nothing ever was, the prior says 0. The
+    other columns:
+
+    - `sample_prob`: fitted, so that homes sampled with it hold as many of each type, in the mean,
+      as were present in the recorded ones; the largest is 1;
+    - `move_freq`: moves per object and step, relative to the type that moves most;
+    - `add_remove_prob`: (additions + removals) / (steps of homes + steps of objects), which is the
+      maximum likelihood if one probability makes a type appear and each object of it leave;
+    - `prob` of furniture: mean number in a room of that label;
+    - `max_count`: the most in one home; adjectives: those of the type table, or what was said.
+
+    Args:
+        traces: one or more.
+        step_seconds: length of a step; None for an hour, or what the homes were simulated with.
+
+    Returns:
+        The prior, and what was left out of it, a line each.
+
+    Raises:
+        ValueError: if a trace is too short for a step, or no object ever lay anywhere.
+    """
+    default = PriorGraph.default()
+    types = RecordedTypes(default, traces)
+    recordings = Recordings(traces, default, step_seconds)
+    counts: dict[str, TypeCounts] = defaultdict(TypeCounts)
+    for home, episode in enumerate(recordings.episodes):
+        _HomeCounter(home, episode, types, counts).count()
+    layouts = [[(room, label) for room, label in _list_layout(trace, types)] for trace in traces]
+    rooms = list(dict.fromkeys(room for layout in layouts for room, _ in layout))
+    placements = list(_weigh_placements(counts, layouts))
+    used = {(row.room, row.furniture) for row in placements}
+    nodes = dict.fromkeys(node for layout in layouts for node in layout)
+    left_out = [
+        f"{label} in {room}: nothing was ever put there"
+        for room, label in nodes
+        if (room, label) not in used
+    ]
+    kept_rooms = tuple(room for room in rooms if any(place == room for place, _ in used))
+    steps = sum(episode.num_steps for episode in recordings.episodes)
+    prior = PriorGraph(
+        rooms=kept_rooms,
+        furniture=tuple(
+            _describe_furniture(node, traces, layouts, types) for node in nodes if node in used
+        ),
+        objects=tuple(_describe_objects(counts)),
+        placements=tuple(placements),
+        metadata={
+            "name": "own",
+            "sources": [f"trace ({len(traces)} recorded homes, {steps} steps)"],
+            "placement_prob": "share of arrivals per furniture node, sum over the house per object",
+        },
+    )
+    present = np.array([counts[row.label].object_steps for row in prior.objects])
+    fitted = fit_sample_probs(prior, np.maximum(present, 1) / steps)
+    objects = [
+        replace(row, sample_prob=max(round(float(prob), 6), 1e-6))
+        for row, prob in zip(prior.objects, fitted, strict=True)
+    ]
+    prior = replace(prior, objects=tuple(objects))
+    prior.metadata["checksum"] = prior.checksum
+    return prior, left_out
+
+
+def fit_sample_probs(prior: PriorGraph, present: np.ndarray, num_rounds: int = 200) -> np.ndarray:
+    """Fit the sample probabilities with which homes hold given numbers of objects.
+
+    A furniture node takes objects in proportion to placement weight x sample probability; each
+    round multiplies the probability of a type by what was present over what is expected.
+
+    Args:
+        prior: placements and furniture; its sample probabilities are not read.
+        present: mean number of each object type, positive, (O,).
+        num_rounds: of the iteration.
+
+    Returns:
+        (O,), the largest 1.
+    """
+    weights = prior.weights.sum(axis=2)  # (O, K)
+    furniture = np.array([row.prob for row in prior.furniture])
+    probs = np.ones(len(present))
+    for _ in range(num_rounds):
+        taken = weights * probs[:, None]
+        expected = (taken / taken.sum(axis=0) * furniture).sum(axis=1)
+        probs *= present / expected
+        probs /= probs.max()
+    return probs
+
+
+class _HomeCounter:
+    """Counts one home into the counts of all."""
+
+    def __init__(
+        self, home: int, episode: Episode, types: RecordedTypes, counts: dict[str, TypeCounts]
+    ) -> None:
+        self._home = home
+        self._episode = episode
+        self._counts = counts
+        self._labels = []
+        for text in episode.descriptions:
+            words = read_words("description", text)
+            label = types.object_labels[types.type_of_code[types.get_code(words)]]
+            self._labels.append(label)
+            before = words.removesuffix(read_words("label", label)).strip()
+            if before:
+                counts[label].adjectives[before] = None
+        layout = _list_layout(episode.trace, types)
+        self._places: list[Place] = [
+            (*node, RELATIONS[relation]) for node in layout for relation in range(NUM_RELATIONS)
+        ]
+
+    def count(self) -> None:
+        """Go through the changes in order of step."""
+        episode, now = self._episode, 0
+        holds: dict[int, str] = {}  # slot to type
+        present: Counter[str] = Counter()
+        rows = zip(
+            episode.step.tolist(), episode.slot.tolist(), episode.place.tolist(),
+            episode.description.tolist(), episode.is_move.tolist(), episode.is_new.tolist(),
+            strict=True,
+        )  # fmt: skip
+        for step, slot, place, description, is_move, is_new in rows:
+            if step > now:
+                self._pass(step - now, present)
+                now = step
+            if (is_new or place < 0) and slot in holds:
+                left = holds.pop(slot)
+                present[left] -= 1
+                self._counts[left].removals += 1
+            if place < 0:
+                continue
+            label = self._labels[description]
+            counts = self._counts[label]
+            if is_new:
+                holds[slot] = label
+                present[label] += 1
+                counts.additions += step > 0
+                counts.most = max(counts.most, present[label])
+            counts.moves += is_move
+            if is_new or is_move:
+                counts.arrivals[self._home][self._places[place]] += 1
+        self._pass(episode.num_steps - now, present)
+        for label in set(self._labels):
+            self._counts[label].home_steps += episode.num_steps
+
+    def _pass(self, steps: int, present: Mapping[str, int]) -> None:
+        """Let steps pass; each object that is there at the start of a step may leave or move."""
+        for label, number in present.items():
+            self._counts[label].object_steps += steps * number
+
+
+def _list_layout(trace: Trace, types: RecordedTypes) -> list[tuple[str, str]]:
+    """List (room label, furniture label) of every furniture node, (F,)."""
+    rooms = [types.spell(label) for label in trace.layout.room_labels]
+    return [(rooms[row.room], types.spell(row.label)) for row in trace.layout.furniture]
+
+
+def _weigh_placements(
+    counts: Mapping[str, TypeCounts], layouts: Sequence[Sequence[tuple[str, str]]]
+) -> list[Placement]:
+    rows = []
+    num_nodes = [Counter(layout) for layout in layouts]
+    for label, own in counts.items():
+        share: dict[Place, float] = defaultdict(float)
+        total: Counter[Place] = Counter()
+        for home, arrivals in own.arrivals.items():
+            for place, number in arrivals.items():
+                share[place] += number / num_nodes[home][place[:2]]
+                total[place] += number
+        weights = {}
+        for place, value in share.items():
+            at_hand = sum(
+                arrivals.total()
+                for home, arrivals in own.arrivals.items()
+                if place[:2] in num_nodes[home]
+            )
+            weights[place] = value / at_hand
+        scale = sum(weights.values())
+        for (room, furniture, relation), weight in weights.items():
+            prob = max(round(weight / scale, 6), 1e-6)
+            number = total[room, furniture, relation]
+            rows.append(Placement(room, furniture, label, relation, prob, number, "trace"))
+    return rows
+
+
+def _describe_objects(counts: Mapping[str, TypeCounts]) -> list[ObjectType]:
+    rate = {label: own.moves / max(own.object_steps, 1) for label, own in counts.items()}
+    fastest = max(rate.values())
+    return [
+        ObjectType(
+            label,
+            sample_prob=1.0,
+            max_count=own.most,
+            move_freq=round(rate[label] / fastest, 6) if fastest else 0.0,
+            add_remove_prob=round(
+                (own.additions + own.removals) / max(own.home_steps + own.object_steps, 1), 6
+            ),
+            adjectives=_find_adjectives(load_types().objects.get(label), own.adjectives),
+        )
+        for label, own in counts.items()
+    ]
+
+
+def _describe_furniture(
+    node: tuple[str, str],
+    traces: Sequence[Trace],
+    layouts: Sequence[Sequence[tuple[str, str]]],
+    types: RecordedTypes,
+) -> FurnitureType:
+    room, label = node
+    num_rooms = sum(
+        types.spell(own) == room for trace in traces for own in trace.layout.room_labels
+    )
+    num_nodes = sum(layout.count(node) for layout in layouts)
+    most = max(sum(own == label for _, own in layout) for layout in layouts)
+    known = load_types().furniture.get(label)
+    said: dict[str, None] = {}
+    for trace in traces:
+        for row in trace.layout.furniture:
+            words = read_words("description", row.description)
+            if types.spell(row.label) == label and words.endswith(label):
+                said |= dict.fromkeys([words.removesuffix(label).strip()] if words != label else [])
+    return FurnitureType(
+        label, room, round(num_nodes / num_rooms, 6), most, _find_adjectives(known, said)
+    )
+
+
+def _find_adjectives(known: object, said: Mapping[str, None]) -> Adjectives:
+    """Adjectives of the type table, else what was said before the label, as one category."""
+    groups: Adjectives | None = getattr(known, "adjectives", None)
+    if groups is not None:
+        return groups
+    return (tuple(said),) if said else ()

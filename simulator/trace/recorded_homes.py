@@ -1,0 +1,192 @@
+"""Recorded homes in lockstep: the same arrays as simulated ones, played from traces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.memory.clock import make_clock_rows
+from simulator.memory.words import read_words
+from simulator.priors.prior_graph import PriorGraph
+from simulator.trace.episode import Episode
+from simulator.trace.trace import Trace
+from simulator.trace.truth import fill_row
+from simulator.trace.types import RecordedTypes
+from simulator.world.config import HomeConfig
+from simulator.world.homes import NUM_RELATIONS, Homes
+from simulator.world.streams import Streams
+
+
+@dataclass(frozen=True)
+class EpisodeColumns:
+    """The changes of H episodes, in order of step.
+
+    Attributes:
+        home, slot, place, code, is_move: one row per slot that changes in a step, (n,) each.
+        first: first row of each step, and the number of rows, (T + 2,).
+    """
+
+    home: np.ndarray
+    slot: np.ndarray
+    place: np.ndarray
+    code: np.ndarray
+    is_move: np.ndarray
+    first: np.ndarray
+
+
+class RecordedHomes(Homes):
+    """H recorded homes of one layout that are stepped together.
+
+    Truth is what the traces say; asking, looking and missing draw from the same random streams
+    as in simulated homes. What only a simulator can know is replaced:
+
+    - the dynamics T of a recorded home are counted from its whole trace, the future included: how
+      often an object of a description was put at each place (`Trace.arrivals`). `Oracle` and the
+      NDCG of rankings read them;
+    - class weights have no counterpart, so that `Ceiling` cannot play;
+    - objects of types that the prior does not know are asked for as often as an average type.
+
+    Attributes:
+        time: steps so far.
+        num_steps: steps that all homes were recorded for, T.
+    """
+
+    def __init__(
+        self,
+        episodes: Sequence[Episode],
+        types: RecordedTypes,
+        config: HomeConfig,
+        streams: Streams,
+    ) -> None:
+        """Start at t = 0.
+
+        Args:
+            episodes: of equal layout and equally many slots, (H,).
+            types: names of objects, over all homes that are ever compared.
+            config: the rules.
+            streams: random streams of the H homes.
+        """
+        layout = episodes[0].trace.layout
+        self.prior: PriorGraph = types.prior
+        self.config = config
+        self.streams = streams
+        self.num_homes = len(episodes)
+        self.num_furniture = len(layout.furniture)
+        self.num_slots = episodes[0].trace.num_slots
+        self.room_labels = [types.spell(label) for label in layout.room_labels]
+        self.furniture_room = np.array([row.room for row in layout.furniture])
+        self.object_labels = types.object_labels
+        self.object_descriptions = types
+        self.move_freq = types.move_freq
+        self.num_steps = min(episode.num_steps for episode in episodes)
+        self.clock = make_clock_rows([episode.clock for episode in episodes])
+        self.time = 0
+        self._types = types
+        self._furniture_labels = [types.spell(label) for label in layout.furniture_labels]
+        shape = (self.num_homes, self.num_slots)
+        self.object_type = np.zeros(shape, dtype=np.int32)
+        self.object_code = np.zeros(shape, dtype=np.int32)
+        self.object_place = np.full(shape, -1, dtype=np.int32)
+        self.object_moved = np.zeros(shape, dtype=bool)
+        self._columns = _merge(episodes, types, self.num_steps)
+        traces = {id(episode.trace): episode.trace for episode in episodes}
+        numbers = {key: number for number, key in enumerate(traces)}
+        self._trace_of_home = np.array([numbers[id(episode.trace)] for episode in episodes])
+        self._traces = list(traces.values())
+        self._transitions = np.stack([self._count_transitions(trace) for trace in self._traces])
+        self._apply(0)
+
+    @property
+    def labels(self) -> list[str]:
+        """Every label of all homes that are compared, the same list for each of them."""
+        return self._types.labels
+
+    @property
+    def furniture_labels(self) -> np.ndarray:
+        """Text of every furniture node, (H, F)."""
+        return np.tile(np.array(self._furniture_labels, dtype=object), (self.num_homes, 1))
+
+    def evolve(self) -> None:
+        """Let one recorded step pass.
+
+        Raises:
+            ValueError: if the recording has ended.
+        """
+        if self.time >= self.num_steps:
+            raise ValueError(
+                f"steps must be at most the {self.num_steps} that were recorded, got "
+                f"{self.time + 1}. Play fewer, or take shorter steps."
+            )
+        self.time += 1
+        self.object_moved[:] = False
+        self._apply(self.time)
+
+    def transition_rows(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
+        """Return the simulator's T, or the counted one, (n,), (n,) -> (n, P)."""
+        return self._transitions[self._trace_of_home[homes], codes]
+
+    def get_place_weights(self) -> np.ndarray:
+        """Return the simulator's class weights, (H, T, P).
+
+        Raises:
+            ValueError: if a home was recorded, not simulated.
+        """
+        num_places = self.num_furniture * NUM_RELATIONS
+        weights = np.zeros((len(self._traces), len(self.object_labels), num_places), np.float32)
+        for number, trace in enumerate(self._traces):
+            if trace.truth is None:
+                raise ValueError(
+                    f"ceiling must play in simulated homes, got the recorded home {trace.name}, "
+                    "whose true dynamics nobody knows. Leave it out."
+                )
+            for object_type, label in enumerate(self.object_labels):
+                row = trace.truth.place_weights.get(label, {})
+                weights[number, object_type] = fill_row(row, num_places)
+        return weights[self._trace_of_home]
+
+    def _apply(self, step: int) -> None:
+        columns = self._columns
+        rows = slice(columns.first[step], columns.first[step + 1])
+        at = (columns.home[rows], columns.slot[rows])
+        codes = columns.code[rows]
+        self.object_place[at] = columns.place[rows]
+        self.object_code[at] = codes
+        self.object_type[at] = self.object_descriptions.type_of_code[codes]
+        self.object_moved[at] = columns.is_move[rows]
+
+    def _count_transitions(self, trace: Trace) -> np.ndarray:
+        """Return T of a home by description code, float32 (codes, P)."""
+        num_places = self.num_furniture * NUM_RELATIONS
+        rows = np.zeros((self._types.num_descriptions, num_places), dtype=np.float32)
+        if trace.truth is not None:
+            for text, weights in trace.truth.transitions.items():
+                code = self._types.find_code(read_words("description", text))
+                if code is not None:
+                    rows[code] = fill_row(weights, num_places)
+            return rows
+        for words, arrivals in trace.arrivals.items():
+            row = fill_row(arrivals, num_places)
+            rows[self._types.get_code(words)] = row / row.sum()
+        return rows
+
+
+def _merge(episodes: Sequence[Episode], types: RecordedTypes, num_steps: int) -> EpisodeColumns:
+    """Merge the changes of episodes, ordered by step."""
+    codes = []
+    for episode in episodes:
+        words = [read_words("description", text) for text in episode.descriptions]
+        code_of = np.array([types.get_code(text) for text in words], dtype=np.int64)
+        codes.append(code_of[episode.description])
+    lengths = [len(episode.step) for episode in episodes]
+    step = np.concatenate([episode.step for episode in episodes])
+    order = np.argsort(step, kind="stable")
+    return EpisodeColumns(
+        home=np.repeat(np.arange(len(episodes)), lengths)[order],
+        slot=np.concatenate([episode.slot for episode in episodes])[order],
+        place=np.concatenate([episode.place for episode in episodes])[order],
+        code=np.concatenate(codes)[order],
+        is_move=np.concatenate([episode.is_move for episode in episodes])[order],
+        first=np.searchsorted(step[order], np.arange(num_steps + 2)),
+    )

@@ -1,0 +1,1 @@
+"""True homes: what is where, how it changes, what a look shows."""

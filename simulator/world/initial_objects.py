@@ -1,0 +1,127 @@
+"""What stands where at t = 0: so many objects per furniture node."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from simulator.arrays.grouped import compute_rank_in_group
+from simulator.world.homes import NUM_RELATIONS
+from simulator.world.streams import sample_categorical
+
+if TYPE_CHECKING:  # homes call this module while they are made
+    from simulator.world.sampled_homes import SampledHomes
+
+logger = logging.getLogger(__name__)
+
+
+def sample_initial_objects(homes: SampledHomes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Draw `objects_per_furniture` x F = n objects for every home.
+
+    Returns:
+        Types, places, and a uniform number per object to draw its description with, (H, n) each.
+
+    Raises:
+        ValueError: if a home has no furniture that can hold an object.
+
+    Source: algorithm 1, appendix A; rulings 3 and 4.
+    """
+    num_homes, num_furniture = homes.num_homes, homes.num_furniture
+    turns = homes.config.objects_per_furniture
+    uniform = homes.streams.sample_once("objects", turns, num_furniture, 2)
+    weights, drawn_type, drawn_relation = _list_options(homes)  # (H, F, K)
+    can_hold = np.any(weights, axis=2)
+    holder = _find_holders(homes, can_hold)
+    max_count = np.array([row.max_count for row in homes.prior.objects])
+    count = np.zeros((num_homes, len(max_count)), dtype=np.int64)
+    types = np.empty((num_homes, turns, num_furniture), dtype=np.int64)
+    places = np.empty((num_homes, turns, num_furniture), dtype=np.int64)
+    home = np.arange(num_homes)
+    for turn in range(turns):  # furniture in turn, so that none uses up a type
+        for furniture in range(num_furniture):
+            options = home, holder[:, furniture]
+            option_type = drawn_type[options]  # (H, K)
+            available = compute_available_weights(
+                weights[options], count[home[:, None], option_type], max_count[option_type]
+            )
+            drawn = sample_categorical(available, uniform[:, turn, furniture, 0])
+            found = option_type[home, drawn]
+            count[home, found] += 1
+            types[:, turn, furniture] = found
+            relation = drawn_relation[(*options, drawn)]
+            places[:, turn, furniture] = holder[:, furniture] * NUM_RELATIONS + relation
+    shape = (num_homes, turns * num_furniture)
+    return types.reshape(shape), places.reshape(shape), uniform[..., 1].reshape(shape)
+
+
+def compute_available_weights(
+    weights: np.ndarray, count: np.ndarray, cap: np.ndarray
+) -> np.ndarray:
+    """Keep the weights of the types that may still be drawn.
+
+    While some type is below its cap, only those may be drawn; when all are full, caps are
+    relaxed evenly: the types that are full the fewest times over (ruling 3). Never a hang.
+
+    Args:
+        weights: (H, m) non-negative.
+        count: instances so far, (H, m).
+        cap: `max_count`, (m,) or (H, m).
+    """
+    times_full = np.where(weights > 0, count // np.maximum(cap, 1), np.iinfo(np.int64).max)
+    fewest = times_full.min(axis=1, keepdims=True)
+    if logger.isEnabledFor(logging.DEBUG) and (fewest > 0).any():
+        logger.debug("max_count relaxed in %d homes", int((fewest > 0).sum()))
+    return np.where(times_full == fewest, weights, 0.0)
+
+
+def _list_options(homes: SampledHomes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """List what each furniture node may hold: weights, types and relations, (H, F, K) each.
+
+    Of the 2 O pairs of type and relation, a node can hold some twenty; they come first, in
+    their order, and what is left of K has weight zero.
+    """
+    option = np.flatnonzero(homes.place_weights)
+    row, place = np.divmod(option, homes.num_places)
+    home, types = np.divmod(row, len(homes.prior.objects))
+    weight = homes.place_weights.ravel()[option] * homes.sample_prob[types]
+    node = home * homes.num_furniture + place // NUM_RELATIONS
+    order = np.argsort(node, kind="stable")
+    order = order[weight[order] > 0]
+    node, rank = node[order], compute_rank_in_group(node[order])
+    num_nodes = homes.num_homes * homes.num_furniture
+    shape = (num_nodes, int(rank.max(initial=0)) + 1)
+    weights, drawn_type = np.zeros(shape), np.zeros(shape, dtype=np.int64)
+    relation = np.zeros(shape, dtype=np.int64)
+    weights[node, rank] = weight[order]
+    drawn_type[node, rank] = types[order]
+    relation[node, rank] = place[order] % NUM_RELATIONS
+    whole = (homes.num_homes, homes.num_furniture, shape[1])
+    return weights.reshape(whole), drawn_type.reshape(whole), relation.reshape(whole)
+
+
+def _find_holders(homes: SampledHomes, can_hold: np.ndarray) -> np.ndarray:
+    """Return who takes the initial objects of each furniture node, (H, F).
+
+    Class noise can leave a furniture node without a single object; then the next one of
+    its room that has some takes its share, so that every home starts with F x 6 objects.
+
+    Raises:
+        ValueError: if a home has no furniture left that can hold an object.
+    """
+    if not can_hold.any(axis=1).all():
+        streams = homes.streams
+        home = streams.homes[int(np.argmin(can_hold.any(axis=1)))]
+        raise ValueError(
+            f"house must have furniture that holds some object, got none after the noise of "
+            f"house {home} ({streams.split}, seed {streams.seed}). Use a prior with "
+            "more placements, more furniture per room, or less noise."
+        )
+    holder = np.tile(np.arange(homes.num_furniture), (homes.num_homes, 1))
+    for home, furniture in np.argwhere(~can_hold):
+        ring = np.roll(np.arange(homes.num_furniture), -furniture - 1)
+        same_room = homes.furniture_room[ring] == homes.furniture_room[furniture]
+        ring = np.concatenate([ring[same_room], ring[~same_room]])
+        holder[home, furniture] = ring[np.argmax(can_hold[home, ring])]
+    return holder

@@ -1,0 +1,173 @@
+"""Named random streams: one independent generator per (seed, split, home, purpose)."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+
+import numpy as np
+
+# Homes of different splits never share a stream, whatever their index.
+SPLITS = ("train", "val", "test")
+
+_MANY_ROWS = 128  # from here on, sums over a row advance in all rows together
+
+
+class UniformRows:
+    """Rows of uniform numbers that are worked out when they are read."""
+
+    def __init__(self, starts: np.ndarray, jumps: np.ndarray) -> None:
+        self._starts = starts
+        self._jumps = jumps
+
+    def fill(self, every: int = 1) -> np.ndarray:
+        """Return every number, or those of columns 0, `every`, 2 `every`, ..., (n, m)."""
+        from simulator.compiled.streams import fill_rows  # loads numba
+
+        width = len(self._jumps) - 1
+        numbers = np.empty((len(self._starts), -(-width // every)))
+        fill_rows(self._starts, self._jumps[min(every, width)], numbers)
+        return numbers
+
+    def read(self, rows: np.ndarray, columns: np.ndarray, count: int = 1) -> np.ndarray:
+        """Return the numbers of rows (k,) from columns (k,) on, (k, count)."""
+        from simulator.compiled.streams import read_rows  # loads numba
+
+        numbers = np.empty((len(rows), count))
+        read_rows(self._starts, self._jumps, rows, columns, numbers)
+        return numbers
+
+
+class UniformStream:
+    """Rows of uniform numbers for many homes, each home from its own generator.
+
+    A home's n-th row is the same whatever other homes are drawn beside it, and its numbers are
+    those that its generator would give one after the other.
+    """
+
+    def __init__(self, generators: Sequence[np.random.Generator], width: int) -> None:
+        from simulator.compiled.streams import make_jumps  # loads numba
+
+        self._state = np.array([_get_state(rng) for rng in generators], dtype=np.uint64)  # (H, 4)
+        self._jumps = make_jumps(width)
+        self._homes = np.arange(len(generators))
+
+    def claim(self, homes: np.ndarray | None = None) -> UniformRows:
+        """Return one fresh row per entry of `homes`, (n,), or one of every home."""
+        from simulator.compiled.streams import claim_rows  # loads numba
+
+        homes = self._homes if homes is None else homes
+        starts = np.empty((len(homes), 4), dtype=np.uint64)
+        claim_rows(self._state, self._jumps[-1], homes, starts)
+        return UniformRows(starts, self._jumps)
+
+    def next(self) -> np.ndarray:
+        """Return the numbers of one fresh row of every home, (H, width)."""
+        return self.claim().fill()
+
+    def take(self, homes: np.ndarray) -> np.ndarray:
+        """Return the numbers of one fresh row per entry of `homes`, (n,) -> (n, width)."""
+        return self.claim(homes).fill()
+
+
+def _get_state(generator: np.random.Generator) -> tuple[int, ...]:
+    """Return the state and the increment of a PCG64, the upper 64 bits of each first."""
+    words = generator.bit_generator.state["state"]
+    return tuple(word for key in ("state", "inc") for word in divmod(words[key], 1 << 64))
+
+
+class Streams:
+    """The named random streams of H homes.
+
+    Adding a draw to one stream changes no other; a home's numbers do not depend on which
+    homes are simulated beside it, so any number of workers gives the same bytes.
+    """
+
+    def __init__(self, seed: int, split: str, homes: Sequence[int]) -> None:
+        """Create streams lazily for the given homes.
+
+        Args:
+            seed: experiment seed, non-negative.
+            split: "train", "val" or "test".
+            homes: home numbers within the split, (H,).
+
+        Raises:
+            ValueError: if the seed, the split or a home number is out of range.
+        """
+        if seed < 0:
+            raise ValueError(f"seed must be non-negative, got {seed}. Choose 0 or more.")
+        if split not in SPLITS:
+            raise ValueError(
+                f"split must be one of {', '.join(SPLITS)}, got {split!r}. Choose one of these."
+            )
+        if len(homes) < 1 or min(homes) < 0:
+            raise ValueError(
+                f"homes must be one or more non-negative numbers, got {list(homes)[:5]}. "
+                "Ask for at least one home."
+            )
+        self.seed = seed
+        self.split = split
+        self.homes = tuple(int(home) for home in homes)
+        self._streams: dict[str, UniformStream] = {}
+
+    def generator(self, purpose: str, position: int) -> np.random.Generator:
+        """Return a fresh generator for one purpose of the home at `position`."""
+        key = (SPLITS.index(self.split), self.homes[position], zlib.crc32(purpose.encode()))
+        return np.random.Generator(
+            np.random.PCG64(np.random.SeedSequence(self.seed, spawn_key=key))
+        )
+
+    def sample_once(self, purpose: str, *shape: int) -> np.ndarray:
+        """Draw one array of uniforms per home from the start of a stream, (H, *shape)."""
+        return np.stack([self.generator(purpose, i).random(shape) for i in range(len(self.homes))])
+
+    def rows(self, purpose: str, width: int) -> UniformStream:
+        """Return the row stream of a purpose; a purpose keeps one width for its lifetime."""
+        if purpose not in self._streams:
+            generators = [self.generator(purpose, i) for i in range(len(self.homes))]
+            self._streams[purpose] = UniformStream(generators, width)
+        return self._streams[purpose]
+
+
+def sample_categorical(weights: np.ndarray, uniform: np.ndarray) -> np.ndarray:
+    """Draw one index per row in proportion to non-negative weights.
+
+    Args:
+        weights: (n, m), each row with a positive sum.
+        uniform: (n,) in [0, 1).
+
+    Returns:
+        (n,) indices; an index of weight zero is never returned.
+    """
+    cumulative = _accumulate(weights)
+    is_past = cumulative > uniform * cumulative[-1]
+    index = is_past.argmax(axis=0)
+    # Rounding can push the target onto the total: fall back to the last positive weight.
+    beyond = np.flatnonzero(~is_past[-1])
+    if len(beyond):
+        index[beyond] = weights.shape[1] - 1 - np.argmax(weights[beyond, ::-1] > 0, axis=1)
+    return index
+
+
+def _accumulate(weights: np.ndarray) -> np.ndarray:
+    """Return the cumulative sums of every row, (n, m) -> (m, n).
+
+    numpy's own take one addition after another, 5 ns each; here those of all rows go together,
+    in the same order within a row, so that the sums are equal to the last bit.
+    """
+    if len(weights) < _MANY_ROWS or weights.dtype.kind != "f":
+        return np.cumsum(weights, axis=1).T
+    cumulative = np.empty(weights.shape[::-1], dtype=weights.dtype)
+    cumulative[0] = weights[:, 0]
+    for column in range(1, weights.shape[1]):
+        np.add(cumulative[column - 1], weights[:, column], out=cumulative[column])
+    return cumulative
+
+
+def sample_best(scores: np.ndarray, uniform: np.ndarray) -> np.ndarray:
+    """Return the index of the highest score of each row, ties at random, (n, m), (n,) -> (n,).
+
+    A row of -inf alone is a tie of all.
+    """
+    is_best = scores == scores.max(axis=1, keepdims=True)
+    return sample_categorical(is_best.astype(float), uniform)

@@ -1,0 +1,190 @@
+"""The online evaluation: what it logs, draws, prints and writes."""
+
+import itertools
+import json
+
+import numpy as np
+import pytest
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+from nep.callbacks.online_evaluation import OnlineEvaluation
+from nep.fit import main
+from nep.players.policy import NEPPolicy
+from nep.report.figures import draw_over_steps
+from simulator import HomeConfig, PriorGraph, Streams, evaluate_policy
+from simulator.policies import POLICIES, make_policy
+from simulator.tasks.evaluation import TaskScores
+
+
+@pytest.fixture(scope="module")
+def fit(tmp_path_factory):
+    """A short fit with two online evaluations: its folder, and the epoch of each play."""
+    folder, epochs, play = tmp_path_factory.mktemp("fit"), [], OnlineEvaluation._play
+
+    def record(self, trainer, make):
+        epochs.append(trainer.current_epoch + 1)
+        return play(self, trainer, make)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(OnlineEvaluation, "_play", record)
+        main(
+            ["--config", "mlp.yaml", "--trainer.max_epochs=3", "--data.num_homes=2",
+             "--data.steps=8",
+             "--data.num_val_homes=1", "--data.batch_size=8", "--data.workers=1",
+             "--online.num_homes=2",
+             "--online.steps=5", "--online.every_n_epochs=2",
+             "--trainer.log_every_n_steps=1", "--trainer.enable_progress_bar=false"]
+        )  # fmt: skip
+    return folder / "runs" / "mlp" / "version_0", epochs
+
+
+@pytest.fixture(scope="module")
+def run(fit):
+    """Folder of the fit."""
+    return fit[0]
+
+
+def test_heuristics_play_once_and_not_before_the_model(fit):
+    # Evaluations after epochs 2 and 3: in the first, all heuristics and then the model.
+    assert fit[1] == [2] * (len(POLICIES) + 1) + [3]
+
+
+def test_logs_scalars_figure_and_chart(run):
+    events = EventAccumulator(str(run), size_guidance={"scalars": 0, "images": 0})
+    events.Reload()
+    tags = events.Tags()
+    # Epoch 2 by the interval, epoch 3 because it is the last.
+    assert len(events.Scalars("online/accuracy")) == 2
+    for tag in ("online/candidate_recall", "online/gap_closed_oracle", "online/gap_closed_ceiling"):
+        assert tag in tags["scalars"]
+    for name in POLICIES:
+        assert f"online_heuristics/{name}" in tags["scalars"]
+    assert len(events.Images("online/accuracy_over_steps")) == 2
+
+
+def test_written_scores_are_those_of_the_checkpoint(run):
+    """The final table of the model is what its last checkpoint scores when played again."""
+    written = json.loads((run / "online_evaluation.json").read_text())
+    assert set(written) == {*POLICIES, "NEP-MLP"}
+    policy = NEPPolicy.load(run / "checkpoints" / "last.ckpt")
+    again = evaluate_policy(
+        lambda homes: policy, PriorGraph.default(), HomeConfig(), Streams(0, "val", range(2)), 5
+    )
+    assert written["NEP-MLP"]["accuracy_per_home"] == again.accuracy.tolist()
+    assert written["NEP-MLP"]["accuracy"] == pytest.approx(again.is_correct.mean())
+
+
+def test_table_is_sorted_and_paired(capsys):
+    evaluation = OnlineEvaluation(num_homes=2, steps=10, name="NEP")
+    everywhere = np.ones((2, 10), dtype=bool)
+
+    def make_scores(first: int, second: int) -> TaskScores:
+        right = np.arange(10) < np.array([[first], [second]])
+        half = np.full((2, 10), 0.5)
+        return TaskScores(right, everywhere, right.astype(float), everywhere, half, half)
+
+    evaluation.scores = {
+        "bayesian": make_scores(2, 4),  # accuracy 0.3
+        "oracle": make_scores(6, 8),  # 0.7
+        "ceiling": make_scores(8, 8),  # 0.8
+        "NEP": make_scores(4, 6),  # 0.5: half of 0.3 -> 0.7, two fifths of 0.3 -> 0.8
+    }
+    evaluation.print_table()
+    out = capsys.readouterr().out
+    lines = [line.split() for line in out.splitlines()]
+    assert [line[0] for line in lines if line and line[0] in evaluation.scores] == [
+        "bayesian", "NEP", "oracle", "ceiling"
+    ]  # fmt: skip
+    assert "-0.200 [-0.200, -0.200]" in out  # Bayesian: both homes differ by exactly 0.2
+    assert "+0.300 [+0.200, +0.400]" in out  # the ceiling: homes differ by 0.4 and 0.2
+    flat = " ".join(out.split())
+    assert "gap closed 50%" in flat
+    assert "gap closed 40%" in flat
+
+
+def test_markdown_says_what_the_terminal_says(run):
+    text = (run / "online_evaluation.md").read_text(encoding="utf-8")
+    written = json.loads((run / "online_evaluation.json").read_text())
+    rows = {line.split("|")[1].strip(" *"): line for line in text.splitlines() if "|" in line}
+    assert rows.keys() == {"policy", "---", *written}
+    for name, scores in written.items():
+        assert f"{scores['accuracy']:.3f}" in rows[name]
+    assert "gap closed" in text
+
+
+def test_names_at_the_ends_of_curves_do_not_overlap():
+    same = np.ones((2, 10), dtype=bool)
+    values = dict.fromkeys(POLICIES, same)
+    figure = draw_over_steps(values, "bayesian", title="equal scores", metric="accuracy")
+    figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in figure.axes[0].texts]
+    assert len(boxes) == len(POLICIES)
+    heights = sorted((box.y0, box.y1) for box in boxes)
+    # Letters may reach below their line; lines themselves are apart.
+    assert all(low[1] - next_low[0] < 2 for low, next_low in itertools.pairwise(heights))
+
+
+def test_plays_the_task_of_the_data_beside_some_policies(tmp_path, monkeypatch, capsys):
+    """Find Object without dynamic nodes: looks, of which fewer are better."""
+    monkeypatch.chdir(tmp_path)
+    cli = main(
+        ["--config", "mlp.yaml", "--trainer.max_epochs=1", "--data.num_homes=2", "--data.steps=4",
+         "--data.num_val_homes=1", "--data.batch_size=8", "--data.workers=1",
+         "--online.num_homes=2",
+         "--data.task=find_object", "--data.dynamic_nodes=false", "--online.steps=3",
+         "--online.policies=[bayesian, ceiling]", "--trainer.log_every_n_steps=1",
+         "--trainer.enable_progress_bar=false"]
+    )  # fmt: skip
+    run = tmp_path / "runs" / "mlp" / "version_0"
+    written = json.loads((run / "online_evaluation.json").read_text())
+    assert set(written) == {"bayesian", "ceiling", "NEP-MLP"}
+    for name, scores in written.items():
+        again = evaluate_policy(
+            lambda homes, name=name: (
+                NEPPolicy.load(run / "checkpoints" / "last.ckpt")
+                if name == "NEP-MLP"
+                else make_policy(name, homes)
+            ),
+            PriorGraph.default(), HomeConfig(dynamic_nodes=False), Streams(0, "val", range(2)), 3,
+            task="find_object",
+        )  # fmt: skip
+        assert scores["looks_per_home"] == again.home_values.tolist()
+        assert scores["looks_per_step"] == again.values.mean(axis=0).tolist()
+    bayesian, ceiling, model = (
+        written[name]["looks"] for name in ("bayesian", "ceiling", "NEP-MLP")
+    )
+    gap = (bayesian - model) / (bayesian - ceiling)  # fewer looks close it
+    assert cli.trainer.logged_metrics["online/gap_closed_ceiling"] == pytest.approx(gap)
+    assert cli.trainer.logged_metrics["online/looks"] == pytest.approx(model)
+    events = EventAccumulator(str(run))
+    events.Reload()
+    assert "online/looks_over_steps" in events.Tags()["images"]
+    text = " ".join(capsys.readouterr().out.split())
+    assert "Find Object, 2 unseen homes x 3 steps" in text
+    assert f"Bayesian-to-Ceiling gap closed {gap:.0%}" in text
+    assert "Oracle" not in text
+
+
+def test_without_policies_nothing_is_said_of_gaps(capsys):
+    evaluation = OnlineEvaluation(num_homes=2, steps=10, policies=[])
+    everywhere = np.ones((2, 10), dtype=bool)
+    half = np.full((2, 10), 0.5)
+    evaluation.scores["NEP"] = TaskScores(everywhere, everywhere, half, everywhere, half, half)
+    evaluation.print_table()
+    out = capsys.readouterr().out
+    assert "candidate recall 1.000" in out
+    assert "gap" not in out
+
+
+def test_unknown_policies_are_refused():
+    with pytest.raises(
+        ValueError, match=r"policy must be one of random, .*, got 'clever'\. Choose"
+    ):
+        OnlineEvaluation(policies=["random", "clever"])
+
+
+@pytest.mark.parametrize("name", ["num_homes", "steps", "every_n_epochs"])
+def test_counts_below_one_are_refused(name):
+    with pytest.raises(ValueError, match=rf"{name} must be at least 1, got 0"):
+        OnlineEvaluation(**{name: 0})

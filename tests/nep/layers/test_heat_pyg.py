@@ -1,0 +1,52 @@
+"""Our HEAT layer is PyTorch Geometric's, where that is installed (extra `bench`)."""
+
+from pathlib import Path
+
+import pytest
+import torch
+from torch import nn
+
+from nep.layers.flat_graph import FlatGraph
+from nep.layers.heat import HEATConv
+
+pytest.importorskip("torch_geometric")
+BENCHMARKS = Path(__file__).resolve().parents[3] / "benchmarks"
+
+
+@pytest.fixture
+def beside(monkeypatch):
+    """The comparison that `benchmarks/heat_conv.py` makes."""
+    monkeypatch.syspath_prepend(str(BENCHMARKS))
+    import _pyg
+
+    return _pyg
+
+
+@pytest.mark.parametrize("heads", [1, 2, 4])
+def test_equal_for_equal_weights(heads, beside, random_batch):
+    torch.manual_seed(heads)
+    layer = HEATConv(6, 8, 5, heads, edge_type_units=3, edge_attribute_units=4)
+    for constant in (layer.bias, layer.node_bias):
+        nn.init.normal_(constant)  # zero at first, which would hide it
+    graph = FlatGraph.from_batch(random_batch(0))
+    node, edge = torch.randn(graph.num_nodes, 6), torch.randn(graph.num_edges, 5)
+    assert beside.compute_difference(layer, graph, node, edge) < 1e-5
+    with torch.no_grad():  # the comparison sees a weight that differs
+        theirs = beside.PyGLayer(layer)
+        layer.message_edge[0, 0, 0] += 0.1
+        got = theirs.take_shares(theirs(graph, node, edge))
+        entered, _ = graph.find_entered()
+        assert (got - layer(graph, node, edge))[entered].abs().max() > 1e-4
+
+
+def test_they_differ_where_no_edge_enters(beside, random_batch, edit_edges):
+    layer = HEATConv(6, 8, 5, 1, edge_type_units=3, edge_attribute_units=4)
+    nn.init.normal_(layer.bias)
+    batch = edit_edges(random_batch(0), lambda etype, src, dst: dst != 0)
+    graph = FlatGraph.from_batch(batch)
+    node, edge = torch.randn(graph.num_nodes, 6), torch.randn(graph.num_edges, 5)
+    lonely = torch.ones(graph.num_nodes, dtype=torch.bool)
+    lonely[graph.edge_dst] = False
+    assert lonely.sum() >= 5  # the first node of each type
+    assert torch.equal(layer(graph, node, edge)[lonely], layer.bias.expand(lonely.sum(), -1))
+    assert not beside.PyGLayer(layer)(graph, node, edge)[lonely].any()

@@ -1,0 +1,261 @@
+"""Laws of the whole model: order, batching, padding, gradients, and that it learns."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import dgl
+import pytest
+import torch
+from torch import nn
+from torch.nn import functional as F
+
+from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, RELATIONS
+from nep.encoders import GCN, HAN, HEAT, HGT, MLP
+from nep.layers.flat_graph import FlatGraph
+from nep.model.embedding import EdgeEmbedding, NodeEmbedding
+from nep.model.loss import balanced_bce
+from nep.model.node_edge_predictor import NodeEdgePredictor
+from nep.model.query_attention import QueryAttention
+
+ENCODERS = {
+    "mlp": lambda: MLP(16),
+    "gcn": lambda: GCN(16),
+    "gcn with residual": lambda: GCN(16, residual=True),
+    "heat": lambda: HEAT(16),
+    "hgt": lambda: HGT(16),
+    "han": lambda: HAN(16),
+    "two hops of han without residual": lambda: HAN(16, num_convolutions=2, residual=False),
+    "two hops of heat without residual": lambda: HEAT(16, num_convolutions=2, residual=False),
+}
+
+
+@pytest.fixture(params=ENCODERS)
+def encoder(request):
+    torch.manual_seed(0)
+    return ENCODERS[request.param]()
+
+
+def get_query(batch):
+    """Snapshot of each query edge, in query order."""
+    return FlatGraph.from_batch(batch).query_snapshot
+
+
+def test_node_and_edge_order_change_nothing(encoder, random_batch):
+    model = NodeEdgePredictor(encoder).eval()
+    batch = random_batch(3)
+    graph = batch.graph
+    new_id = {ntype: torch.randperm(graph.num_nodes(ntype)) for ntype in NODE_TYPES}
+    edges, edge_order = {}, {}
+    for etype in EDGE_TYPES:
+        src, dst = graph.edges(etype=etype)
+        edge_order[etype] = torch.randperm(len(src))
+        edges[etype] = (
+            new_id[etype[0]][src][edge_order[etype]],
+            new_id[etype[2]][dst][edge_order[etype]],
+        )
+    shuffled = dgl.heterograph(edges, {ntype: len(ids) for ntype, ids in new_id.items()})
+    for ntype in NODE_TYPES:
+        for key, value in graph.nodes[ntype].data.items():
+            shuffled.nodes[ntype].data[key] = value[torch.argsort(new_id[ntype])]
+    for etype in EDGE_TYPES:
+        for key, value in graph.edges[etype].data.items():
+            shuffled.edges[etype].data[key] = value[edge_order[etype]]
+
+    positions = []  # in query order: where each query edge of the shuffled batch was before
+    offset = 0
+    for etype in QUERY_EDGE_TYPES:
+        is_query = graph.edges[etype].data["query"] >= 0
+        rank = is_query.cumsum(0) - 1 + offset
+        order = edge_order[etype]
+        positions.append(rank[order][is_query[order]])
+        offset += int(is_query.sum())
+    got = model(replace(batch, graph=shuffled))
+    torch.testing.assert_close(got, model(batch)[torch.cat(positions)], rtol=1e-4, atol=1e-5)
+
+
+def test_a_batch_equals_its_snapshots_one_by_one(encoder, random_batch, take_snapshot):
+    model = NodeEdgePredictor(encoder).eval()
+    batch = random_batch(4, num_snapshots=2)
+    together = model(batch)
+    snapshot = get_query(batch)
+    for index in range(2):
+        alone = model(take_snapshot(batch, index))
+        torch.testing.assert_close(alone, together[snapshot == index], rtol=1e-4, atol=1e-5)
+
+
+def test_a_snapshot_without_query_edges_changes_nothing(encoder, random_batch):
+    model = NodeEdgePredictor(encoder).eval()
+    batch = random_batch(5)
+    want = model(batch)[get_query(batch) != 1]
+    for etype in QUERY_EDGE_TYPES:
+        query = batch.graph.edges[etype].data["query"]
+        batch.graph.edges[etype].data["query"] = torch.where(query == 1, -1, query)
+    got = model(batch)
+    torch.testing.assert_close(got, want, rtol=1e-4, atol=1e-5)
+    got.sum().backward()
+    assert all(p.grad is None or p.grad.isfinite().all() for p in model.parameters())
+
+
+def test_no_query_edge_at_all(encoder, random_batch):
+    batch = random_batch(6)
+    for etype in QUERY_EDGE_TYPES:
+        batch.graph.edges[etype].data["query"][:] = -1
+    logits = NodeEdgePredictor(encoder)(batch)
+    assert logits.shape == (0,)
+    assert balanced_bce(logits, torch.zeros(0)).item() == 0
+
+
+def test_an_empty_edge_type_is_fine(encoder, random_batch, edit_edges):
+    batch = edit_edges(random_batch(7), lambda etype, src, dst: (src >= 0) & (etype[1] != "in"))
+    logits = NodeEdgePredictor(encoder)(batch)
+    assert len(logits) > 0
+    assert logits.isfinite().all()
+
+
+def test_gradient_reaches_every_parameter(encoder, random_batch):
+    model = NodeEdgePredictor(encoder)
+    batch = random_batch(8, num_snapshots=8)
+    balanced_bce(model(batch), FlatGraph.from_batch(batch).query_target).backward()
+    for name, parameter in model.named_parameters():
+        assert parameter.grad is not None, name
+        assert parameter.grad.abs().sum() > 0, name
+
+
+def test_overfits_ten_graphs(encoder, random_batch):
+    # targets are random, so only the features of each edge's own neighbourhood can explain them
+    model = NodeEdgePredictor(encoder, dropout=0.0)
+    batch = random_batch(9, num_snapshots=10)
+    graph = FlatGraph.from_batch(batch)
+    optimiser = torch.optim.Adam(model.parameters(), lr=3e-3)
+    for _ in range(300):
+        loss = balanced_bce(model.score(graph), graph.query_target)
+        optimiser.zero_grad()
+        loss.backward()
+        optimiser.step()
+    assert loss.item() < 0.02
+    assert ((model.score(graph) > 0) == graph.query_target.bool()).all()
+
+
+def test_output_depends_on_exactly_the_hops_it_declares(encoder, random_batch):
+    # The path object - furniture - room - floor - home: change a node k hops from the query edges.
+    model = NodeEdgePredictor(encoder).eval()
+    hops = {"furniture": 0, "room": 1, "floor": 2, "house": 3}
+    batch = random_batch(10, num_snapshots=1)
+    before = model(batch)
+    for ntype, distance in hops.items():
+        changed = random_batch(10, num_snapshots=1)
+        changed.graph.nodes[ntype].data["temporal"] += 1.0
+        assert (model(changed) != before).any().item() == (distance <= encoder.num_hops), ntype
+
+
+def test_transformer_false_scores_each_query_edge_on_its_own(random_batch):
+    torch.manual_seed(0)
+    for transformer in (True, False):
+        model = NodeEdgePredictor(MLP(16), transformer=transformer).eval()
+        batch = random_batch(11, num_snapshots=1)
+        before = model(batch)
+        edge = batch.graph.edges[QUERY_EDGE_TYPES[0]].data
+        edge["feature"][edge["query"] >= 0] += 1.0  # another's features, as seen from onTop edges
+        num_in = int((edge["query"] >= 0).sum())
+        others_changed = (model(batch)[num_in:] != before[num_in:]).any().item()
+        assert others_changed == transformer
+        assert (model.query_attention is not None) == transformer
+
+
+def test_attention_equals_torch_and_ignores_padding():
+    torch.manual_seed(0)
+    ours = QueryAttention(16, layers=2, heads=2, feed_forward_units=12, dropout=0.1).eval()
+    theirs = nn.TransformerEncoder(
+        nn.TransformerEncoderLayer(16, 2, 12, 0.1, batch_first=True),
+        2,
+        enable_nested_tensor=False,
+    ).eval()
+    for mine, other in zip(ours.layers, theirs.layers, strict=True):
+        other.self_attn.in_proj_weight.data = mine.project_in.weight.data
+        other.self_attn.in_proj_bias.data = mine.project_in.bias.data
+        other.self_attn.out_proj.load_state_dict(mine.project_out.state_dict())
+        other.linear1.load_state_dict(mine.feed_forward_in.state_dict())
+        other.linear2.load_state_dict(mine.feed_forward_out.state_dict())
+        other.norm1.load_state_dict(mine.attention_norm.state_dict())
+        other.norm2.load_state_dict(mine.feed_forward_norm.state_dict())
+    query = torch.randn(9, 16)
+    snapshot = torch.tensor([3, 0, 0, 3, 1, 3, 0, 3, 3])  # 3, 1, 0 and 5 query edges, unsorted
+    got = ours(query, snapshot, num_snapshots=4)
+    for index in (0, 1, 3):
+        alone = theirs(query[snapshot == index].unsqueeze(0)).squeeze(0)
+        torch.testing.assert_close(got[snapshot == index], alone, rtol=1e-4, atol=1e-5)
+
+
+def test_embeddings_equal_concatenated_features(random_batch):
+    torch.manual_seed(0)
+    batch = random_batch(12)
+    graph = FlatGraph.from_batch(batch)
+    node, edge = NodeEmbedding(16), EdgeEmbedding(16)
+
+    def apply(module, features):
+        return torch.relu(module.second(torch.relu(module.first(features))))
+
+    data = [batch.graph.nodes[ntype].data for ntype in NODE_TYPES]
+    wide_node = torch.cat(
+        [
+            torch.cat(
+                [
+                    batch.text[d["label"]],
+                    d["temporal"],
+                    F.one_hot(torch.full_like(d["label"], ntype), 5).float(),
+                ],
+                dim=1,
+            )
+            for ntype, d in enumerate(data)
+        ]
+    )
+    assert wide_node.shape[1] == 105
+    torch.testing.assert_close(node(graph), apply(node, wide_node))
+
+    wide_edge = []
+    for etype in EDGE_TYPES:
+        feature = batch.graph.edges[etype].data["feature"]
+        relation = torch.full((len(feature),), RELATIONS.index(etype[1]))
+        wide_edge.append(torch.cat([feature, F.one_hot(relation, 4).float()], dim=1))
+    want = apply(edge, torch.cat(wide_edge))
+    torch.testing.assert_close(edge(graph), want)
+    torch.testing.assert_close(edge(graph, graph.query_edge), want[graph.query_edge])
+
+
+def test_query_order_is_that_of_the_batch(random_batch):
+    batch = random_batch(13)
+    graph = FlatGraph.from_batch(batch)
+    want = []
+    for etype in QUERY_EDGE_TYPES:
+        data = batch.graph.edges[etype].data
+        want += data["target"][data["query"] >= 0].tolist()
+    assert graph.query_target.tolist() == want
+    first = {"object": graph.num_nodes - graph.node_counts[4]}
+    query_src = graph.edge_src[graph.query_edge] - first["object"]
+    assert (query_src // 8 == graph.query_snapshot).all()  # 8 objects per snapshot
+    assert (query_src % 8 == 0).all()  # the first of them is asked for
+
+
+def test_a_graph_of_another_schema_is_refused(random_batch):
+    batch = random_batch(0)
+    part = dgl.edge_type_subgraph(batch.graph, [("object", "in", "furniture")])
+    with pytest.raises(ValueError, match=r"node types of a batch must be .* empty types included"):
+        FlatGraph.from_batch(replace(batch, graph=part))
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: MLP(0), "units must be at least 1, got 0"),
+        (lambda: GCN(16, num_convolutions=0), "num_convolutions must be at least 1, got 0"),
+        (lambda: HEAT(16, heads=5), "got 5 heads for 16 units"),
+        (lambda: HGT(16, heads=0), "got 0 heads for 16 units"),
+        (lambda: HGT(16, num_convolutions=0), "num_convolutions must be at least 1, got 0"),
+        (lambda: HAN(16, heads=3), "got 3 heads for 16 units"),
+        (lambda: NodeEdgePredictor(MLP(16), transformer_heads=3), "got 3 heads for width 32"),
+    ],
+)
+def test_bad_sizes_are_named(build, message):
+    with pytest.raises(ValueError, match=message):
+        build()

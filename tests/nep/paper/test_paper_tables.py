@@ -1,0 +1,166 @@
+"""Tables 1 and 2 from made-up scores: arithmetic, verdicts, the paper's numbers."""
+
+import csv
+import io
+import json
+
+import numpy as np
+import pytest
+
+from nep.paper.experiments import (
+    ABLATION_SETTING,
+    MODELS,
+    SETTINGS,
+    list_ablations,
+    list_full_models,
+)
+from nep.paper.paper_numbers import PAPER_TABLE_1, PAPER_TABLE_2
+from nep.paper.paper_tables import (
+    Provenance,
+    compute_table,
+    list_claims,
+    make_table_1,
+    make_table_2,
+)
+from nep.paper.stored_scores import StoredScores
+from simulator.policies import POLICIES
+
+PROVENANCE = Provenance("python -m nep.reproduce --table 1", 2, 2, 0, {"numpy": "2.2"})
+FIND = next(s for s in SETTINGS if s.name == "find_object-on")
+
+
+def make_scores(first: float, second: float) -> StoredScores:
+    """Two homes with these means over two steps."""
+    values = np.array([[first, first], [second - 1, second + 1]])
+    return StoredScores(values, np.array([0.25, 0.75]), float("nan"), 0.1, 1.5, 1.0)
+
+
+def cells(text: str, start: str) -> list[str]:
+    """Cells of the first table line that starts so."""
+    line = next(line for line in text.splitlines() if line.startswith(f"| {start} |"))
+    return [cell.strip() for cell in line.split("|")[1:-1]]
+
+
+@pytest.fixture
+def location():
+    """Predict Object Location: more is better."""
+    return {
+        "bayesian": make_scores(0.2, 0.4),  # 0.3
+        "prior_filter": make_scores(0.3, 0.5),  # 0.4
+        "NEP-MLP": make_scores(0.2, 0.3),  # 0.25
+        "NEP-GCN": make_scores(0.6, 0.4),  # 0.5
+        "NEP-HEAT": make_scores(0.7, 0.7),  # 0.7
+        "ceiling": make_scores(0.8, 0.8),
+    }
+
+
+def test_every_row_is_compared_with_the_row_above(location):
+    rows = compute_table(ABLATION_SETTING, location)
+    assert [row.policy for row in rows] == [
+        "NEP-MLP", "bayesian", "prior_filter", "NEP-GCN", "NEP-HEAT", "ceiling"
+    ]  # fmt: skip
+    above = [row.differences["the row above"] for row in rows]
+    assert above[0] is None
+    # NEP-GCN minus prior_filter: 0.3 in the first home and -0.1 in the second.
+    assert (above[3].mean, above[3].low, above[3].high) == pytest.approx((0.1, -0.1, 0.3))
+
+
+def test_claims_where_more_is_better(location):
+    rows = compute_table(ABLATION_SETTING, location)
+    claims = {
+        (claim.better, claim.worse): claim
+        for claim in list_claims(ABLATION_SETTING, rows, location)
+    }
+    assert list(claims) == [
+        ("NEP-HEAT", "NEP-GCN"), ("NEP-GCN", "NEP-MLP"), ("NEP-HEAT", "prior_filter"),
+        ("NEP-GCN", "prior_filter"), ("NEP-MLP", "prior_filter"),
+    ]  # fmt: skip
+    assert [claim.verdict for claim in claims.values()] == [
+        "holds",  # +0.1 and +0.3
+        "holds",  # +0.4 and +0.1
+        "holds",  # +0.4 and +0.2
+        "undecided",  # +0.3 and -0.1
+        "reversed",  # -0.1 and -0.2
+    ]
+
+
+def test_claims_where_less_is_better():
+    scores = {
+        "random": make_scores(9, 9),
+        "NEP-MLP": make_scores(3, 5),
+        "NEP-GCN": make_scores(2, 4),
+        "NEP-HEAT": make_scores(2.5, 4.5),
+    }
+    claims = list_claims(FIND, compute_table(FIND, scores), scores)
+    assert [(c.better, c.worse, c.verdict) for c in claims] == [
+        ("NEP-HEAT", "NEP-GCN", "reversed"),  # half a look more in both homes
+        ("NEP-GCN", "NEP-MLP", "holds"),
+        ("NEP-GCN", "random", "holds"),
+        ("NEP-HEAT", "random", "holds"),
+        ("NEP-MLP", "random", "holds"),
+    ]
+    assert claims[0].difference.mean == 0.5
+
+
+def test_table_1_by_hand(location):
+    looks = {title: make_scores(3 + i, 5 + i) for i, title in enumerate(location)}
+    results = {ABLATION_SETTING: location, FIND: looks}
+    files = make_table_1(results, PROVENANCE)
+    text = files["table_1.md"].decode()
+    assert cells(text, "method") == ["method", "Predict Object Location ↑, on", "Find Object ↓, on"]
+    # Homes 0.7 and 0.7; homes 7 and 9. Best of all but the oracle, in bold.
+    assert cells(text, "NEP-HEAT") == ["NEP-HEAT", "**0.700 ± 0.000**", "8.000 ± 1.000"]
+    assert cells(text, "bayesian") == ["bayesian", "0.300 ± 0.100", "**4.000 ± 1.000**"]
+    assert cells(text, "ceiling") == ["ceiling", "0.800 ± 0.000", "9.000 ± 1.000"]
+    first = text.split("## The paper's")[0]
+    order = [line.split("|")[1].strip() for line in first.splitlines() if line.startswith("| ")]
+    assert order == ["method", "---", *location]  # heuristics, networks, oracles
+    assert "NEP-HEAT better than NEP-GCN | +0.200 [+0.100, +0.300] | holds |" in text
+    assert "python -m nep.reproduce --table 1" in text
+    assert "numpy 2.2" in text
+
+    read = list(csv.DictReader(io.StringIO(files["table_1.csv"].decode())))
+    assert {line["setting"] for line in read} == {"predict_location-on", "find_object-on"}
+    heat = next(line for line in read if line["policy"] == "NEP-HEAT")
+    assert float(heat["mean"]) == pytest.approx(0.7)
+    # From 0.3 (bayesian) to 0.8 (ceiling), 0.7 is four fifths of the way.
+    assert float(heat["gap_closed"]) == pytest.approx(0.8)
+
+    stored = json.loads(files["table_1.json"])
+    gcn = stored["settings"]["predict_location-on"]["NEP-GCN"]
+    assert gcn["mean_of_each_home"] == [0.6, 0.4]
+    assert gcn["away_accuracy"] is None
+    assert stored["seed"] == 0
+
+
+def test_table_2_by_hand():
+    scores = {network.name: make_scores(0.4, 0.6) for network in list_full_models()}
+    scores |= {network.name: make_scores(0.3, 0.3) for network in list_ablations()}
+    files = make_table_2(scores, PROVENANCE)
+    text = files["table_2.md"].decode()
+    assert cells(text, "Full model")[1:] == ["0.500 ± 0.100"] * 3
+    assert cells(text, "(-) Transformer")[1:] == ["0.300 ± 0.000"] * 3
+    change = text.split("## Minus the full model")[1]
+    # Homes differ by -0.1 and -0.3.
+    assert cells(change, "(-) Transformer")[1:] == ["-0.200 [-0.300, -0.100]"] * 3
+    read = list(csv.DictReader(io.StringIO(files["table_2.csv"].decode())))
+    assert len(read) == 5 * 3
+    assert (read[0]["ablation"], read[0]["model"], read[0]["minus_full"]) == ("full", "mlp", "")
+    assert float(read[-1]["minus_full"]) == pytest.approx(-0.2)
+
+
+def test_numbers_of_the_paper():
+    """A few cells of the published tables, read off again."""
+    column = {setting.name: number for number, setting in enumerate(SETTINGS)}
+    assert PAPER_TABLE_1["NEP-HEAT"][column["predict_location-on"]] == (0.351, 0.033)
+    assert PAPER_TABLE_1["NEP-GCN"][column["relative_likelihood-off"]] == (0.792, 0.002)
+    assert PAPER_TABLE_1["bayesian"][column["find_object-on"]] == (3.469, 0.761)
+    assert PAPER_TABLE_1["HMS"][column["find_object-off"]] == (5.254, 1.458)
+    assert PAPER_TABLE_1["oracle"][column["predict_location-off"]] == (0.475, 0.063)
+    assert PAPER_TABLE_2["no_prior"][1] == (0.233, 0.024)
+    assert PAPER_TABLE_2["no_semantic"][2] == (0.328, 0.030)
+    # A full model is the same network in both tables.
+    for number, title in zip(PAPER_TABLE_2[None], ("NEP-MLP", "NEP-GCN", "NEP-HEAT"), strict=True):
+        assert number == PAPER_TABLE_1[title][column["predict_location-on"]]
+    assert PAPER_TABLE_1.keys() <= {*POLICIES, *(model.title for model in MODELS)}
+    assert all(len(numbers) == len(SETTINGS) for numbers in PAPER_TABLE_1.values())

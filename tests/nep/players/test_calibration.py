@@ -1,0 +1,113 @@
+"""Calibration: known parameters are found again, and searches are what they say."""
+
+import numpy as np
+import pytest
+
+from nep.players.calibration import Calibration, fit_calibration, measure_calibration
+from nep.players.searches import Searches, find_absent, play_searches
+from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
+from simulator.policies import make_policy
+
+
+def sample_searches(truth: Calibration, count: int, seed: int) -> Searches:
+    """Decisions whose outcome is drawn from the probabilities of a known calibration."""
+    rng = np.random.default_rng(seed)
+    scores = rng.normal(0, 3, (count, 8))
+    is_absent = rng.random((count, 8)) < 0.2
+    probability = truth.compute_probabilities(scores, is_absent)
+    choice = (probability.cumsum(axis=1) > rng.random((count, 1))).argmax(axis=1)
+    answers = choice[:, None] == np.arange(9)
+    return Searches(scores, is_absent, answers, np.arange(count) % 3, truth.elsewhere_share)
+
+
+def test_known_parameters_are_found_again():
+    truth = Calibration(
+        temperature=1.7, absent_logit=-1.4,
+        elsewhere_logit=-1.2, elsewhere_slope=2.0, elsewhere_share=0.1,
+    )  # fmt: skip
+    found = fit_calibration(sample_searches(truth, 40_000, seed=0))
+    assert found.temperature == pytest.approx(1.7, abs=0.1)
+    assert found.absent_logit == pytest.approx(-1.4, abs=0.1)
+    assert found.elsewhere_logit == pytest.approx(-1.2, abs=0.1)
+    assert found.elsewhere_slope == pytest.approx(2.0, abs=0.3)
+    assert found.elsewhere_share == 0.1
+    unseen = sample_searches(truth, 20_000, seed=1)
+    before, after = measure_calibration(unseen, Calibration()), measure_calibration(unseen, found)
+    assert after["nll"] < before["nll"]
+    assert before["ece"] > 0.1  # overconfident, and never elsewhere
+    assert after["ece"] < 0.02
+    assert after["ece_elsewhere"] < 0.02
+
+
+def test_looks_in_vain_lower_their_places_and_raise_elsewhere():
+    # Logits ln 4 and 0: 4 : 1, and elsewhere 1/2. After a look in vain at the first place its
+    # ln(1/8) makes it 1/2 : 1; half of the places were looked at, ln 3 / 2 x 2: elsewhere 3/4.
+    calibration = Calibration(
+        absent_logit=-np.log(8), elsewhere_logit=0.0, elsewhere_slope=2 * np.log(3),
+        elsewhere_share=0.5,
+    )  # fmt: skip
+    scores = np.log([[4.0, 1.0], [4.0, 1.0]])
+    is_absent = np.array([[False, False], [True, False]])
+    probability = calibration.compute_probabilities(scores, is_absent)
+    np.testing.assert_allclose(probability[0], np.array([4, 1, 5]) / 10)
+    np.testing.assert_allclose(probability[1], np.array([1, 2, 9]) / 12)
+    # Odds of elsewhere in a search go from 1 : 1 to 1 : 3, before and after looks: 1/3 of 1, of 3.
+    rare = calibration.with_share(0.25).compute_probabilities(scores, is_absent)
+    np.testing.assert_allclose(rare[:, 2], [1 / 4, 1 / 2])
+
+
+def test_measures_worked_by_hand():
+    # Two decisions, temperature 1, logits ln 3 and 0, elsewhere impossible: (3/4, 1/4). The first
+    # is right, the second wrong: nll = -(ln 3/4 + ln 1/4) / 2, and .75 said for .5 right.
+    scores = np.log(np.array([[3.0, 1.0], [3.0, 1.0]]))
+    answers = np.array([[True, False, False], [False, True, False]])
+    searches = Searches(scores, np.zeros((2, 2), dtype=bool), answers, np.array([0, 1]), 0.1)
+    got = measure_calibration(searches, Calibration())
+    assert got["nll"] == pytest.approx(-np.log(3 / 16) / 2)
+    assert got["ece"] == pytest.approx(0.25)
+    assert got["ece_first"] == pytest.approx(0.25)  # .75 said, 1 right
+    assert (got["elsewhere_there"], got["elsewhere_gone"]) == (0, 0)
+
+
+def test_absent_is_what_this_time_step_has_looked_for_in_vain():
+    memory = SceneGraphMemory()
+    kitchen = memory.add_room("kitchen")
+    places = [memory.add_furniture("counter top", kitchen) for _ in range(3)]
+    memory.observe(places[0], [])
+    memory.step()
+    memory.observe(places[1], [])
+    memory.observe(places[2], [Sighting("mug")])
+    assert find_absent(memory.batch, memory.query("mug")).tolist() == [[False, True, False]]
+    assert find_absent(memory.batch, memory.query("cup")).tolist() == [[False, True, True]]
+    memory.step()
+    assert not find_absent(memory.batch, memory.query("cup")).any()
+
+
+def test_searches_in_homes():
+    homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", range(8)))
+    policy = make_policy("bayesian", homes)
+    searches = play_searches(homes, policy, 30, max_looks=5, elsewhere_share=0.3)
+    first = searches.num_looks == 0
+    assert first.sum() == 8 * 30
+    assert searches.num_looks.max() == 4
+    assert not searches.is_absent[first].any()
+    # No place is looked at twice: after n looks in vain, n places are absent.
+    assert (searches.is_absent.sum(axis=1) == searches.num_looks).all()
+    assert (searches.answers.any(axis=1)).all()
+    gone = searches.answers[:, -1]
+    assert not searches.answers[gone, :-1].any()
+    assert searches.elsewhere_share == pytest.approx(gone[first].mean())
+    # 240 searches, three standard deviations of .03
+    assert searches.elsewhere_share == pytest.approx(0.3, abs=0.09)
+    # What is not there is searched to the end more often.
+    assert gone[searches.num_looks == 4].mean() > 1.3 * gone[first].mean()
+
+
+def test_the_same_homes_give_the_same_searches():
+    def play():
+        homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(3, "val", range(2)))
+        return play_searches(homes, make_policy("bayesian", homes), 4)
+
+    one, other = play(), play()
+    np.testing.assert_array_equal(one.scores, other.scores)
+    np.testing.assert_array_equal(one.answers, other.answers)

@@ -1,0 +1,76 @@
+"""Tables of results, by hand."""
+
+import csv
+import io
+
+import numpy as np
+import pytest
+
+from nep.report.tables import compute_rows, format_table, make_csv, make_markdown
+from simulator.tasks.evaluation import TaskScores
+from simulator.tasks.registry import TASKS
+
+
+def make_scores(values) -> TaskScores:
+    """Scores of two homes; half of the answers right, at confidence 0.75."""
+    right = np.array([[True, False], [True, False]])
+    share = np.full((2, 2), 0.75)
+    return TaskScores(right, ~right, np.array(values, dtype=float), right, share, share)
+
+
+@pytest.fixture
+def looks():
+    """Find Object: fewer is better. Means over homes: 4, 3.5, 3 and 2."""
+    return {
+        "bayesian": make_scores([[3, 5], [4, 4]]),  # homes 4 and 4
+        "NEP": make_scores([[2, 2], [5, 5]]),  # homes 2 and 5
+        "last_seen_prior": make_scores([[3, 3], [3, 3]]),
+        "ceiling": make_scores([[1, 1], [3, 3]]),
+    }
+
+
+def test_rows_by_hand(looks):
+    rows = compute_rows(TASKS["find_object"], looks)
+    assert [row.policy for row in rows] == ["bayesian", "NEP", "last_seen_prior", "ceiling"]
+    nep = rows[1]
+    assert (nep.mean, nep.std) == (3.5, 1.5)
+    # Home by home against bayesian: -2 and +1; a resample of two homes has mean -2, -0.5 or 1.
+    delta = nep.differences["bayesian"]
+    assert (delta.mean, delta.low, delta.high) == (-0.5, -2, 1)
+    assert nep.differences["last_seen_prior"].mean == 0.5
+    # From 4 (bayesian) to 2 (ceiling): 3.5 is a quarter of the way.
+    assert [row.gap_closed for row in rows] == [0, 0.25, 0.5, 1]
+    assert nep.accuracy == 0.5
+    assert nep.away_accuracy == 1  # what was away was right
+    assert nep.candidate_recall == 0.5
+    assert nep.calibration_error == pytest.approx(0.25)  # confidence 0.75, accuracy 0.5
+    assert nep.nll == pytest.approx(-np.log(0.75))
+    assert rows[0].differences["bayesian"] is None  # nobody is compared with himself
+
+
+def test_higher_scores_come_last_where_they_are_better(looks):
+    rows = compute_rows(TASKS["predict_location"], looks)
+    assert [row.policy for row in rows] == ["ceiling", "last_seen_prior", "NEP", "bayesian"]
+
+
+def test_without_the_policies_to_compare_with_there_are_no_such_columns(looks):
+    rows = compute_rows(TASKS["find_object"], {"NEP": looks["NEP"]})
+    header, cells = format_table(TASKS["find_object"], rows)
+    assert header == [
+        "policy", "looks", "std", "answers right", "right if away", "ECE", "NLL", "recall"
+    ]  # fmt: skip
+    assert cells == [["NEP", "3.50", "1.50", "0.500", "1.000", "0.250", "0.29", "0.500"]]
+    assert rows[0].gap_closed is None
+
+
+def test_markdown_and_csv_say_the_same(looks):
+    rows = compute_rows(TASKS["find_object"], looks)
+    markdown = make_markdown(TASKS["find_object"], rows, "Find Object")
+    assert markdown.startswith("## Find Object\n\n| policy | looks | std | minus bayesian [95 %] |")
+    assert "| NEP | 3.50 | 1.50 | -0.50 [-2.00, +1.00] |" in markdown
+    assert "| 25% |" in markdown
+    read = list(csv.DictReader(io.StringIO(make_csv({"find_object": rows}))))
+    assert [line["policy"] for line in read] == [row.policy for row in rows]
+    assert float(read[1]["minus_bayesian_low"]) == -2
+    assert float(read[1]["gap_closed"]) == 0.25
+    assert read[0]["minus_bayesian"] == ""

@@ -1,0 +1,218 @@
+"""Asking a memory where something is: probabilities, reasons, plans, unknown words, restarts."""
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from datamodules.features import FeatureConfig
+from datamodules.graph import GraphBuilder
+from nep import ObjectFinder, SceneGraphMemory, Sighting
+from nep.encoders import HEAT, MLP
+from nep.model.module import NEPModule
+from nep.players.calibration import Calibration
+from nep.players.checkpoints import TrainedModel
+
+
+@pytest.fixture(scope="module")
+def finder() -> ObjectFinder:
+    return ObjectFinder.load("heat")
+
+
+@pytest.fixture
+def home():
+    """Two rooms, one of them unknown to the prior, and a look at every place but the sofa."""
+    memory = SceneGraphMemory()
+    kitchen, attic = memory.add_room("kitchen"), memory.add_room("attic")
+    places = {
+        "fridge": memory.add_furniture("fridge", kitchen, "white fridge"),
+        "counter": memory.add_furniture("counter top", kitchen),
+        "table": memory.add_furniture("dining table", kitchen, "round oak table"),
+        "hammock": memory.add_furniture("hammock", attic),
+        "sofa": memory.add_furniture("sofa", attic),
+    }
+    memory.observe(places["fridge"], [Sighting("milk", "in")])
+    memory.observe(places["counter"], [Sighting("small mug"), Sighting("blue cup")])
+    memory.observe(places["table"], [Sighting("large red mug"), Sighting("plate")])
+    memory.observe(places["hammock"], [])
+    memory.step(2)
+    return memory, places
+
+
+def test_probabilities_of_all_places_and_elsewhere_sum_to_one(finder, home):
+    memory, _ = home
+    for description in ("large red mug", "milk", "flux capacitor", "кружка", "Zero Fat Milk"):
+        ranking = finder.rank(memory, description)
+        probability = [place.probability for place in ranking]
+        assert sum(probability) + ranking.elsewhere == pytest.approx(1, abs=1e-9)
+        assert probability == sorted(probability, reverse=True)
+        assert 0 < ranking.elsewhere < 1
+        top = finder.rank(memory, description, k=2)
+        assert top.places == ranking.places[:2]
+        assert top.elsewhere == ranking.elsewhere
+
+
+def test_says_where_when_and_why(finder, home):
+    memory, places = home
+    ranking = finder.rank(memory, "Large Red Mug", k=5)
+    by_id = {place.furniture: place for place in ranking}
+    table = by_id[places["table"]]
+    assert table.name == "round oak table in kitchen"
+    assert table.relation == "onTop"
+    assert table.last_seen == ranking.last_seen == memory.last_seen("large red mug")
+    assert table.why == f"seen here 2 steps ago; prior {table.evidence.prior:.0%}"
+    counter = by_id[places["counter"]]
+    assert counter.last_seen is None
+    assert counter.why.startswith("similar objects: small mug, blue cup; prior ")
+    memory.observe(places["table"], [])
+    memory.step()
+    table = {place.furniture: place for place in finder.rank(memory, "large red mug")}[
+        places["table"]
+    ]
+    assert table.why.startswith("seen here 3 steps ago, then gone; prior")
+    memory.query("small mug")
+    memory.observe(places["table"], [])
+    (table,) = (p for p in finder.rank(memory, "small mug") if p.furniture == places["table"])
+    assert table.why.startswith("not seen here in 1 look; similar objects: large red mug; prior")
+    text = str(finder.rank(memory, "large red mug", k=1)).splitlines()
+    assert text[0] == "large red mug"
+    assert text[-1].endswith("elsewhere")
+
+
+def test_an_unknown_object_may_be_at_all_furniture(finder, home):
+    memory, _ = home
+    ranking = finder.rank(memory, "flux capacitor")
+    assert sorted(place.furniture for place in ranking) == list(memory.furniture_ids)
+    assert ranking[0].why == "no evidence"
+    assert ranking.last_seen is None
+
+
+def test_a_look_in_vain_lowers_a_place_and_raises_the_rest(finder, home):
+    memory, _ = home
+    before = finder.rank(memory, "large red mug")
+    best = before[0].furniture
+    memory.observe(best, [])
+    after = finder.rank(memory, "large red mug")
+    of = {place.furniture: place.probability for place in after}
+    assert of[best] < 0.6 * before[0].probability
+    assert after.elsewhere > before.elsewhere
+    for place in before.places[1:]:
+        memory.observe(place.furniture, [])
+    assert finder.rank(memory, "large red mug").elsewhere > after.elsewhere
+
+
+def test_an_object_that_is_just_seen_is_there(finder, home):
+    memory, places = home
+    memory.observe(places["sofa"], [Sighting("remote control")])
+    ranking = finder.rank(memory, "remote control")
+    assert ranking[0].furniture == places["sofa"]
+    assert ranking[0].why.startswith("seen here in this step")
+
+
+def test_answers_go_on_after_a_restart(finder, home, tmp_path):
+    memory, places = home
+    finder.rank(memory, "milk")
+    memory.save(tmp_path / "home.sgm")
+    copy = SceneGraphMemory.load(tmp_path / "home.sgm")
+    for turn, name in enumerate(places):
+        for one in (memory, copy):
+            one.observe(places[name], [Sighting("milk"), Sighting(f"thing {turn}")])
+            one.step()
+        for description in ("milk", "large red mug", "thing 0", f"news {turn}"):
+            assert finder.rank(memory, description) == finder.rank(copy, description)
+
+
+def test_nodes_come_and_go_while_asking(finder, home):
+    memory, places = home
+    cellar = memory.add_room("cellar")
+    shelf = memory.add_furniture("wine rack", cellar)
+    memory.observe(shelf, [Sighting("large red mug", "in")])
+    assert finder.rank(memory, "large red mug")[0].furniture in (shelf, places["table"])
+    memory.remove_room(cellar)
+    memory.remove_furniture(places["table"])
+    ranking = finder.rank(memory, "large red mug")
+    assert shelf not in {place.furniture for place in ranking}
+    assert ranking.last_seen.furniture is None
+    memory.remove_object("large red mug")
+    assert finder.rank(memory, "large red mug").last_seen is None
+
+
+LABELS = st.sampled_from(("kitchen", "attic", "fridge", "counter top", "mug", "milk", "氷", "vase"))
+
+
+@settings(max_examples=40)
+@given(
+    layout=st.lists(st.tuples(LABELS, LABELS), min_size=1, max_size=5),
+    looks=st.lists(st.tuples(st.integers(0, 4), st.lists(LABELS, max_size=3)), max_size=8),
+    asked=LABELS,
+)
+def test_any_home_gives_probabilities(finder, layout, looks, asked):
+    memory = SceneGraphMemory()
+    for room, label in layout:
+        memory.add_furniture(label, memory.add_room(room))
+    for turn, (furniture, seen) in enumerate(looks):
+        memory.step(turn % 2)
+        memory.observe(furniture % len(layout), [Sighting(one) for one in seen])
+    ranking = finder.rank(memory, asked)
+    probability = np.array([*(place.probability for place in ranking), ranking.elsewhere])
+    assert np.isfinite(probability).all()
+    assert (probability >= 0).all()
+    assert probability.sum() == pytest.approx(1, abs=1e-9)
+    plan = finder.search_plan(memory, asked)
+    assert plan.expected_cost <= len(plan)
+
+
+def test_a_network_that_was_never_calibrated_does_not_say_elsewhere(home):
+    memory, _ = home
+    torch.manual_seed(0)
+    module = NEPModule(MLP())
+    model = TrainedModel(module, GraphBuilder(FeatureConfig(), module.num_hops))
+    ranking = ObjectFinder(model).rank(memory, "large red mug")
+    assert ranking.elsewhere == 0
+    assert sum(place.probability for place in ranking) == pytest.approx(1)
+    with pytest.raises(ValueError, match=r"must be calibrated for an elsewhere_share of one's own"):
+        ObjectFinder(model, elsewhere_share=0.2)
+
+
+def test_a_user_may_lose_things_more_often(finder, home):
+    memory, _ = home
+    usual = finder.rank(memory, "large red mug")
+    often = ObjectFinder.load("heat", elsewhere_share=0.5).rank(memory, "large red mug")
+    # Odds of elsewhere grow as the odds of its share do.
+    share = finder.calibration.elsewhere_share
+    odds = usual.elsewhere / (1 - usual.elsewhere) * (1 - share) / share
+    assert often.elsewhere == pytest.approx(odds / (1 + odds))
+    assert [p.furniture for p in often] == [p.furniture for p in usual]
+    for bad in (0, 1, -0.1, float("nan")):
+        with pytest.raises(ValueError, match=r"elsewhere_share must lie above 0 and below 1"):
+            ObjectFinder.load("heat", elsewhere_share=bad)
+
+
+def test_bad_input_is_refused(finder, home, tmp_path):
+    memory, _ = home
+    with pytest.raises(ValueError, match=r"description must be a non-empty text, got ' '"):
+        finder.rank(memory, " ")
+    with pytest.raises(ValueError, match=r"k must be at least 1, got 0"):
+        finder.rank(memory, "mug", k=0)
+    with pytest.raises(ValueError, match=r"memory must have furniture before a query"):
+        finder.rank(SceneGraphMemory(), "mug")
+    with pytest.raises(ValueError, match=r"an exported folder or one of heat, got 'teah'"):
+        ObjectFinder.load("teah")
+    module = NEPModule(HEAT(), belief=True)
+    model = TrainedModel(module, GraphBuilder(FeatureConfig(belief=True)))
+    with pytest.raises(ValueError, match=r"must read the memory alone, got one with features\.bel"):
+        ObjectFinder(model)
+
+
+def test_probabilities_worked_by_hand():
+    # Places of logits 0 and ln 9 at temperature 2: exp(0) = 1 and exp(ln 9 / 2) = 3; the first was
+    # looked at in vain, a factor 1/4. Elsewhere exp(0) against 3, .25; the rest is shared 1 : 12.
+    calibration = Calibration(
+        temperature=2.0, absent_logit=np.log(0.25), elsewhere_logit=-np.log(3)
+    )
+    scores = np.array([[0.0, np.log(9), -np.inf]])
+    got = calibration.compute_probabilities(scores, np.array([[True, False, True]]))
+    assert got[0] == pytest.approx([0.75 / 13, 0.75 * 12 / 13, 0.0, 0.25])
+    nowhere = calibration.compute_probabilities(np.full((1, 3), -np.inf), np.zeros((1, 3), bool))
+    assert nowhere[0].tolist() == [0, 0, 0, 1]

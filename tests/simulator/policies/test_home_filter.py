@@ -1,0 +1,177 @@
+import numpy as np
+import pytest
+
+from simulator.memory.memory_batch import Queries
+from simulator.policies import make_policy
+from simulator.policies.home_filter import HomeBelief, HomeFilter
+from simulator.tasks.rollout import Rollout
+from simulator.world.config import HomeConfig
+
+FRIDGE, SHELF, TABLE, BED, BEDROOM_SHELF, DESK = range(6)
+MUG = 0  # in: shelf 0.4; on: table 0.4, desk 0.2
+SURVIVES = 0.75
+
+
+@pytest.fixture
+def policy(tiny_prior):
+    return HomeFilter(tiny_prior, HomeConfig(rooms=("kitchen", "bedroom")))
+
+
+def see(policy, memory, furniture, keys, label=11):
+    """Look at a furniture node and see mugs of these descriptions, or none."""
+    keys = np.array(keys, dtype=int)
+    zeros = np.zeros(len(keys), dtype=int)
+    rows = memory.ensure_objects(zeros, keys, zeros + label, zeros + MUG)
+    change = memory.observe(np.array([0]), np.array([furniture]), rows, np.ones(len(rows), int))
+    policy.observe(memory, change)
+
+
+def ask(memory, key=7):
+    return memory.query(np.array([0]), np.array([key]), np.array([11]), np.array([MUG]))
+
+
+def start(policy, memory, key=7):
+    queries = ask(memory, key)
+    rules = policy.compute_rules(memory, queries)
+    return rules, policy.start(memory, queries, rules)
+
+
+def make_belief(**columns):
+    defaults = {"last": 0.0, "others": 0.0, "type_possible": SURVIVES, "own_possible": SURVIVES,
+                "unseen": 0.0, "group": 0}  # fmt: skip
+    shape = np.shape(next(iter(columns.values())))
+    arrays = {name: np.full(shape, value) for name, value in defaults.items()}
+    arrays |= {name: np.array(value) for name, value in columns.items()}
+    return HomeBelief(**arrays, sameness=np.ones(shape[0]))
+
+
+def test_doubt_of_a_description_by_hand(policy):
+    """Seen if possible: s = 0.75 belief / (own x type); own' = own (1 - s) / (1 - own s).
+
+    Row 0: own 0.75, type 0.8, belief 0.4: s = 0.3 / 0.6 = 0.5
+           own' = 0.75 x 0.5 / (1 - 0.375) = 0.6
+    Row 1: what is certain is never doubted.  Row 2: no look.  Row 3: seen there, so certain.
+    Row 4: belief 2 counts as 1: s = 0.75 / 0.6, at most 0.95
+           own' = 0.75 x 0.05 / (1 - 0.7125) = 0.0375 / 0.2875
+    """
+    belief = make_belief(
+        last=[[0.3, 0], [0, 0.9], [0.5, 0.5], [0.1, 0], [1.0, 0]],
+        others=[[0.1, 0], [0, 0], [0, 0], [0, 0], [1.0, 0]],
+        own_possible=[[0.75, 0.75], [0.75, 1], [0.75] * 2, [0.75] * 2, [0.75] * 2],
+        type_possible=[[0.8, 0.8]] * 5,
+    )
+    policy.doubt_own(belief, np.array([0, 1, -1, 0, 0]), np.array([0, 0, 0, 1, 0], dtype=bool))
+    expected = [[0.6, 0.75], [0.75, 1], [0.75] * 2, [1, 0.75], [0.0375 / 0.2875, 0.75]]
+    np.testing.assert_allclose(belief.own_possible, expected)
+
+
+def test_doubt_of_a_type_by_hand(policy):
+    """Expected if possible: m = 0.75 unseen / p; p' = p e^-m / (p e^-m + 1 - p).
+
+    Row 0: p 0.75, unseen 0.5 at the first place: m = 0.5, e^-0.5 = 0.60653
+           p' = 0.454898 / 0.704898 = 0.645339, at the second place of the group, too, where the
+           type was not seen; the third is of another group. Of the unseen, a quarter is left.
+    Row 1: the type was seen there: nothing is doubted, and those that were there are known now.
+    Row 2: a group that is certain to be possible is not doubted.
+    """
+    group = [[0, 0, 1]] * 3
+    belief = make_belief(
+        group=group, unseen=[[0.5, 0.2, 0.1]] * 3,
+        type_possible=[[0.75, 0.75, 0.75], [0.75] * 3, [1.0, 1.0, 0.75]],
+    )  # fmt: skip
+    policy.doubt_type(belief, np.array([0, 0, 0]), np.array([False, True, False]))
+    expected = [[0.645339, 0.645339, 0.75], [0.75] * 3, [1, 1, 0.75]]
+    np.testing.assert_allclose(belief.type_possible, expected, rtol=1e-5)
+    np.testing.assert_allclose(belief.unseen, [[0.125, 0.2, 0.1]] * 3)
+
+
+def test_what_is_possible_before_any_doubt(make_tiny_memory, policy):
+    """Each noise keeps 0.75; where it was seen both have; where its type was, class noise has."""
+    memory = make_tiny_memory()
+    policy.reset(memory)
+    memory.step()
+    see(policy, memory, TABLE, [7])
+    see(policy, memory, SHELF, [8])
+    for key, own_table in ((7, 1.0), (9, 0.75)):
+        _, belief = start(policy, memory, key)
+        by_type = [0.75, 1, 1, 0.75, 0.75, 0.75]  # the shelf of the bedroom is another one
+        np.testing.assert_allclose(belief.type_possible[0], by_type)
+        np.testing.assert_allclose(belief.own_possible[0], [0.75, 0.75, own_table, *[0.75] * 3])
+
+
+def test_movers_follow_the_prior_at_possible_places(make_tiny_memory, policy):
+    memory = make_tiny_memory()
+    policy.reset(memory)
+    memory.step()
+    see(policy, memory, TABLE, [7])
+    rules, belief = start(policy, memory)
+    own, of_type = policy.make_flows(rules, belief, memory.furniture_room)
+    # shelf 0.4 x 0.5625, table 0.4 x 1, desk 0.2 x 0.5625 -> / 0.7375
+    expected = np.array([0, 0.225, 0.4, 0, 0, 0.1125]) / 0.7375
+    np.testing.assert_allclose(own.moves[0], expected, rtol=1e-6)
+    # shelf 0.4 x 0.75, table 0.4 x 1, desk 0.2 x 0.75 -> / 0.85
+    expected = np.array([0, 0.3, 0.4, 0, 0, 0.15]) / 0.85
+    np.testing.assert_allclose(of_type.moves[0], expected, rtol=1e-6)
+    # How many are expected in all does not depend on where they can be.
+    assert belief.others.sum() == pytest.approx(rules.initial.sum())
+
+
+def test_unseen_where_expected_lowers_the_place(make_tiny_memory, policy):
+    """The mug is seen on the table, leaves, and is not on the shelf either: doubt the shelf."""
+    memory = make_tiny_memory()
+    policy.reset(memory)
+    shares = []
+    for places in ([TABLE], [TABLE, SHELF], [SHELF]):
+        memory.step()
+        for place in places:
+            see(policy, memory, place, [] if shares else [7])
+        belief = policy.follow(memory, ask(memory))
+        shares.append((belief.type_possible * belief.own_possible)[0, SHELF])
+    assert shares[0] == SURVIVES**2
+    assert shares[0] > shares[1] > shares[2]
+
+
+def test_unknown_objects_are_followed_without_a_prior(make_tiny_memory, policy):
+    memory = make_tiny_memory()
+    policy.reset(memory)
+    memory.step()
+    see(policy, memory, TABLE, [7])
+    strange = memory.query(np.array([0]), np.array([8]), np.array([11]), np.array([-1]))
+    scores = policy.scores(memory, strange)[0]
+    assert np.ptp(np.delete(scores, TABLE)) < 1e-9 < scores[TABLE] < scores[0]
+
+
+@pytest.mark.parametrize("name", ["prior_filter", "ceiling"])
+def test_a_search_that_goes_on_is_followed_from_where_it_was(name, make_default_homes):
+    """Asked after each look, or once after all of them: the same belief to the last bit."""
+    fields = ("home", "object", "prior")
+    beliefs = []
+    for asks_between in (True, False):
+        homes = make_default_homes(4, seed=1)
+        policy = make_policy(name, homes)
+        rollout = Rollout(homes, policy)
+        for _ in range(3):
+            rollout.evolve()
+            rollout.look(np.arange(4))
+        _, queries = rollout.ask()
+        policy.follow(rollout.memory, queries)
+        for turn in range(4):
+            rollout.look(np.array([turn, 5 + turn, -1, 9]))
+            if asks_between:
+                part = (getattr(queries, field)[[0, 1, 3]] for field in fields)
+                policy.follow(rollout.memory, Queries(*part))
+        part = (getattr(queries, field)[:2] for field in fields)
+        belief = policy.follow(rollout.memory, Queries(*part))
+        beliefs.append(np.stack([belief.last, belief.others]))
+    np.testing.assert_array_equal(*beliefs)
+
+
+def test_it_learns_the_home(make_default_homes):
+    """On the same 24 homes it answers better than the filter that keeps to the prior."""
+    accuracy = {}
+    for name in ("prior_filter", "home_filter"):
+        homes = make_default_homes(24, seed=5)
+        rollout = Rollout(homes, make_policy(name, homes))
+        accuracy[name] = np.mean([step.is_correct for step in rollout.run(60)], axis=0)
+    gain = accuracy["home_filter"] - accuracy["prior_filter"]
+    assert gain.mean() > 2 * gain.std() / np.sqrt(len(gain))

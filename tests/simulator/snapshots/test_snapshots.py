@@ -1,0 +1,188 @@
+import numpy as np
+import pytest
+
+from simulator.memory.memory_batch import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
+from simulator.policies import make_policy
+from simulator.snapshots.recorder import Recorder
+from simulator.snapshots.snapshots import (
+    Snapshots,
+    take_snapshots,
+)
+from simulator.tasks.rollout import Rollout
+
+STEPS = 25
+COUNTERS = {"furniture": FURNITURE_COUNTERS, "object": OBJECT_COUNTERS, "edge": EDGE_COUNTERS}
+
+
+def list_valid(shard, kind, number):
+    """List the counters of each row that has a version valid in a snapshot."""
+    rows = {}
+    for version in range(len(shard[f"{kind}_version_of"])):
+        first = shard[f"{kind}_version_valid_from"][version]
+        end = shard[f"{kind}_version_valid_to"][version]
+        if first <= number < end:
+            row = int(shard[f"{kind}_version_of"][version])
+            assert row not in rows, "two versions are valid at once"
+            rows[row] = tuple(
+                int(shard[f"{kind}_version_{name}"][version]) for name in COUNTERS[kind]
+            )
+    return rows
+
+
+def rebuild(shard, number):
+    """Read one snapshot of a shard with plain loops."""
+    query = int(shard["snapshot_query"][number])
+    counters = {query: (0, -1, 0, -1)} | list_valid(shard, "object", number)
+    nodes = {row: (int(shard["object_label"][row]), *values) for row, values in counters.items()}
+    edges = []
+    for row, values in list_valid(shard, "edge", number).items():
+        place = (int(shard["edge_furniture"][row]), int(shard["edge_relation"][row]))
+        prior = float(shard["edge_prior"][row])
+        edges.append((int(shard["edge_object"][row]), *place, prior, *values))
+    furniture = list_valid(shard, "furniture", number)
+    return {
+        "time": int(shard["snapshot_time"][number]),
+        "furniture": [furniture.get(row, (0, -1)) for row in range(len(shard["furniture_label"]))],
+        "query_prior": shard["snapshot_prior"][number].tolist(),
+        "answers": shard["snapshot_answers"][number].tolist(),
+        **describe_graph(nodes, edges, query),
+    }
+
+
+def read_live(live: Snapshots, home: int, answers: np.ndarray):
+    """Read one home of snapshots that were taken live, in the same form."""
+    nodes = {}
+    for node in np.flatnonzero(live.object_snapshot == home).tolist():
+        values = (int(getattr(live, f"object_{name}")[node]) for name in OBJECT_COUNTERS)
+        nodes[node] = (int(live.object_label[node]), *values)
+    edges = []
+    for edge in range(len(live.edge_object)):
+        if int(live.edge_object[edge]) in nodes:
+            place = (int(live.edge_furniture[edge]), int(live.edge_relation[edge]))
+            values = (int(getattr(live, f"edge_{name}")[edge]) for name in EDGE_COUNTERS)
+            prior = float(live.edge_prior[edge])
+            edges.append((int(live.edge_object[edge]), *place, prior, *values))
+    columns = [getattr(live, f"furniture_{name}")[home].tolist() for name in FURNITURE_COUNTERS]
+    return {
+        "time": int(live.time[home]),
+        "furniture": list(zip(*columns, strict=True)),
+        "query_prior": live.query_prior[home].tolist(),
+        "answers": answers[home].tolist(),
+        **describe_graph(nodes, edges, int(live.query_object[home])),
+    }
+
+
+def describe_graph(nodes, edges, query):
+    """Describe a graph without the numbers of its nodes: each by its own edges."""
+    stars = {
+        node: (values, sorted(rest for row, *rest in edges if row == node))
+        for node, values in nodes.items()
+    }
+    return {"nodes": sorted(stars.values()), "query": stars[query], "num_edges": len(edges)}
+
+
+@pytest.mark.parametrize("policy", ["bayesian", "random"])
+def test_every_snapshot_can_be_rebuilt_from_its_shard(make_default_homes, policy):
+    homes = make_default_homes(3, seed=6)
+    rollout = Rollout(homes, make_policy(policy, homes))
+    recorder = Recorder(rollout.memory)
+    rollout.on_change = recorder.add_change
+    live = []
+    for step in rollout.run(STEPS):
+        recorder.add_snapshot(step.queries, step.answers)
+        snapshots = take_snapshots(rollout.memory, step.queries)
+        live.append([read_live(snapshots, home, step.answers) for home in range(3)])
+    shards = recorder.finish()
+    assert len(shards) == 3
+    for home, shard in enumerate(shards):
+        for number in range(STEPS):
+            assert rebuild(shard, number) == live[number][home], (home, number)
+        np.testing.assert_array_equal(
+            shard["furniture_label"], rollout.memory.furniture_label[home]
+        )
+        np.testing.assert_array_equal(
+            shard["furniture_prob"], rollout.memory.place_prior.furniture_prob[home]
+        )
+    assert max(row["num_edges"] for row in live[-1]) > 40
+
+
+def test_several_looks_between_two_snapshots_leave_one_valid_version(make_tiny_homes):
+    homes = make_tiny_homes(2, detection_error=0)
+    rollout = Rollout(homes, make_policy("random", homes))
+    recorder = Recorder(rollout.memory)
+    rollout.on_change = recorder.add_change
+    live = []
+    for step in rollout.run(6):
+        recorder.add_snapshot(step.queries, step.answers)
+        snapshots = take_snapshots(rollout.memory, step.queries)
+        live.append([read_live(snapshots, home, step.answers) for home in range(2)])
+        change = rollout.memory.observe(
+            np.arange(2), np.array([2, 5]), step.queries.object, np.array([1, 1])
+        )
+        recorder.add_change(change)  # and the rollout's own look follows
+    for home, shard in enumerate(recorder.finish()):
+        for number in range(6):
+            assert rebuild(shard, number) == live[number][home]
+
+
+def test_a_snapshot_by_hand(make_tiny_memory):
+    """A mug seen on the table, a milk that is asked for and was never seen."""
+    memory = make_tiny_memory(2)
+    label = memory.labels.index
+    mug, milk = label("mug"), label("milk")
+    memory.step()
+    row = memory.ensure_objects(np.array([1]), np.array([7]), np.array([mug]), np.array([0]))
+    memory.observe(np.array([1]), np.array([2]), row, np.array([1]))
+    memory.step()
+    queries = memory.query(np.array([1]), np.array([8]), np.array([milk]), np.array([1]))
+    snapshot = take_snapshots(memory, queries)
+    assert snapshot.num_snapshots == 1
+    assert snapshot.num_furniture == 6
+    assert snapshot.time.tolist() == [2]
+    assert snapshot.object_label.tolist() == [mug, milk]
+    assert snapshot.object_last_observed.tolist() == [1, -1]
+    assert snapshot.query_object.tolist() == [1]
+    assert snapshot.edge_object.tolist() == [0]
+    assert (snapshot.edge_furniture.tolist(), snapshot.edge_relation.tolist()) == ([2], [1])
+    assert snapshot.edge_prior.tolist() == pytest.approx([0.4])
+    assert snapshot.furniture_num_observed.tolist() == [[0, 0, 1, 0, 0, 0]]
+    np.testing.assert_allclose(snapshot.query_prior[0, [0, 2]], [[0.8, 0], [0, 0.2]])
+    assert snapshot.answers is None
+
+
+def test_two_queries_of_one_home_are_two_snapshots(make_tiny_memory):
+    memory = make_tiny_memory(2)
+    home, keys = np.array([1, 0, 1]), np.array([7, 7, 8])
+    rows = memory.ensure_objects(home, keys, keys, keys * 0)
+    memory.observe(np.array([0, 1]), np.array([2, 3]), rows[:2][::-1], np.array([1, 1]))
+    snapshots = take_snapshots(memory, memory.query(home, keys, keys, keys * 0))
+    # Home 1 has an edge of object 7 to furniture 3, home 0 one to furniture 2.
+    assert snapshots.object_snapshot.tolist() == [0, 1, 2, 2]
+    assert snapshots.edge_furniture.tolist() == [3, 2, 3]
+    assert snapshots.object_snapshot[snapshots.query_object].tolist() == [0, 1, 2]
+    assert snapshots.object_snapshot[snapshots.edge_object].tolist() == [0, 1, 2]
+
+
+def test_snapshots_do_not_change_with_the_memory(make_tiny_homes):
+    homes = make_tiny_homes(2)
+    rollout = Rollout(homes, make_policy("random", homes))
+    steps = rollout.run(10)
+    for _ in range(5):
+        step = next(steps)
+    snapshots = take_snapshots(rollout.memory, step.queries)
+    before = [read_live(snapshots, home, step.answers) for home in range(2)]
+    for _ in steps:
+        pass
+    assert [read_live(snapshots, home, step.answers) for home in range(2)] == before
+
+
+def test_arrays_on_disk_are_small_integers_floats_and_flags(make_tiny_homes):
+    homes = make_tiny_homes(1)
+    rollout = Rollout(homes, make_policy("bayesian", homes))
+    recorder = Recorder(rollout.memory)
+    rollout.on_change = recorder.add_change
+    for step in rollout.run(5):
+        recorder.add_snapshot(step.queries, step.answers)
+    (shard,) = recorder.finish()
+    assert {array.dtype.name for array in shard.values()} == {"int32", "float32", "uint8"}
+    assert all(array.flags.c_contiguous for array in shard.values())
