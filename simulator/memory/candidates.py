@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 
-def propose_places(prior_rows: np.ndarray, threshold: float = 0.0) -> np.ndarray:
+def propose_places(
+    prior_rows: np.ndarray, threshold: float = 0.0, is_furniture: np.ndarray | None = None
+) -> np.ndarray:
     """Mark the places that get a hypothetical edge.
 
     Every place whose prior weight exceeds the threshold; where the prior knows no place at all
@@ -14,16 +16,17 @@ def propose_places(prior_rows: np.ndarray, threshold: float = 0.0) -> np.ndarray
     Args:
         prior_rows: prior weight per place, (..., F, 2).
         threshold: 0 keeps everything the prior deems possible.
+        is_furniture: which columns are furniture of the home asked, bool (..., F); None for all.
 
     Returns:
         bool (..., F, 2).
 
-    Source: paper section 4.2, f_h; ruling 12.
+    Source: paper section 4.2, f_h; docs/design.md, ruling 12.
     """
     proposed = prior_rows > threshold
     is_known = proposed.any(axis=(-2, -1), keepdims=True)
     proposed[..., 1:] |= ~is_known
-    return proposed
+    return proposed if is_furniture is None else proposed & is_furniture[..., None]
 
 
 def sample_places(shape: tuple[int, ...], count: int, *, rng: np.random.Generator) -> np.ndarray:
@@ -37,7 +40,7 @@ def sample_places(shape: tuple[int, ...], count: int, *, rng: np.random.Generato
     Returns:
         bool (..., F, 2).
 
-    Source: ruling 13.
+    Source: docs/design.md, ruling 13.
     """
     draws = rng.random(shape)
     count = min(count, shape[-1])

@@ -20,8 +20,8 @@ POLICIES: Mapping[str, Callable[[Homes], Policy]] = {
     "bayesian": lambda homes: Bayesian(),
     "last_seen": lambda homes: LastSeenUnlessAbsent(),
     "last_seen_prior": lambda homes: LastSeenUnlessAbsentPrior(),
-    "prior_filter": lambda homes: PriorFilter(homes.prior, homes.config),
-    "home_filter": lambda homes: HomeFilter(homes.prior, homes.config),
+    "prior_filter": lambda homes: PriorFilter(homes.prior, homes.configs[0]),
+    "home_filter": lambda homes: HomeFilter(homes.prior, homes.configs[0]),
     "oracle": Oracle,
     "ceiling": Ceiling,
 }

@@ -142,11 +142,11 @@ class FindObject:
         homes = self.rollout.homes
         codes, queries = self.rollout.ask()
         answers = compute_answers(homes, codes)
-        is_open = np.ones(answers.shape, dtype=bool)
+        is_open = homes.is_furniture.copy()
         is_found = np.zeros(homes.num_homes, dtype=bool)
         num_looks = np.zeros(homes.num_homes, dtype=np.int64)
         for _ in range(self.max_looks):
-            home = np.flatnonzero(~is_found)
+            home = np.flatnonzero(~is_found & is_open.any(axis=1))
             if len(home) == 0:
                 break
             furniture = self._look(home, queries, answers, is_open)

@@ -60,6 +60,6 @@ def compute_answers(homes: Homes, code: np.ndarray, home: np.ndarray | None = No
 def choose_furniture(scores: np.ndarray, homes: Homes) -> np.ndarray:
     """Choose the furniture with the highest score, ties broken at random, (H, F) -> (H,).
 
-    A policy without any opinion (all -inf) chooses among all furniture.
+    A policy without any opinion (all -inf) chooses among all furniture of the home.
     """
-    return sample_best(scores, homes.streams.rows("ties", 1).next()[:, 0])
+    return sample_best(scores, homes.streams.rows("ties", 1).next()[:, 0], homes.is_furniture)

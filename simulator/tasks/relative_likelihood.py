@@ -52,7 +52,7 @@ class RelativeLikelihood(Task):
             home = np.repeat(np.arange(homes.num_homes), self.num_queries)  # (H * K,)
             codes, queries = rollout.ask_for(home, slots.ravel())
             scores = rollout.policy.scores(rollout.memory, queries)
-            choice = self._choose(scores)
+            choice = self._choose(scores, homes.is_furniture[home])
             answers = compute_answers(homes, codes, home)
             gains = compute_gains(homes, home, codes)
             self.on_answer(Answered(queries, answers, scores, choice, grades=gains))
@@ -61,11 +61,11 @@ class RelativeLikelihood(Task):
                 rollout.look(furniture)
             yield ndcg.reshape(slots.shape).mean(axis=1)
 
-    def _choose(self, scores: np.ndarray) -> np.ndarray:
+    def _choose(self, scores: np.ndarray, is_furniture: np.ndarray) -> np.ndarray:
         """Choose the furniture of the highest score, ties at random, (H * K, F) -> (H * K,)."""
         streams = self.rollout.homes.streams
         uniform = streams.rows("likelihood ties", self.num_queries).next().ravel()
-        return sample_best(scores, uniform)
+        return sample_best(scores, uniform, is_furniture)
 
 
 def sample_queries(homes: Homes, num_queries: int) -> np.ndarray:

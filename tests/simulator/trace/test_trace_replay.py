@@ -99,11 +99,11 @@ def test_without_the_truth_dynamics_are_counted(write_home, tiny_prior):
     np.testing.assert_allclose(rows[1], [0, 0, 0.5, 0, 0, 0.5])
     np.testing.assert_allclose(rows[2], [0, 0, 0, 0, 0, 1])
     # Rules: 3 objects at 3 furniture nodes; moves of 1 / 3 in steps 3 and 6 of 6.
-    assert homes.config.objects_per_furniture == 1
-    assert homes.config.move_share == pytest.approx((1 / 3 + 1 / 3) / 6)
-    assert homes.config.dynamic_nodes
-    assert homes.config.cross_room_moves
-    assert homes.config.detection_error == 0.25
+    assert homes.configs[0].objects_per_furniture == 1
+    assert homes.configs[0].move_share == pytest.approx((1 / 3 + 1 / 3) / 6)
+    assert homes.configs[0].dynamic_nodes
+    assert homes.configs[0].cross_room_moves
+    assert homes.configs[0].detection_error == 0.25
     assert list_policies(recordings) == tuple(name for name in POLICIES if name != "ceiling")
     with pytest.raises(ValueError, match=r"true dynamics of recorded homes, got ceiling. Leave it"):
         check_policies(["bayesian", "ceiling"], recordings)
@@ -137,7 +137,7 @@ def test_names_that_the_prior_does_not_know(write_home, tiny_prior):
     recordings = Recordings([load_trace(write_home(layout, events))], tiny_prior)
     assert recordings.list_unknown_types() == ["hamster"]
     homes = recordings.make_homes(Streams(0, "test", [0]))
-    assert homes.room_labels == ["bedroom", "bedroom", "attic"]
+    assert homes.room_labels[0].tolist() == ["bedroom", "bedroom", "attic"]
     assert homes.move_freq[-1] == pytest.approx(np.mean([o.move_freq for o in tiny_prior.objects]))
     rollout = Rollout(homes, make_policy("bayesian", homes))
     for step in rollout.run(8):

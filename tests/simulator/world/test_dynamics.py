@@ -27,7 +27,7 @@ def test_rules_of_a_step_over_many_steps_and_seeds(make_default_homes):
             assert (before >= 0).all()
             assert (homes.object_code[moved] == code_before[moved]).all()
             assert (before // 2 != after // 2).all()
-            assert (homes.place_room[before] == homes.place_room[after]).all()
+            assert (homes.place_room[0, before] == homes.place_room[0, after]).all()
             # Whatever neither moved nor is new or gone is where it was.
             same = ~moved & present & (place_before >= 0) & (homes.object_code == code_before)
             kept = homes.object_place[same] == place_before[same]

@@ -23,10 +23,10 @@ def homes(make_default_homes) -> SampledHomes:
 
 def test_every_room_has_8_furniture_nodes_of_its_own_and_192_objects_lie_on_them(homes):
     assert homes.furniture_type.shape == (12, 32)
-    assert np.bincount(homes.furniture_room).tolist() == [8, 8, 8, 8]
+    assert np.bincount(homes.furniture_room[0]).tolist() == [8, 8, 8, 8]
     for home in range(12):
         for furniture, node in enumerate(homes.furniture_type[home]):
-            room = homes.config.rooms[homes.furniture_room[furniture]]
+            room = homes.configs[0].rooms[homes.furniture_room[0, furniture]]
             assert homes.prior.furniture[node].room == room
     assert (homes.is_present.sum(axis=1) == 192).all()
     assert (homes.initial_count == 192).all()
@@ -232,7 +232,7 @@ def test_a_layout_is_taken_as_it_is(make_tiny_homes):
     layout = [("bedroom", "desk"), ("bedroom", "bed"), ("bedroom", "bed"), ("kitchen", "fridge")]
     homes = make_tiny_homes(2, layout=layout)
     assert homes.furniture_type.tolist() == [[5, 3, 3, 0]] * 2
-    assert homes.furniture_room.tolist() == [1, 1, 1, 0]
+    assert homes.furniture_room[0].tolist() == [1, 1, 1, 0]
     assert (homes.is_present.sum(axis=1) == 24).all()
 
 
