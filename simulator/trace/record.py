@@ -156,11 +156,9 @@ def _describe_layout(
                 ),
             )
         )
-    rooms = _number_names(homes.configs[home].rooms)
-    return Layout(
-        tuple(Room(name, label) for name, label in zip(rooms, homes.configs[home].rooms, strict=True)),
-        tuple(furniture), start, end_s,
-    )  # fmt: skip
+    rooms = homes.configs[home].rooms
+    names = zip(_number_names(rooms), rooms, strict=True)
+    return Layout(tuple(Room(*pair) for pair in names), tuple(furniture), start, end_s)
 
 
 def _number_names(labels: Sequence[str]) -> list[str]:

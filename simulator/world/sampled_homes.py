@@ -219,7 +219,7 @@ class SampledHomes(Homes):
         for home, config in enumerate(self.configs):
             alike[config.rooms, config.room_sizes].append(home)
         for (rooms, sizes), homes in alike.items():
-            own = np.ix_(homes, np.arange(sum(sizes)))
+            own = np.ix_(np.array(homes), np.arange(sum(sizes)))
             types[own] = self._draw_furniture(rooms, sizes, uniform[own])
         return types
 

@@ -137,8 +137,8 @@ class Streams:
         sizes = np.stack([np.broadcast_to(size, count) for size in shape], axis=1)
         drawn = np.full((count, *sizes.max(axis=0)), np.nan)
         for position, size in enumerate(sizes.tolist()):
-            own = (position, *map(slice, size))
-            drawn[own] = self.generator(purpose, position).random(size)
+            own = drawn[position][tuple(slice(length) for length in size)]
+            own[...] = self.generator(purpose, position).random(size)
         return drawn
 
     def rows(self, purpose: str, width: int | np.ndarray) -> UniformStream:

@@ -41,8 +41,11 @@ def test_rooms_are_one_or_more_of_a_kind():
 def test_rooms_have_sizes_of_their_own():
     rooms = ("kitchen", "bedroom")
     assert HomeConfig(rooms=rooms, furniture_per_room=(1, 5)).room_sizes == (1, 5)
-    with pytest.raises(ValueError, match=r"furniture_per_room must be one number, or one for each "
-                       r"of the 2 rooms, got 3\. Name as many"):
+    with pytest.raises(
+        ValueError,
+        match=r"furniture_per_room must be one number, or one for each "
+        r"of the 2 rooms, got 3\. Name as many",
+    ):
         HomeConfig(rooms=rooms, furniture_per_room=(1, 5, 2))
     with pytest.raises(ValueError, match=r"furniture_per_room must be at least 1, got \(1, 0\)"):
         HomeConfig(rooms=rooms, furniture_per_room=(1, 0))

@@ -109,7 +109,7 @@ def test_two_places_per_room_survive_the_instance_noise(homes):
         rows = homes.transitions.read(homes.object_row[home, :192])
         own = homes.place_weights[home][homes.object_type[home, :192]]
         for room in range(4):
-            here = homes.place_room == room
+            here = homes.place_room[home] == room
             before, after = (own[:, here] > 0).sum(axis=1), (rows[:, here] > 0).sum(axis=1)
             assert (after >= np.minimum(before, 2)).all()
 
@@ -132,8 +132,8 @@ def test_instance_noise_zeroes_a_quarter_and_scales_the_rest(make_default_homes)
         rows = homes.transition_rows(np.full(len(codes), home), codes)
         for row, weights in zip(rows, homes.place_weights[home][types], strict=True):
             # Rooms with 8 or more places: fewer than 2 survivors have probability 4e-4.
-            per_room = np.bincount(homes.place_room, weights=weights > 0)
-            many = (weights > 0) & (per_room[homes.place_room] >= 8)
+            per_room = np.bincount(homes.place_room[home], weights=weights > 0)
+            many = (weights > 0) & (per_room[homes.place_room[home]] >= 8)
             tried += many.sum()
             zeroed += (row[many] == 0).sum()
             kept = row > 0

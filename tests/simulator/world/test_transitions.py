@@ -51,9 +51,7 @@ def test_moves_by_hand(transitions):
 
 def test_new_places_by_hand(transitions):
     rows = np.array([0, 0, 0, 1])
-    found, can_leave = transitions.sample_places(
-        rows, 0 * rows, np.array([0.49, 0.5, 0.75, 0.74])
-    )
+    found, can_leave = transitions.sample_places(rows, 0 * rows, np.array([0.49, 0.5, 0.75, 0.74]))
     assert found.tolist() == [0, 1, 2, 4]  # row 1: 0.25 place 1, then 0.5 place 4
     assert can_leave.tolist() == [True, True, True, False]
 
