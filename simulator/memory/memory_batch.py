@@ -85,7 +85,8 @@ class MemoryBatch:
         clock: where in the week step 0 of each home is, and how long its steps are
             (`Clock.row`), float64 (H, 2), nan for a home without; None if no home has one.
 
-    Source: paper section 4.2, appendix B; ruling 12. Differs: negative evidence is counted
+    Source: paper section 4.2, appendix B; docs/design.md, ruling 12. Differs: negative evidence
+    is counted
     (the released code does not), so that what was not seen there counts, too.
     """
 

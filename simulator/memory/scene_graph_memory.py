@@ -49,7 +49,7 @@ class SceneGraphMemory:
     Attributes:
         clock: what time it is at every time step; None if it was not given.
 
-    Source: paper section 4.2, appendix B; rulings 12 and 13.
+    Source: paper section 4.2, appendix B; docs/design.md, rulings 12 and 13.
     """
 
     clock: Clock | None
