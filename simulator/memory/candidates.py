@@ -20,7 +20,7 @@ def propose_places(prior_rows: np.ndarray, threshold: float = 0.0) -> np.ndarray
     Returns:
         bool (..., F, 2).
 
-    Source: paper section 4.2, f_h; ruling 12.
+    Source: paper section 4.2, f_h; docs/design.md, ruling 12.
     """
     proposed = prior_rows > threshold
     is_known = proposed.any(axis=(-2, -1), keepdims=True)
@@ -60,7 +60,7 @@ def sample_places(counts: np.ndarray, count: int, *, rng: np.random.Generator) -
     Returns:
         bool (sum(counts), 2): the furniture of all queries in one row.
 
-    Source: ruling 13.
+    Source: docs/design.md, ruling 13.
     """
     query = np.repeat(np.arange(len(counts)), counts)
     order = np.lexsort((rng.random(len(query)), query))

@@ -122,7 +122,7 @@ def take_snapshots(
         extras: what else to keep of each furniture node, (Q, F) or (Q, F, D) by name.
         question_extras: what else to keep of each question, (Q, D) by name.
 
-    Source: paper section 4.2; ruling 12.
+    Source: paper section 4.2; docs/design.md, ruling 12.
     """
     objects, edges, home = memory.objects, memory.edges, queries.home
     is_furniture, room_label = memory.is_furniture[home], memory.room_label[home]
