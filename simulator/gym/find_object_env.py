@@ -34,7 +34,7 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
 
     Info: `action_mask`; `query`, the description in words; `is_found`; `num_looks`.
 
-    Source: paper section 5.2; ruling 18.
+    Source: paper section 5.2; docs/design.md, ruling 18.
     """
 
     metadata = {"render_modes": []}  # noqa: RUF012 - an instance variable in Gymnasium's typing

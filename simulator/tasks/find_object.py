@@ -91,7 +91,8 @@ class FindObject:
     memory, and no place is offered twice. The memory lives on from episode to episode.
 
     A search ends when the place looked at truly holds the object: the task knows, although the
-    agent's detector may miss the object there (ruling 11). The metric is the number of looks,
+    agent's detector may miss the object there (docs/design.md, ruling 11). The metric is the
+    number of looks,
     and `max_looks + 1` for what was not found.
 
     Attributes:
@@ -99,8 +100,10 @@ class FindObject:
         max_looks: looks allowed per episode.
         on_look: called with every batch of looks before it enters the memory.
 
-    Source: paper section 5.2 and appendix F ("if the agent correctly predicts the furniture
-    object on which the object is placed, we count the event as a success"); ruling 18.
+    Source: paper section 5.2 and appendix F ("if the agent correctly predicts the
+    furniture
+    object on which the object is placed, we count the event as a success");
+    docs/design.md, ruling 18.
     """
 
     def __init__(

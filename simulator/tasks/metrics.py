@@ -105,6 +105,7 @@ METRICS = _index(
         ),
     ),
     Metric("nll", "NLL", ".2f", False, lambda scores: compute_nll(scores.likelihood.ravel())),
+    # docs/design.md, ruling 12: near 1
     Metric(
         "candidate_recall", "recall", ".3f", True, lambda scores: float(scores.has_candidate.mean())
     ),

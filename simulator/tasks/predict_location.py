@@ -14,7 +14,7 @@ def sample_query(homes: Homes) -> np.ndarray:
     With probability one half uniform among the objects that moved in this step and are present,
     else with weight `move_freq` among all that are present.
 
-    Source: appendix "Choice of query object"; ruling 9.
+    Source: appendix "Choice of query object"; docs/design.md, ruling 9.
     """
     uniform = homes.streams.rows("query", 2).next()
     weights = compute_query_weights(homes, homes.is_present, uniform[:, 0])
@@ -29,7 +29,7 @@ def compute_query_weights(homes: Homes, is_open: np.ndarray, uniform: np.ndarray
         is_open: objects that may be asked for, bool (H, C); some in each row.
         uniform: below one half to ask for an object that has moved, (H,).
 
-    Source: ruling 9.
+    Source: docs/design.md, ruling 9.
     """
     moved = homes.object_moved & is_open
     by_frequency = np.where(is_open, homes.move_freq[homes.object_type], 0.0)
@@ -46,7 +46,7 @@ def compute_answers(homes: Homes, code: np.ndarray, home: np.ndarray | None = No
         code: description codes, (Q,).
         home: of each, (Q,); None for one query per home, in order.
 
-    Source: ruling 10.
+    Source: docs/design.md, ruling 10.
     """
     if home is None:
         home = np.arange(homes.num_homes)

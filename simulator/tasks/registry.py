@@ -17,7 +17,7 @@ from simulator.world.homes import Homes
 class PredictLocationTask(Task):
     """Predict Object Location: a home scores 1 if the chosen furniture holds the object.
 
-    Source: paper section 5.2; ruling 10.
+    Source: paper section 5.2; docs/design.md, ruling 10.
     """
 
     title = "Predict Object Location"
@@ -33,7 +33,7 @@ class PredictLocationTask(Task):
 class FindObjectTask(Task):
     """Find Object: a home's score is the number of looks until the object is found.
 
-    Source: paper section 5.2; ruling 18.
+    Source: paper section 5.2; docs/design.md, ruling 18.
     """
 
     title = "Find Object"

@@ -20,7 +20,7 @@ class RelativeLikelihood(Task):
     A place that is best for several objects is looked at once. The score of a home is the mean
     NDCG of its rankings.
 
-    Source: paper section 5.2; ruling 17.
+    Source: paper section 5.2; docs/design.md, ruling 17.
     """
 
     title = "Predict Relative Location Likelihood"
@@ -70,7 +70,8 @@ class RelativeLikelihood(Task):
 def sample_queries(homes: Homes, num_queries: int) -> np.ndarray:
     """Ask K questions per home; return the object slots they are about, (H, K).
 
-    Each is drawn like a single one (ruling 9), among the objects whose description was not asked
+    Each is drawn like a single one (docs/design.md, ruling 9), among the objects whose
+    description was not asked
     for yet in this step; a home without any such object left is asked for the same again.
     """
     uniform = homes.streams.rows("queries", 2 * num_queries).next()
@@ -91,7 +92,7 @@ def compute_gains(homes: Homes, home: np.ndarray, codes: np.ndarray) -> np.ndarr
 
     The row of the true T; all objects of a description share one row.
 
-    Source: ruling 17.
+    Source: docs/design.md, ruling 17.
     """
     rows = homes.transition_rows(home, codes).astype(float)
     return rows.reshape(len(rows), -1, NUM_RELATIONS).sum(axis=2)
