@@ -30,8 +30,8 @@ from simulator.snapshots.shards import (
     save_manifest,
     save_shard,
 )
+from simulator.tasks.answer import Answer
 from simulator.tasks.registry import TASKS
-from simulator.tasks.task import Answered
 from simulator.trace.arguments import add_trace_arguments, read_trace_arguments
 from simulator.trace.recordings import Recordings, TraceConfig
 from simulator.trace.scores import check_policies
@@ -198,12 +198,12 @@ def collect_homes(
     if watches:
         believer.reset(task.rollout.memory)
 
-    def record(answered: Answered) -> None:
+    def record(answer: Answer) -> None:
         belief = None
         if config.belief:
-            belief = believer.follow(task.rollout.memory, answered.queries).stack()
-        grades = answered.grades if config.grades else None
-        recorder.add_snapshot(answered.queries, answered.answers, belief, grades)
+            belief = believer.follow(task.rollout.memory, answer.queries).stack()
+        grades = answer.relevance if config.grades else None
+        recorder.add_snapshot(answer.queries, answer.answers, belief, grades)
 
     def record_change(change: Change) -> None:
         recorder.add_change(change)

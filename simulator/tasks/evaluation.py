@@ -11,6 +11,7 @@ import numpy as np
 from simulator.fan_out import check_workers, fan_out
 from simulator.policies import Policy
 from simulator.priors.prior_graph import PriorGraph
+from simulator.tasks.answer import Answer
 from simulator.tasks.metrics import (
     compute_away,
     compute_calibration_error,
@@ -18,7 +19,7 @@ from simulator.tasks.metrics import (
     compute_probabilities,
 )
 from simulator.tasks.registry import TASKS, check_task
-from simulator.tasks.task import Answered, Task
+from simulator.tasks.task import Task
 from simulator.world.config import HomeConfig
 from simulator.world.homes import Homes
 from simulator.world.sampled_homes import SampledHomes
@@ -262,16 +263,16 @@ class _AnswerLog:
         """Return the columns, (H, A) each."""
         return {name: np.concatenate(parts, axis=1) for name, parts in self._columns.items()}
 
-    def _add(self, answered: Answered) -> None:
-        if answered.is_repeat:
+    def _add(self, answer: Answer) -> None:
+        if answer.is_repeat:
             return
-        probability = compute_probabilities(answered.scores, self._kind)
+        probability = compute_probabilities(answer.scores, self._kind)
         row = {
-            "is_correct": answered.is_correct,
-            "has_candidate": (np.isfinite(answered.scores) & answered.answers).any(axis=1),
-            "is_away": compute_away(self._memory, answered.queries, answered.answers),
-            "confidence": probability[np.arange(len(answered.choice)), answered.choice],
-            "likelihood": (probability * answered.answers).sum(axis=1),
+            "is_correct": answer.is_correct,
+            "has_candidate": (np.isfinite(answer.scores) & answer.answers).any(axis=1),
+            "is_away": compute_away(self._memory, answer.queries, answer.answers),
+            "confidence": probability[np.arange(len(answer.choice)), answer.choice],
+            "likelihood": (probability * answer.answers).sum(axis=1),
         }
         for name, values in row.items():
             self._columns[name].append(values.reshape(self._memory.num_homes, -1))
