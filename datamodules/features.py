@@ -34,7 +34,7 @@ class FeatureConfig:
         semantic: text vectors of nodes and the cosine of an edge's two nodes.
         prior: prior probability of edges.
         candidates: where hypothetical edges lead: "prior" (places the prior deems possible) or
-            "random" (ruling 13, the ablation without a prior).
+            "random" (docs/design.md, ruling 13, the ablation without a prior).
         threshold: prior weight above which a place gets a hypothetical edge.
         random_candidates: hypothetical edges per query with `candidates: random`.
         belief: what `HomeFilter` believes about the query object at the place of each query edge,
@@ -43,9 +43,9 @@ class FeatureConfig:
             sighting of every edge between an object and furniture, eight more columns
             (`compute_clock_features`). Needs homes of which it is known what time it is, recorded
             ones (docs/traces.md) or a memory with a clock. Not in the paper.
-        text_pipeline: None for the shipped one, or "en_core_web_sm" (ruling 21).
+        text_pipeline: None for the shipped one, or "en_core_web_sm" (docs/design.md, ruling 21).
 
-    Source: paper appendix B, Table 2; rulings 12-14.
+    Source: paper appendix B, Table 2; docs/design.md, rulings 12-14.
     """
 
     memory: bool = True

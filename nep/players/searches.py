@@ -48,8 +48,9 @@ def play_searches(
 
     An object is asked for as in the tasks (docs/design.md, ruling 9); or, with probability
     `elsewhere_share`, one that is not in the home: half of them have been seen and left, the others
-    are any descriptions that the home does not have. The best candidate that was not looked at yet is looked at, until
-    the object is seen there (the detector may miss it), none is left or `max_looks` are spent.
+    are any descriptions that the home does not have. The best candidate that was not looked at yet
+    is looked at, until the object is seen there (the detector may miss it), none is left or
+    `max_looks` are spent.
 
     Args:
         homes: the true homes, H.

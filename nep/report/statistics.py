@@ -18,7 +18,7 @@ def compute_bootstrap_interval(
         num_resamples: resamples of the homes.
         seed: of the resampling.
 
-    Source: ruling 22.
+    Source: docs/design.md, ruling 22.
     """
     rng = np.random.default_rng(seed)
     means = values[rng.integers(0, len(values), (num_resamples, len(values)))].mean(axis=1)

@@ -69,7 +69,7 @@ class Row:
 
     Attributes:
         policy: its name.
-        mean, std: score, and its standard deviation over homes (ruling 22).
+        mean, std: score, and its standard deviation over homes (docs/design.md, ruling 22).
         differences: to each reference that played, None to itself.
         gap_closed: share of the way from Bayesian to the ceiling, None unless both played.
         accuracy, away_accuracy: share of right answers, of all and of those about objects that

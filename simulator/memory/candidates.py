@@ -18,7 +18,7 @@ def propose_places(prior_rows: np.ndarray, threshold: float = 0.0) -> np.ndarray
     Returns:
         bool (..., F, 2).
 
-    Source: paper section 4.2, f_h; ruling 12.
+    Source: paper section 4.2, f_h; docs/design.md, ruling 12.
     """
     proposed = prior_rows > threshold
     is_known = proposed.any(axis=(-2, -1), keepdims=True)
@@ -37,7 +37,7 @@ def sample_places(shape: tuple[int, ...], count: int, *, rng: np.random.Generato
     Returns:
         bool (..., F, 2).
 
-    Source: ruling 13.
+    Source: docs/design.md, ruling 13.
     """
     draws = rng.random(shape)
     count = min(count, shape[-1])

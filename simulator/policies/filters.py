@@ -102,7 +102,8 @@ class PlaceFilter(Policy):
     Poisson density). Prediction: an object stays with 1 - move rate, else goes to another
     furniture node of its room in proportion to `moves`. Correction: an unseen object at a
     furniture node looked at keeps the share `detection_error` there. That an object is asked
-    for makes it likelier to have just moved (ruling 9), and the filter knows that, too.
+    for makes it likelier to have just moved (docs/design.md, ruling 9), and the filter knows
+    that, too.
 
     Attributes:
         learns: whether looks change where objects go, so that `make_flows` is asked again.
@@ -334,7 +335,7 @@ class Ceiling(PlaceFilter):
 
     Exact for a description with a single instance; with several, it approximates.
 
-    Source: ruling 20.
+    Source: docs/design.md, ruling 20.
     """
 
     def __init__(self, homes: Homes, asks_moved: float = 0.5) -> None:

@@ -57,7 +57,7 @@ class HomeFilter(PriorFilter):
 
     Places are taken to be independent, and the scale of the noise is left out.
 
-    Source: paper appendix A, "Sampling noise"; rulings 5 and 6.
+    Source: paper appendix A, "Sampling noise"; docs/design.md, rulings 5 and 6.
     """
 
     learns: ClassVar[bool] = True

@@ -54,7 +54,7 @@ class Oracle(LastSeenUnlessAbsent):
     """The same rule, falling back on the home's true dynamics T.
 
     Source: paper section 5.3: "ground truth knowledge about the dynamics" and a "memory of past
-    observed object locations"; ruling 20. `Ceiling` is what an answer can be worth.
+    observed object locations"; docs/design.md, ruling 20. `Ceiling` is what an answer can be worth.
     """
 
     def __init__(self, homes: Homes) -> None:

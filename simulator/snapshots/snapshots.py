@@ -96,7 +96,7 @@ class Snapshots:
 def take_snapshots(memory: MemoryBatch, queries: Queries) -> Snapshots:
     """Take one snapshot per query, (Q,) snapshots of the homes that are asked.
 
-    Source: paper section 4.2; ruling 12.
+    Source: paper section 4.2; docs/design.md, ruling 12.
     """
     objects, edges = memory.objects, memory.edges
     edge_order = np.argsort(edges["home"], kind="stable")

@@ -49,7 +49,7 @@ class Scores:
 
     @property
     def candidate_recall(self) -> float:
-        """Share of queries whose true place is a candidate (ruling 12: near 1)."""
+        """Share of queries whose true place is a candidate (docs/design.md, ruling 12: near 1)."""
         return float(self.has_candidate.mean())
 
 

@@ -25,7 +25,8 @@ def compute_ndcg(scores: np.ndarray, gains: np.ndarray) -> np.ndarray:
     Raises:
         ValueError: if a score is nan, or the shapes differ.
 
-    Source: Jarvelin & Kekalainen 2002; paper section 5.2; ruling 17. Equals scikit-learn's
+    Source: Jarvelin & Kekalainen 2002; paper section 5.2; docs/design.md, ruling 17. Equals
+    scikit-learn's
     `ndcg_score` with its default of averaging ties.
     """
     if scores.shape != gains.shape:

@@ -19,9 +19,10 @@ class HomeConfig:
         count_slack: objects present stay within (1 +- count_slack) of the initial count.
         detection_error: probability that an object on an observed furniture node is missed.
         dynamic_nodes: whether objects are added and removed.
-        cross_room_moves: whether a move may lead to another room (ruling 2: harder variant).
+        cross_room_moves: whether a move may lead to another room (docs/design.md, ruling 2:
+        harder variant).
 
-    Source: paper appendix A; rulings 1-8 and 11.
+    Source: paper appendix A; docs/design.md, rulings 1-8 and 11.
     """
 
     rooms: tuple[str, ...] = ("kitchen", "living room", "bedroom", "bathroom")

@@ -13,7 +13,8 @@ if TYPE_CHECKING:  # homes evolve themselves with this module
 def evolve(homes: SampledHomes) -> None:
     """Evolve every home by one step, in place: remove, then move, then add.
 
-    Source: algorithm 1, appendix A "Evolution of the environment"; rulings 2, 7 and 8.
+    Source: algorithm 1, appendix A "Evolution of the environment"; docs/design.md, rulings 2, 7
+    and 8.
     """
     homes.object_moved[:] = False
     if homes.config.dynamic_nodes:

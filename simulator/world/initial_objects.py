@@ -26,7 +26,7 @@ def sample_initial_objects(homes: SampledHomes) -> tuple[np.ndarray, np.ndarray,
     Raises:
         ValueError: if a home has no furniture that can hold an object.
 
-    Source: algorithm 1, appendix A; rulings 3 and 4.
+    Source: algorithm 1, appendix A; docs/design.md, rulings 3 and 4.
     """
     num_homes, num_furniture = homes.num_homes, homes.num_furniture
     turns = homes.config.objects_per_furniture
@@ -62,7 +62,8 @@ def compute_available_weights(
     """Keep the weights of the types that may still be drawn.
 
     While some type is below its cap, only those may be drawn; when all are full, caps are
-    relaxed evenly: the types that are full the fewest times over (ruling 3). Never a hang.
+    relaxed evenly: the types that are full the fewest times over (docs/design.md, ruling 3).
+    Never a hang.
 
     Args:
         weights: (H, m) non-negative.

@@ -35,7 +35,7 @@ def compute_noisy_weights(
     Returns:
         Weights that sum to one per object, or are all zero, (k,).
 
-    Source: paper appendix A, "Sampling noise"; rulings 5 and 6.
+    Source: paper appendix A, "Sampling noise"; docs/design.md, rulings 5 and 6.
     """
     from simulator.compiled.noise import add_noise  # loads numba
 

@@ -48,7 +48,7 @@ class SampledHomes(Homes):
 
     Methods that change objects name them by number: home * C + slot.
 
-    Source: algorithm 1, section 4.1, appendix A; rulings 1-6.
+    Source: algorithm 1, section 4.1, appendix A; docs/design.md, rulings 1-6.
     """
 
     object_descriptions: DescriptionTable

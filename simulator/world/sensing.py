@@ -37,7 +37,7 @@ def observe(homes: Homes, furniture: np.ndarray) -> Observation:
         homes: the homes.
         furniture: furniture index per home, (H,).
 
-    Source: appendix "Detection error"; ruling 11.
+    Source: appendix "Detection error"; docs/design.md, ruling 11.
     """
     looking = np.flatnonzero(furniture >= 0)  # (n,)
     # Only homes that look draw numbers: a home's numbers do not depend on its neighbours.

@@ -22,7 +22,7 @@ class Transitions:
         num_rows: rows so far, N.
         num_places: P.
 
-    Source: algorithm 1, section 4.1; rulings 2 and 6.
+    Source: algorithm 1, section 4.1; docs/design.md, rulings 2 and 6.
     """
 
     def __init__(self, place_block: np.ndarray, places_per_furniture: int) -> None:

@@ -96,7 +96,8 @@ def test_labels_and_layout_of_the_memory(make_tiny_homes, tiny_prior):
 
 
 def test_candidate_recall_is_near_one(default_prior):
-    """Ruling 12. In the shipped prior, whatever the noise leaves is still a place of the prior."""
+    """docs/design.md, ruling 12. In the shipped prior, whatever the noise leaves is still a
+    place of the prior."""
     ticks = []
     scores = evaluate_policy(
         POLICIES["bayesian"], default_prior, HomeConfig(), Streams(2, "val", range(6)), 20,
