@@ -147,7 +147,8 @@ class SampledSource(HomeSource):
     @property
     def labels(self) -> list[str]:
         """House, floor, rooms, and all that the prior names."""
-        names = [row.label for row in (*self.prior.furniture, *self.prior.objects)]
+        names = [row.label for row in self.prior.furniture]
+        names += [row.label for row in self.prior.objects]
         return list(dict.fromkeys(["house", "floor", *self.home.rooms, *names]))
 
     def list_groups(self, homes: Sequence[int]) -> list[Group]:
