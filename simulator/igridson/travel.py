@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from simulator.igridson.walk import Walk
-from simulator.tasks.metrics import ScoreKind, compute_probabilities
+from simulator.policies.policy import ScoreKind
+from simulator.policies.probabilities import compute_probabilities
 from simulator.tasks.search import SearchOrder
 from simulator.tasks.tour import plan_tour
 

@@ -26,7 +26,6 @@ class FindObject(Task):
 
     title = "Find Object"
     metric = "looks"
-    is_higher_better = False
 
     def __init__(
         self,

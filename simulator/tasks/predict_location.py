@@ -21,7 +21,6 @@ class PredictLocation(Task):
 
     title = "Predict Object Location"
     metric = "accuracy"
-    is_higher_better = True
 
     def run(self, num_steps: int) -> Iterator[np.ndarray]:
         """Play steps; each tells whether the homes' answers were right, 0 or 1 (H,)."""
