@@ -199,11 +199,12 @@ def collect_homes(
         believer.reset(task.rollout.memory)
 
     def record(answer: Answer) -> None:
-        belief = None
+        extras = {}
         if config.belief:
-            belief = believer.follow(task.rollout.memory, answer.queries).stack()
-        grades = answer.relevance if config.grades else None
-        recorder.add_snapshot(answer.queries, answer.answers, belief, grades)
+            extras["belief"] = believer.follow(task.rollout.memory, answer.queries).stack()
+        if config.grades and answer.relevance is not None:
+            extras["relevance"] = answer.relevance
+        recorder.add_snapshot(answer.queries, answer.answers, extras)
 
     def record_change(change: Change) -> None:
         recorder.add_change(change)
