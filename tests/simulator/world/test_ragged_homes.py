@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from simulator.policies import make_policy
-from simulator.tasks.predict_location import compute_answers, sample_query
+from simulator.tasks.predict_location import predict_locations
+from simulator.tasks.queries import compute_answers, sample_query
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig
 from simulator.world.homes import NUM_RELATIONS
@@ -122,7 +123,9 @@ def test_several_rooms_of_a_kind_are_rooms_of_their_own(histories):
 def test_the_agent_of_a_home_is_the_same_alone_and_beside_larger_ones(default_prior, policy):
     def play(homes):
         rollout = Rollout(homes, make_policy(policy, homes))
-        return rollout.memory, [(step.choice, step.is_correct) for step in rollout.run(NUM_STEPS)]
+        return rollout.memory, [
+            (step.choice, step.is_correct) for step in predict_locations(rollout, NUM_STEPS)
+        ]
 
     numbers = range(len(CONFIGS))
     memory, together = play(SampledHomes(default_prior, CONFIGS, Streams(1, "val", numbers)))
