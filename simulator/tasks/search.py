@@ -108,8 +108,7 @@ class Search:
 
     def scores(self, homes: np.ndarray | None = None) -> np.ndarray:
         """Ask the policy about some homes (n,), or all of them; (n, F)."""
-        queries = self.queries if homes is None else self._select(homes)
-        return self.rollout.policy.scores(self.rollout.memory, queries)
+        return self.rollout.score(self.queries if homes is None else self._select(homes))
 
     def choose(self, order: SearchOrder) -> Answer:
         """Choose where every home that still searches looks next; n queries, one for each.

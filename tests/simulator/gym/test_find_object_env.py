@@ -1,5 +1,7 @@
 """Find Object for Gymnasium: its checker, its rules, and the graphs that it shows."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from simulator.policies import make_policy
 from simulator.tasks.find_object import FindObject
 from simulator.tasks.search import SearchOrder
 from simulator.world.config import HomeConfig
+from simulator.world.sampled_homes import SampledHomes
 from simulator.world.source import Group, SampledSource
 from simulator.world.streams import Streams
 
@@ -253,6 +256,33 @@ def test_a_smaller_home_has_no_place_beyond_its_own(source):
     assert info["action_mask"].tolist() == [1] * 6 + [0] * 2
     with pytest.raises(ValueError, match=r"largest home, got 5 and a home of 6\. Raise it"):
         gymnasium.make(ENV, homes=source, max_furniture=5)
+
+
+class Mixed(SampledSource):
+    """Every second home has one room of two furniture nodes."""
+
+    def make(self, streams):
+        small = replace(self.home, rooms=("kitchen",), furniture_per_room=2)
+        rules = [small if home % 2 else self.home for home in streams.homes]
+        return SampledHomes(self.prior, rules, streams)
+
+
+def test_homes_of_different_sizes_in_lockstep(source):
+    homes = gymnasium.make_vec(ENV, num_envs=4, homes=Mixed(source.prior, source.home))
+    rng = np.random.default_rng(0)
+    for search in range(6):
+        observations, infos = homes.reset(seed=3 if search == 0 else None)
+        assert infos["action_mask"].sum(axis=1).tolist() == [6, 2, 6, 2]
+        nodes = [graph.nodes for graph in observations["graph"]]
+        kinds = [(graph[:, NODE["kind"]] == 3).sum() for graph in nodes]
+        assert kinds == [6, 2, 6, 2]
+        is_over = np.zeros(4, dtype=bool)
+        while not is_over.all():
+            assert homes.observation_space.contains(observations)
+            actions = rng.integers(6, size=4)  # sometimes where a small home has no place
+            observations, _, terminations, truncations, infos = homes.step(actions)
+            is_over = terminations | truncations
+        assert (infos["num_looks"] <= 6).all()
 
 
 def test_the_package_says_what_it_needs(monkeypatch):
