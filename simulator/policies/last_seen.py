@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
 from simulator.policies.policy import Policy, spread_over_furniture
 from simulator.world.homes import NUM_RELATIONS, Homes
+from simulator.world.source import TRUE_TRANSITIONS
 
 
 class LastSeenUnlessAbsent(Policy):
@@ -57,9 +60,16 @@ class Oracle(LastSeenUnlessAbsent):
     observed object locations"; docs/design.md, ruling 20. `Ceiling` is what an answer can be worth.
     """
 
+    needs: ClassVar[frozenset[str]] = frozenset((TRUE_TRANSITIONS,))
+
     def __init__(self, homes: Homes) -> None:
         """Keep the true homes."""
         self._homes = homes
+
+    @classmethod
+    def from_homes(cls, homes: Homes) -> Oracle:
+        """Keep the true homes."""
+        return cls(homes)
 
     def compute_weights(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the row of T, (Q, F)."""

@@ -99,7 +99,7 @@ def test_candidate_recall_is_near_one(default_prior):
     place of the prior."""
     ticks = []
     scores = evaluate_policy(
-        POLICIES["bayesian"], default_prior, HomeConfig(), Streams(2, "val", range(6)), 20,
+        POLICIES["bayesian"].from_homes, default_prior, HomeConfig(), Streams(2, "val", range(6)), 20,
         on_step=lambda: ticks.append(1),
     )  # fmt: skip
     assert scores.candidate_recall > 0.99
