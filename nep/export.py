@@ -14,7 +14,6 @@ import torch
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from nep.evaluate import list_versions
 from nep.players.calibration import Calibration, fit_calibration, measure_calibration
 from nep.players.checkpoints import (
     CONFIG,
@@ -27,6 +26,7 @@ from nep.players.checkpoints import (
 from nep.players.policy import NEPPolicy
 from nep.players.searches import Searches, play_searches
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
+from nep.report.results import list_versions
 from simulator.files import compute_checksum, write_whole
 from simulator.policies import Policy, make_policy
 from simulator.priors.prior_graph import PriorGraph

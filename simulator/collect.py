@@ -199,11 +199,12 @@ def collect_homes(
         believer.reset(task.rollout.memory)
 
     def record(answered: Answered) -> None:
-        belief = None
+        extras = {}
         if config.belief:
-            belief = believer.follow(task.rollout.memory, answered.queries).stack()
-        grades = answered.grades if config.grades else None
-        recorder.add_snapshot(answered.queries, answered.answers, belief, grades)
+            extras["belief"] = believer.follow(task.rollout.memory, answered.queries).stack()
+        if config.grades and answered.grades is not None:
+            extras["relevance"] = answered.grades
+        recorder.add_snapshot(answered.queries, answered.answers, extras)
 
     def record_change(change: Change) -> None:
         recorder.add_change(change)

@@ -9,7 +9,8 @@ from scipy.optimize import minimize
 from scipy.special import expit, logit
 
 from nep.players.searches import Searches
-from simulator.tasks.metrics import compute_calibration_error, compute_nll, compute_probabilities
+from simulator.policies.probabilities import compute_probabilities
+from simulator.tasks.metrics import compute_calibration_error, compute_nll
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,6 @@ class PredictLocationTask(Task):
 
     title = "Predict Object Location"
     metric = "accuracy"
-    is_higher_better = True
 
     def run(self, num_steps: int) -> Iterator[np.ndarray]:
         """Play steps; each tells whether the homes' answers were right, 0 or 1 (H,)."""
@@ -39,7 +38,6 @@ class FindObjectTask(Task):
 
     title = "Find Object"
     metric = "looks"
-    is_higher_better = False
 
     def start(self, homes: Homes, policy: Policy) -> Rollout:
         """Prepare searches in which every place may be looked at."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from simulator.policies import Policy
-from simulator.tasks.metrics import compute_ndcg
+from simulator.tasks.ndcg import compute_ndcg
 from simulator.tasks.predict_location import compute_answers, compute_query_weights
 from simulator.tasks.task import Answered, Task
 from simulator.world.homes import NUM_RELATIONS, Homes
@@ -24,8 +24,7 @@ class RelativeLikelihood(Task):
     """
 
     title = "Predict Relative Location Likelihood"
-    metric = "NDCG"
-    is_higher_better = True
+    metric = "ndcg"
 
     def __init__(self, homes: Homes, policy: Policy, num_queries: int = 5) -> None:
         """Start at t = 0 with an empty memory.

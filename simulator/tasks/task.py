@@ -49,15 +49,13 @@ class Task(ABC):
 
     Attributes:
         title: of tables and figures.
-        metric: name of a step's score.
-        is_higher_better: whether a high score is a good one.
+        metric: name of what a step is scored with, see `simulator.tasks.metrics.STEP_METRICS`.
         rollout: the homes, the memory and the policy.
         on_answer: called with every batch of answers before the looks change the memory.
     """
 
     title: ClassVar[str]
     metric: ClassVar[str]
-    is_higher_better: ClassVar[bool]
 
     def __init__(self, homes: Homes, policy: Policy) -> None:
         """Start at t = 0 with an empty memory.

@@ -2,7 +2,8 @@ import numpy as np
 
 from simulator.policies import POLICIES, make_policy
 from simulator.policies.heuristics import Random
-from simulator.tasks.evaluation import Scores, evaluate_policy
+from simulator.tasks.evaluation import evaluate_policy
+from simulator.tasks.metrics import METRICS
 from simulator.tasks.rollout import Rollout, make_memory
 from simulator.world.config import HomeConfig
 from simulator.world.streams import Streams
@@ -102,13 +103,6 @@ def test_candidate_recall_is_near_one(default_prior):
         POLICIES["bayesian"].from_homes, default_prior, HomeConfig(), Streams(2, "val", range(6)), 20,
         on_step=lambda: ticks.append(1),
     )  # fmt: skip
-    assert scores.candidate_recall > 0.99
+    assert METRICS["candidate_recall"].compute(scores) > 0.99
     assert scores.is_correct.shape == scores.has_candidate.shape == (6, 20)
     assert len(ticks) == 20
-
-
-def test_accuracy_by_hand():
-    correct = np.array([[True, False, True, True], [False, False, False, True]])
-    scores = Scores(correct, ~correct)
-    assert scores.accuracy.tolist() == [0.75, 0.25]
-    assert scores.candidate_recall == 0.5

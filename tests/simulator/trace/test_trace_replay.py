@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from simulator.policies import POLICIES, make_policy
-from simulator.tasks.evaluation import TaskScores, evaluate_policy
+from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.registry import TASKS
 from simulator.tasks.rollout import Rollout
+from simulator.tasks.scores import TaskScores
 from simulator.trace import (
     Recordings,
     TraceConfig,
