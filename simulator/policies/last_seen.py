@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
-from simulator.policies.policy import Policy, spread_over_furniture
+from simulator.policies.policy import Policy, mask_furniture, spread_over_furniture
 from simulator.world.homes import NUM_RELATIONS, Homes
 from simulator.world.source import TRUE_TRANSITIONS
 
@@ -35,7 +35,7 @@ class LastSeenUnlessAbsent(Policy):
         trusted = np.flatnonzero(last != NEVER)
         trusted = trusted[~is_absent[trusted, last[trusted]]]
         scores[trusted, last[trusted]] = 2.0
-        return scores
+        return mask_furniture(memory, queries, scores)
 
     def compute_weights(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the weight of each furniture node where the last place is not trusted, (Q, F)."""

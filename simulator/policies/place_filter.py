@@ -13,7 +13,7 @@ from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.policies.inventory import Inventory
 from simulator.policies.kept_beliefs import KeptBeliefs
 from simulator.policies.look_log import LookLog
-from simulator.policies.policy import Policy
+from simulator.policies.policy import Policy, mask_furniture
 from simulator.priors.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 
@@ -191,8 +191,7 @@ class PlaceFilter(Policy):
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the expected number of objects asked for at each furniture node, (Q, F)."""
         belief = self.follow(memory, queries)
-        expected = belief.last + belief.others
-        return np.where(memory.is_furniture[queries.home], expected, -np.inf)
+        return mask_furniture(memory, queries, belief.last + belief.others)
 
     def follow(self, memory: MemoryBatch, queries: Queries) -> Belief:
         """Return what is believed about the objects asked for, (Q, F).
@@ -220,15 +219,17 @@ class PlaceFilter(Policy):
         """Return beliefs to go on from, and of when they are; their bases go into `basis`."""
         rows = self._kept.find(subjects.object)
         entries = self._kept.take(rows)
-        is_kept = (rows >= 0) & (entries["time"] >= self._log.start)
+        log = self._log
+        knows_dropped = entries["num_rounds"] >= log.first_round  # all that is not in the log
+        is_kept = (rows >= 0) & (entries["time"] >= log.start) & knows_dropped
         is_of_now = is_kept & (entries["time"] == memory.time)
         is_kept &= is_of_now | (entries["basis"] == basis).all(axis=(1, 2))
         basis[is_of_now] = entries["basis"][is_of_now]
         names = self.belief_type.get_names()
         belief = self.belief_type(**{name: np.ascontiguousarray(entries[name]) for name in names})
         as_of = AsOf(
-            np.where(is_kept, entries["time"], self._log.start),
-            np.where(is_kept, entries["num_rounds"], self._log.first_round),
+            np.where(is_kept, entries["time"], log.start),
+            np.where(is_kept, entries["num_rounds"], log.first_round),
         )
         new = np.flatnonzero(~is_kept)
         if len(new):

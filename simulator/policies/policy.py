@@ -49,6 +49,11 @@ class Policy(ABC):
         """Take note of a look that the memory has just folded in."""
 
 
+def mask_furniture(memory: MemoryBatch, queries: Queries, scores: np.ndarray) -> np.ndarray:
+    """Return scores (Q, F) with -inf in columns that are no furniture of the query's home."""
+    return np.where(memory.is_furniture[queries.home], scores, -np.inf)
+
+
 def spread_over_furniture(
     memory: MemoryBatch,
     queries: Queries,
