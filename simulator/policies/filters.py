@@ -20,7 +20,7 @@ class PriorFilter(PlaceFilter):
     """
 
     @classmethod
-    def from_homes(cls, homes: Homes) -> PriorFilter:
+    def make(cls, homes: Homes) -> PriorFilter:
         """Make the filter that knows the rules of the homes, not their state."""
         return cls(homes.prior, homes.config)
 
@@ -65,7 +65,7 @@ class Ceiling(PlaceFilter):
         self._homes = homes
 
     @classmethod
-    def from_homes(cls, homes: Homes) -> Ceiling:
+    def make(cls, homes: Homes) -> Ceiling:
         """Keep the true homes."""
         return cls(homes)
 

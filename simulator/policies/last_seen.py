@@ -67,7 +67,7 @@ class Oracle(LastSeenUnlessAbsent):
         self._homes = homes
 
     @classmethod
-    def from_homes(cls, homes: Homes) -> Oracle:
+    def make(cls, homes: Homes) -> Oracle:
         """Keep the true homes."""
         return cls(homes)
 

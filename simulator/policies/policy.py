@@ -29,7 +29,7 @@ class Policy(ABC):
     needs: ClassVar[frozenset[str]] = frozenset()
 
     @classmethod
-    def from_homes(cls, homes: Homes) -> Policy:
+    def make(cls, homes: Homes) -> Policy:
         """Make the policy for true homes; it may keep of them what it `needs`."""
         return cls()
 
