@@ -22,7 +22,7 @@ class PriorFilter(PlaceFilter):
     @classmethod
     def make(cls, homes: Homes) -> PriorFilter:
         """Make the filter that knows the rules of the homes, not their state."""
-        return cls(homes.prior, homes.config)
+        return cls(homes.prior, homes.configs)
 
     def read_moves(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the prior, (Q, F)."""
@@ -61,7 +61,7 @@ class Ceiling(PlaceFilter):
 
     def __init__(self, homes: Homes, asks_moved: float = 0.5) -> None:
         """Keep the true homes."""
-        super().__init__(homes.prior, homes.config, asks_moved)
+        super().__init__(homes.prior, homes.configs, asks_moved)
         self._homes = homes
 
     @classmethod

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.memory.candidates import propose_places
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
 from simulator.policies.policy import Policy, mask_furniture, spread_over_furniture
 
@@ -84,9 +83,8 @@ class Bayesian(Policy):
             return (alpha + edges["num_true"][rows]) / (strength + edges["num_observed"][rows])
 
         unobserved = np.where(
-            propose_places(queries.prior, memory.threshold),
+            memory.propose_places(queries),
             np.maximum(queries.prior.astype(float), self.min_prior),
             -np.inf,
         )
-        mean = spread_over_furniture(memory, queries, compute_posterior, unobserved).max(axis=2)
-        return mask_furniture(memory, queries, mean)
+        return spread_over_furniture(memory, queries, compute_posterior, unobserved).max(axis=2)
