@@ -340,7 +340,7 @@ class Ceiling(PlaceFilter):
 
     def __init__(self, homes: Homes, asks_moved: float = 0.5) -> None:
         """Keep the true homes."""
-        super().__init__(homes.prior, homes.config, asks_moved)
+        super().__init__(homes.prior, homes.configs[0], asks_moved)
         self._homes = homes
 
     def compute_rules(self, memory: MemoryBatch, queries: Queries) -> Rules:
