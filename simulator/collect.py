@@ -192,7 +192,7 @@ def collect_homes(
     task = TASKS[config.task](state, policy)
     recorder = Recorder(task.rollout.memory)
     # A collecting filter believes already; another policy is watched by one.
-    believer = policy if isinstance(policy, HomeFilter) else HomeFilter(prior, state.configs[0])
+    believer = policy if isinstance(policy, HomeFilter) else HomeFilter(prior, state.configs)
     watches = config.belief and believer is not policy
     if watches:
         believer.reset(task.rollout.memory)
