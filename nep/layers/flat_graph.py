@@ -39,6 +39,8 @@ class FlatGraph:
         query_relevance: (Q,) of the place of each query edge; None where the task does not say.
         text: (L, 96).
         num_snapshots: B.
+        heterograph: the DGL graph that all this was taken from, on the device where it was made;
+            None for a graph that was never made.
     """
 
     node_counts: tuple[int, ...]
@@ -56,6 +58,7 @@ class FlatGraph:
     query_relevance: Tensor | None
     text: Tensor
     num_snapshots: int
+    heterograph: dgl.DGLGraph | None = None
 
     @classmethod
     def from_batch(cls, batch: SGMBatch) -> FlatGraph:
@@ -113,6 +116,7 @@ class FlatGraph:
             query_relevance=torch.cat(query_relevance) if query_relevance else None,
             text=batch.text,
             num_snapshots=batch.num_snapshots,
+            heterograph=graph,
         )
 
     @classmethod
@@ -138,7 +142,11 @@ class FlatGraph:
         )
 
     def to(self, device: torch.device) -> FlatGraph:
-        """Copy the tensors to a device; on the same device it is this graph."""
+        """Copy the tensors to a device; on the same device it is this graph.
+
+        The DGL graph stays where it is: moving it takes a build of DGL for the device, which only
+        an encoder that reads it needs.
+        """
         if self.label.device == device:
             return self
         tensors: dict[str, Any] = {

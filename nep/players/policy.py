@@ -91,7 +91,11 @@ class NEPPolicy(Policy):
             extras["belief"] = self._believer.follow(memory, queries).stack()
         snapshots = take_snapshots(memory, queries, extras=extras)
         arrays = self._builder.build_arrays(snapshots)
-        graph = FlatGraph.from_arrays(arrays).to(self._module.device)
+        if self._module.predictor.encoder.reads_heterograph:
+            graph = FlatGraph.from_batch(arrays.make_batch())
+        else:  # a DGL graph of a single home takes longer to make than to read
+            graph = FlatGraph.from_arrays(arrays)
+        graph = graph.to(self._module.device)
         logits = self._module.predictor.score(graph).cpu().numpy()
         if was_training:
             self._module.train()
