@@ -7,7 +7,7 @@ import numpy as np
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import RELATIONS, Sighting
 from simulator.priors.prior_graph import PriorGraph
-from simulator.tasks.predict_location import sample_query
+from simulator.tasks.queries import sample_query
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.sensing import observe
@@ -26,9 +26,9 @@ class Robot:
         """Enter the home."""
         self._homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", [0]))
         self.memory = SceneGraphMemory()
-        rooms = [self.memory.add_room(label) for label in self._homes.room_labels]
+        rooms = [self.memory.add_room(label) for label in self._homes.room_labels[0]]
         labels = self._homes.furniture_labels[0].tolist()
-        places = zip(labels, self._homes.furniture_room.tolist(), strict=True)
+        places = zip(labels, self._homes.furniture_room[0].tolist(), strict=True)
         self.furniture = [self.memory.add_furniture(label, rooms[room]) for label, room in places]
 
     def remember(self, num_objects: int) -> None:

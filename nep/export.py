@@ -24,7 +24,7 @@ from nep.players.checkpoints import (
     save_exported,
 )
 from nep.players.policy import NEPPolicy
-from nep.players.searches import Searches, play_searches
+from nep.players.searches import Decisions, play_searches
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
 from nep.report.results import list_versions
 from simulator.files import compute_checksum, write_whole
@@ -134,9 +134,9 @@ def measure_model(
 
     def make(homes: Homes) -> Policy:
         policy = NEPPolicy(model.module.eval(), model.builder)
-        return policy.with_rules(homes.prior, homes.config)
+        return policy.with_rules(homes.prior, homes.configs)
 
-    def search(split: str) -> Searches:
+    def search(split: str) -> Decisions:
         homes = config.make_homes(split)
         what = f"searching {split} homes"
         return play_searches(homes, make(homes), config.steps, on_search=lambda: on_step(what))

@@ -30,8 +30,8 @@ from simulator.snapshots.shards import (
     save_manifest,
     save_shard,
 )
+from simulator.tasks.answer import Answer
 from simulator.tasks.registry import TASKS
-from simulator.tasks.task import Answered
 from simulator.trace.arguments import add_trace_arguments, read_trace_arguments
 from simulator.trace.recordings import Recordings, TraceConfig
 from simulator.trace.scores import check_policies
@@ -109,15 +109,14 @@ class CollectConfig:
         """Load the recorded homes; None if homes are sampled.
 
         Raises:
-            ValueError: if a trace is broken or too short, homes have different sizes, or the policy
-                needs what nobody knows of a recorded home.
+            ValueError: if a trace is broken or too short, or the policy needs what nobody knows of
+                a recorded home.
         """
         if self.trace is None:
             return None
         recordings = self.trace.load(prior)
         recordings.list_groups(range(self.num_homes))  # are there so many?
         recordings.check_steps(self.steps)
-        recordings.check_sizes()
         check_policies([self.policy], recordings)
         return recordings
 
@@ -193,18 +192,18 @@ def collect_homes(
     task = TASKS[config.task](state, policy)
     recorder = Recorder(task.rollout.memory)
     # A collecting filter believes already; another policy is watched by one.
-    believer = policy if isinstance(policy, HomeFilter) else HomeFilter(prior, state.config)
+    believer = policy if isinstance(policy, HomeFilter) else HomeFilter(prior, state.configs)
     watches = config.belief and believer is not policy
     if watches:
         believer.reset(task.rollout.memory)
 
-    def record(answered: Answered) -> None:
+    def record(answer: Answer) -> None:
         extras = {}
         if config.belief:
-            extras["belief"] = believer.follow(task.rollout.memory, answered.queries).stack()
-        if config.grades and answered.grades is not None:
-            extras["relevance"] = answered.grades
-        recorder.add_snapshot(answered.queries, answered.answers, extras)
+            extras["belief"] = believer.follow(task.rollout.memory, answer.queries).stack()
+        if config.grades and answer.relevance is not None:
+            extras["relevance"] = answer.relevance
+        recorder.add_snapshot(answer.queries, answer.answers, extras)
 
     def record_change(change: Change) -> None:
         recorder.add_change(change)

@@ -1,65 +1,36 @@
-"""Homes in lockstep: evolve, ask, answer, look, remember, score."""
+"""Homes in lockstep, with the memory and the policy of an agent: evolve, ask, look, remember."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.memory.place_prior import PlacePrior
 from simulator.policies import Policy
-from simulator.tasks.predict_location import choose_furniture, compute_answers, sample_query
+from simulator.tasks.queries import sample_query
 from simulator.world.homes import Homes
-from simulator.world.sensing import observe
-
-
-@dataclass(frozen=True, slots=True)
-class Step:
-    """One step of Predict Object Location in H homes, before the look is folded in.
-
-    Attributes:
-        queries: one query per home.
-        answers: furniture that holds an object asked for, bool (H, F).
-        scores: what the policy said, (H, F).
-        choice: the furniture chosen, (H,).
-    """
-
-    queries: Queries
-    answers: np.ndarray
-    scores: np.ndarray
-    choice: np.ndarray
-
-    @property
-    def is_correct(self) -> np.ndarray:
-        """Whether the chosen furniture holds an object asked for, bool (H,)."""
-        return self.answers[np.arange(len(self.choice)), self.choice]
+from simulator.world.sensing import Observation, observe
 
 
 def make_memory(homes: Homes) -> MemoryBatch:
-    """Make the empty memories of homes whose layout is known."""
+    """Make the empty memories of homes whose layouts are known."""
     labels = homes.labels
-    index = {label: i for i, label in enumerate(labels)}
-    room_label = np.array([index[room] for room in homes.room_labels])
-    furniture_labels = homes.furniture_labels.tolist()
-    furniture_label = np.array([[index[label] for label in row] for row in furniture_labels])
-    furniture_room = np.tile(homes.furniture_room, (homes.num_homes, 1))
-    place_prior = PlacePrior(
-        homes.prior, [homes.room_labels] * homes.num_homes, furniture_labels, furniture_room
-    )
+    index = {label: i for i, label in enumerate(labels)} | {"": -1}  # beyond a smaller home
+    rooms, furniture = homes.room_labels.tolist(), homes.furniture_labels.tolist()
     return MemoryBatch(
         labels,
-        np.tile(room_label, (homes.num_homes, 1)),
-        furniture_label,
-        furniture_room,
-        place_prior,
+        np.array([[index[label] for label in row] for row in rooms]),
+        np.array([[index[label] for label in row] for row in furniture]),
+        homes.furniture_room,
+        PlacePrior(homes.prior, rooms, furniture, homes.furniture_room),
         clock=homes.clock,
     )
 
 
 class Rollout:
-    """Predict Object Location, played by one policy in H homes at once.
+    """One policy and its memory in H homes at once; tasks say what is asked and looked at.
 
     Attributes:
         homes: the true homes.
@@ -81,15 +52,6 @@ class Rollout:
         self._homes = np.arange(homes.num_homes)
         self.on_change: Callable[[Change], None] = lambda change: None
 
-    def run(self, num_steps: int) -> Iterator[Step]:
-        """Play steps; each is yielded before its look enters the memory."""
-        for _ in range(num_steps):
-            codes, queries = self.ask()
-            scores = self.policy.scores(self.memory, queries)
-            choice = choose_furniture(scores, self.homes)
-            yield Step(queries, compute_answers(self.homes, codes), scores, choice)
-            self.look(choice)
-
     def ask(self) -> tuple[np.ndarray, Queries]:
         """Evolve every home by one step and ask its query: description codes (H,), queries."""
         self.evolve()
@@ -110,7 +72,12 @@ class Rollout:
         types = self.homes.object_descriptions.type_of_code[codes]
         return self.memory.query(homes, codes, self._label_of_type[types], self._prior_type[types])
 
-    def look(self, furniture: np.ndarray) -> None:
+    def score(self, queries: Queries) -> np.ndarray:
+        """Ask the policy; -inf at columns that are no furniture of the query's home, (Q, F)."""
+        scores = self.policy.scores(self.memory, queries)
+        return np.where(self.memory.is_furniture[queries.home], scores, -np.inf)
+
+    def look(self, furniture: np.ndarray) -> Observation:
         """Fold one look per home into the memory; a negative index means no look there, (H,)."""
         memory = self.memory
         seen = observe(self.homes, furniture)
@@ -121,3 +88,4 @@ class Rollout:
         change = memory.observe(seen.home, seen.furniture, rows, seen.seen_relation)
         self.policy.observe(memory, change)
         self.on_change(change)
+        return seen

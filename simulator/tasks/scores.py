@@ -10,7 +10,8 @@ import numpy as np
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
 from simulator.policies import Policy
 from simulator.policies.probabilities import compute_probabilities
-from simulator.tasks.task import Answered, Task
+from simulator.tasks.answer import Answer
+from simulator.tasks.task import Task
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,17 +79,17 @@ class AnswerLog:
         names = self._rows[0]
         return {name: np.concatenate([row[name] for row in self._rows], axis=1) for name in names}
 
-    def _add(self, answered: Answered) -> None:
-        if answered.is_repeat:
+    def _add(self, answer: Answer) -> None:
+        if answer.is_repeat:
             return
-        scores, answers = answered.scores, answered.answers  # (Q, F) each
+        scores, answers = answer.scores, answer.answers  # (Q, F) each
         probability = compute_probabilities(scores, self._kind)
         best = np.where(answers, scores, -np.inf).max(axis=1, keepdims=True)
         row = {
-            "is_correct": answered.is_correct,
+            "is_correct": answer.is_correct,
             "has_candidate": (np.isfinite(scores) & answers).any(axis=1),
-            "is_away": compute_away(self._memory, answered.queries, answers),
-            "confidence": probability[np.arange(len(answered.choice)), answered.choice],
+            "is_away": compute_away(self._memory, answer.queries, answers),
+            "confidence": probability[np.arange(len(answer.choice)), answer.choice],
             "likelihood": (probability * answers).sum(axis=1),
             "rank": 1 + (scores > best).sum(axis=1),
         }

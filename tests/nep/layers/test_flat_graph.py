@@ -12,6 +12,7 @@ from nep.layers.flat_graph import FlatGraph
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.policies import Bayesian
 from simulator.snapshots.snapshots import take_snapshots
+from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 
 
@@ -21,7 +22,7 @@ def snapshots():
     config = HomeConfig(furniture_per_room=4)
     homes = SampledHomes(PriorGraph.default(), config, Streams(0, "val", range(3)))
     rollout = Rollout(homes, Bayesian())
-    for _ in rollout.run(12):
+    for _ in predict_locations(rollout, 12):
         pass
     _, queries = rollout.ask()
     rng = np.random.default_rng(0)

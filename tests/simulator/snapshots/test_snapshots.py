@@ -8,6 +8,7 @@ from simulator.snapshots.snapshots import (
     Snapshots,
     take_snapshots,
 )
+from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 
 STEPS = 25
@@ -90,7 +91,7 @@ def test_every_snapshot_can_be_rebuilt_from_its_shard(make_default_homes, policy
     recorder = Recorder(rollout.memory)
     rollout.on_change = recorder.add_change
     live = []
-    for step in rollout.run(STEPS):
+    for step in predict_locations(rollout, STEPS):
         recorder.add_snapshot(step.queries, step.answers)
         snapshots = take_snapshots(rollout.memory, step.queries)
         live.append([read_live(snapshots, home, step.answers) for home in range(3)])
@@ -114,7 +115,7 @@ def test_several_looks_between_two_snapshots_leave_one_valid_version(make_tiny_h
     recorder = Recorder(rollout.memory)
     rollout.on_change = recorder.add_change
     live = []
-    for step in rollout.run(6):
+    for step in predict_locations(rollout, 6):
         recorder.add_snapshot(step.queries, step.answers)
         snapshots = take_snapshots(rollout.memory, step.queries)
         live.append([read_live(snapshots, home, step.answers) for home in range(2)])
@@ -169,7 +170,7 @@ def test_two_queries_of_one_home_are_two_snapshots(make_tiny_memory):
 def test_snapshots_do_not_change_with_the_memory(make_tiny_homes):
     homes = make_tiny_homes(2)
     rollout = Rollout(homes, make_policy("random", homes))
-    steps = rollout.run(10)
+    steps = predict_locations(rollout, 10)
     for _ in range(5):
         step = next(steps)
     snapshots = take_snapshots(rollout.memory, step.queries)
@@ -184,7 +185,7 @@ def test_arrays_on_disk_are_small_integers_floats_and_flags(make_tiny_homes):
     rollout = Rollout(homes, make_policy("bayesian", homes))
     recorder = Recorder(rollout.memory)
     rollout.on_change = recorder.add_change
-    for step in rollout.run(5):
+    for step in predict_locations(rollout, 5):
         recorder.add_snapshot(step.queries, step.answers)
     (shard,) = recorder.finish()
     assert {array.dtype.name for array in shard.values()} == {"int32", "float32", "uint8"}
