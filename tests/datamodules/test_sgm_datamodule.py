@@ -6,6 +6,7 @@ import torch
 
 from datamodules.batch import QUERY_EDGE_TYPES
 from datamodules.sgm_datamodule import SGMDataModule
+from datamodules.snapshot_dataset import SnapshotDataset
 
 
 def make_datamodule(tmp_path, **changes) -> SGMDataModule:
