@@ -18,7 +18,6 @@ def gather_others(
     seen: np.ndarray,
     age_rate: np.ndarray,
     now: int,
-    object_home: np.ndarray,
     object_label: np.ndarray,
     object_last_place: np.ndarray,
     object_last_time: np.ndarray,
@@ -31,14 +30,19 @@ def gather_others(
     """Gather, for Q questions, where things of the same name and companions were seen.
 
     Args:
-        query_home, query_object: (Q,).
+        query_home: (Q,).
+        query_object: (Q,).
         seen: sightings of the object asked for by place, float64 (Q, F).
         age_rate: at which a sighting of a companion loses its worth, per step, (Q,).
         now: the present time step.
-        object_home, object_label, object_last_place, object_last_time: columns of objects, (O,).
+        object_label: column of objects, (O,).
+        object_last_place: likewise.
+        object_last_time: likewise.
         edge_order: rows of edges, home by home, (E,).
         edge_start: first entry of each home in `edge_order`, and the end, (H + 1,).
-        edge_object, edge_place, edge_num_true: columns of edges, (E,).
+        edge_object: column of edges, (E,).
+        edge_place: likewise.
+        edge_num_true: likewise.
 
     Returns:
         Sightings of objects of the same name, (Q, F); companions that were seen last at a place,
@@ -49,7 +53,7 @@ def gather_others(
     same = np.zeros((num_queries, num_places))
     fresh = np.zeros((num_queries, num_places))
     often = np.zeros((num_queries, num_places))
-    num_objects = len(object_home)
+    num_objects = len(object_label)
     total = np.zeros(num_objects)
     square = np.zeros(num_objects)
     product = np.zeros(num_objects)

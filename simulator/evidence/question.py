@@ -103,7 +103,7 @@ class Question:
         same, fresh, often = gather_others(
             home.astype(np.int64), queries.object.astype(np.int64), counts.num_true.astype(float),
             rates.home * hours, memory.time,
-            objects["home"], objects["label"], objects["last_furniture"], objects["last_observed"],
+            objects["label"], objects["last_furniture"], objects["last_observed"],
             np.argsort(edges["home"], kind="stable"), np.append(0, np.cumsum(edge_counts)),
             edges["object"], edges["furniture"], edges["num_true"],
         )  # fmt: skip

@@ -105,11 +105,12 @@ def compute_hour_of_day(question: Question) -> Columns:
     memory, queries, hours = question.memory, question.queries, question.counts.hours
     now = compute_hour(memory, queries.home)
     angle = now * (2 * np.pi / 24)
-    away = np.full(len(now), 0.3)
+    away = np.zeros(len(now))
     if hours is not None:
         seen = weigh_hours(memory, queries, hours, 8.0)
         total = seen.sum(axis=1)
         away = (total - question.take_at(seen, question.usual) + 0.3) / (total + 1)
+        away = np.where(np.isnan(now), 0, away)
     return {
         "has_clock": ~np.isnan(now),
         "hour_sine": np.nan_to_num(np.sin(angle)),
