@@ -8,5 +8,6 @@ from nep.encoders.han import HAN
 from nep.encoders.heat import HEAT
 from nep.encoders.hgt import HGT
 from nep.encoders.mlp import MLP
+from nep.encoders.sets import Sets
 
-__all__ = ["DGLHGT", "GCN", "HAN", "HEAT", "HGT", "MLP", "DGLEncoder", "Encoder"]
+__all__ = ["DGLHGT", "GCN", "HAN", "HEAT", "HGT", "MLP", "DGLEncoder", "Encoder", "Sets"]

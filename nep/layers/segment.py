@@ -65,6 +65,22 @@ def segment_softmax(logits: Tensor, segment: Tensor, num_segments: int) -> Tenso
     return weight / total.index_select(0, segment)
 
 
+def segment_max(values: Tensor, segment: Tensor, num_segments: int) -> Tensor:
+    """Return the largest value of each segment, each column on its own.
+
+    Args:
+        values: (E, D).
+        segment: (E,) int64, the segment of each row, in any order.
+        num_segments: S.
+
+    Returns:
+        (S, D); zero for a segment without rows.
+    """
+    index = segment.unsqueeze(1).expand_as(values)
+    zeros = values.new_zeros(num_segments, values.shape[1])
+    return zeros.scatter_reduce(0, index, values, "amax", include_self=False)
+
+
 def _widen(values: Tensor) -> Tensor:
     """Return numbers of 16 bits, of which sums soon stop growing, as float32."""
     return values.float() if values.dtype.itemsize < 4 else values

@@ -126,7 +126,7 @@ def test_a_file_here_goes_before_the_packaged_one(folder):
     [
         (
             ["--config", "heta.yaml"],
-            "got 'heta.yaml'. Give a path, or a packaged config: dgl_hgt.yaml, gcn.yaml",
+            "got 'heta.yaml'. Give a path, or a packaged config: any_home.yaml",
         ),
         (["--config", "heat.yaml", "--data.hauses", "3"], "--data.hauses"),
         (["--config", "heat.yaml", "--model.encoder.init_args.head", "3"], "head"),
