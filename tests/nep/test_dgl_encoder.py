@@ -18,6 +18,7 @@ from nep.players.policy import NEPPolicy
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.policies import Bayesian
 from simulator.snapshots.snapshots import take_snapshots
+from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 
 
@@ -83,7 +84,7 @@ def test_an_encoder_of_dgl_modules_plays_as_it_trains():
     torch.manual_seed(0)
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", range(2)))
     rollout = Rollout(homes, Bayesian())
-    for _ in rollout.run(6):
+    for _ in predict_locations(rollout, 6):
         pass
     _, queries = rollout.ask()
     module, builder = NEPModule(MeanOfNeighbours()).eval(), GraphBuilder(FeatureConfig(), 1)
