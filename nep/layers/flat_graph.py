@@ -37,8 +37,12 @@ class FlatGraph:
         query_snapshot: (Q,) int64 in 0..B-1.
         query_target: (Q,) 1, 0, or nan where unknown.
         query_relevance: (Q,) of the place of each query edge; None where the task does not say.
+        evidence: (NF, EVIDENCE_DIM) of the furniture nodes; None where the model reads none.
+        question: (B, QUESTION_DIM), or None.
         text: (L, 96).
         num_snapshots: B.
+        heterograph: the DGL graph that all this was taken from, on the device where it was made;
+            None for a graph that was never made.
     """
 
     node_counts: tuple[int, ...]
@@ -54,8 +58,11 @@ class FlatGraph:
     query_snapshot: Tensor
     query_target: Tensor
     query_relevance: Tensor | None
+    evidence: Tensor | None
+    question: Tensor | None
     text: Tensor
     num_snapshots: int
+    heterograph: dgl.DGLGraph | None = None
 
     @classmethod
     def from_batch(cls, batch: SGMBatch) -> FlatGraph:
@@ -111,8 +118,11 @@ class FlatGraph:
             query_snapshot=torch.cat(query_snapshot),
             query_target=torch.cat(query_target),
             query_relevance=torch.cat(query_relevance) if query_relevance else None,
+            evidence=graph.nodes["furniture"].data.get("evidence"),
+            question=batch.question,
             text=batch.text,
             num_snapshots=batch.num_snapshots,
+            heterograph=graph,
         )
 
     @classmethod
@@ -133,12 +143,18 @@ class FlatGraph:
             query_snapshot=torch.from_numpy(arrays.query_snapshot),
             query_target=torch.from_numpy(arrays.query_target),
             query_relevance=None if relevance is None else torch.from_numpy(relevance),
+            evidence=None if arrays.evidence is None else torch.from_numpy(arrays.evidence),
+            question=None if arrays.question is None else torch.from_numpy(arrays.question),
             text=torch.from_numpy(arrays.text),
             num_snapshots=arrays.num_snapshots,
         )
 
     def to(self, device: torch.device) -> FlatGraph:
-        """Copy the tensors to a device; on the same device it is this graph."""
+        """Copy the tensors to a device; on the same device it is this graph.
+
+        The DGL graph stays where it is: moving it takes a build of DGL for the device, which only
+        an encoder that reads it needs.
+        """
         if self.label.device == device:
             return self
         tensors: dict[str, Any] = {
@@ -152,6 +168,12 @@ class FlatGraph:
     def num_nodes(self) -> int:
         """N."""
         return sum(self.node_counts)
+
+    @property
+    def furniture(self) -> slice:
+        """The furniture nodes among all."""
+        first = sum(self.node_counts[: NODE_TYPES.index("furniture")])
+        return slice(first, first + self.node_counts[NODE_TYPES.index("furniture")])
 
     @property
     def num_edges(self) -> int:

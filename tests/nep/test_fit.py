@@ -36,11 +36,12 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("name", "num_hops"), [("mlp", 0), ("gcn", 1), ("heat", 1), ("hgt", 1), ("han", 1)]
+    ("name", "num_hops"),
+    [("mlp", 0), ("gcn", 1), ("heat", 1), ("hgt", 1), ("dgl_hgt", 1), ("han", 1)],
 )
 def test_packaged_configs_build_the_papers_setting(name, num_hops, folder):
     cli = FitCLI(["--config", f"{name}.yaml"])
-    assert type(cli.model.predictor.encoder).__name__ == name.upper()
+    assert type(cli.model.predictor.encoder).__name__ == name.upper().replace("_", "")
     assert cli.model.num_hops == num_hops
     assert cli.config_init.data.builder.num_hops == num_hops
     assert cli.model.predictor.encoder.units == 64
@@ -123,7 +124,10 @@ def test_a_file_here_goes_before_the_packaged_one(folder):
 @pytest.mark.parametrize(
     ("args", "message"),
     [
-        (["--config", "heta.yaml"], "got 'heta.yaml'. Give a path, or a packaged config: gcn.yaml"),
+        (
+            ["--config", "heta.yaml"],
+            "got 'heta.yaml'. Give a path, or a packaged config: any_home.yaml",
+        ),
         (["--config", "heat.yaml", "--data.hauses", "3"], "--data.hauses"),
         (["--config", "heat.yaml", "--model.encoder.init_args.head", "3"], "head"),
         (["--config", "heat.yaml", "--model.encoder.init_args.heads", "3"], "got 3 heads for 64"),
