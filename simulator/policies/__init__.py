@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from simulator.policies.adaptive import Adaptive
 from simulator.policies.filters import Ceiling, PriorFilter
 from simulator.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
 from simulator.policies.home_filter import HomeFilter
@@ -22,6 +23,7 @@ POLICIES: Mapping[str, Callable[[Homes], Policy]] = {
     "last_seen_prior": lambda homes: LastSeenUnlessAbsentPrior(),
     "prior_filter": lambda homes: PriorFilter(homes.prior, homes.config),
     "home_filter": lambda homes: HomeFilter(homes.prior, homes.config),
+    "adaptive": lambda homes: Adaptive(),
     "oracle": Oracle,
     "ceiling": Ceiling,
 }

@@ -1,0 +1,177 @@
+"""Where homes come from: an interface, and homes that are sampled from a prior."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from simulator.priors.prior_graph import PriorGraph
+from simulator.world.config import HomeConfig
+from simulator.world.homes import Homes
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
+
+# What policies may need to know of the true homes (`Policy.needs`), and a source says it knows.
+TRUE_TRANSITIONS = "transitions"  # `Homes.transition_rows`: where objects go
+TRUE_PLACE_WEIGHTS = "place weights"  # `Homes.get_place_weights`: what class noise has left
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Homes that are played in lockstep.
+
+    Attributes:
+        homes: their numbers.
+        num_steps: steps that can be played in all of them; None for as many as wanted.
+    """
+
+    homes: tuple[int, ...]
+    num_steps: int | None = None
+
+
+class HomeSource(ABC):
+    """Homes, numbered from 0, and all that is known of them before they are made.
+
+    Made once by a command and handed on to whatever collects, trains, evaluates or plays. It is
+    sent to workers with every job: a subclass that holds much defines `__reduce__`. One of your own
+    is named by its import path, `--homes my_module.MySource`; it is called with the prior and the
+    rules, and its further arguments are options: `--homes.my_argument 3`.
+
+    Attributes:
+        prior: what can be known of homes beforehand.
+        home: the rules, where the source does not say otherwise.
+    """
+
+    def __init__(self, prior: PriorGraph | None = None, home: HomeConfig | None = None) -> None:
+        """Keep prior and rules.
+
+        Args:
+            prior: what homes look like; None for the prior that ships with the package.
+            home: the rules; None for the paper's.
+        """
+        self.prior = PriorGraph.default() if prior is None else prior
+        self.home = HomeConfig() if home is None else home
+
+    @property
+    def num_homes(self) -> int | None:
+        """Number of homes; None if there are as many as wanted."""
+        return None
+
+    @property
+    def num_steps(self) -> int | None:
+        """Steps that every home can be played for; None for as many as wanted."""
+        return None
+
+    @property
+    def has_clock(self) -> bool:
+        """Whether it is known of all homes what time it is."""
+        return False
+
+    @property
+    def knows(self) -> frozenset[str]:
+        """What is known of the true homes, of what policies may need."""
+        return frozenset((TRUE_TRANSITIONS, TRUE_PLACE_WEIGHTS))
+
+    @property
+    @abstractmethod
+    def labels(self) -> Sequence[str]:
+        """Every label of all homes once: equal to `labels` of whatever `make` returns."""
+
+    @abstractmethod
+    def list_groups(self, homes: Sequence[int]) -> list[Group]:
+        """Share homes out into groups that `make` can make at once."""
+
+    @abstractmethod
+    def make(self, streams: Streams) -> Homes:
+        """Return the homes that the streams are for, at t = 0; equal streams give equal homes.
+
+        What happens in a home depends on its own streams alone, not on the others.
+        """
+
+    @abstractmethod
+    def describe(self) -> dict[str, Any]:
+        """Return all that the homes depend on besides their streams, as JSON values."""
+
+    @abstractmethod
+    def make_title(self, num_homes: int, split: str) -> str:
+        """Say in a few words which homes are played, for titles of tables."""
+
+    def check_homes(self, homes: Sequence[int]) -> None:
+        """Check numbers of homes.
+
+        Raises:
+            ValueError: if there is no home of such a number.
+        """
+        if self.num_homes is not None and max(homes, default=0) >= self.num_homes:
+            raise ValueError(
+                f"home must be one of the {self.num_homes} that there are, got {max(homes)}. "
+                "Numbers start at 0."
+            )
+
+    def check_steps(self, num_steps: int) -> None:
+        """Check a number of steps.
+
+        Raises:
+            ValueError: if it is below 1, or some home cannot be played for so many.
+        """
+        if num_steps < 1:
+            raise ValueError(f"steps must be at least 1, got {num_steps}. Play more.")
+        if self.num_steps is not None and num_steps > self.num_steps:
+            raise ValueError(
+                f"steps must be at most the {self.num_steps} that there are of every home, got "
+                f"{num_steps}. Play fewer."
+            )
+
+    def check_clock(self) -> None:
+        """Check that it is known of all homes what time it is.
+
+        Raises:
+            ValueError: if not.
+        """
+        if not self.has_clock:
+            raise ValueError(
+                f"homes must have a clock for features.clock, got {self.make_title(1, 'any')}, in "
+                "which no time of day means anything. Take recorded homes (--trace), or switch the "
+                "feature off."
+            )
+
+
+class SampledSource(HomeSource):
+    """Homes that are sampled from the prior by the rules, as many as wanted.
+
+    Source: paper section 4.1, appendix A.
+    """
+
+    @property
+    def labels(self) -> list[str]:
+        """House, floor, rooms, and all that the prior names."""
+        names = [row.label for row in (*self.prior.furniture, *self.prior.objects)]
+        return list(dict.fromkeys(["house", "floor", *self.home.rooms, *names]))
+
+    def list_groups(self, homes: Sequence[int]) -> list[Group]:
+        """Return all homes as one group."""
+        return [Group(tuple(homes))] if homes else []
+
+    def make(self, streams: Streams) -> SampledHomes:
+        """Sample homes at t = 0.
+
+        Raises:
+            ValueError: if the prior has nothing for a room of the rules.
+        """
+        return SampledHomes(self.prior, self.home, streams)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the rules and the checksum of the prior."""
+        rules = asdict(self.home)
+        return {
+            "homes": "sampled",
+            "prior": self.prior.checksum,
+            "home": {**rules, "rooms": list(rules["rooms"])},
+        }
+
+    def make_title(self, num_homes: int, split: str) -> str:
+        """Say how many homes of which split, and whether objects come and go."""
+        nodes = "on" if self.home.dynamic_nodes else "off"
+        return f"dynamic nodes {nodes}, {num_homes} {split} homes"

@@ -1,0 +1,42 @@
+"""A source says beforehand what its homes will be."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+from simulator.world.config import HomeConfig
+from simulator.world.source import Group, SampledSource
+from simulator.world.streams import Streams
+
+HOME = HomeConfig(rooms=("kitchen", "bedroom"), furniture_per_room=3)
+
+
+def test_sampled_homes_are_those_of_the_streams(tiny_prior):
+    source = SampledSource(tiny_prior, HOME)
+    homes = source.make(Streams(0, "val", range(3)))
+    assert homes.num_furniture == 6
+    assert source.labels == homes.labels
+    assert source.list_groups(range(3)) == [Group((0, 1, 2))]
+    assert source.list_groups([]) == []
+    again = pickle.loads(pickle.dumps(source)).make(Streams(0, "val", [1]))
+    np.testing.assert_array_equal(again.furniture_type[0], homes.furniture_type[1])
+
+
+def test_sampled_homes_have_no_end_and_no_clock(tiny_prior):
+    source = SampledSource(tiny_prior, HOME)
+    assert (source.num_homes, source.num_steps, source.has_clock) == (None, None, False)
+    source.check_homes([10**6])
+    source.check_steps(10**6)
+    with pytest.raises(ValueError, match=r"steps must be at least 1, got 0. Play more"):
+        source.check_steps(0)
+    with pytest.raises(ValueError, match=r"must have a clock for features.clock, got dynamic"):
+        source.check_clock()
+
+
+def test_a_description_names_the_rules_and_the_prior(tiny_prior):
+    described = SampledSource(tiny_prior, HOME).describe()
+    assert described["home"]["rooms"] == ["kitchen", "bedroom"]
+    assert described["home"]["furniture_per_room"] == 3
+    assert described["prior"] == tiny_prior.checksum
+    assert SampledSource().describe() == SampledSource(home=HomeConfig()).describe()
