@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
-from simulator.memory.sighting import SeenAt
+from simulator.memory.sighting import SeenAt, Sighting
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,13 +15,16 @@ class Looks:
     """What the looks at F furniture nodes say about one object.
 
     Attributes:
-        in_vain: looks that did not show it since it was last seen there, each weighed by how much
-            of the furniture was in view, (F,).
-        steps_ago: time steps since the last of them, 0 where there was none, (F,).
-        seen: confidence with which it was seen there in this very step, 0 where it was not, (F,).
+        in_vain: looks of this time step that did not show it, each weighed by how much of the
+            furniture was in view, (F,).
+        in_vain_before: looks of earlier steps that did not show it, since it was last seen there,
+            likewise, (F,).
+        steps_ago: time steps since the last of those, (F,).
+        seen: confidence with which it was seen there in this step, 0 where it was not, (F,).
     """
 
     in_vain: np.ndarray
+    in_vain_before: np.ndarray
     steps_ago: np.ndarray
     seen: np.ndarray
 
@@ -77,33 +80,17 @@ class Asked:
         return relation.astype(np.int64)
 
 
-def list_looks(current: MemoryBatch, row: int, sought: np.ndarray, since: np.ndarray) -> Looks:
-    """List what the looks at the furniture of a single home say about an object.
+def list_looks_before(batch: MemoryBatch, row: int, now: int) -> tuple[np.ndarray, np.ndarray]:
+    """Count the looks in vain for an object, and the steps since the last, (F,) each.
 
     Args:
-        current: memory of one home.
+        batch: memory of one home.
         row: of the object in its table, -1 for what was never seen.
-        sought: looks that were about this object alone and did not show it, weighed by what was in
-            view, (F,).
-        since: time of the last of them, `NEVER` without, (F,).
+        now: the present time step.
     """
-    edges = current.edges
-    looked = current.furniture_last_observed[0]
-    last_true = np.full(current.num_furniture, NEVER)
-    missed = np.zeros(current.num_furniture)
-    confidence = np.zeros(current.num_furniture)
+    edges, looked = batch.edges, batch.furniture_last_observed[0]
+    in_vain = np.where(looked != NEVER, 1.0, 0.0)  # without an edge: once at least
     own = np.flatnonzero(edges["object"] == row) if row >= 0 else np.zeros(0, dtype=np.int64)
-    np.maximum.at(last_true, edges["furniture"][own], edges["last_true"][own])
-    np.maximum.at(missed, edges["furniture"][own], edges["missed"][own])
-    now = own[edges["last_true"][own] == current.time]
-    np.maximum.at(confidence, edges["furniture"][now], edges["confidence"][now])
-    # What was looked at and has no edge to the object was looked at in vain, once at least.
-    in_vain = np.where((looked != NEVER) & (looked > last_true), np.maximum(missed, 1.0), 0.0)
-    has_edge = np.zeros(current.num_furniture, dtype=bool)
-    has_edge[edges["furniture"][own]] = True
-    in_vain = np.where(has_edge & (looked != NEVER), missed, in_vain)
-    is_sought = since > last_true
-    in_vain = in_vain + np.where(is_sought, sought, 0.0)
-    last = np.maximum(looked, np.where(is_sought, since, NEVER))
-    steps_ago = np.where(in_vain > 0, current.time - last, 0)
-    return Looks(in_vain, steps_ago, confidence)
+    in_vain[edges["furniture"][own]] = np.inf
+    np.minimum.at(in_vain, edges["furniture"][own], edges["num_absent"][own])
+    return in_vain, np.where(in_vain > 0, now - looked, 0)

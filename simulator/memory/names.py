@@ -187,6 +187,18 @@ def read_keys(name: str) -> tuple[str, ...]:
     return tuple(compute_singular(word) for word in kept) or (name.strip().casefold(),)
 
 
+def read_name(description: str) -> tuple[str, ...]:
+    """Return what tells one thing from another: its words without articles, in any order.
+
+    The last word, which says what it is, stays the last: a "table lamp" is no "lamp table".
+
+    Raises:
+        ValueError: if the description is no name (`read_words`).
+    """
+    keys = read_keys(read_words("description", description))
+    return (*sorted(keys[:-1]), keys[-1])
+
+
 def compute_singular(word: str) -> str:
     """Return an English word without the ending of its plural; both sides are compared by it."""
     for ending, instead in (("ies", "y"), ("ves", "f"), ("sses", "ss"), ("xes", "x")):

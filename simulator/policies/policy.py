@@ -21,9 +21,12 @@ class Policy(ABC):
 
     Attributes:
         score_kind: what its scores mean as probabilities, see `compute_probabilities`.
+        knows_looks: whether its scores count every look in vain of earlier time steps by Bayes'
+            rule, as filters do.
     """
 
     score_kind: ClassVar[ScoreKind] = "weights"
+    knows_looks: ClassVar[bool] = False
 
     def reset(self, memory: MemoryBatch) -> None:  # noqa: B027 - most policies keep no state
         """Forget earlier homes; `memory` is that of the new ones."""

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.memory.asking import Looks
+
 SEEN_NOW = 0.97  # a thing seen in this very step is there; detectors err, people walk by
 
 
@@ -36,34 +38,30 @@ class Detector:
                 )
 
 
-@dataclass(frozen=True, slots=True)
-class Looks:
-    """What the looks at F places say about one object.
-
-    Attributes:
-        in_vain: looks that did not show it, since it was last seen there, each weighed by how much
-            of the furniture was in view, (F,).
-        steps_ago: time steps since the last of them, (F,).
-        seen: confidence with which it was seen there in this very step, 0 where it was not, (F,).
-    """
-
-    in_vain: np.ndarray
-    steps_ago: np.ndarray
-    seen: np.ndarray
-
-
-def compute_likelihood(looks: Looks, detector: Detector) -> np.ndarray:
+def compute_likelihood(looks: Looks, detector: Detector, knows_looks: bool) -> np.ndarray:
     """Return how likely the looks in vain are if the object is at each place, (F,).
 
-    A look of this step: the miss rate. One of s steps ago: the object may have come since, so that
-    1 - (1 - miss rate) (1 - leave rate)^s.
+    A look of this step: the miss rate. Looks until s steps ago: the object may have come since, so
+    that it is 1 - (1 - miss rate^n) (1 - leave rate)^s.
+
+    Args:
+        looks: at every place.
+        detector: how reliable they are.
+        knows_looks: whether the belief that they update was made from those of earlier steps.
     """
-    missed = detector.miss_rate**looks.in_vain
-    return 1 - (1 - missed) * (1 - detector.leave_rate) ** looks.steps_ago
+    now = detector.miss_rate**looks.in_vain
+    if knows_looks:
+        return now
+    missed = detector.miss_rate**looks.in_vain_before
+    return now * (1 - (1 - missed) * (1 - detector.leave_rate) ** looks.steps_ago)
 
 
 def update_belief(
-    places: np.ndarray, elsewhere: float, looks: Looks, detector: Detector
+    places: np.ndarray,
+    elsewhere: float,
+    looks: Looks,
+    detector: Detector,
+    knows_looks: bool = False,
 ) -> tuple[np.ndarray, float]:
     """Update a belief about one object by what was seen and not seen.
 
@@ -76,12 +74,13 @@ def update_belief(
         elsewhere: probability that it is at none of them.
         looks: what was seen and not seen.
         detector: how reliable that is.
+        knows_looks: whether the belief was made from the looks of earlier steps.
 
     Returns:
         Probability of each place, (F,), and of "elsewhere". They sum to one, unless several of the
         kind were seen at once: then each place has the probability that one of them is there.
     """
-    likely = places * compute_likelihood(looks, detector)
+    likely = places * compute_likelihood(looks, detector, knows_looks)
     total = likely.sum() + elsewhere
     if total > 0:
         likely, elsewhere = likely / total, elsewhere / total

@@ -15,7 +15,7 @@ from simulator.memory.sighting import RELATIONS
 from simulator.policies.policy import Policy
 from simulator.robot.belief import Detector, join_beliefs, update_belief
 from simulator.robot.evidence import gather_evidence
-from simulator.memory.names import NameIndex, Resolution, Similarity
+from simulator.memory.names import Resolution, Similarity
 from simulator.robot.ranking import Place, Ranking
 from simulator.robot.search import ObjectSearch
 from simulator.robot.search_plan import Distance, SearchPlan, plan_search
@@ -74,7 +74,6 @@ class Finder:
         self.detector = detector or Detector()
         self.elsewhere_share = elsewhere_share
         self._policy = policy
-        self._names: dict[int, NameIndex] = {}
         self._lock = Lock()
 
     def resolve(self, memory: SceneGraphMemory, description: str) -> Resolution:
@@ -83,8 +82,7 @@ class Finder:
         Raises:
             ValueError: if the description is no name (`read_words`).
         """
-        index = memory.names
-        return index.resolve(description, self._get_similarity())
+        return memory.resolve(description, self._get_similarity())
 
     def rank(
         self,
@@ -196,38 +194,37 @@ class Finder:
     def _compute_belief(self, asked: Asked) -> Belief:
         """Return where any of the things asked for is."""
         with self._lock:  # policies keep caches
-            places, elsewhere, relation = self._judge(asked)  # (K, F), (K,), (K, F)
+            places, elsewhere = self._judge(asked)  # (K, F), (K,)
         num_places = places.shape[1]
         places = (1 - _ANYWHERE) * places + (_ANYWHERE / num_places) * places.sum(
             axis=1, keepdims=True
         )
         beliefs = []
         for row, looks in enumerate(asked.looks):
-            belief = update_belief(places[row], float(elsewhere[row]), looks, self.detector)
-            beliefs.append(belief)
-            unseen = asked.num_instances[row] - np.count_nonzero(looks.seen)
-            if looks.seen.any() and unseen > 0:  # the others are where they were
-                rest = looks.forget_sightings()
+            variants = [looks]
+            if looks.seen.any() and asked.num_instances[row] > np.count_nonzero(looks.seen):
+                variants.append(looks.forget_sightings())  # the others are where they were
+            for own in variants:
                 beliefs.append(
-                    update_belief(places[row], float(elsewhere[row]), rest, self.detector)
-                )
+                    update_belief(
+                        places[row], float(elsewhere[row]), own, self.detector,
+                        self._policy.knows_looks,
+                    )
+                )  # fmt: skip
         joined, left = join_beliefs(
             np.stack([own for own, _ in beliefs]), np.array([gone for _, gone in beliefs])
         )
-        return Belief(joined, left, asked.choose_relation(relation))
+        return Belief(joined, left, asked.choose_relation())
 
-    def _judge(self, asked: Asked) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """Return probabilities before this step's looks: places (K, F), elsewhere (K,), relation.
-
-        Relation: 0 or 1 per place, (K, F), or None where the memory is to say.
-        """
+    def _judge(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
+        """Return probabilities before this step's looks: of places (K, F), of elsewhere (K,)."""
         self._policy.reset(asked.batch)
         scores = self._policy.scores(asked.batch, asked.queries)
         places = compute_probabilities(scores, self._policy.score_kind)
         has_opinion = places.sum(axis=1, keepdims=True) > 0
         places = np.where(has_opinion, places, 1 / places.shape[1])
         elsewhere = np.full(len(places), self.elsewhere_share)
-        return places * (1 - self.elsewhere_share), elsewhere, None
+        return places * (1 - self.elsewhere_share), elsewhere
 
     def _get_similarity(self) -> Similarity | None:
         """Return how alike labels are; None without text vectors."""
