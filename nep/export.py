@@ -14,7 +14,6 @@ import torch
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from nep.evaluate import list_versions
 from nep.players.calibration import Calibration, fit_calibration, measure_calibration
 from nep.players.checkpoints import (
     CONFIG,
@@ -25,8 +24,9 @@ from nep.players.checkpoints import (
     save_exported,
 )
 from nep.players.policy import NEPPolicy
-from nep.players.searches import Searches, play_searches
+from nep.players.searches import Decisions, play_searches
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
+from nep.report.results import list_versions
 from simulator.files import compute_checksum, write_whole
 from simulator.policies import Policy, make_policy
 from simulator.priors.prior_graph import PriorGraph
@@ -136,7 +136,7 @@ def measure_model(
         policy = NEPPolicy(model.module.eval(), model.builder)
         return policy.with_rules(homes.prior, homes.config)
 
-    def search(split: str) -> Searches:
+    def search(split: str) -> Decisions:
         homes = config.make_homes(split)
         what = f"searching {split} homes"
         return play_searches(homes, make(homes), config.steps, on_search=lambda: on_step(what))

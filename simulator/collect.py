@@ -30,8 +30,8 @@ from simulator.snapshots.shards import (
     save_manifest,
     save_shard,
 )
+from simulator.tasks.answer import Answer
 from simulator.tasks.registry import TASKS
-from simulator.tasks.task import Answered
 from simulator.trace.arguments import add_trace_arguments, read_trace_arguments
 from simulator.trace.recordings import Recordings, TraceConfig
 from simulator.trace.scores import check_policies
@@ -198,12 +198,13 @@ def collect_homes(
     if watches:
         believer.reset(task.rollout.memory)
 
-    def record(answered: Answered) -> None:
-        belief = None
+    def record(answer: Answer) -> None:
+        extras = {}
         if config.belief:
-            belief = believer.follow(task.rollout.memory, answered.queries).stack()
-        grades = answered.grades if config.grades else None
-        recorder.add_snapshot(answered.queries, answered.answers, belief, grades)
+            extras["belief"] = believer.follow(task.rollout.memory, answer.queries).stack()
+        if config.grades and answer.relevance is not None:
+            extras["relevance"] = answer.relevance
+        recorder.add_snapshot(answer.queries, answer.answers, extras)
 
     def record_change(change: Change) -> None:
         recorder.add_change(change)

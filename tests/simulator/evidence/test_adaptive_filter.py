@@ -8,6 +8,7 @@ from simulator.evidence.adaptive_filter import FilterSettings, Rates, compute_de
 from simulator.evidence.object_counts import ObjectCounts
 from simulator.policies.adaptive import Adaptive
 from simulator.policies.heuristics import Bayesian
+from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 
 FRIDGE, SHELF, TABLE, BED, BEDROOM_SHELF, DESK = range(6)
@@ -96,7 +97,7 @@ def test_probabilities_sum_to_one_whatever_was_seen():
 def rollout(make_tiny_homes):
     """Forty steps of three homes."""
     rollout = Rollout(make_tiny_homes(3), Adaptive())
-    for _ in rollout.run(40):
+    for _ in predict_locations(rollout, 40):
         pass
     return rollout
 
@@ -138,7 +139,7 @@ def test_a_home_does_not_depend_on_its_neighbours(make_tiny_homes):
     homes = make_tiny_homes(3)
     together = Rollout(homes, Adaptive())
     alone = Rollout(make_tiny_homes(homes=[2]), Adaptive())
-    for both in zip(together.run(25), alone.run(25), strict=True):
+    for both in zip(predict_locations(together, 25), predict_locations(alone, 25), strict=True):
         np.testing.assert_array_equal(both[0].scores[2], both[1].scores[0])
 
 
@@ -160,7 +161,7 @@ def test_finds_more_than_bayes_in_the_papers_homes(make_default_homes):
 
     def play(policy):
         rollout = Rollout(make_default_homes(6, seed=1), policy)
-        return np.mean([step.is_correct.mean() for step in rollout.run(100)])
+        return np.mean([step.is_correct.mean() for step in predict_locations(rollout, 100)])
 
     assert play(Adaptive()) > play(Bayesian()) + 0.02
 

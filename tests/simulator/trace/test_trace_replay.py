@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from simulator.policies import POLICIES, make_policy
-from simulator.tasks.evaluation import TaskScores, evaluate_policy
+from simulator.tasks.evaluation import evaluate_policy
+from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.registry import TASKS
 from simulator.tasks.rollout import Rollout
+from simulator.tasks.scores import TaskScores
 from simulator.trace import (
     Recordings,
     TraceConfig,
@@ -57,11 +59,11 @@ def test_replay_gives_the_same_scores_step_by_step(recorded, tiny_prior, policy,
 def test_replay_makes_the_same_choices(recorded, tiny_prior):
     homes = SampledHomes(tiny_prior, make_config(), Streams(4, "test", HOMES))
     played = Rollout(homes, make_policy("bayesian", homes))
-    choices = np.array([step.choice for step in played.run(STEPS)])
+    choices = np.array([step.choice for step in predict_locations(played, STEPS)])
     for home in HOMES:  # one at a time: lockstep changes nothing
         replay = recorded.make_homes(Streams(4, "test", [home]))
         rollout = Rollout(replay, make_policy("bayesian", replay))
-        own = [int(step.choice[0]) for step in rollout.run(STEPS)]
+        own = [int(step.choice[0]) for step in predict_locations(rollout, STEPS)]
         assert own == choices[:, home].tolist()
 
 
@@ -140,7 +142,7 @@ def test_names_that_the_prior_does_not_know(write_home, tiny_prior):
     assert homes.room_labels == ["bedroom", "bedroom", "attic"]
     assert homes.move_freq[-1] == pytest.approx(np.mean([o.move_freq for o in tiny_prior.objects]))
     rollout = Rollout(homes, make_policy("bayesian", homes))
-    for step in rollout.run(8):
+    for step in predict_locations(rollout, 8):
         row = step.queries.object[0]
         assert rollout.memory.objects["type"][row] == -1
         assert rollout.memory.labels[rollout.memory.objects["label"][row]] == "hamster"
