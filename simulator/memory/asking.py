@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
-from simulator.memory.sighting import SeenAt, Sighting
+from simulator.memory.sighting import SeenAt
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,12 +72,13 @@ class Asked:
 
         As one of them last lay there; where none was ever seen, as the prior has it.
         """
-        relation = (self.queries.prior[:, :, 1] >= self.queries.prior[:, :, 0]).all(axis=0)
+        prior = self.queries.prior.sum(axis=0)  # (F, 2)
+        relation = np.where(prior[:, 1] >= prior[:, 0], 1, 0)
         edges = self.current.edges
         own = np.flatnonzero(np.isin(edges["object"], self.rows) & (edges["num_true"] > 0))
         own = own[np.argsort(edges["last_true"][own], kind="stable")]
         relation[edges["furniture"][own]] = edges["relation"][own]
-        return relation.astype(np.int64)
+        return relation
 
 
 def list_looks_before(batch: MemoryBatch, row: int, now: int) -> tuple[np.ndarray, np.ndarray]:

@@ -75,9 +75,9 @@ class MemoryBatch:
         room_label: (H, R). furniture_label, furniture_room: (H, F).
         furniture_num_observed, furniture_last_observed: looks so far and the last one, (H, F).
         objects: table of object nodes (home, key, label, type, num_observed, last_observed,
-            num_moved, last_moved, last_furniture, first_observed, num_at_once); `key` is the description,
-            `type` the prior's object type or -1; `num_at_once` is the number of things of this
-            description that a robot has seen in one time step, at most (0 in simulated homes).
+            num_moved, last_moved, last_furniture, first_observed, num_at_once); `key` is the
+            description, `type` the prior's object type or -1; `num_at_once` is the most things of
+            this description that a robot has seen in one time step (0 in simulated homes).
         edges: table of object-furniture edges (home, object, furniture, relation, prior,
             num_observed, num_true, num_changed, last_observed, last_changed, last_true,
             is_true, num_absent); relation 0 "in", 1 "onTop"; `num_absent` is the number of looks

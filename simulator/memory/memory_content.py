@@ -239,14 +239,13 @@ class MemoryContent:
         _check_between("relations", self.edges["relation"], 0, 1)
         _check_between("is_true", self.edges["is_true"], 0, 1)
         for look in self.looks:
-            _check_between("furniture of a look", [look.furniture], 0, layout.num_furniture_ever - 1)
             if look.furniture not in layout.furniture:
                 raise ValueError(f"there is no furniture {look.furniture}")
-        for (words, furniture), (count, time) in self.sought.items():
-            read_words("description", words)
+        for (name, furniture), (count, time) in self.sought.items():
+            read_words("description", name)
             _check_between("time of a look", [time], 0, self.time)
             if furniture not in layout.furniture or not 0 < count < MAX_TIME:
-                raise ValueError(f"no look for {words!r} at furniture {furniture!r}, {count!r} times")
+                raise ValueError(f"no {count!r} looks for {name!r} at furniture {furniture!r}")
         _check_between("asked", [] if self.asked is None else [self.asked], 0, num_objects - 1)
         texts = [*self.labels, *layout.rooms.values(), *self.descriptions]
         for node in layout.furniture.values():

@@ -15,9 +15,11 @@ SYNONYM = 0.9  # mug and cup .96, phone and telephone .93; plate and bowl .87 st
 _RELATED = 0.8  # worth a "did you mean"
 _MOST_ALTERNATIVES = 3
 _SKIPPED = frozenset(
-    "a an the my your his her its our their this that these those some any where is are find".split()
+    "a an the my your his her its our their this that these those some any where is are".split()
 )
-_WORD = re.compile(r"[^\W_]+(?:['’][^\W_]+)*")
+_APOSTROPHE = "['\u2019]"
+_WORD = re.compile(rf"[^\W_]+(?:{_APOSTROPHE}[^\W_]+)*")
+_POSSESSIVE = re.compile(rf"{_APOSTROPHE}s?$")
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,24 +181,28 @@ class NameIndex:
 
 
 def read_keys(name: str) -> tuple[str, ...]:
-    """Return what the words of a name are compared by: no articles, singular, lower case."""
-    words = [
-        re.sub(r"['’]s?$", "", word) for word in _WORD.findall(name.casefold().replace("_", " "))
-    ]
-    kept = [word for word in words if word not in _SKIPPED] or words
-    return tuple(compute_singular(word) for word in kept) or (name.strip().casefold(),)
+    """Return what the words of a question are compared by: as `read_name`, in order, singular."""
+    return tuple(compute_singular(word) for word in _list_words(name))
 
 
 def read_name(description: str) -> tuple[str, ...]:
     """Return what tells one thing from another: its words without articles, in any order.
 
-    The last word, which says what it is, stays the last: a "table lamp" is no "lamp table".
+    The last word, which says what it is, stays the last: a "table lamp" is no "lamp table". A
+    plural is another thing: a detector that says "plates" means a stack of them.
 
     Raises:
         ValueError: if the description is no name (`read_words`).
     """
-    keys = read_keys(read_words("description", description))
-    return (*sorted(keys[:-1]), keys[-1])
+    *properties, kind = _list_words(read_words("description", description))
+    return (*sorted(properties), kind)
+
+
+def _list_words(name: str) -> list[str]:
+    """List the words of a name in lower case, without articles and the like."""
+    text = name.casefold().replace("_", " ")
+    words = [_POSSESSIVE.sub("", word) for word in _WORD.findall(text)]
+    return [word for word in words if word not in _SKIPPED] or words or [text.strip()]
 
 
 def compute_singular(word: str) -> str:

@@ -117,7 +117,7 @@ class SceneGraphMemory:
                 file is left as it was.
         """
         with self._lock:
-            content = self._get_content(self.batch)
+            content = self._get_content()
             if self._step.before is not None:
                 content = replace(
                     self._get_content(self._step.before), looks=tuple(self._step.looks)
@@ -187,7 +187,7 @@ class SceneGraphMemory:
             KeyError: if `room` is not a room of this memory.
         """
         self._layout.check_room(room)
-        self._set_content(self._get_content(self.batch).remove(rooms=[room]))
+        self._set_content(self._get_content().remove(rooms=[room]))
 
     def remove_furniture(self, furniture: int) -> None:
         """Remove a furniture node and all its edges; the objects that were seen there stay.
@@ -196,7 +196,7 @@ class SceneGraphMemory:
             KeyError: if `furniture` is not a furniture node of this memory.
         """
         self._layout.check_furniture(furniture)
-        self._set_content(self._get_content(self.batch).remove(furniture=[furniture]))
+        self._set_content(self._get_content().remove(furniture=[furniture]))
 
     def remove_object(self, description: str) -> None:
         """Forget an object with all its edges, as if it had never been seen or asked for.
@@ -211,7 +211,7 @@ class SceneGraphMemory:
                 f"description must be one that was seen or asked for, got {description!r}; there "
                 f"are {len(self._descriptions)} objects. Check its words."
             )
-        self._set_content(self._get_content(self.batch).remove(objects=[row]))
+        self._set_content(self._get_content().remove(objects=[row]))
 
     def describe(self, furniture: int) -> str:
         """Return the description and room of a furniture node, "white fridge in kitchen".
@@ -221,9 +221,7 @@ class SceneGraphMemory:
         """
         return self._layout.describe(furniture)
 
-    def observe(
-        self, furniture: int, seen: Sequence[Sighting], coverage: float = 1.0
-    ) -> None:
+    def observe(self, furniture: int, seen: Sequence[Sighting], coverage: float = 1.0) -> None:
         """Fold one look at a furniture node into the memory.
 
         Every remembered edge of `furniture` is updated: seen ones become true, the others false.
@@ -272,9 +270,7 @@ class SceneGraphMemory:
                 words = read_words("description", self._descriptions[row])
                 self._sought.pop((words, furniture), None)
 
-    def note_absent(
-        self, furniture: int, description: str, coverage: float = 1.0
-    ) -> None:
+    def note_absent(self, furniture: int, description: str, coverage: float = 1.0) -> None:
         """Note that a look for one thing did not find it, and say nothing of all others there.
 
         Args:
@@ -389,9 +385,7 @@ class SceneGraphMemory:
         index.update([node.description for node in self._layout.furniture.values()])
         matches = set(index.resolve(name).matches)
         return tuple(
-            number
-            for number, node in self._layout.furniture.items()
-            if node.description in matches
+            number for number, node in self._layout.furniture.items() if node.description in matches
         )
 
     def ask(self, descriptions: Sequence[str], before_looks: bool = True) -> Asked:
@@ -412,9 +406,9 @@ class SceneGraphMemory:
             )
         with self._lock:
             current, step = self.batch.copy(), self._step
-            is_earlier = before_looks and step.before is not None
-            batch = (step.before if is_earlier else current).copy()
-            num_known = step.num_objects if is_earlier else len(self._descriptions)
+            batch, num_known = current.copy(), len(self._descriptions)
+            if before_looks and step.before is not None:
+                batch, num_known = step.before.copy(), step.num_objects
             known = np.array([self._find_row(description) for description in descriptions])
             vocabulary = Vocabulary(self._prior, batch.labels)
             kinds = np.array([vocabulary.find_type(description) for description in descriptions])
@@ -525,10 +519,12 @@ class SceneGraphMemory:
         return Looks(in_vain, in_vain_before, steps_ago, seen)
 
     def _forget_questions(self) -> None:
-        """Leave out objects that were asked for in this step and never seen."""
-        never = np.flatnonzero(self.batch.objects["num_observed"] == 0)
+        """Leave out objects that were asked for in this step and neither seen nor looked for."""
+        is_there = self.batch.objects["num_observed"] > 0
+        is_there[self.batch.edges["object"]] = True
+        never = np.flatnonzero(~is_there)
         if len(never):
-            self._set_content(self._get_content(self.batch).remove(objects=never.tolist()))
+            self._set_content(self._get_content().remove(objects=never.tolist()))
 
     def _ask(self, row: int) -> Queries:
         objects = self.batch.objects
@@ -549,8 +545,9 @@ class SceneGraphMemory:
         )
         self._is_layout_new = False
 
-    def _get_content(self, batch: MemoryBatch) -> MemoryContent:
+    def _get_content(self, batch: MemoryBatch | None = None) -> MemoryContent:
         """Return what the memory holds, or held when a copy of its batch was made."""
+        batch = self.batch if batch is None else batch
         return MemoryContent(
             time=batch.time,
             prior=self._prior.checksum,
@@ -573,7 +570,7 @@ class SceneGraphMemory:
         self._vocabulary = Vocabulary(self._prior, content.labels)
         self._layout = content.layout
         self._descriptions: list[str] = []
-        self._rows: dict[str, int] = {}  # by the words of the description
+        self._rows: dict[tuple[str, ...], int] = {}  # by `read_name` of the description
         self._rows_as_written: dict[str, int] = {}
         arrays = self._layout.make_arrays(self._vocabulary, self._prior)
         self.clock = content.clock

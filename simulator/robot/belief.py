@@ -33,8 +33,8 @@ class Detector:
         for name, value in (("miss_rate", self.miss_rate), ("leave_rate", self.leave_rate)):
             if not 0 <= value < 1:
                 raise ValueError(
-                    f"{name} must lie in [0, 1), got {value}. Give a probability: the paper's homes "
-                    "have 0.25 and 0.05."
+                    f"{name} must lie in [0, 1), got {value}. Give a probability: the paper's "
+                    "homes have 0.25 and 0.05."
                 )
 
 

@@ -10,17 +10,18 @@ from typing import Any
 import numpy as np
 
 from simulator.memory.asking import Asked
+from simulator.memory.names import Resolution, Similarity
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import RELATIONS
 from simulator.policies.policy import Policy
+from simulator.policies.probabilities import compute_probabilities
 from simulator.robot.belief import Detector, join_beliefs, update_belief
 from simulator.robot.evidence import gather_evidence
-from simulator.memory.names import Resolution, Similarity
 from simulator.robot.ranking import Place, Ranking
 from simulator.robot.search import ObjectSearch
 from simulator.robot.search_plan import Distance, SearchPlan, plan_search
-from simulator.tasks.metrics import compute_probabilities
 
+DEFAULT_SHARE = 0.1  # of what is asked for is at no known place
 _ANYWHERE = 0.05  # share of the belief that is spread over all furniture: no place is ruled out
 
 
@@ -58,7 +59,7 @@ class Finder:
         self,
         policy: Policy,
         detector: Detector | None = None,
-        elsewhere_share: float = 0.1,
+        elsewhere_share: float = DEFAULT_SHARE,
     ) -> None:
         """Ask a policy.
 

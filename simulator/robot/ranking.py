@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from simulator.memory.names import Resolution
 from simulator.memory.sighting import SeenAt
 from simulator.robot.evidence import Evidence
-from simulator.memory.names import Resolution
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,9 @@ from simulator.robot.search_plan import Distance, Look, SearchPlan, plan_search
 if TYPE_CHECKING:
     from simulator.robot.finder import Finder
 
-MOST_ROUNDS = 3  # looks at one place in a search: a detector that misses a quarter misses 2 % thrice
+MOST_ROUNDS = (
+    3  # looks at one place in a search: a detector that misses a quarter misses 2 % thrice
+)
 _GLANCE = 0.01  # share of the furniture in view when only the thing itself was
 
 
@@ -106,7 +108,7 @@ class ObjectSearch:
             return None
         num_rounds = self._rounds.get(plan.looks[0].place.furniture, 0)
         if num_rounds == MOST_ROUNDS or (num_rounds and elsewhere >= self._give_up_at):
-            self._reason = f"every place that can be reached was looked at, elsewhere {elsewhere:.0%}"
+            self._reason = f"all that can be reached was looked at, elsewhere {elsewhere:.0%}"
             return None
         self._going, self._reason = plan.looks[0], ""
         return self._going
@@ -155,14 +157,10 @@ class ObjectSearch:
 
     def _make_plan(self) -> SearchPlan:
         """Plan over the places that were looked at least often in this search."""
-        places = [
-            place for place in self.ranking if not self._is_cut_off(place.furniture)
-        ]
+        places = [place for place in self.ranking if not self._is_cut_off(place.furniture)]
         fewest = min((self._rounds.get(place.furniture, 0) for place in places), default=0)
         places = [p for p in places if self._rounds.get(p.furniture, 0) == fewest]
-        return plan_search(
-            self.description, places, self._at, self._distance, self._look_cost
-        )
+        return plan_search(self.description, places, self._at, self._distance, self._look_cost)
 
     def _is_cut_off(self, furniture: int) -> bool:
         return self._distance is not None and math.isinf(self._distance(self._at, furniture))
