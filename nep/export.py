@@ -134,7 +134,7 @@ def measure_model(
 
     def make(homes: Homes) -> Policy:
         policy = NEPPolicy(model.module.eval(), model.builder)
-        return policy.with_rules(homes.prior, homes.config)
+        return policy.with_rules(homes.prior, homes.configs)
 
     def search(split: str) -> Decisions:
         homes = config.make_homes(split)

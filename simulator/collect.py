@@ -109,15 +109,14 @@ class CollectConfig:
         """Load the recorded homes; None if homes are sampled.
 
         Raises:
-            ValueError: if a trace is broken or too short, homes have different sizes, or the policy
-                needs what nobody knows of a recorded home.
+            ValueError: if a trace is broken or too short, or the policy needs what nobody knows of
+                a recorded home.
         """
         if self.trace is None:
             return None
         recordings = self.trace.load(prior)
         recordings.list_groups(range(self.num_homes))  # are there so many?
         recordings.check_steps(self.steps)
-        recordings.check_sizes()
         check_policies([self.policy], recordings)
         return recordings
 
@@ -193,7 +192,7 @@ def collect_homes(
     task = TASKS[config.task](state, policy)
     recorder = Recorder(task.rollout.memory)
     # A collecting filter believes already; another policy is watched by one.
-    believer = policy if isinstance(policy, HomeFilter) else HomeFilter(prior, state.config)
+    believer = policy if isinstance(policy, HomeFilter) else HomeFilter(prior, state.configs)
     watches = config.belief and believer is not policy
     if watches:
         believer.reset(task.rollout.memory)

@@ -161,7 +161,7 @@ class OnlineEvaluation(pl.Callback):
             self._play_heuristics(trainer)
         player = NEPPolicy(pl_module, _get_datamodule(trainer).builder)
         scores = self.scores[self.name] = self._play(
-            trainer, lambda homes: player.with_rules(homes.prior, homes.config)
+            trainer, lambda homes: player.with_rules(homes.prior, homes.configs)
         )
         metrics = {
             f"online/{self._metric}": float(scores.home_values.mean()),

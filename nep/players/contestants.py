@@ -135,4 +135,4 @@ def _make_policy_beside_networks(name: str, homes: Homes) -> Policy:
 def _load_network(path: Path, threads: int | None, homes: Homes) -> Policy:
     if threads is not None:
         torch.set_num_threads(threads)
-    return NEPPolicy.load(path).with_rules(homes.prior, homes.config)
+    return NEPPolicy.load(path).with_rules(homes.prior, homes.configs)

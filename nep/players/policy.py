@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +47,7 @@ class NEPPolicy(Policy):
         """Whether the network must know what time it is in the homes it plays in."""
         return self._builder.config.clock
 
-    def with_rules(self, prior: PriorGraph, config: HomeConfig) -> NEPPolicy:
+    def with_rules(self, prior: PriorGraph, config: HomeConfig | Sequence[HomeConfig]) -> NEPPolicy:
         """Return the same network with the rules of the homes, if it reads a filter's belief."""
         believer = HomeFilter(prior, config) if self._builder.config.belief else None
         return NEPPolicy(self._module, self._builder, believer)

@@ -44,7 +44,9 @@ class Resolution:
     def __str__(self) -> str:
         """Say it in one line."""
         line = self.question
-        if self.how not in ("exact", "unknown"):
+        if self.how == "exact":
+            return line
+        if self.how != "unknown":
             line += f" (taken for {_list(self.matches)}: {self.how})"
         if self.alternatives:
             line += f" (did you mean {_list(self.alternatives)}?)"

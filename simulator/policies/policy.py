@@ -9,6 +9,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.world.homes import Homes
 
 ScoreKind = Literal["weights", "logits"]
 
@@ -23,20 +24,37 @@ class Policy(ABC):
         score_kind: what its scores mean as probabilities, see `compute_probabilities`.
         knows_looks: whether its scores count every look in vain of earlier time steps by Bayes'
             rule, as filters do.
+        needs: what it must know of the true homes (`HomeSource.knows`); empty for all but oracles.
     """
 
     score_kind: ClassVar[ScoreKind] = "weights"
     knows_looks: ClassVar[bool] = False
+    needs: ClassVar[frozenset[str]] = frozenset()
+
+    @classmethod
+    def make(cls, homes: Homes) -> Policy:
+        """Make the policy for true homes; it may keep of them what it `needs`."""
+        return cls()
 
     def reset(self, memory: MemoryBatch) -> None:  # noqa: B027 - most policies keep no state
         """Forget earlier homes; `memory` is that of the new ones."""
 
     @abstractmethod
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
-        """Score every furniture node for every query, (Q, F), -inf where there is no opinion."""
+        """Score every furniture node for every query, (Q, F).
+
+        -inf where there is no opinion, and in columns that are no furniture of the query's home
+        (`MemoryBatch.is_furniture`). An answer depends on the home alone, not on who shares the
+        batch with it.
+        """
 
     def observe(self, memory: MemoryBatch, change: Change) -> None:  # noqa: B027
         """Take note of a look that the memory has just folded in."""
+
+
+def mask_furniture(memory: MemoryBatch, queries: Queries, scores: np.ndarray) -> np.ndarray:
+    """Return scores (Q, F) with -inf in columns that are no furniture of the query's home."""
+    return np.where(memory.is_furniture[queries.home], scores, -np.inf)
 
 
 def spread_over_furniture(

@@ -15,22 +15,16 @@ from simulator.world.sensing import Observation, observe
 
 
 def make_memory(homes: Homes) -> MemoryBatch:
-    """Make the empty memories of homes whose layout is known."""
+    """Make the empty memories of homes whose layouts are known."""
     labels = homes.labels
-    index = {label: i for i, label in enumerate(labels)}
-    room_label = np.array([index[room] for room in homes.room_labels])
-    furniture_labels = homes.furniture_labels.tolist()
-    furniture_label = np.array([[index[label] for label in row] for row in furniture_labels])
-    furniture_room = np.tile(homes.furniture_room, (homes.num_homes, 1))
-    place_prior = PlacePrior(
-        homes.prior, [homes.room_labels] * homes.num_homes, furniture_labels, furniture_room
-    )
+    index = {label: i for i, label in enumerate(labels)} | {"": -1}  # beyond a smaller home
+    rooms, furniture = homes.room_labels.tolist(), homes.furniture_labels.tolist()
     return MemoryBatch(
         labels,
-        np.tile(room_label, (homes.num_homes, 1)),
-        furniture_label,
-        furniture_room,
-        place_prior,
+        np.array([[index[label] for label in row] for row in rooms]),
+        np.array([[index[label] for label in row] for row in furniture]),
+        homes.furniture_room,
+        PlacePrior(homes.prior, rooms, furniture, homes.furniture_room),
         clock=homes.clock,
     )
 
@@ -77,6 +71,11 @@ class Rollout:
         """Ask for description codes (Q,) in homes (Q,), whether such an object is there or not."""
         types = self.homes.object_descriptions.type_of_code[codes]
         return self.memory.query(homes, codes, self._label_of_type[types], self._prior_type[types])
+
+    def score(self, queries: Queries) -> np.ndarray:
+        """Ask the policy; -inf at columns that are no furniture of the query's home, (Q, F)."""
+        scores = self.policy.scores(self.memory, queries)
+        return np.where(self.memory.is_furniture[queries.home], scores, -np.inf)
 
     def look(self, furniture: np.ndarray) -> Observation:
         """Fold one look per home into the memory; a negative index means no look there, (H,)."""

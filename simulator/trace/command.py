@@ -117,11 +117,7 @@ def _check(options: argparse.Namespace) -> int:
     recordings = Recordings(traces, load_prior(options.prior), options.step_seconds, options.by_day)
     for line in recordings.left_out:
         print(f"left out: {line}")
-    groups = recordings.list_groups()
-    print(
-        f"{recordings.num_homes} homes of at least {recordings.num_steps} steps, "
-        f"in {len(groups)} groups that are played in lockstep"
-    )
+    print(f"{recordings.num_homes} homes of at least {recordings.num_steps} steps")
     unknown = recordings.list_unknown_types()
     print(f"types that the prior does not know: {', '.join(unknown) or 'none'}")
     return 0

@@ -1,8 +1,7 @@
-"""Recorded homes as an experiment needs them: loaded, cut into steps, grouped to be in lockstep."""
+"""Recorded homes as an experiment needs them: loaded, cut into steps, played in lockstep."""
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -61,9 +60,7 @@ class TraceConfig:
 class Recordings:
     """Recorded homes, numbered from 0.
 
-    Homes of one group, with equal layouts, rules and numbers of slots, are played in lockstep;
-    homes of different groups one group after the other. What happens in a home does not depend on
-    the others.
+    Any of them can be played in lockstep. What happens in a home does not depend on the others.
 
     Attributes:
         traces: the recordings.
@@ -153,26 +150,8 @@ class Recordings:
                 f"{num_steps}. Play fewer, or take shorter steps."
             )
 
-    def check_sizes(self) -> None:
-        """Check that all homes have as many rooms and furniture nodes, as one data set must.
-
-        Raises:
-            ValueError: if not.
-        """
-        sizes = {
-            (len(layout.rooms), len(layout.furniture)): trace.name
-            for trace in self.traces
-            for layout in [trace.layout]
-        }
-        if len(sizes) > 1:
-            found = ", ".join(f"{r} and {f} ({name})" for (r, f), name in sizes.items())
-            raise ValueError(
-                "homes of one collection must have equal numbers of rooms and of furniture, got "
-                f"{found}. Collect them into folders of their own."
-            )
-
     def list_groups(self, homes: Sequence[int] | None = None) -> list[list[int]]:
-        """Group homes (all if None) that can be in lockstep.
+        """Group homes (all if None) that can be in lockstep: all of them.
 
         Raises:
             ValueError: if there is no home of such a number.
@@ -183,26 +162,18 @@ class Recordings:
                 f"home must be one of the {self.num_homes} that were recorded, got {max(homes)}. "
                 "Numbers start at 0."
             )
-        groups: dict[tuple[object, ...], list[int]] = defaultdict(list)
-        for home in homes:
-            trace = self.episodes[home].trace
-            groups[trace.layout.key, trace.num_slots, self._configs[home]].append(home)
-        return list(groups.values())
+        return [list(homes)]
 
     def make_homes(self, streams: Streams) -> RecordedHomes:
         """Return the homes that the streams are for, at t = 0.
 
         Raises:
-            ValueError: if there is no home of such a number, or they cannot be in lockstep.
+            ValueError: if there is no home of such a number.
         """
-        homes = streams.homes
-        if len(self.list_groups(homes)) > 1:
-            raise ValueError(
-                f"homes in lockstep must have equal layouts, rules and numbers of slots, got homes "
-                f"{list(homes)}. Play each group of list_groups() by itself."
-            )
+        (homes,) = self.list_groups(streams.homes)
         episodes = [self.episodes[home] for home in homes]
-        return RecordedHomes(episodes, self._types, self._configs[homes[0]], streams)
+        configs = [self._configs[home] for home in homes]
+        return RecordedHomes(episodes, self._types, configs, streams)
 
     def describe(self) -> dict[str, Any]:
         """Return everything that a replay depends on, as JSON values."""
@@ -230,7 +201,10 @@ def make_rules(whole: Episode) -> HomeConfig:
         return truth.config
     num_initial = int(((whole.step == 0) & (whole.place >= 0)).sum())
     return replace(
-        HomeConfig(rooms=tuple(dict.fromkeys(layout.room_labels))),
+        HomeConfig(
+            rooms=layout.room_labels,
+            furniture_per_room=tuple(max(size, 1) for size in layout.room_sizes),
+        ),
         objects_per_furniture=max(round(num_initial / len(layout.furniture)), 1),
         move_share=float(np.mean(whole.num_moves / whole.num_present)),
         dynamic_nodes=whole.is_dynamic,

@@ -24,7 +24,7 @@ def evaluate_recordings(
     workers: int = 1,
     backend: str = "processes",
 ) -> TaskScores:
-    """Let a policy play a task in all recorded homes, each group of equal layout in lockstep.
+    """Let a policy play a task in all recorded homes, in lockstep.
 
     Args:
         make: gets the homes of a group and returns the policy; only oracles keep them.

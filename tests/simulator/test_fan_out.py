@@ -47,7 +47,7 @@ def test_workers_and_backend_are_checked(monkeypatch):
 @pytest.mark.parametrize(("policy", "task"), [("bayesian", "find_object"), ("oracle", None)])
 def test_evaluation_is_the_same_for_any_number_of_workers(default_prior, policy, task):
     task = task or "predict_location"
-    settings = (POLICIES[policy], default_prior, HomeConfig())
+    settings = (POLICIES[policy].make, default_prior, HomeConfig())
     alone = evaluate_policy(*settings, Streams(0, "val", range(5)), 4, task=task)
     shared = evaluate_policy(*settings, Streams(0, "val", range(5)), 4, task=task, workers=2)
     for name in ("values", "is_correct", "has_candidate", "is_away", "confidence", "likelihood"):

@@ -182,7 +182,7 @@ def test_profile_of_the_policies(default_prior, dynamic_nodes):
     for name in ["random", "priors", "myopic", "bayesian", "last_seen_prior", "ceiling"]:
         streams = Streams(0, "test", range(24))
         found[name] = evaluate_policy(
-            POLICIES[name], default_prior, config, streams, 60
+            POLICIES[name].make, default_prior, config, streams, 60
         ).home_values.mean()
     profile = {"random": 0.035, "priors": 0.18, "myopic": 0.235, "bayesian": 0.30,
                "last_seen_prior": 0.29, "ceiling": 0.425}  # fmt: skip

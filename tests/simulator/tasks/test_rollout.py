@@ -101,7 +101,8 @@ def test_candidate_recall_is_near_one(default_prior):
     place of the prior."""
     ticks = []
     scores = evaluate_policy(
-        POLICIES["bayesian"], default_prior, HomeConfig(), Streams(2, "val", range(6)), 20,
+        POLICIES["bayesian"].make, default_prior, HomeConfig(), Streams(2, "val", range(6)),
+        20,
         on_step=lambda: ticks.append(1),
     )  # fmt: skip
     assert METRICS["candidate_recall"].compute(scores) > 0.99
