@@ -17,20 +17,22 @@ class Looks:
     Attributes:
         in_vain: looks of this time step that did not show it, each weighed by how much of the
             furniture was in view, (F,).
-        in_vain_before: looks of earlier steps that did not show it, since it was last seen there,
-            likewise, (F,).
-        steps_ago: time steps since the last of those, (F,).
+        steps_ago: time steps since each of the latest looks of earlier steps that did not show it,
+            since it was last seen there, infinite where there was none, (F, n).
+        weight: how much of the furniture was in view in each of them, (F, n).
         seen: confidence with which it was seen there in this step, 0 where it was not, (F,).
     """
 
     in_vain: np.ndarray
-    in_vain_before: np.ndarray
     steps_ago: np.ndarray
+    weight: np.ndarray
     seen: np.ndarray
 
-    def forget_sightings(self) -> Looks:
-        """Return the same for another object of that description, which was not seen."""
-        return replace(self, seen=np.zeros_like(self.seen))
+    def for_another(self) -> Looks:
+        """Return the same for another object of that description: its like was seen, not it."""
+        return replace(
+            self, in_vain=self.in_vain + (self.seen > 0), seen=np.zeros_like(self.seen)
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,17 +83,17 @@ class Asked:
         return relation
 
 
-def list_looks_before(batch: MemoryBatch, row: int, now: int) -> tuple[np.ndarray, np.ndarray]:
-    """Count the looks in vain for an object, and the steps since the last, (F,) each.
+def list_looks_before(batch: MemoryBatch, row: int, now: int) -> np.ndarray:
+    """Return the steps since the latest looks in vain for an object, infinite for none, (F, n).
 
     Args:
         batch: memory of one home.
         row: of the object in its table, -1 for what was never seen.
         now: the present time step.
     """
-    edges, looked = batch.edges, batch.furniture_last_observed[0]
-    in_vain = np.where(looked != NEVER, 1.0, 0.0)  # without an edge: once at least
-    own = np.flatnonzero(edges["object"] == row) if row >= 0 else np.zeros(0, dtype=np.int64)
-    in_vain[edges["furniture"][own]] = np.inf
-    np.minimum.at(in_vain, edges["furniture"][own], edges["num_absent"][own])
-    return in_vain, np.where(in_vain > 0, now - looked, 0)
+    edges, looked = batch.edges, batch.history.look_times[0]  # (F, n)
+    last_true = np.full(batch.num_furniture, NEVER)
+    if row >= 0:
+        own = np.flatnonzero(edges["object"] == row)
+        np.maximum.at(last_true, edges["furniture"][own], edges["last_true"][own])
+    return np.where(looked > last_true[:, None], now - looked, np.inf)

@@ -501,8 +501,10 @@ class SceneGraphMemory:
             row_now: its row now.
             words: of its description.
         """
-        in_vain_before, steps_ago = list_looks_before(batch, row, self.time)
         in_vain, seen = np.zeros((2, self.num_furniture))
+        steps_ago = list_looks_before(batch, row, self.time)
+        sought_ago = np.full(self.num_furniture, np.inf)
+        sought = np.zeros(self.num_furniture)
         position = {number: index for index, number in enumerate(self.furniture_ids)}
         if self._step.before is not None and batch.time == self.time:
             for furniture, count in self._step.sum_in_vain(row_now).items():
@@ -514,9 +516,14 @@ class SceneGraphMemory:
             if name == words and time == self.time:
                 in_vain[position[furniture]] += count
             elif name == words:
-                in_vain_before[position[furniture]] += count
-                steps_ago[position[furniture]] = self.time - time
-        return Looks(in_vain, in_vain_before, steps_ago, seen)
+                sought[position[furniture]] = count
+                sought_ago[position[furniture]] = self.time - time
+        return Looks(
+            in_vain=in_vain,
+            steps_ago=np.column_stack([steps_ago, sought_ago]),
+            weight=np.column_stack([np.ones(steps_ago.shape), sought]),
+            seen=seen,
+        )
 
     def _forget_questions(self) -> None:
         """Leave out objects that were asked for in this step and neither seen nor looked for."""

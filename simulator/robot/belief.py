@@ -41,19 +41,19 @@ class Detector:
 def compute_likelihood(looks: Looks, detector: Detector, knows_looks: bool) -> np.ndarray:
     """Return how likely the looks in vain are if the object is at each place, (F,).
 
-    A look of this step: the miss rate. Looks until s steps ago: the object may have come since, so
-    that it is 1 - (1 - miss rate^n) (1 - leave rate)^s.
+    A look of this step: the miss rate. One of s steps ago: the object may have come since, so that
+    it is 1 - (1 - miss rate) (1 - leave rate)^s.
 
     Args:
         looks: at every place.
         detector: how reliable they are.
         knows_looks: whether the belief that they update was made from those of earlier steps.
     """
-    now = detector.miss_rate**looks.in_vain
+    now: np.ndarray = detector.miss_rate**looks.in_vain
     if knows_looks:
         return now
-    missed = detector.miss_rate**looks.in_vain_before
-    return now * (1 - (1 - missed) * (1 - detector.leave_rate) ** looks.steps_ago)
+    missed = detector.miss_rate**looks.weight
+    return now * np.prod(1 - (1 - missed) * (1 - detector.leave_rate) ** looks.steps_ago, axis=1)
 
 
 def update_belief(

@@ -80,7 +80,7 @@ def gather_evidence(
     np.add.at(num_true, edges["furniture"][own], edges["num_true"][own])
     num_absent = np.maximum(num_observed - num_true, 0)
     for looks in asked.looks:  # looks that no edge remembers
-        vain = np.ceil(looks.in_vain + looks.in_vain_before).astype(np.int64)
+        vain = np.ceil(looks.in_vain).astype(np.int64) + np.isfinite(looks.steps_ago).sum(axis=1)
         num_absent = np.maximum(num_absent, np.where(num_true > 0, 0, vain))
     similar = _list_similar(asked, cosines, is_own)
     prior = asked.queries.prior.mean(axis=0).sum(axis=1)  # (F,)

@@ -202,9 +202,10 @@ class Finder:
         )
         beliefs = []
         for row, looks in enumerate(asked.looks):
+            num_others = asked.num_instances[row] - np.count_nonzero(looks.seen)
             variants = [looks]
-            if looks.seen.any() and asked.num_instances[row] > np.count_nonzero(looks.seen):
-                variants.append(looks.forget_sightings())  # the others are where they were
+            if looks.seen.any():  # the others are where they were
+                variants += [looks.for_another()] * max(num_others, 0)
             for own in variants:
                 beliefs.append(
                     update_belief(

@@ -76,7 +76,7 @@ def test_says_where_when_and_why(finder, home):
     memory.query("small mug")
     memory.observe(places["table"], [])
     (table,) = (p for p in finder.rank(memory, "small mug") if p.furniture == places["table"])
-    assert table.why.startswith("not seen here in 2 looks; similar objects: large red mug; prior")
+    assert table.why.startswith("not seen here in 3 looks; similar objects: large red mug; prior")
     text = str(finder.rank(memory, "large red mug", k=1)).splitlines()
     assert text[0] == "large red mug"
     assert text[-1].endswith("elsewhere")
