@@ -30,9 +30,7 @@ class Looks:
 
     def for_another(self) -> Looks:
         """Return the same for another object of that description: its like was seen, not it."""
-        return replace(
-            self, in_vain=self.in_vain + (self.seen > 0), seen=np.zeros_like(self.seen)
-        )
+        return replace(self, in_vain=self.in_vain + (self.seen > 0), seen=np.zeros_like(self.seen))
 
 
 @dataclass(frozen=True, slots=True)
