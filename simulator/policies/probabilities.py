@@ -7,7 +7,9 @@ import numpy as np
 from simulator.policies.policy import ScoreKind
 
 
-def compute_probabilities(scores: np.ndarray, kind: ScoreKind) -> np.ndarray:
+def compute_probabilities(
+    scores: np.ndarray, kind: ScoreKind, is_furniture: np.ndarray | None = None
+) -> np.ndarray:
     """Turn scores into probabilities of the places, (Q, F), each row summing to one.
 
     The one place that says what the scores of a policy mean as probabilities:
@@ -23,12 +25,15 @@ def compute_probabilities(scores: np.ndarray, kind: ScoreKind) -> np.ndarray:
     Args:
         scores: (Q, F).
         kind: `Policy.score_kind`.
+        is_furniture: which columns are furniture of the home asked, bool (Q, F); None for all.
     """
     if kind == "logits":
         best = scores.max(axis=1, keepdims=True)
         weights = np.exp(scores - np.where(np.isfinite(best), best, 0.0))
     else:
         weights = np.maximum(scores, 0.0)
-    total = weights.sum(axis=1, keepdims=True)
-    even = np.full(scores.shape, 1 / scores.shape[1])
+    # One after the other: columns that are no furniture must not change how a sum is rounded.
+    total = np.cumsum(weights, axis=1)[:, -1:]
+    count = np.ones(scores.shape, dtype=bool) if is_furniture is None else is_furniture
+    even = count / count.sum(axis=1, keepdims=True)
     return np.divide(weights, total, out=even, where=total > 0)
