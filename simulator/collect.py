@@ -242,7 +242,7 @@ def _describe_settings(
         del settings["trace"]
     else:
         settings["trace"] = recordings.describe()
-    settings["home"]["rooms"] = list(config.home.rooms)
+    settings["home"] = config.home.describe()
     settings["prior"] = prior.checksum
     return {**settings, "labels": _make_homes(config, prior, [0], recordings).labels}
 
