@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.arrays.padded import sum_rows
 from simulator.evidence.object_counts import ObjectCounts, compute_hour, compute_hours_per_step
 from simulator.memory.home_history import NUM_HOURS
 from simulator.memory.memory_batch import MemoryBatch, Queries
@@ -88,7 +89,7 @@ def compute_destinations(
     is_place = memory.is_furniture[queries.home]
     num_places = is_place.sum(axis=1, keepdims=True)
     prior = queries.prior.sum(axis=2).astype(float)
-    total = prior.sum(axis=1, keepdims=True)
+    total = sum_rows(prior)
     has_prior = total > 1e-9
     prior = np.divide(prior, total, out=np.zeros_like(prior), where=has_prior)
     seen = counts.num_true.astype(float)
@@ -96,7 +97,7 @@ def compute_destinations(
         seen = seen * (1 - hours) + hours * weigh_hours(memory, queries, counts.hours)
     anywhere = (0.3 + ~has_prior) / num_places
     weight = np.append((seen + prior + anywhere) * is_place, anywhere, axis=1)
-    return weight / weight.sum(axis=1, keepdims=True)
+    return weight / sum_rows(weight)
 
 
 def weigh_hours(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from simulator.arrays.padded import sum_rows
 from simulator.policies.policy import ScoreKind
 
 
@@ -32,8 +33,7 @@ def compute_probabilities(
         weights = np.exp(scores - np.where(np.isfinite(best), best, 0.0))
     else:
         weights = np.maximum(scores, 0.0)
-    # One after the other: columns that are no furniture must not change how a sum is rounded.
-    total = np.cumsum(weights, axis=1)[:, -1:]
+    total = sum_rows(weights)
     count = np.ones(scores.shape, dtype=bool) if is_furniture is None else is_furniture
     even = count / count.sum(axis=1, keepdims=True)
     return np.divide(weights, total, out=even, where=total > 0)

@@ -40,7 +40,7 @@ def test_chains_agree_with_lists(seed):
         for key in keys:
             lists[key].append((at, key + 100 * at))
         if rng.random() < 0.1:
-            dropped = at - int(rng.integers(0, 5))
+            dropped = max(dropped, at - int(rng.integers(0, 5)))
             chains.drop(dropped)
         key, since = int(rng.integers(8)), int(rng.integers(at + 1))
         kept = [value for when, value in lists[key] if when >= max(since, dropped)]

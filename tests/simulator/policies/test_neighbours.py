@@ -5,6 +5,7 @@ import pytest
 
 from simulator.policies import POLICIES, make_policy
 from simulator.policies.look_log import LookLog
+from simulator.policies.place_filter import PlaceFilter
 from simulator.policies.probabilities import compute_probabilities
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig
@@ -54,15 +55,15 @@ def play(name, prior, numbers):
     return answers
 
 
-@pytest.mark.parametrize("max_length", [2048, 8])
-@pytest.mark.parametrize("name", POLICIES)
+FILTERS = [name for name, policy in POLICIES.items() if issubclass(policy, PlaceFilter)]
+CASES = [(name, LookLog.max_length) for name in POLICIES] + [(name, 8) for name in FILTERS]
+
+
+@pytest.mark.parametrize(("name", "max_length"), CASES)
 def test_answers_do_not_depend_on_who_shares_the_batch(
     default_prior, monkeypatch, name, max_length
 ):
-    if max_length != LookLog.max_length:
-        if not hasattr(POLICIES[name], "follow"):
-            pytest.skip("keeps no log of looks that could be cut")
-        monkeypatch.setattr(LookLog, "max_length", max_length)
+    monkeypatch.setattr(LookLog, "max_length", max_length)  # short: cut several times
     together = play(name, default_prior, range(len(CONFIGS)))
     for number in range(len(CONFIGS)):
         alone = play(name, default_prior, [number])
