@@ -5,10 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 
-def sum_rows(values: np.ndarray) -> np.ndarray:
-    """Sum each row, one value after the other, (n, F) -> (n, 1).
+def sum_rows(values: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Sum the first entries of rows, as many as each has, (n, ..., F), (n,) -> (n, ...).
 
-    Zeros at the end of a row change nothing, not even how the sum is rounded; `np.sum` adds in
-    another order when the rows are longer.
+    The others may be zero, but not even they may be added: how a sum is rounded depends on the
+    length of the row, and so on the longest row beside it.
     """
-    return np.cumsum(values, axis=1)[:, -1:]
+    total = np.zeros(values.shape[:-1])
+    for length in np.unique(lengths):
+        rows = lengths == length
+        total[rows] = np.ascontiguousarray(values[rows, ..., :length]).sum(axis=-1)
+    return total

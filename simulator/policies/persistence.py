@@ -80,9 +80,10 @@ class Persistence(Policy):
         self._left_time = np.zeros((num_homes, memory.num_furniture))
         kinds = (num_kinds,)
         pair = np.dtype(
-            [("home", np.int64), ("time", np.float64), ("prior", np.float64), ("was_seen", np.bool_),
-             ("arrivals", np.float64), ("time_absent", np.float64), ("presence", np.float64, kinds),
-             ("log_likelihood", np.float64, kinds), ("share", np.float64, kinds)]
+            [("home", np.int64), ("time", np.float64), ("prior", np.float64),
+             ("was_seen", np.bool_), ("arrivals", np.float64), ("time_absent", np.float64),
+             ("presence", np.float64, kinds), ("log_likelihood", np.float64, kinds),
+             ("share", np.float64, kinds)]
         )  # fmt: skip
         self._pairs = Table({"pair": pair})
         self._pair_of_place: dict[tuple[int, int], int] = {}  # by object row and furniture

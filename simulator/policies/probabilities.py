@@ -33,7 +33,9 @@ def compute_probabilities(
         weights = np.exp(scores - np.where(np.isfinite(best), best, 0.0))
     else:
         weights = np.maximum(scores, 0.0)
-    total = sum_rows(weights)
-    count = np.ones(scores.shape, dtype=bool) if is_furniture is None else is_furniture
-    even = count / count.sum(axis=1, keepdims=True)
+    if is_furniture is None:
+        is_furniture = np.ones(scores.shape, dtype=bool)
+    count = is_furniture.sum(axis=1)
+    total = sum_rows(weights, count)[:, None]
+    even = is_furniture / count[:, None]
     return np.divide(weights, total, out=even, where=total > 0)

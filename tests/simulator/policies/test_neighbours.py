@@ -51,7 +51,7 @@ def play(name, prior, numbers):
             np.stack([part[3 * row : 3 * row + 3, : width[row]] for part in (scores, probability)])
             for row in range(len(numbers))
         ])  # fmt: skip
-        rollout.look(np.array([(7 * step + number) % size for number, size in zip(numbers, width)]))
+        rollout.look((7 * step + np.array(numbers)) % width)
     return answers
 
 
