@@ -8,6 +8,7 @@ from simulator.tasks.evaluation import evaluate_policy
 from simulator.world.config import HomeConfig
 from simulator.world.dynamics import evolve
 from simulator.world.sampled_homes import SampledHomes
+from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import Streams
 
 __all__ = [
@@ -15,9 +16,11 @@ __all__ = [
     "Bayesian",
     "Clock",
     "HomeConfig",
+    "HomeSource",
     "Policy",
     "PriorGraph",
     "SampledHomes",
+    "SampledSource",
     "SceneGraphMemory",
     "Sighting",
     "Streams",

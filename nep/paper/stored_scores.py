@@ -16,6 +16,7 @@ from simulator.files import compute_checksum, write_whole
 from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.evaluation import TaskScores, evaluate_policy
 from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 SCORES_VERSION = 1  # raise it when the same settings give other scores
@@ -94,8 +95,7 @@ class Evaluation:
         (make,) = list_contestants(self.setting.task, policies, networks).values()
         scores = evaluate_policy(
             make,
-            PriorGraph.default(),
-            HomeConfig(dynamic_nodes=self.setting.dynamic_nodes),
+            SampledSource(home=HomeConfig(dynamic_nodes=self.setting.dynamic_nodes)),
             Streams(self.seed, "test", range(self.num_homes)),
             self.steps,
             task=self.setting.task,

@@ -60,7 +60,7 @@ class Training:
             f"--data.seed={self.seed}",
             *(f"--config={name}" for name in self.contestant.configs),
             f"--data.task={setting.task}",
-            f"--data.dynamic_nodes={str(setting.dynamic_nodes).lower()}",
+            f"--data.home.dynamic_nodes={str(setting.dynamic_nodes).lower()}",
             *self.options,
         ]
 

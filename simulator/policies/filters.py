@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass, fields
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from simulator.priors.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.descriptions import DescriptionTable
 from simulator.world.homes import NUM_RELATIONS, Homes
+from simulator.world.source import TRUE_PLACE_WEIGHTS, TRUE_TRANSITIONS
+
+FilterT = TypeVar("FilterT", bound="PriorFilter")
 
 
 @dataclass(frozen=True, slots=True)
@@ -318,6 +321,11 @@ class PriorFilter(PlaceFilter):
     It knows the move rate by type, that moves stay in the room, and the detection error.
     """
 
+    @classmethod
+    def make(cls: type[FilterT], homes: Homes) -> FilterT:
+        """Make one that knows the rules of some homes."""
+        return cls(homes.prior, homes.config)
+
     def compute_rules(self, memory: MemoryBatch, queries: Queries) -> Rules:
         """Return rules with the prior as dynamics."""
         types = memory.objects["type"][queries.object]
@@ -337,6 +345,13 @@ class Ceiling(PlaceFilter):
 
     Source: docs/design.md, ruling 20.
     """
+
+    needs = frozenset((TRUE_TRANSITIONS, TRUE_PLACE_WEIGHTS))
+
+    @classmethod
+    def make(cls, homes: Homes) -> Ceiling:
+        """Make one that reads some true homes."""
+        return cls(homes)
 
     def __init__(self, homes: Homes, asks_moved: float = 0.5) -> None:
         """Keep the true homes."""

@@ -7,6 +7,7 @@ import numpy as np
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
 from simulator.policies.policy import Policy, spread_over_furniture
 from simulator.world.homes import NUM_RELATIONS, Homes
+from simulator.world.source import TRUE_TRANSITIONS
 
 
 class LastSeenUnlessAbsent(Policy):
@@ -56,6 +57,13 @@ class Oracle(LastSeenUnlessAbsent):
     Source: paper section 5.3: "ground truth knowledge about the dynamics" and a "memory of past
     observed object locations"; docs/design.md, ruling 20. `Ceiling` is what an answer can be worth.
     """
+
+    needs = frozenset((TRUE_TRANSITIONS,))
+
+    @classmethod
+    def make(cls, homes: Homes) -> Oracle:
+        """Make one that reads some true homes."""
+        return cls(homes)
 
     def __init__(self, homes: Homes) -> None:
         """Keep the true homes."""

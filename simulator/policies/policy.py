@@ -9,6 +9,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.world.homes import Homes
 
 ScoreKind = Literal["weights", "logits"]
 
@@ -21,9 +22,20 @@ class Policy(ABC):
 
     Attributes:
         score_kind: what its scores mean as probabilities, see `compute_probabilities`.
+        needs: what it must be able to read of the true homes, see `HomeSource.knows`.
     """
 
     score_kind: ClassVar[ScoreKind] = "weights"
+    needs: ClassVar[frozenset[str]] = frozenset()
+
+    @classmethod
+    def make(cls, homes: Homes) -> Policy:
+        """Make one that plays in some homes.
+
+        Args:
+            homes: tell filters their rules; only oracles keep them.
+        """
+        return cls()
 
     def reset(self, memory: MemoryBatch) -> None:  # noqa: B027 - most policies keep no state
         """Forget earlier homes; `memory` is that of the new ones."""

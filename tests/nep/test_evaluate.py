@@ -48,8 +48,8 @@ def test_all_tasks_and_policies(tmp_path, checkpoint, capsys):
     out = tmp_path / "out"
     main(["--out", str(out), *SMALL, "--checkpoint", f"NEP-MLP={checkpoint}"])
     assert {path.name for path in out.iterdir()} == {
-        "results.json", "table.md", "table.csv", "accuracy_over_steps.png",
-        "ndcg_over_steps.png", "looks_over_steps.png",
+        "results.json", "table.md", "table.csv", "predict_location_over_steps.png",
+        "relative_likelihood_over_steps.png", "find_object_over_steps.png",
     }  # fmt: skip
     results = read(out)
     assert list(results["tasks"]) == list(TASKS)
@@ -59,8 +59,8 @@ def test_all_tasks_and_policies(tmp_path, checkpoint, capsys):
             assert np.shape(row["values"]) == (2, 4)
             assert row["mean"] == pytest.approx(np.mean(row["values"]), abs=1e-6)
     assert results["config"]["num_homes"] == 2
-    assert results["config"]["home"]["dynamic_nodes"]
-    assert len(results["config"]["prior"]) == 64
+    assert results["config"]["homes"]["home"]["dynamic_nodes"]
+    assert len(results["config"]["homes"]["prior"]) == 64
     assert results["config"]["checkpoints"][0]["name"] == "NEP-MLP"
     assert len(results["config"]["checkpoints"][0]["sha256"]) == 64
     build = results["versions"]["torch"]  # without the "+cpu" or "+cu130" of a build
@@ -78,7 +78,7 @@ def test_the_same_seed_gives_the_same_files(tmp_path, checkpoint):
                  "ceiling", "--checkpoint", str(checkpoint)]  # fmt: skip
     for name in ("a", "b"):
         main(["--out", str(tmp_path / name), *arguments])
-    for name in ("table.csv", "accuracy_over_steps.png"):
+    for name in ("table.csv", "predict_location_over_steps.png"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
     assert read(tmp_path / "a")["tasks"] == read(tmp_path / "b")["tasks"]
     main(["--out", str(tmp_path / "c"), *arguments, "--seed", "1"])
@@ -143,7 +143,7 @@ def test_a_checkpoint_for_one_task_and_other_rules(tmp_path, checkpoint):
     results = read(tmp_path)
     assert set(results["tasks"]["find_object"]["policies"]) == {"N", "only"}
     assert set(results["tasks"]["predict_location"]["policies"]) == {"N"}
-    assert not results["config"]["home"]["dynamic_nodes"]
+    assert not results["config"]["homes"]["home"]["dynamic_nodes"]
     assert "dynamic nodes off, 2 val homes x 4 steps" in (tmp_path / "table.md").read_text()
 
 
@@ -161,7 +161,7 @@ def test_names_of_checkpoints(checkpoint, tmp_path):
 
 def test_exported_and_shipped_networks_play_like_their_checkpoint(checkpoint, tmp_path):
     exported = tmp_path / "exported"
-    export([str(checkpoint), str(exported), "--homes", "0"])
+    export([str(checkpoint), str(exported), "--num_homes", "0"])
     main(["--out", str(tmp_path), *SMALL, "--policies", "none", "--tasks", "predict_location",
           "--checkpoint", f"A={checkpoint}", "--checkpoint", str(exported),
           "--checkpoint", "heat"])  # fmt: skip

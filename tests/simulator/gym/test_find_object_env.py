@@ -7,7 +7,7 @@ import pytest
 
 from simulator.policies import make_policy
 from simulator.tasks.find_object import FindObject, SearchOrder
-from simulator.trace import Recordings, record_homes
+from simulator.trace import RecordedSource, record_homes
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
@@ -219,10 +219,10 @@ def test_independent_homes_reset_by_themselves(make_homes):
 
 
 def test_recorded_homes_can_be_searched(tiny_prior, make_homes):
-    recordings = Recordings(record_homes(make_homes(Streams(0, "train", [0])), 5), tiny_prior)
-    env = gymnasium.make(
-        ENV, make_homes=recordings.make_homes, queries_per_home=recordings.num_steps
+    source = RecordedSource.from_traces(
+        record_homes(make_homes(Streams(0, "train", [0])), 5), tiny_prior
     )
+    env = gymnasium.make(ENV, make_homes=source.make, queries_per_home=source.num_steps)
     for search in range(12):  # 5 steps were recorded, then it starts again
         _, info = env.reset(seed=0 if search == 0 else None)
         assert env.unwrapped.searches.num_searches == search % 5 + 1

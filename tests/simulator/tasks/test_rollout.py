@@ -4,7 +4,7 @@ from simulator.policies import POLICIES, make_policy
 from simulator.policies.heuristics import Random
 from simulator.tasks.evaluation import Scores, evaluate_policy
 from simulator.tasks.rollout import Rollout, make_memory
-from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 
@@ -99,7 +99,7 @@ def test_candidate_recall_is_near_one(default_prior):
     place of the prior."""
     ticks = []
     scores = evaluate_policy(
-        POLICIES["bayesian"], default_prior, HomeConfig(), Streams(2, "val", range(6)), 20,
+        POLICIES["bayesian"].make, SampledSource(default_prior), Streams(2, "val", range(6)), 20,
         on_step=lambda: ticks.append(1),
     )  # fmt: skip
     assert scores.candidate_recall > 0.99

@@ -6,7 +6,7 @@ import pytest
 from simulator.policies import POLICIES, make_policy
 from simulator.tasks.evaluation import TaskScores, evaluate_policy
 from simulator.tasks.registry import TASKS
-from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 
@@ -77,7 +77,7 @@ def test_a_search_is_answered_until_it_ends(make_default_homes):
 def test_scores_of_an_evaluation_fit_together(default_prior, task_name):
     ticks = []
     scores = evaluate_policy(
-        POLICIES["bayesian"], default_prior, HomeConfig(), Streams(2, "val", range(3)), 10,
+        POLICIES["bayesian"].make, SampledSource(default_prior), Streams(2, "val", range(3)), 10,
         on_step=lambda: ticks.append(1), task=task_name,
     )  # fmt: skip
     assert len(ticks) == 10
@@ -121,7 +121,7 @@ def test_away_accuracy_is_nan_where_nothing_is_away():
 def test_myopic_is_never_right_about_what_is_away(default_prior):
     """Where the object was last seen is the one place that it is not at."""
     scores = evaluate_policy(
-        POLICIES["myopic"], default_prior, HomeConfig(), Streams(1, "val", range(5)), 40
+        POLICIES["myopic"].make, SampledSource(default_prior), Streams(1, "val", range(5)), 40
     )
     assert scores.is_away.sum() > 20
     assert scores.away_accuracy == 0
@@ -132,6 +132,6 @@ def test_an_unknown_task_is_refused(default_prior):
         ValueError, match=r"predict_location, relative_likelihood, find_object, got"
     ):
         evaluate_policy(
-            POLICIES["random"], default_prior, HomeConfig(), Streams(0, "val", [0]), 1,
+            POLICIES["random"].make, SampledSource(default_prior), Streams(0, "val", [0]), 1,
             task="dance",
         )  # fmt: skip

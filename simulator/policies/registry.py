@@ -1,0 +1,87 @@
+"""Policies by name or import path, and which of them can play in which homes."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable, Mapping
+
+from simulator.policies.filters import Ceiling, PriorFilter
+from simulator.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
+from simulator.policies.home_filter import HomeFilter
+from simulator.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior, Oracle
+from simulator.policies.policy import Policy
+from simulator.world.homes import Homes
+from simulator.world.source import HomeSource
+
+# Every policy by the name that command lines and tables use. Only oracles read the true homes.
+POLICIES: Mapping[str, type[Policy]] = {
+    "random": Random,
+    "priors": Priors,
+    "frequentist": Frequentist,
+    "myopic": Myopic,
+    "bayesian": Bayesian,
+    "last_seen": LastSeenUnlessAbsent,
+    "last_seen_prior": LastSeenUnlessAbsentPrior,
+    "prior_filter": PriorFilter,
+    "home_filter": HomeFilter,
+    "oracle": Oracle,
+    "ceiling": Ceiling,
+}
+
+
+def find_policy(name: str) -> type[Policy]:
+    """Find a policy by name, or import one of your own: "my_module:MyPolicy".
+
+    Raises:
+        ValueError: if there is no policy of that name.
+    """
+    if name in POLICIES:
+        return POLICIES[name]
+    module, separator, class_name = name.partition(":")
+    if not separator:
+        raise ValueError(
+            f"policy must be one of {', '.join(POLICIES)}, got {name!r}. Choose one of these, or "
+            "name a class of your own as my_module:MyPolicy."
+        )
+    try:
+        found = getattr(importlib.import_module(module), class_name, None)
+    except ImportError as error:
+        raise ValueError(
+            f"policy must be in a module that can be imported, got {name!r}: {error}. Run the "
+            "command in the folder of the module, or install its package."
+        ) from error
+    if not (isinstance(found, type) and issubclass(found, Policy)):
+        raise ValueError(
+            f"policy must be a subclass of simulator.policies.Policy, got {name!r}. Derive it "
+            "from Policy, or check the name."
+        )
+    return found
+
+
+def make_policy(name: str, homes: Homes) -> Policy:
+    """Make a policy by name.
+
+    Raises:
+        ValueError: if there is no policy of that name.
+    """
+    return find_policy(name).make(homes)
+
+
+def list_policies(source: HomeSource) -> tuple[str, ...]:
+    """Return the names of the policies that can play in such homes."""
+    return tuple(name for name, policy in POLICIES.items() if policy.needs <= source.knows)
+
+
+def check_policies(names: Iterable[str], source: HomeSource | None = None) -> None:
+    """Check the names of policies, and that they can play in homes of a source.
+
+    Raises:
+        ValueError: if there is no policy of a name, or it needs what only a simulator knows.
+    """
+    for name in names:
+        missing = find_policy(name).needs - (frozenset() if source is None else source.knows)
+        if source is not None and missing:
+            raise ValueError(
+                f"policies must not need what nobody knows of the homes, got {name}, which reads "
+                f"their true {' and '.join(sorted(missing))}. Leave it out."
+            )
