@@ -7,7 +7,7 @@ import numpy as np
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import RELATIONS, Sighting
 from simulator.priors.prior_graph import PriorGraph
-from simulator.tasks.predict_location import sample_query
+from simulator.tasks.queries import sample_query
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.sensing import observe

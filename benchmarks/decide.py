@@ -18,7 +18,8 @@ from _network import make_policy
 
 from simulator.policies import Bayesian
 from simulator.priors.prior_graph import PriorGraph
-from simulator.tasks.predict_location import sample_query
+from simulator.tasks.predict_location import predict_locations
+from simulator.tasks.queries import sample_query
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
@@ -30,7 +31,7 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
     num_looks, num_decisions = (5, 3) if tiny else (100, 300)
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", [0]))
     rollout = Rollout(homes, Bayesian())
-    for _ in rollout.run(num_looks):
+    for _ in predict_locations(rollout, num_looks):
         pass
     policy = make_policy()
     home = np.zeros(1, dtype=np.int64)

@@ -22,6 +22,11 @@ EDGE_TYPES = (
     ("object", "onTop", "furniture"),
     ("furniture", "under", "object"),
 )
+# The edge types that enter each node type: the columns of its `degrees`.
+ENTERING = {
+    ntype: tuple(etype for etype in EDGE_TYPES if etype[2] == ntype) for ntype in NODE_TYPES
+}
+MAX_ENTERING = 3
 QUERY_EDGE_TYPES = (("object", "in", "furniture"), ("object", "onTop", "furniture"))
 
 TEXT_DIM = 96
@@ -37,17 +42,21 @@ class SGMBatch:
     (object, onTop, furniture). Models give one logit per query edge in this order.
 
     Attributes:
-        graph: has all of `NODE_TYPES` and `EDGE_TYPES`, empty ones included. It may be pruned to
-            the k-hop in-neighbourhood of the query edges' end nodes. Node data of every type:
+        graph: has all of `NODE_TYPES` and `EDGE_TYPES`, empty ones included. It knows its
+            snapshots as a graph of `dgl.batch` does: `batch_num_nodes`, `dgl.unbatch` and DGL's
+            readouts work; nodes and edges of each type lie snapshot by snapshot. It may be pruned
+            to the k-hop in-neighbourhood of the query edges' end nodes. Node data of every type:
             `label` int64 (N,), row of `text`; `temporal` float32 (N, 4), scaled: time since
-            observed, times observed, time since moved, move frequency; `degree` float32 (N,),
-            in-degree before pruning. Edge data of every type: `feature` float32 (E, 9), scaled:
-            cosine, time since observed, time since changed, times observed, times true, frequency
-            true, times changed, last state, prior; then, if the model reads them, 5 belief and 8
-            clock features (`FeatureConfig`). Edge data of `QUERY_EDGE_TYPES` also: `query`
-            int64 (E,), the snapshot 0..B-1 whose query edge it is, or -1; `target` float32 (E,),
-            1 or 0 for query edges whose truth is known, else nan; and, where the task grades
-            places, `grade` float32 (E,), what the place of each query edge is worth.
+            observed, times observed, time since moved, move frequency; `snapshot` int64 (N,),
+            0..B-1; `degree` float32 (N,), in-degree before pruning, and `degrees` float32 (N, 3),
+            the same by edge type: the types of `ENTERING` for the node type, in that order. Edge
+            data of every type: `feature` float32 (E, 9), scaled: cosine, time since observed, time
+            since changed, times observed, times true, frequency true, times changed, last state,
+            prior; then, if the model reads them, 5 belief and 8 clock features
+            (`FeatureConfig`). Edge data of `QUERY_EDGE_TYPES` also: `query` int64 (E,), the
+            snapshot 0..B-1 whose query edge it is, or -1; `target` float32 (E,), 1 or 0 for query
+            edges whose truth is known, else nan; and, where the task says how relevant a place
+            is, `relevance` float32 (E,) of the place of each query edge.
         text: float32 (L, 96), one text vector per label.
         num_snapshots: B.
 

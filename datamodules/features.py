@@ -60,15 +60,16 @@ class FeatureConfig:
     text_pipeline: str | None = None
 
 
-def compute_furniture_temporal(snapshots: Snapshots) -> np.ndarray:
-    """Return (time since observed, times observed, 0, 0) of furniture, float32 (B * F, 4).
+def compute_furniture_temporal(snapshots: Snapshots, furniture: np.ndarray) -> np.ndarray:
+    """Return (time since observed, times observed, 0, 0) of some furniture, float32 (n, 4).
 
     Furniture does not move: the two features about moving are zero.
     """
-    since = _compute_since(snapshots.time[:, None], snapshots.furniture_last_observed).ravel()
+    time = snapshots.time[snapshots.furniture_snapshot[furniture]]
+    since = _compute_since(time, snapshots.furniture_last_observed[furniture])
     features = np.zeros((len(since), 4), dtype=np.float32)
     features[:, 0] = since * NODE_SCALE
-    features[:, 1] = snapshots.furniture_num_observed.ravel() * NODE_SCALE
+    features[:, 1] = snapshots.furniture_num_observed[furniture] * NODE_SCALE
     return features
 
 
@@ -151,7 +152,7 @@ def compute_belief_features(belief: np.ndarray) -> np.ndarray:
     instance noise have left the place possible.
 
     Args:
-        belief: `Snapshots.query_belief` at the place of each edge, (n, 4).
+        belief: the extra "belief" of `Snapshots` at the place of each edge, (n, 4).
     """
     last, others = belief[:, 0], belief[:, 1]
     total = np.clip(last + others, 1e-4, 1)

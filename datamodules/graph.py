@@ -26,7 +26,7 @@ from datamodules.graph_arrays import GraphArrays
 from datamodules.object_edges import ObjectEdges
 from datamodules.pairs import FIRST_OBJECT_TYPE, OBJECT_UP, Pairs
 from datamodules.text import TextVectors
-from simulator.memory.candidates import propose_places, sample_places
+from simulator.memory.candidates import propose_rows, sample_places
 from simulator.memory.memory_batch import NEVER
 from simulator.snapshots.snapshots import Snapshots, forget
 
@@ -63,8 +63,8 @@ class GraphBuilder:
         if not self.config.memory:
             snapshots = forget(snapshots)
         text, cosine = self._get_text(snapshots.labels)
-        edges = ObjectEdges.list(snapshots, self._propose(snapshots))
-        pairs = Pairs.list(snapshots, edges)
+        edges = ObjectEdges.from_snapshots(snapshots, self._propose(snapshots))
+        pairs = Pairs.from_snapshots(snapshots, edges)
         kept = pairs.keep_all() if self.num_hops is None else pairs.keep_hops(edges, self.num_hops)
         node = np.flatnonzero(kept.nodes)
         first_node = np.searchsorted(node, pairs.first_node).tolist()
@@ -73,7 +73,7 @@ class GraphBuilder:
         _, _, _, furniture, objects, _ = pairs.first_node.tolist()
         place = node[first_node[3] : first_node[4]] - furniture
         temporal = np.zeros((len(node), 4), dtype=np.float32)
-        temporal[first_node[3] : first_node[4]] = compute_furniture_temporal(snapshots)[place]
+        temporal[first_node[3] : first_node[4]] = compute_furniture_temporal(snapshots, place)
         temporal[first_node[4] :] = compute_object_temporal(
             snapshots, node[first_node[4] :] - objects
         )
@@ -92,34 +92,38 @@ class GraphBuilder:
         candidate = number[upward.start - num_layout : upward.stop - num_layout]
         is_query = np.flatnonzero(edges.is_query[candidate])
         query_edge, candidate = is_query + upward.start, candidate[is_query]
-        asked = (edges.snapshot[candidate], edges.furniture[candidate])
+        asked, furniture_row = edges.snapshot[candidate], edges.furniture[candidate]
         target = np.full(len(candidate), np.nan, dtype=np.float32)
         if snapshots.answers is not None:
-            target[:] = snapshots.answers[asked]
-        grade = snapshots.query_grades
-        if grade is not None:
-            grade = grade[asked].astype(np.float32)
+            target[:] = snapshots.answers[furniture_row]
+        relevance = snapshots.extras.get("relevance")
+        if relevance is not None:
+            relevance = relevance[furniture_row].astype(np.float32)
         if self.config.belief:
-            feature = _append_belief(snapshots, feature, query_edge, asked)
+            feature = _append_belief(snapshots, feature, query_edge, furniture_row)
         if self.config.clock:
             feature = _append_clock(snapshots, feature, edges, number)
         number_of_node = np.cumsum(kept.nodes) - 1
+        degrees = pairs.compute_degrees()[node]
+        first_furniture = snapshots.first_furniture
         return GraphArrays(
             first_node=first_node,
             first_edge=first_edge.tolist(),
             label=pairs.label[node],
             temporal=temporal,
-            degree=pairs.compute_degree()[node].astype(np.float32),
-            furniture_index=place % snapshots.num_furniture,
+            degree=degrees.sum(axis=1),
+            degrees=degrees,
+            node_snapshot=pairs.snapshot[node],
+            furniture_index=place - first_furniture[snapshots.furniture_snapshot[place]],
             edge_src=number_of_node[src],
             edge_dst=number_of_node[dst],
             edge_feature=feature,
             query_edge=query_edge,
-            query_snapshot=asked[0],
-            query_furniture=asked[1],
+            query_snapshot=asked,
+            query_furniture=furniture_row - first_furniture[asked],
             query_relation=edges.relation[candidate],
             query_target=target,
-            query_grade=grade,
+            query_relevance=relevance,
             text=text,
             num_snapshots=snapshots.num_snapshots,
         )
@@ -144,11 +148,16 @@ class GraphBuilder:
         return self._text.name
 
     def _propose(self, snapshots: Snapshots) -> np.ndarray:
-        """Mark the places where each query object may be, bool (B, F, 2)."""
+        """Mark the places where each query object may be, bool (NF, 2)."""
         if self.config.candidates == "random":
-            shape = (snapshots.num_snapshots, snapshots.num_furniture)
-            return sample_places(shape, self.config.random_candidates, rng=self._rng)
-        return propose_places(snapshots.query_prior, self.config.threshold)
+            counts = np.diff(snapshots.first_furniture)
+            return sample_places(counts, self.config.random_candidates, rng=self._rng)
+        return propose_rows(
+            snapshots.query_prior,
+            snapshots.furniture_snapshot,
+            snapshots.num_snapshots,
+            self.config.threshold,
+        )
 
 
 @lru_cache(maxsize=2)
@@ -170,12 +179,12 @@ def _compute_features(
         snapshots: the snapshots.
         edges: the object edges.
         number: which of them each edge is that is none of the layout.
-        layout: furniture node, counted over all snapshots, that each edge of the layout joins to
-            its room; negative for edges between rooms, floor and home, which are certain.
+        layout: row of the furniture node that each edge of the layout joins to its room; negative
+            for edges between rooms, floor and home, which are certain.
         cosine: of the text vectors of each edge's two nodes, (E,).
     """
     features = np.empty((len(cosine), 9), dtype=np.float32)
-    prob = np.where(layout < 0, 1.0, snapshots.furniture_prob.ravel()[np.maximum(layout, 0)])
+    prob = np.where(layout < 0, 1.0, snapshots.furniture_prob[np.maximum(layout, 0)])
     first = len(layout)
     features[:first] = compute_layout_features(prob, cosine[:first])
     is_remembered = number < edges.num_remembered
@@ -183,9 +192,9 @@ def _compute_features(
     features[rows] = compute_edge_features(snapshots, chosen, cosine[rows])
     is_hypothetical = ~is_remembered
     rows, chosen = np.flatnonzero(is_hypothetical) + first, number[is_hypothetical]
-    place = (edges.snapshot[chosen], edges.furniture[chosen], edges.relation[chosen])
+    prior = snapshots.query_prior[edges.furniture[chosen], edges.relation[chosen]]
     features[rows] = compute_hypothetical_features(
-        snapshots.time[place[0]], snapshots.query_prior[place], cosine[rows]
+        snapshots.time[edges.snapshot[chosen]], prior, cosine[rows]
     )
     return features
 
@@ -194,20 +203,20 @@ def _append_belief(
     snapshots: Snapshots,
     feature: np.ndarray,
     query_edge: np.ndarray,
-    place: tuple[np.ndarray, np.ndarray],
+    furniture_row: np.ndarray,
 ) -> np.ndarray:
     """Append the belief features of query edges, zero for other edges, (E, 9) -> (E, 14).
 
     Raises:
         ValueError: if the snapshots hold no belief.
     """
-    if snapshots.query_belief is None:
+    if "belief" not in snapshots.extras:
         raise ValueError(
             "snapshots must hold a belief for `features.belief`, got none. Collect with "
             "`--belief`, or switch the feature off."
         )
     columns = np.zeros((len(feature), BELIEF_DIM), dtype=np.float32)
-    columns[query_edge] = compute_belief_features(snapshots.query_belief[place])
+    columns[query_edge] = compute_belief_features(snapshots.extras["belief"][furniture_row])
     return np.concatenate([feature, columns], axis=1)
 
 

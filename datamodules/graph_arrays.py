@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 import torch
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, SGMBatch
 from datamodules.heterograph import make_heterograph
+
+_Type = TypeVar("_Type", str, tuple[str, str, str])
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +29,8 @@ class GraphArrays:
         label: int64 (N,), row of `text`.
         temporal: float32 (N, 4).
         degree: in-degree of the graph before pruning, float32 (N,).
+        degrees: the same for each edge type that enters a node, float32 (N, 3), see `SGMBatch`.
+        node_snapshot: 0..B-1, ascending within each node type, int64 (N,).
         furniture_index: place within its home of each furniture node, int64.
         edge_src, edge_dst: node ids, int64 (E,).
         edge_feature: float32 (E, 9 to 22), see `SGMBatch`.
@@ -33,7 +39,7 @@ class GraphArrays:
         query_furniture: place within the home that it leads to, int64 (Q,).
         query_relation: 0 "in", 1 "onTop", int64 (Q,).
         query_target: 1 or 0, nan where unknown, float32 (Q,).
-        query_grade: what its place is worth, float32 (Q,); None where the task grades none.
+        query_relevance: of its place, float32 (Q,); None where nobody said.
         text: float32 (L, 96), one text vector per label.
         num_snapshots: B.
     """
@@ -43,6 +49,8 @@ class GraphArrays:
     label: np.ndarray
     temporal: np.ndarray
     degree: np.ndarray
+    degrees: np.ndarray
+    node_snapshot: np.ndarray
     furniture_index: np.ndarray
     edge_src: np.ndarray
     edge_dst: np.ndarray
@@ -52,7 +60,7 @@ class GraphArrays:
     query_furniture: np.ndarray
     query_relation: np.ndarray
     query_target: np.ndarray
-    query_grade: np.ndarray | None
+    query_relevance: np.ndarray | None
     text: np.ndarray
     num_snapshots: int
 
@@ -76,11 +84,19 @@ class GraphArrays:
             },
             {ntype: rows.stop - rows.start for ntype, rows in nodes.items()},
         )
+        graph.set_batch_num_nodes(_name(NODE_TYPES, self._count_nodes()))
+        graph.set_batch_num_edges(_name(EDGE_TYPES, self._count_edges()))
+        node_columns = {
+            "label": torch.from_numpy(self.label),
+            "temporal": torch.from_numpy(self.temporal),
+            "degree": torch.from_numpy(self.degree),
+            "degrees": torch.from_numpy(self.degrees),
+            "snapshot": torch.from_numpy(self.node_snapshot),
+        }
         for ntype, rows in nodes.items():
-            data = graph.nodes[ntype].data
-            data["label"] = torch.from_numpy(self.label[rows])
-            data["temporal"] = torch.from_numpy(self.temporal[rows])
-            data["degree"] = torch.from_numpy(self.degree[rows])
+            graph.nodes[ntype].data.update(
+                {name: column[rows] for name, column in node_columns.items()}
+            )
         graph.nodes["furniture"].data["index"] = torch.from_numpy(self.furniture_index)
         for etype, rows in edges.items():
             graph.edges[etype].data["feature"] = torch.from_numpy(self.edge_feature[rows])
@@ -89,6 +105,15 @@ class GraphArrays:
             for name, column in columns.items():
                 graph.edges[etype].data[name] = torch.from_numpy(column[edges[etype]])
         return SGMBatch(graph, torch.from_numpy(self.text), self.num_snapshots)
+
+    def _count_nodes(self) -> np.ndarray:
+        """Count the nodes of each type and snapshot, (5, B)."""
+        return _count_blocks(self.node_snapshot, self.first_node, self.num_snapshots)
+
+    def _count_edges(self) -> np.ndarray:
+        """Count the edges of each type and snapshot, (10, B)."""
+        snapshot = self.node_snapshot[self.edge_dst]
+        return _count_blocks(snapshot, self.first_edge, self.num_snapshots)
 
     def _spread_queries(self) -> dict[str, np.ndarray]:
         """Give every edge what query edges have; -1, nan and 0 where it is none, (E,) each."""
@@ -99,7 +124,19 @@ class GraphArrays:
         }
         columns["query"][self.query_edge] = self.query_snapshot
         columns["target"][self.query_edge] = self.query_target
-        if self.query_grade is not None:
-            columns["grade"] = np.zeros(num_edges, dtype=np.float32)
-            columns["grade"][self.query_edge] = self.query_grade
+        if self.query_relevance is not None:
+            columns["relevance"] = np.zeros(num_edges, dtype=np.float32)
+            columns["relevance"][self.query_edge] = self.query_relevance
         return columns
+
+
+def _count_blocks(snapshot: np.ndarray, first: list[int], num_snapshots: int) -> np.ndarray:
+    """Count the entries of each snapshot in each block, (n,) -> (blocks, B)."""
+    num_blocks = len(first) - 1
+    block = np.repeat(np.arange(num_blocks), np.diff(first))
+    counts = np.bincount(block * num_snapshots + snapshot, minlength=num_blocks * num_snapshots)
+    return counts.reshape(num_blocks, num_snapshots)
+
+
+def _name(types: Sequence[_Type], counts: np.ndarray) -> dict[_Type, torch.Tensor]:
+    return dict(zip(types, torch.from_numpy(counts), strict=True))

@@ -16,7 +16,7 @@ class ObjectEdges:
     Attributes:
         snapshot: the snapshot of each edge, (M,).
         object: object node among those of `Snapshots`, (M,).
-        furniture: furniture within the snapshot, (M,).
+        furniture: furniture node among those of `Snapshots`, (M,).
         relation: 0 "in", 1 "onTop", (M,).
         is_query: whether the object is the snapshot's query object, bool (M,).
         num_remembered: how many of them are remembered.
@@ -30,24 +30,22 @@ class ObjectEdges:
     num_remembered: int
 
     @classmethod
-    def list(cls, snapshots: Snapshots, proposed: np.ndarray) -> ObjectEdges:
+    def from_snapshots(cls, snapshots: Snapshots, proposed: np.ndarray) -> ObjectEdges:
         """List the edges of snapshots.
 
         Args:
             snapshots: the snapshots.
-            proposed: places that the query object may be at, bool (B, F, 2); a remembered one
+            proposed: places that the query object may be at, bool (NF, 2); a remembered one
                 gets no hypothetical edge beside it.
         """
         remembered = snapshots.object_snapshot[snapshots.edge_object]
         is_own = snapshots.query_object[remembered] == snapshots.edge_object
-        places = (
-            remembered * snapshots.num_furniture + snapshots.edge_furniture
-        ) * 2 + snapshots.edge_relation
+        places = snapshots.edge_furniture * 2 + snapshots.edge_relation
         is_hypothetical = proposed.ravel()
         is_hypothetical[places[is_own]] = False
-        place, relation = np.divmod(np.flatnonzero(is_hypothetical), 2)
-        snapshot, furniture = np.divmod(place, snapshots.num_furniture)
-        is_query = np.ones(len(is_own) + len(place), dtype=bool)
+        furniture, relation = np.divmod(np.flatnonzero(is_hypothetical), 2)
+        snapshot = snapshots.furniture_snapshot[furniture]
+        is_query = np.ones(len(is_own) + len(furniture), dtype=bool)
         is_query[: len(is_own)] = is_own
         return cls(
             snapshot=np.concatenate([remembered, snapshot]),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from datamodules.batch import EDGE_TYPES, MAX_ENTERING, NODE_TYPES
 from datamodules.object_edges import ObjectEdges
 from simulator.snapshots.snapshots import Snapshots
 
@@ -26,12 +27,14 @@ class Pairs:
 
     An edge joins each pair in either direction, so both are in one graph or neither. Pairs lie in
     five groups: floor and house, room and floor, furniture and room, object "in" furniture,
-    object "onTop" furniture.
+    object "onTop" furniture. The nodes of a type lie snapshot by snapshot, and so do the pairs of a
+    group, those remembered before the hypothetical ones.
 
     Attributes:
         first_node: first id of each of `NODE_TYPES` and, last, N: 6 of them.
         first_pair: first pair of each group and, last, P: 6 of them.
         label: label of every node, (N,).
+        snapshot: the snapshot of every node, (N,).
         child, parent: node ids, (P,).
         object_edge: number among `ObjectEdges` of each pair of the last two groups, (M,).
     """
@@ -39,24 +42,24 @@ class Pairs:
     first_node: np.ndarray
     first_pair: np.ndarray
     label: np.ndarray
+    snapshot: np.ndarray
     child: np.ndarray
     parent: np.ndarray
     object_edge: np.ndarray
 
     @classmethod
-    def list(cls, snapshots: Snapshots, edges: ObjectEdges) -> Pairs:
-        """Number the nodes of snapshots and list their pairs, remembered before hypothetical."""
-        batch, num_furniture = snapshots.furniture_label.shape
-        num_rooms = snapshots.room_label.shape[1]
+    def from_snapshots(cls, snapshots: Snapshots, edges: ObjectEdges) -> Pairs:
+        """Number the nodes of snapshots and list their pairs."""
+        batch, num_rooms = snapshots.num_snapshots, len(snapshots.room_label)
         house, floor = (snapshots.labels.index(label) for label in ("house", "floor"))
-        layout_counts = [batch, batch, batch * num_rooms, batch * num_furniture]
+        layout_counts = [batch, batch, num_rooms, len(snapshots.furniture_label)]
         first_node = np.cumsum([0, *layout_counts, len(snapshots.object_label)])
         _, floors, rooms, furniture, objects, _ = first_node.tolist()
-        snapshot = np.arange(batch)
-        inside, on_top = np.flatnonzero(edges.relation == 0), np.flatnonzero(edges.relation)
+        snapshot, room_snapshot = np.arange(batch), snapshots.room_snapshot
+        order = np.argsort(edges.snapshot, kind="stable")  # two ascending runs: a merge
+        is_on_top = edges.relation[order].astype(bool)
+        inside, on_top = order[~is_on_top], order[is_on_top]
         object_edge = np.concatenate([inside, on_top])
-        place = furniture + edges.snapshot * num_furniture + edges.furniture
-        room_of_furniture = rooms + num_rooms * snapshot[:, None] + snapshots.furniture_room
         return cls(
             first_node=first_node,
             first_pair=np.cumsum([0, *layout_counts[1:], len(inside), len(on_top)]),
@@ -64,18 +67,27 @@ class Pairs:
                 [
                     np.full(batch, house),
                     np.full(batch, floor),
-                    snapshots.room_label.ravel(),
-                    snapshots.furniture_label.ravel(),
+                    snapshots.room_label,
+                    snapshots.furniture_label,
                     snapshots.object_label,
+                ]
+            ),
+            snapshot=np.concatenate(
+                [
+                    snapshot,
+                    snapshot,
+                    room_snapshot,
+                    snapshots.furniture_snapshot,
+                    snapshots.object_snapshot,
                 ]
             ),
             child=np.concatenate([np.arange(floors, objects), objects + edges.object[object_edge]]),
             parent=np.concatenate(
                 [
                     snapshot,
-                    np.repeat(floors + snapshot, num_rooms),
-                    room_of_furniture.ravel(),
-                    place[object_edge],
+                    floors + room_snapshot,
+                    rooms + snapshots.furniture_room,
+                    furniture + edges.furniture[object_edge],
                 ]
             ),
             object_edge=object_edge,
@@ -91,10 +103,21 @@ class Pairs:
         """Number of pairs of the layout; those with an object follow."""
         return len(self.child) - len(self.object_edge)
 
-    def compute_degree(self) -> np.ndarray:
-        """Count the edges that enter each node, (N,)."""
-        size = self.num_nodes
-        return np.bincount(self.child, minlength=size) + np.bincount(self.parent, minlength=size)
+    def compute_degrees(self) -> np.ndarray:
+        """Count the edges that enter each node, by edge type, float32 (N, 3).
+
+        The columns of a node are the types of `ENTERING` for its own type, in their order.
+        """
+        degrees = np.zeros((self.num_nodes, MAX_ENTERING), dtype=np.float32)
+        num_entering = [0] * len(NODE_TYPES)
+        for (is_up, group), (_, _, ntype) in zip(DIRECTIONS, EDGE_TYPES, strict=True):
+            kind = NODE_TYPES.index(ntype)
+            rows = slice(*self.first_pair[group : group + 2])
+            start, end = self.first_node[kind : kind + 2]
+            entered = (self.parent if is_up else self.child)[rows] - start
+            degrees[start:end, num_entering[kind]] = np.bincount(entered, minlength=end - start)
+            num_entering[kind] += 1
+        return degrees
 
     def keep_all(self) -> Kept:
         """Keep every edge."""

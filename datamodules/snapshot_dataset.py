@@ -11,15 +11,11 @@ from torch.utils.data import Dataset
 from datamodules.batch import SGMBatch
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_tables import SnapshotTables
-from simulator.arrays.grouped import number_keys
+from simulator.arrays.grouped import compute_starts, number_keys
 from simulator.memory.memory_batch import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
+from simulator.snapshots.recorder import EXTRA, QUESTION_EXTRA
 from simulator.snapshots.shards import load_manifest, load_shard
-from simulator.snapshots.snapshots import (
-    Snapshots,
-)
-
-_PER_HOUSE = ("room_label", "furniture_label", "furniture_room", "furniture_prob")
-_NO_CLOCK = np.full(2, np.nan)
+from simulator.snapshots.snapshots import Snapshots
 
 
 class SnapshotDataset(Dataset[SGMBatch]):
@@ -51,10 +47,7 @@ class SnapshotDataset(Dataset[SGMBatch]):
             )
         self._builder = builder
         self._labels = tuple(manifest["settings"]["labels"])
-        shards = (
-            {"home_clock": _NO_CLOCK, **load_shard(folder / name, sha)}
-            for name, sha in manifest["shards"].items()
-        )
+        shards = (load_shard(folder / name, sha) for name, sha in manifest["shards"].items())
         self._tables = SnapshotTables(shards, folder)
 
     def __len__(self) -> int:
@@ -73,15 +66,20 @@ class SnapshotDataset(Dataset[SGMBatch]):
         tables, batch = self._tables, np.arange(len(indices))
         home = tables.find_home(indices)
         number = indices - tables.starts["snapshot"][home]  # within the home
-        layout, asked = tables.take("home", home), tables.take("snapshot", indices)
+        asked, clock = tables.take("snapshot", indices), tables.take("home", home)["home_clock"]
+        rows, counts = tables.find_rows("room", home)
+        first_room, room_label = compute_starts(counts), tables.take("room", rows)["label"]
+        rows, counts = tables.find_rows("furniture", home)
+        first_furniture, layout = compute_starts(counts), tables.take("furniture", rows)
+        of_furniture = tables.take("snapshot_furniture", tables.find_furniture_rows(home, number))
         sample, version = tables.take_versions("furniture", home, number)
-        shape = layout["furniture_label"].shape
+        looked = first_furniture[sample] + version["of"]
         furniture = {
-            "num_observed": np.zeros(shape, dtype=np.int32),
-            "last_observed": np.full(shape, NEVER, dtype=np.int32),
+            "num_observed": np.zeros(len(layout), dtype=np.int32),
+            "last_observed": np.full(len(layout), NEVER, dtype=np.int32),
         }
         for name in FURNITURE_COUNTERS:
-            furniture[name][sample, version["of"]] = version[name]
+            furniture[name][looked] = version[name]
 
         # Nodes: objects with a version, and the query object; one key per (snapshot, object).
         sample, version = tables.take_versions("object", home, number)
@@ -102,24 +100,34 @@ class SnapshotDataset(Dataset[SGMBatch]):
         sample, version = tables.take_versions("edge", home, number)
         edge = tables.take("edge", tables.starts["edge"][home][sample] + version["of"])
         tables.release(len(indices))
-        extras = asked.dtype.names or ()
         return Snapshots(
             labels=self._labels,
             time=asked["time"],
-            **{name: layout[name] for name in _PER_HOUSE},
+            first_room=first_room,
+            first_furniture=first_furniture,
+            room_label=room_label,
+            furniture_label=layout["label"],
+            furniture_room=layout["room"] + np.repeat(first_room[:-1], counts),
+            furniture_prob=layout["prob"],
             object_snapshot=snapshot,
             object_label=tables.take("object", object_row)["label"],
             edge_object=node_of_key[sample * width + edge["object"]],
-            edge_furniture=edge["furniture"],
+            edge_furniture=edge["furniture"] + first_furniture[sample],
             edge_relation=edge["relation"],
             edge_prior=edge["prior"],
             query_object=node_of_key[query_key],
-            query_prior=asked["prior"],
-            answers=asked["answers"].astype(bool),
-            query_belief=asked["belief"] if "belief" in extras else None,
-            query_grades=asked["grades"] if "grades" in extras else None,
-            clock=None if np.isnan(layout["home_clock"]).all() else layout["home_clock"],
+            query_prior=of_furniture["prior"],
+            answers=of_furniture["answers"].astype(bool),
+            extras=_get_extras(of_furniture, EXTRA),
+            question_extras=_get_extras(asked, QUESTION_EXTRA),
+            clock=None if np.isnan(clock).all() else clock,
             **{f"furniture_{name}": furniture[name] for name in FURNITURE_COUNTERS},
             **{f"object_{name}": objects[name] for name in OBJECT_COUNTERS},
             **{f"edge_{name}": version[name] for name in EDGE_COUNTERS},
         )
+
+
+def _get_extras(rows: np.ndarray, prefix: str) -> dict[str, np.ndarray]:
+    """Return the columns of records whose names begin with a prefix, without it."""
+    names = rows.dtype.names or ()
+    return {name.removeprefix(prefix): rows[name] for name in names if name.startswith(prefix)}

@@ -14,7 +14,12 @@ from simulator.arrays.grouped import concatenate_ranges
 VERSIONED = ("furniture", "object", "edge")
 _PER_FRAME = 8  # snapshots, one bit of a byte each
 # An array of a shard belongs to the first table whose name its own begins with, else to `home`.
-_TABLES = (*(f"{kind}_version" for kind in VERSIONED), "snapshot", "object", "edge")
+_PER_FURNITURE = "snapshot_furniture"
+_TABLES = (
+    *(f"{kind}_version" for kind in VERSIONED),
+    _PER_FURNITURE, "snapshot", "object", "edge", "room", "furniture",
+)  # fmt: skip
+_NO_CLOCK = np.full((1, 2), np.nan)
 _MAX_MAPPED = 1 << 28  # bytes of homes that were read, before their pages are given back
 
 Columns = dict[str, np.ndarray]
@@ -23,10 +28,12 @@ Columns = dict[str, np.ndarray]
 class SnapshotTables:
     """All arrays of all homes, one table for each kind of row, one home after the other.
 
-    A row of `snapshot` is one snapshot, of `home` one home, of `edge_version` one version of an
-    edge, and so on; docs/data.md lists their columns. Every frame of 8 successive snapshots of a
-    home lists the versions that are valid somewhere in it, so that reading a snapshot looks
-    through these, and not through all versions that its home ever had.
+    A row of `snapshot` is one snapshot, of `home` one home, of `snapshot_furniture` one furniture
+    node as it was asked about in one snapshot, of `edge_version` one version of an edge, and so on;
+    docs/data.md lists their columns. So homes may have any number of rooms and furniture nodes.
+    Every frame of 8 successive snapshots of a home lists the versions that are valid somewhere in
+    it, so that reading a snapshot looks through these, and not through all versions that its home
+    ever had.
 
     The tables lie in temporary files, so that the memory of the process does not grow with the
     number of snapshots.
@@ -77,6 +84,27 @@ class SnapshotTables:
         """Return the home of each snapshot, (B,) -> (B,)."""
         return self.starts["snapshot"].searchsorted(snapshots, side="right") - 1
 
+    def find_rows(self, name: str, home: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Find what homes have in a table of `room`, `furniture`, `object` or `edge`.
+
+        Returns:
+            The rows of all homes, one home after the other, and how many each has, (n,).
+        """
+        starts = self.starts[name]
+        counts = starts[home + 1] - starts[home]
+        return concatenate_ranges(starts[home], counts), counts
+
+    def find_furniture_rows(self, home: np.ndarray, number: np.ndarray) -> np.ndarray:
+        """Find the rows of `snapshot_furniture` of snapshots, one snapshot after the other.
+
+        Args:
+            home: of each snapshot, (B,).
+            number: of each snapshot within its home, (B,).
+        """
+        starts = self.starts["furniture"]
+        counts = starts[home + 1] - starts[home]
+        return concatenate_ranges(self.starts[_PER_FURNITURE][home] + number * counts, counts)
+
     def take_versions(
         self, kind: str, home: np.ndarray, number: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -123,8 +151,12 @@ def _make_rows(shard: Mapping[str, np.ndarray]) -> dict[str, Columns]:
         owner = next((table for table in _TABLES if name.startswith(f"{table}_")), None)
         if owner is None:
             tables["home"][name] = array[np.newaxis]  # one row, whatever its shape
+        elif owner == _PER_FURNITURE:  # (S, F, ...) in a shard
+            rows = array.reshape(-1, *array.shape[2:])
+            tables[owner][name.removeprefix(f"{owner}_")] = rows
         else:
             tables[owner][name.removeprefix(f"{owner}_")] = array
+    tables["home"].setdefault("home_clock", _NO_CLOCK)
     num_frames = -(-len(tables["snapshot"]["time"]) // _PER_FRAME)
     for kind in VERSIONED:
         versions = tables[f"{kind}_version"]

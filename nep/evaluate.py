@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
-import math
-import platform
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields
-from importlib.metadata import PackageNotFoundError, version
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -20,24 +16,26 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from nep.players.checkpoints import list_shipped
 from nep.players.contestants import Checkpoint, check_contestants, list_contestants
 from nep.report.figures import draw_over_steps
+from nep.report.results import Results, ScoreSummary, list_versions
 from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
 from simulator.fan_out import add_worker_arguments, check_workers
 from simulator.files import write_whole
 from simulator.policies import POLICIES, check_policies, list_policies
 from simulator.priors.prior_graph import load_prior
-from simulator.tasks.evaluation import TaskScores, play_games
+from simulator.tasks.evaluation import play_games
+from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.registry import TASKS
+from simulator.tasks.scores import TaskScores
 from simulator.trace.arguments import add_trace_arguments, read_trace_arguments
 from simulator.world.config import HomeConfig
 from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import SPLITS, Streams
 
-RESULTS_VERSION = 1
 _LOG_WIDTH = 100
-_PACKAGES = ("scene-graph-memory", "numpy", "scipy", "torch", "dgl")
 
-# Scores by task and by policy.
-Results = Mapping[str, Mapping[str, TaskScores]]
+# By task and by policy.
+Scores = Mapping[str, Mapping[str, TaskScores]]
+Summaries = Mapping[str, Mapping[str, ScoreSummary]]
 # Rows of the table of each task.
 Tables = Mapping[str, list[Row]]
 
@@ -100,7 +98,7 @@ def evaluate(
     workers: int = 1,
     backend: str = "processes",
     threads: int | None = None,
-) -> Results:
+) -> Scores:
     """Let everybody play every task in the same homes; the same config gives the same scores.
 
     Args:
@@ -128,54 +126,45 @@ def evaluate(
     return results
 
 
-def summarise(results: Results) -> Tables:
+def summarise(scores: Scores) -> Summaries:
+    """Compute what tables and figures need."""
+    return {
+        task: {name: ScoreSummary.of(own) for name, own in players.items()}
+        for task, players in scores.items()
+    }
+
+
+def compute_tables(summaries: Summaries) -> Tables:
     """Compute the rows of the table of each task."""
-    return {task: compute_rows(TASKS[task], scores) for task, scores in results.items()}
+    return {task: compute_rows(TASKS[task], players) for task, players in summaries.items()}
 
 
 def save_results(
-    config: EvaluateConfig, results: Results, tables: Tables, out: Path, command: str
+    config: EvaluateConfig, summaries: Summaries, tables: Tables, out: Path, command: str
 ) -> None:
     """Write `results.json`, `table.md`, `table.csv` and a figure per task, each whole or not.
 
     Args:
         config: what was played.
-        results: what came of it.
+        summaries: what came of it.
         tables: its rows.
         out: folder; made if needed.
         command: the command line that makes these files again.
     """
-    out.mkdir(parents=True, exist_ok=True)
-    content = {
-        "results_version": RESULTS_VERSION,
-        "command": command,
-        "config": config.describe(),
-        "versions": list_versions(),
-        "tasks": {
-            task: {
-                "metric": TASKS[task].metric,
-                "policies": {
-                    row.policy: _replace_nan(asdict(row))
-                    | {"values": results[task][row.policy].values.round(6).tolist()}
-                    for row in rows
-                },
-            }
-            for task, rows in tables.items()
-        },
-    }
-    write_whole(out / "results.json", (json.dumps(content) + "\n").encode())
+    stored = Results(command, config.describe(), list_versions(), summaries)
+    stored.save(out / "results.json")
     parts = [
         make_markdown(TASKS[task], rows, _make_title(config, task)) for task, rows in tables.items()
     ]
     write_whole(out / "table.md", ("\n".join(parts) + f"\n`{command}`\n").encode())
     write_whole(out / "table.csv", make_csv(tables).encode())
     models = [checkpoint.name for checkpoint in config.checkpoints]
-    for task, scores in results.items():
+    for task, players in summaries.items():
         figure = draw_over_steps(
-            {name: own.values for name, own in scores.items()},
+            {name: own.values for name, own in players.items()},
             models,
             title=f"{TASKS[task].title} on unseen homes",
-            metric=TASKS[task].metric,
+            metric=STEP_METRICS[TASKS[task].metric].title,
         )
         figure.savefig(out / f"{task}_over_steps.png", metadata={"Software": None})
 
@@ -189,24 +178,6 @@ def print_tables(config: EvaluateConfig, tables: Tables, console: Console) -> No
 def _make_title(config: EvaluateConfig, task: str) -> str:
     homes = config.homes.make_title(config.num_homes, config.split)
     return f"{TASKS[task].title}, {homes} x {config.steps} steps"
-
-
-def list_versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages that scores depend on."""
-    versions = {"python": platform.python_version()}
-    for package in _PACKAGES:
-        try:
-            versions[package] = version(package)
-        except PackageNotFoundError:  # run from a checkout that is not installed
-            versions[package] = "not installed"
-    return versions
-
-
-def _replace_nan(value: Any) -> Any:
-    """Replace nan by None, which JSON has."""
-    if isinstance(value, dict):
-        return {key: _replace_nan(part) for key, part in value.items()}
-    return None if isinstance(value, float) and math.isnan(value) else value
 
 
 def _make_parser() -> argparse.ArgumentParser:
@@ -302,10 +273,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         def advance(task: str, name: str) -> None:
             progress.update(bar, advance=1, description=f"{name}: {TASKS[task].title}")
 
-        results = evaluate(config, advance, options.workers, options.backend, options.threads)
-    tables = summarise(results)
+        scores = evaluate(config, advance, options.workers, options.backend, options.threads)
+    summaries = summarise(scores)
+    tables = compute_tables(summaries)
     command = shlex.join(["python", "-m", "nep.evaluate", *arguments])
-    save_results(config, results, tables, options.out, command)
+    save_results(config, summaries, tables, options.out, command)
     print_tables(config, tables, console)
 
 

@@ -16,7 +16,6 @@ import torch
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from nep.evaluate import list_versions
 from nep.players.calibration import Calibration, fit_calibration, measure_calibration
 from nep.players.checkpoints import (
     CONFIG,
@@ -27,8 +26,9 @@ from nep.players.checkpoints import (
     save_exported,
 )
 from nep.players.policy import NEPPolicy
-from nep.players.searches import Searches, play_searches
+from nep.players.searches import Decisions, play_searches
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
+from nep.report.results import list_versions
 from simulator.files import compute_checksum, write_whole
 from simulator.policies import find_policy, make_policy
 from simulator.tasks.evaluation import evaluate_policy
@@ -153,7 +153,7 @@ def measure_model(
     """
     player = NEPPolicy(model.module.eval(), model.builder)
 
-    def search(split: str) -> Searches:
+    def search(split: str) -> Decisions:
         streams = config.get_streams(split)
         groups = [group.homes for group in config.homes.list_groups(streams.homes)]
         parts = []
@@ -191,7 +191,7 @@ def measure_model(
     return replace(model, calibration=calibration), measured
 
 
-def _join(parts: Sequence[Searches], num_homes: Sequence[int]) -> Searches:
+def _join(parts: Sequence[Decisions], num_homes: Sequence[int]) -> Decisions:
     """Put the searches of groups of homes together; places that a home has not are no candidates.
 
     Args:
@@ -203,7 +203,7 @@ def _join(parts: Sequence[Searches], num_homes: Sequence[int]) -> Searches:
     def widen(values: np.ndarray, fill: float | bool) -> np.ndarray:
         return np.pad(values, ((0, 0), (0, width - values.shape[1])), constant_values=fill)
 
-    return Searches(
+    return Decisions(
         scores=np.concatenate([widen(part.scores, -np.inf) for part in parts]),
         is_absent=np.concatenate([widen(part.is_absent, False) for part in parts]),
         answers=np.concatenate(

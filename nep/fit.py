@@ -82,7 +82,7 @@ class FitCLI(LightningCLI):
             # Two callbacks: with `save_last` the last epoch is only saved where it is the best.
             callbacks += [
                 ModelCheckpoint(
-                    monitor="val/top_one",
+                    monitor="val/hits_at_1",
                     mode="max",
                     filename="best",
                     enable_version_counter=False,

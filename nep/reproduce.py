@@ -28,7 +28,6 @@ from nep.paper.plan import TABLES, Plan, plan_jobs
 from nep.report.figures import draw_over_steps
 from simulator.files import write_whole
 from simulator.policies import POLICIES
-from simulator.tasks.registry import TASKS
 
 # Everything as small as it can be, to try the command: seconds instead of hours.
 _TINY_FIT = (
@@ -70,7 +69,7 @@ def make_files(plan: Plan) -> dict[str, bytes]:
             {title: scores[title].values for title in order},
             best,
             title=f"{ABLATION_SETTING.title}, unseen homes",
-            metric=TASKS[ABLATION_SETTING.task].metric,
+            metric=ABLATION_SETTING.metric.title,
         )
         image = io.BytesIO()
         made_by = {"Software": None, "Comment": plan.describe("figure").command}

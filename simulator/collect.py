@@ -30,10 +30,9 @@ from simulator.snapshots.shards import (
     save_manifest,
     save_shard,
 )
+from simulator.tasks.answer import Answer
 from simulator.tasks.registry import TASKS
-from simulator.tasks.task import Answered
 from simulator.trace.arguments import add_trace_arguments, read_trace_arguments
-from simulator.trace.source import RecordedSource
 from simulator.world.config import HomeConfig
 from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import SPLITS, Streams
@@ -96,13 +95,11 @@ class CollectConfig:
         """Check that the homes are there, and can be played.
 
         Raises:
-            ValueError: if there are fewer homes or steps, homes have different sizes, or the policy
-                needs what nobody knows of them.
+            ValueError: if there are fewer homes or steps, or the policy needs what nobody knows
+                of them.
         """
         self.homes.check_homes(range(self.num_homes))
         self.homes.check_steps(self.steps)
-        if isinstance(self.homes, RecordedSource):
-            self.homes.check_sizes()
         check_policies([self.policy], self.homes)
 
     def describe(self) -> dict[str, Any]:
@@ -183,12 +180,13 @@ def collect_homes(config: CollectConfig, homes: Sequence[int], out: Path) -> dic
     if watches:
         believer.reset(task.rollout.memory)
 
-    def record(answered: Answered) -> None:
-        belief = None
+    def record(answer: Answer) -> None:
+        extras = {}
         if config.belief:
-            belief = believer.follow(task.rollout.memory, answered.queries).stack()
-        grades = answered.grades if config.grades else None
-        recorder.add_snapshot(answered.queries, answered.answers, belief, grades)
+            extras["belief"] = believer.follow(task.rollout.memory, answer.queries).stack()
+        if config.grades and answer.relevance is not None:
+            extras["relevance"] = answer.relevance
+        recorder.add_snapshot(answer.queries, answer.answers, extras)
 
     def record_change(change: Change) -> None:
         recorder.add_change(change)

@@ -1,4 +1,4 @@
-"""Import directions: simulator <- datamodules <- nep, and a simulator free of heavy packages."""
+"""Import directions: the order of all folders, and a simulator free of heavy packages."""
 
 import ast
 import json
@@ -25,19 +25,61 @@ FORBIDDEN = {
 }
 
 
-def find_imports(source: str) -> set[str]:
-    """Top-level names of all absolute imports, those inside functions and type checks included."""
+# The parts of the three packages, bottom first: every folder, and files at the top of a package
+# that others import. A part imports from those before it alone, so that there is no circle. Other
+# files, the package's `__init__.py` among them, count as the package itself; a `__main__.py` is a
+# command, on top of all.
+ORDER = """
+    simulator.arrays simulator.files simulator.fan_out simulator.compiled simulator.priors
+    simulator.memory simulator.world simulator.evidence simulator.policies simulator.snapshots
+    simulator.tasks simulator.trace simulator.gym simulator.igridson simulator.collect simulator
+    datamodules.text datamodules
+    nep.layers nep.encoders nep.model nep.players nep.report nep.robot nep.callbacks
+    nep.fit nep.evaluate nep.paper nep
+""".split()
+COMMANDS = "commands"
+
+
+def find_imports(source: str, *, with_type_checks: bool) -> set[str]:
+    """Names of all absolute imports, those inside functions included: "a.b" and "a.b.name"."""
+    tree = ast.parse(source)
+    left_out = set()
+    for node in ast.walk(tree):
+        if (
+            not with_type_checks
+            and isinstance(node, ast.If)
+            and ast.unparse(node.test).endswith("TYPE_CHECKING")
+        ):
+            left_out |= {inner for part in node.body for inner in ast.walk(part)}
     names = set()
-    for node in ast.walk(ast.parse(source)):
+    for node in ast.walk(tree):
+        if node in left_out:
+            continue
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.level == 0:
-            names.add(node.module)
+            names |= {f"{node.module}.{alias.name}" for alias in node.names}
         elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith(
             ("import_module", "__import__")
         ):
             names |= {str(arg.value) for arg in node.args[:1] if isinstance(arg, ast.Constant)}
-    return {name.partition(".")[0] for name in names}
+    return names
+
+
+def find_part(name: str) -> str:
+    """The part that a module, or a name in it, belongs to."""
+    if f".{name}.".endswith(".__main__."):
+        return COMMANDS
+    part = ".".join(name.split(".")[:2])
+    is_folder = (ROOT / part.replace(".", "/")).is_dir()
+    return part if is_folder or part in ORDER else part.partition(".")[0]
+
+
+def list_modules() -> dict[str, Path]:
+    """All modules of the three packages by dotted name."""
+    files = [file for package in PACKAGES for file in sorted((ROOT / package).rglob("*.py"))]
+    names = [".".join(file.relative_to(ROOT).with_suffix("").parts) for file in files]
+    return {name.removesuffix(".__init__"): file for name, file in zip(names, files, strict=True)}
 
 
 def test_find_imports_sees_every_form():
@@ -46,23 +88,56 @@ import a.b as x, c
 from d.e import f
 from . import g
 from .h import i
+if typing.TYPE_CHECKING:
+    from m import n
+else:
+    import o
 def late():
     import j
     importlib.import_module("k.l")
     importlib.import_module(name)
 """
-    assert find_imports(source) == {"a", "c", "d", "j", "k"}
+    found = {"a.b", "c", "d.e.f", "j", "k.l", "o"}
+    assert find_imports(source, with_type_checks=False) == found
+    assert find_imports(source, with_type_checks=True) == {*found, "m.n"}
+
+
+def test_find_part():
+    assert find_part("simulator.world.config.HomeConfig") == "simulator.world"
+    assert find_part("simulator.files.write_whole") == "simulator.files"
+    assert find_part("simulator.HomeConfig") == find_part("simulator") == "simulator"
+    assert find_part("datamodules.batch.SGMBatch") == "datamodules"
+    assert find_part("simulator.priors.__main__") == COMMANDS
+
+
+def test_the_order_names_every_folder():
+    parts = {find_part(name) for name in list_modules()} - {COMMANDS}
+    assert sorted(parts) == sorted(ORDER), "ORDER must name every folder. Put it where it belongs."
+
+
+def test_every_part_imports_from_those_before_it():
+    place = {part: number for number, part in enumerate([*ORDER, COMMANDS])}
+    found = [
+        f"{name} imports {imported}"
+        for name, file in list_modules().items()
+        for imported in find_imports(file.read_text("utf-8"), with_type_checks=False)
+        if imported.partition(".")[0] in PACKAGES
+        and find_part(imported) != find_part(name)
+        and place.get(find_part(imported), 0) > place.get(find_part(name), len(place))
+    ]
+    assert found == []
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_no_file_imports_against_the_layers(package):
+def test_no_file_imports_a_package_that_is_too_heavy_or_above(package):
     files = sorted((ROOT / package).rglob("*.py"))
     assert files, f"{package} has no Python file"
-    found = {
-        str(file.relative_to(ROOT)): sorted(forbidden)
-        for file in files
-        if (forbidden := find_imports(file.read_text("utf-8")) & FORBIDDEN[package])
-    }
+    found = {}
+    for file in files:
+        imports = find_imports(file.read_text("utf-8"), with_type_checks=True)
+        forbidden = {name.partition(".")[0] for name in imports} & FORBIDDEN[package]
+        if forbidden:
+            found[str(file.relative_to(ROOT))] = sorted(forbidden)
     assert found == {}
 
 

@@ -33,10 +33,10 @@ def test_the_table_is_the_one_in_results():
     found = {name: cells for name, cells in found.items() if len(cells) == len(SETTINGS)}
     for name in ours:
         cells = found[name if name in found else name.replace(" ", "_")]
-        for position, (setting, cell) in enumerate(zip(SETTINGS, cells, strict=True)):
+        for setting, cell in zip(SETTINGS, cells, strict=True):
             digits = 2 if setting.task == "find_object" else 3
             numbers = [float(number) for number in re.findall(r"\d*\.\d+", cell)]
             expected = [ours[name][setting.name]]
-            if name in PAPER_TABLE_1:
-                expected.append(PAPER_TABLE_1[name][position][0])
+            if name in PAPER_TABLE_1[setting.name]:
+                expected.append(PAPER_TABLE_1[setting.name][name][0])
             assert numbers == [float(f"{value:.{digits}f}") for value in expected], (name, cell)

@@ -18,11 +18,13 @@ from nep.model.module import NEPModule
 from nep.players.contestants import MakePolicy
 from nep.players.policy import NEPPolicy
 from nep.report.figures import draw_over_steps
+from nep.report.results import ScoreSummary
 from nep.report.statistics import compute_gap_closed
 from nep.report.tables import Row, compute_rows, make_markdown, make_rich_table
 from simulator.files import write_whole
 from simulator.policies import POLICIES, check_policies, find_policy, make_policy
-from simulator.tasks.evaluation import TaskScores, evaluate_policy
+from simulator.tasks.evaluation import evaluate_policy
+from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.registry import TASKS
 from simulator.tasks.task import Task
 from simulator.world.source import HomeSource, SampledSource
@@ -76,7 +78,7 @@ class OnlineEvaluation(pl.Callback):
         check_policies(self.policies)
         self.task: type[Task] = TASKS["predict_location"]
         self.homes: HomeSource = SampledSource()
-        self.scores: dict[str, TaskScores] = {}
+        self.scores: dict[str, ScoreSummary] = {}
 
     def on_fit_start(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         """Start without scores, with the task and the homes of the data."""
@@ -117,17 +119,18 @@ class OnlineEvaluation(pl.Callback):
         return f"{self.task.title}, {homes} x {self.steps} steps"
 
     def _summarise(self) -> str:
-        recall = f"candidate recall {self.scores[self.name].candidate_recall:.3f}"
+        recall = f"candidate recall {self.scores[self.name].metrics['candidate_recall']:.3f}"
         gaps = [
             f"Bayesian-to-{top.title()} gap closed {share:.0%}"
             for top, share in self._compute_gaps().items()
         ]
         return "; ".join([recall, ", ".join(gaps)] if gaps else [recall])
 
-    def _play(self, trainer: pl.Trainer, make: MakePolicy) -> TaskScores:
+    def _play(self, trainer: pl.Trainer, make: MakePolicy) -> ScoreSummary:
         config = _get_datamodule(trainer).val_config
         streams = Streams(config.seed, config.split, range(self.num_homes))
-        return evaluate_policy(make, self.homes, streams, self.steps, task=config.task)
+        scores = evaluate_policy(make, self.homes, streams, self.steps, task=config.task)
+        return ScoreSummary.of(scores)
 
     def _play_heuristics(self, trainer: pl.Trainer) -> None:
         """Let the heuristics and oracles play, once, as late as possible: it takes seconds."""
@@ -147,7 +150,7 @@ class OnlineEvaluation(pl.Callback):
         scores = self.scores[self.name] = self._play(trainer, player.play_in)
         metrics = {
             f"online/{self._metric}": float(scores.home_values.mean()),
-            "online/candidate_recall": scores.candidate_recall,
+            "online/candidate_recall": scores.metrics["candidate_recall"],
         }
         metrics |= {f"online/gap_closed_{top}": gap for top, gap in self._compute_gaps().items()}
         pl_module.log_dict(metrics, rank_zero_only=True)
@@ -159,7 +162,7 @@ class OnlineEvaluation(pl.Callback):
             {name: own.values for name, own in self.scores.items()},
             self.name,
             title=f"{self.task.title} on unseen homes",
-            metric=self.task.metric,
+            metric=STEP_METRICS[self.task.metric].title,
         )
         self._log_figure(trainer, figure)
 
@@ -173,7 +176,7 @@ class OnlineEvaluation(pl.Callback):
     @property
     def _metric(self) -> str:
         """Name of the score in charts and files."""
-        return self.task.metric.lower()
+        return self.task.metric
 
     def _compute_gaps(self) -> dict[str, float]:
         """Return the share of the gap from Bayesian that is closed, for each oracle that played."""
@@ -189,7 +192,7 @@ class OnlineEvaluation(pl.Callback):
             name: {
                 self._metric: float(scores.home_values.mean()),
                 "std_over_homes": float(scores.home_values.std()),
-                "candidate_recall": scores.candidate_recall,
+                "candidate_recall": scores.metrics["candidate_recall"],
                 f"{self._metric}_per_home": scores.home_values.tolist(),
                 f"{self._metric}_per_step": scores.values.mean(axis=0).tolist(),
             }

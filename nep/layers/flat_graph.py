@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields, replace
 from itertools import accumulate, pairwise
 from typing import Any
 
+import dgl
 import torch
 from torch import Tensor
 
@@ -28,13 +29,14 @@ class FlatGraph:
         label: (N,) int64 row of `text`.
         temporal: (N, 4) node features.
         degree: (N,) in-degree of the graph before pruning.
+        node_snapshot: (N,) int64 in 0..B-1, ascending within each node type.
         edge_src: (E,) int64 node id.
         edge_dst: (E,) int64 node id.
         edge_feature: (E, 9 to 22), see `SGMBatch`.
         query_edge: (Q,) int64 edge id of each query edge, in query order.
         query_snapshot: (Q,) int64 in 0..B-1.
         query_target: (Q,) 1, 0, or nan where unknown.
-        query_grade: (Q,) what each place is worth; None where the task does not grade places.
+        query_relevance: (Q,) of the place of each query edge; None where the task does not say.
         text: (L, 96).
         num_snapshots: B.
     """
@@ -44,13 +46,14 @@ class FlatGraph:
     label: Tensor
     temporal: Tensor
     degree: Tensor
+    node_snapshot: Tensor
     edge_src: Tensor
     edge_dst: Tensor
     edge_feature: Tensor
     query_edge: Tensor
     query_snapshot: Tensor
     query_target: Tensor
-    query_grade: Tensor | None
+    query_relevance: Tensor | None
     text: Tensor
     num_snapshots: int
 
@@ -84,29 +87,30 @@ class FlatGraph:
             edge_src.append(src.long() + first_node[etype[0]])
             edge_dst.append(dst.long() + first_node[etype[2]])
 
-        query_edge, query_snapshot, query_target, query_grade = [], [], [], []
+        query_edge, query_snapshot, query_target, query_relevance = [], [], [], []
         for etype in QUERY_EDGE_TYPES:
             data = graph.edges[etype].data
             marked = torch.nonzero(data["query"] >= 0).squeeze(1)
             query_edge.append(marked + first_edge[etype])
             query_snapshot.append(data["query"][marked])
             query_target.append(data["target"][marked])
-            if "grade" in data:
-                query_grade.append(data["grade"][marked])
+            if "relevance" in data:
+                query_relevance.append(data["relevance"][marked])
 
         return cls(
             node_counts=node_counts,
             edge_counts=edge_counts,
-            label=torch.cat([graph.nodes[ntype].data["label"] for ntype in NODE_TYPES]),
-            temporal=torch.cat([graph.nodes[ntype].data["temporal"] for ntype in NODE_TYPES]),
-            degree=torch.cat([graph.nodes[ntype].data["degree"] for ntype in NODE_TYPES]),
+            label=_join_nodes(graph, "label"),
+            temporal=_join_nodes(graph, "temporal"),
+            degree=_join_nodes(graph, "degree"),
+            node_snapshot=_join_nodes(graph, "snapshot"),
             edge_src=torch.cat(edge_src),
             edge_dst=torch.cat(edge_dst),
             edge_feature=torch.cat([graph.edges[etype].data["feature"] for etype in EDGE_TYPES]),
             query_edge=torch.cat(query_edge),
             query_snapshot=torch.cat(query_snapshot),
             query_target=torch.cat(query_target),
-            query_grade=torch.cat(query_grade) if query_grade else None,
+            query_relevance=torch.cat(query_relevance) if query_relevance else None,
             text=batch.text,
             num_snapshots=batch.num_snapshots,
         )
@@ -114,20 +118,21 @@ class FlatGraph:
     @classmethod
     def from_arrays(cls, arrays: GraphArrays) -> FlatGraph:
         """Take over arrays: equal to `from_batch(arrays.make_batch())`, with no DGL graph made."""
-        grade = arrays.query_grade
+        relevance = arrays.query_relevance
         return cls(
             node_counts=_count(arrays.first_node),
             edge_counts=_count(arrays.first_edge),
             label=torch.from_numpy(arrays.label),
             temporal=torch.from_numpy(arrays.temporal),
             degree=torch.from_numpy(arrays.degree),
+            node_snapshot=torch.from_numpy(arrays.node_snapshot),
             edge_src=torch.from_numpy(arrays.edge_src),
             edge_dst=torch.from_numpy(arrays.edge_dst),
             edge_feature=torch.from_numpy(arrays.edge_feature),
             query_edge=torch.from_numpy(arrays.query_edge),
             query_snapshot=torch.from_numpy(arrays.query_snapshot),
             query_target=torch.from_numpy(arrays.query_target),
-            query_grade=None if grade is None else torch.from_numpy(grade),
+            query_relevance=None if relevance is None else torch.from_numpy(relevance),
             text=torch.from_numpy(arrays.text),
             num_snapshots=arrays.num_snapshots,
         )
@@ -177,6 +182,10 @@ class FlatGraph:
         if bias is None:
             return torch.cat([block @ weight[number] for number, block in blocks])
         return torch.cat([torch.addmm(bias[n], block, weight[n]) for n, block in blocks])
+
+
+def _join_nodes(graph: dgl.DGLGraph, name: str) -> Tensor:
+    return torch.cat([graph.nodes[ntype].data[name] for ntype in NODE_TYPES])
 
 
 def _count(first: list[int]) -> tuple[int, ...]:

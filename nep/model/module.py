@@ -14,8 +14,8 @@ from torchmetrics.classification import BinaryAUROC, BinaryAveragePrecision
 from datamodules.batch import SGMBatch
 from nep.encoders.encoder import Encoder
 from nep.layers.flat_graph import FlatGraph
-from nep.model.hit_rate import TopOneHitRate
-from nep.model.loss import balanced_bce, graded_loss, listwise_loss
+from nep.model.hits_at_1 import HitsAtOne
+from nep.model.loss import balanced_bce, listwise_loss, relevance_loss
 from nep.model.node_edge_predictor import NodeEdgePredictor
 
 
@@ -90,11 +90,11 @@ class NEPModule(pl.LightningModule):
         self.train_metrics = MetricCollection(
             {"auroc": BinaryAUROC(thresholds=200)}, prefix="train/"
         )
-        self.train_top_one = TopOneHitRate()
+        self.train_hits_at_1 = HitsAtOne()
         self.val_metrics = MetricCollection(
             {"auroc": BinaryAUROC(), "average_precision": BinaryAveragePrecision()}, prefix="val/"
         )
-        self.val_top_one = TopOneHitRate()
+        self.val_hits_at_1 = HitsAtOne()
 
     @property
     def num_hops(self) -> int:
@@ -107,19 +107,19 @@ class NEPModule(pl.LightningModule):
 
     def training_step(self, batch: SGMBatch, batch_idx: int) -> Tensor:
         """Loss of one batch; updates the training metrics."""
-        return self._step(batch, "train", self.train_metrics, self.train_top_one)
+        return self._step(batch, "train", self.train_metrics, self.train_hits_at_1)
 
     def validation_step(self, batch: SGMBatch, batch_idx: int) -> Tensor:
         """Loss of one batch; updates the validation metrics."""
-        return self._step(batch, "val", self.val_metrics, self.val_top_one)
+        return self._step(batch, "val", self.val_metrics, self.val_hits_at_1)
 
     def on_train_epoch_end(self) -> None:
         """Log the training metrics."""
-        self._log_metrics("train", self.train_metrics, self.train_top_one)
+        self._log_metrics("train", self.train_metrics, self.train_hits_at_1)
 
     def on_validation_epoch_end(self) -> None:
         """Log the validation metrics."""
-        self._log_metrics("val", self.val_metrics, self.val_top_one)
+        self._log_metrics("val", self.val_metrics, self.val_hits_at_1)
 
     def configure_optimizers(self) -> OptimizerLRScheduler:
         """Adam, as in the paper; with a cosine schedule if asked for."""
@@ -135,7 +135,7 @@ class NEPModule(pl.LightningModule):
         }
 
     def _step(
-        self, batch: SGMBatch, stage: str, metrics: MetricCollection, top_one: TopOneHitRate
+        self, batch: SGMBatch, stage: str, metrics: MetricCollection, hits_at_1: HitsAtOne
     ) -> Tensor:
         graph = FlatGraph.from_batch(batch)
         logits = self.predictor.score(graph)
@@ -145,7 +145,7 @@ class NEPModule(pl.LightningModule):
             target = graph.query_target[known]
             known_logits = logits.detach()[known]
             metrics.update(known_logits, target.long())
-            top_one.update(known_logits, target, graph.query_snapshot[known])
+            hits_at_1.update(known_logits, target, graph.query_snapshot[known])
         self.log(
             f"{stage}/loss",
             loss,
@@ -155,15 +155,17 @@ class NEPModule(pl.LightningModule):
         )
         return loss
 
-    def _log_metrics(self, stage: str, metrics: MetricCollection, top_one: TopOneHitRate) -> None:
+    def _log_metrics(self, stage: str, metrics: MetricCollection, hits_at_1: HitsAtOne) -> None:
         """Log the metrics of an epoch; Lightning computes and resets them."""
-        self.log(f"{stage}/top_one", top_one, prog_bar=True)
+        self.log(f"{stage}/hits_at_1", hits_at_1, prog_bar=True)
         self.log_dict(metrics)
 
     def _compute_loss(self, graph: FlatGraph, logits: Tensor) -> Tensor:
-        """Return the loss of the answers: the grades of places where there are any."""
-        if graph.query_grade is not None:
-            return graded_loss(logits, graph.query_grade, graph.query_snapshot, graph.num_snapshots)
+        """Return the loss of the answers, or of the relevance of places where it is given."""
+        if graph.query_relevance is not None:
+            return relevance_loss(
+                logits, graph.query_relevance, graph.query_snapshot, graph.num_snapshots
+            )
         loss = balanced_bce(logits, graph.query_target)
         if self.listwise_weight:
             loss = loss + self.listwise_weight * listwise_loss(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from simulator.tasks.metrics import STEP_METRICS, Metric
 from simulator.tasks.registry import TASKS
 
 
@@ -34,6 +35,11 @@ class Setting:
     def title(self) -> str:
         """Title in tables."""
         return f"{TASKS[self.task].title}, dynamic nodes {self.nodes}"
+
+    @property
+    def metric(self) -> Metric:
+        """What a step is scored with."""
+        return STEP_METRICS[TASKS[self.task].metric]
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,12 +22,13 @@ from nep.paper.experiments import (
     list_claimed_order,
 )
 from nep.paper.paper_numbers import PAPER_TABLE_1, PAPER_TABLE_2
-from nep.paper.stored_scores import StoredScores
+from nep.report.results import ScoreSummary
 from nep.report.tables import (
     Difference,
     Row,
     compute_difference,
     compute_rows,
+    format_difference,
     join_table,
     make_csv,
     make_markdown,
@@ -36,10 +37,11 @@ from simulator.policies import POLICIES
 from simulator.tasks.registry import TASKS
 
 # Scores by title of the contestant, in one setting.
-Scores = Mapping[str, StoredScores]
+Scores = Mapping[str, ScoreSummary]
 # Who sees the true home: below the line, and no heuristic.
 ORACLES = ("oracle", "ceiling")
 _NEXT = "the row above"
+_FORMAT = ".3f"  # as the paper writes all its numbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +90,7 @@ class Claim:
     def verdict(self) -> str:
         """Return "holds" or "reversed" if the interval excludes zero, else "undecided"."""
         low, high = self.difference.low, self.difference.high
-        if not TASKS[self.setting.task].is_higher_better:
+        if not self.setting.metric.is_higher_better:
             low, high = -high, -low
         return "holds" if low > 0 else "reversed" if high < 0 else "undecided"
 
@@ -183,17 +185,18 @@ def make_table_2(scores: Scores, provenance: Provenance) -> dict[str, bytes]:
     """
     header = ["", *(model.title for model in find_models(ABLATED))]
     ours, changes, paper, lines = [], [], [], []
-    for ablation, numbers in PAPER_TABLE_2.items():
+    for ablation in (None, *ABLATIONS):
         title = ABLATIONS[ablation] if ablation else "Full model"
+        numbers = PAPER_TABLE_2.get(ablation, {})
         own = [scores[f"{model}-{ablation}" if ablation else model] for model in ABLATED]
         ours.append([title, *(_format(*_summarise(score)) for score in own)])
-        paper.append([title, *(_format(*number) for number in numbers)])
+        paper.append([title, *(_format(*numbers[m]) if m in numbers else "" for m in ABLATED)])
         deltas = [
             compute_difference(score, scores[model]) if ablation else None
             for model, score in zip(ABLATED, own, strict=True)
         ]
         if ablation:
-            changes.append([title, *(_format_difference(delta) for delta in deltas)])
+            changes.append([title, *(format_difference(delta, _FORMAT) for delta in deltas)])
         for model, score, delta in zip(ABLATED, own, deltas, strict=True):
             line = [ablation or "full", model, *_summarise(score)]
             lines.append(line + ([delta.mean, delta.low, delta.high] if delta else [None] * 3))
@@ -224,25 +227,31 @@ def _make_combined(tables: Mapping[Setting, Sequence[Row]]) -> str:
     for setting, rows in tables.items():
         best = [row.policy for row in rows if row.policy not in ORACLES][-1]
         cells[setting][best] = f"**{cells[setting][best]}**"
-    return _make_wide(_sort_titles(cells[SETTINGS[0]]), list(tables), cells)
+    return _make_wide(cells)
 
 
 def _make_paper_table_1() -> str:
-    cells = {
-        setting: {title: _format(*numbers[column]) for title, numbers in PAPER_TABLE_1.items()}
-        for column, setting in enumerate(SETTINGS)
-    }
-    return _make_wide(_sort_titles(PAPER_TABLE_1), SETTINGS, cells)
+    reported = [setting for setting in SETTINGS if setting.name in PAPER_TABLE_1]
+    return _make_wide(
+        {
+            setting: {
+                title: _format(*number) for title, number in PAPER_TABLE_1[setting.name].items()
+            }
+            for setting in reported
+        }
+    )
 
 
-def _make_wide(
-    titles: Sequence[str], settings: Sequence[Setting], cells: Mapping[Setting, Mapping[str, str]]
-) -> str:
+def _make_wide(cells: Mapping[Setting, Mapping[str, str]]) -> str:
+    """Rows are contestants, columns are settings; a cell is empty where one has not played."""
     header = ["method"]
-    for setting in settings:
-        task = TASKS[setting.task]
-        header.append(f"{task.title} {'↑' if task.is_higher_better else '↓'}, {setting.nodes}")
-    return join_table(header, [[title, *(cells[s][title] for s in settings)] for title in titles])
+    for setting in cells:
+        arrow = "↑" if setting.metric.is_higher_better else "↓"
+        header.append(f"{TASKS[setting.task].title} {arrow}, {setting.nodes}")
+    titles = _sort_titles({title for column in cells.values() for title in column})
+    return join_table(
+        header, [[title, *(column.get(title, "") for column in cells.values())] for title in titles]
+    )
 
 
 def _sort_titles(titles: Iterable[str]) -> list[str]:
@@ -258,27 +267,27 @@ def _make_claims(claims: Sequence[Claim]) -> str:
     for claim in claims:
         better = f"{claim.better} better than {claim.worse}"
         lines.append(
-            [claim.setting.title, better, _format_difference(claim.difference), claim.verdict]
+            [
+                claim.setting.title,
+                better,
+                format_difference(claim.difference, _FORMAT),
+                claim.verdict,
+            ]
         )
     return join_table(header, lines, num_text=2)
 
 
-def _pack(row: Row, scores: StoredScores) -> dict[str, Any]:
-    names = ("mean", "std", "accuracy", "away_accuracy", "calibration_error", "nll")
-    numbers = {name: getattr(row, name) for name in (*names, "candidate_recall")}
+def _pack(row: Row, scores: ScoreSummary) -> dict[str, Any]:
+    numbers = {"mean": row.mean, "std": row.std, **row.metrics}
     return {
         **{name: None if math.isnan(x) else round(x, 6) for name, x in numbers.items()},
         "mean_of_each_home": scores.home_values.round(6).tolist(),
     }
 
 
-def _summarise(scores: StoredScores) -> tuple[float, float]:
+def _summarise(scores: ScoreSummary) -> tuple[float, float]:
     return float(scores.home_values.mean()), float(scores.home_values.std())
 
 
 def _format(mean: float, std: float) -> str:
-    return f"{mean:.3f} ± {std:.3f}"
-
-
-def _format_difference(delta: Difference | None) -> str:
-    return f"{delta.mean:+.3f} [{delta.low:+.3f}, {delta.high:+.3f}]" if delta else ""
+    return f"{mean:{_FORMAT}} ± {std:{_FORMAT}}"

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from nep.evaluate import list_versions
 from nep.paper.experiments import (
     ABLATION_SETTING,
     SETTINGS,
@@ -23,6 +22,7 @@ from nep.paper.job_queue import Job
 from nep.paper.paper_tables import Provenance
 from nep.paper.stored_scores import Evaluation
 from nep.paper.training import Training, collect_data
+from nep.report.results import list_versions
 from simulator.policies import POLICIES
 
 TABLES = ("1", "2", "figure")

@@ -8,8 +8,9 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.special import expit, logit
 
-from nep.players.searches import Searches
-from simulator.tasks.metrics import compute_calibration_error, compute_nll, compute_probabilities
+from nep.players.searches import Decisions
+from simulator.policies.probabilities import compute_probabilities
+from simulator.tasks.metrics import compute_calibration_error, compute_nll
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,11 +88,11 @@ class Calibration:
         )
 
 
-def fit_calibration(searches: Searches) -> Calibration:
+def fit_calibration(decisions: Decisions) -> Calibration:
     """Fit all parameters by their mean negative log likelihood.
 
     Args:
-        searches: in validation homes, some of them for objects that are elsewhere.
+        decisions: in validation homes, some of them for objects that are elsewhere.
     """
 
     def unpack(values: np.ndarray) -> Calibration:
@@ -100,34 +101,34 @@ def fit_calibration(searches: Searches) -> Calibration:
             absent_logit=float(values[1]),
             elsewhere_logit=float(values[2]),
             elsewhere_slope=float(values[3]),
-            elsewhere_share=searches.elsewhere_share,
+            elsewhere_share=decisions.elsewhere_share,
         )
 
     def loss(values: np.ndarray) -> float:
-        return measure_calibration(searches, unpack(values))["nll"]
+        return measure_calibration(decisions, unpack(values))["nll"]
 
     return unpack(minimize(loss, np.zeros(4), method="BFGS").x)
 
 
-def measure_calibration(searches: Searches, calibration: Calibration) -> dict[str, float]:
+def measure_calibration(decisions: Decisions, calibration: Calibration) -> dict[str, float]:
     """Measure how far probabilities can be believed.
 
     Args:
-        searches: in homes that the calibration was not fitted to.
+        decisions: in homes that the calibration was not fitted to.
         calibration: what is measured.
 
     Returns:
         "nll": mean negative log likelihood of the truth, in nats. "ece": expected calibration error
         of the likeliest answer, "elsewhere" among them. "ece_first": the same of first looks.
         "ece_elsewhere": of the probability of "elsewhere". "elsewhere_there", "elsewhere_gone":
-        its mean where the object is at a known place, and where it is not; 0 without such searches.
+        its mean where the object is at a known place, and where it is not; 0 without such ones.
     """
-    probability = calibration.compute_probabilities(searches.scores, searches.is_absent)
-    truth = searches.answers
+    probability = calibration.compute_probabilities(decisions.scores, decisions.is_absent)
+    truth = decisions.answers
     choice = probability.argmax(axis=1)
     rows = np.arange(len(choice))
     confidence, is_right = probability[rows, choice], truth[rows, choice]
-    first = searches.num_looks == 0
+    first = decisions.num_looks == 0
     elsewhere, is_gone = probability[:, -1], truth[:, -1]
     return {
         "nll": compute_nll((probability * truth).sum(axis=1)),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -86,10 +85,10 @@ class NEPPolicy(Policy):
         was_training = self._module.training
         if was_training:  # walks through all layers, a tenth of a decision
             self._module.eval()
-        snapshots = take_snapshots(memory, queries)
+        extras = {}
         if self._believer is not None:
-            belief = self._believer.follow(memory, queries).stack()
-            snapshots = replace(snapshots, query_belief=belief)
+            extras["belief"] = self._believer.follow(memory, queries).stack()
+        snapshots = take_snapshots(memory, queries, extras=extras)
         arrays = self._builder.build_arrays(snapshots)
         graph = FlatGraph.from_arrays(arrays).to(self._module.device)
         logits = self._module.predictor.score(graph).cpu().numpy()

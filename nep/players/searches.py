@@ -9,14 +9,15 @@ import numpy as np
 
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
 from simulator.policies import Policy
-from simulator.tasks.predict_location import compute_answers, sample_query
+from simulator.tasks.queries import sample_query
 from simulator.tasks.rollout import Rollout
+from simulator.tasks.search import Search, SearchOrder
 from simulator.world.homes import Homes
 from simulator.world.streams import sample_categorical
 
 
 @dataclass(frozen=True, slots=True)
-class Searches:
+class Decisions:
     """The state of searches before each of their looks, n of them.
 
     Attributes:
@@ -42,14 +43,14 @@ def play_searches(
     max_looks: int = 8,
     elsewhere_share: float = 0.1,
     on_search: Callable[[], None] = lambda: None,
-) -> Searches:
+) -> Decisions:
     """Let a policy search every home, once per time step, and keep what it thought.
 
     An object is asked for as in the tasks (docs/design.md, ruling 9); or, with probability
-    `elsewhere_share`, one
-    that is not in the home: half of them have been seen and left, the others are any descriptions
-    that the home does not have. The best candidate that was not looked at yet is looked at, until
-    the object is seen there (the detector may miss it), none is left or `max_looks` are spent.
+    `elsewhere_share`, one that is not in the home: half of them have been seen and left, the others
+    are any descriptions that the home does not have. The best candidate that was not looked at yet
+    is looked at, until the object is seen there (the detector may miss it), none is left or
+    `max_looks` are spent.
 
     Args:
         homes: the true homes, H.
@@ -60,48 +61,43 @@ def play_searches(
         on_search: called after each search of all homes.
     """
     rollout = Rollout(homes, policy)
-    memory, home = rollout.memory, np.arange(homes.num_homes)
+    memory, order = rollout.memory, ByLogit()
     parts: dict[str, list[np.ndarray]] = {
         name: [] for name in ("scores", "is_absent", "answers", "num_looks")
     }
     num_elsewhere = 0
     for _ in range(num_searches):
         rollout.evolve()
-        codes = homes.object_code[home, sample_query(homes)]
-        uniform = homes.streams.rows("search elsewhere", 2).next()
-        vain = uniform[:, 0] < elsewhere_share
-        codes = np.where(vain, _sample_missing(rollout, uniform, elsewhere_share), codes)
-        queries = rollout.query(home, codes)
-        there = compute_answers(homes, codes)
-        answers = np.concatenate([there, ~there.any(axis=1, keepdims=True)], axis=1)
+        codes = _sample_codes(rollout, elsewhere_share)
+        queries = rollout.query(np.arange(homes.num_homes), codes)
+        search = Search(rollout, codes, queries, max_looks, ends_when_seen=True)
+        answers = np.concatenate(
+            [search.answers, ~search.answers.any(axis=1, keepdims=True)], axis=1
+        )
         num_elsewhere += int(answers[:, -1].sum())
-        is_open = np.ones(there.shape, dtype=bool)
-        searching = home
-        for num_looks in range(max_looks):
-            asked = Queries(
-                queries.home[searching], queries.object[searching], queries.prior[searching]
-            )
-            scores = policy.scores(memory, asked)
-            parts["scores"].append(scores)
-            parts["is_absent"].append(find_absent(memory, asked))
+        while len(searching := search.homes):
+            answer = search.choose(order)
+            parts["scores"].append(answer.scores)
+            parts["is_absent"].append(find_absent(memory, answer.queries))
             parts["answers"].append(answers[searching])
-            parts["num_looks"].append(np.full(len(searching), num_looks))
-            left = np.where(is_open[searching], scores, -np.inf)
-            has_more = np.isfinite(left).any(axis=1)
-            searching, choice = searching[has_more], left[has_more].argmax(axis=1)
-            is_open[searching, choice] = False
-            looked = np.full(len(home), -1)
-            looked[searching] = choice
-            rollout.look(looked)
-            is_absent = find_absent(memory, asked)[has_more]
-            searching = searching[is_absent[np.arange(len(choice)), choice]]
-            if len(searching) == 0:
-                break
+            parts["num_looks"].append(search.num_looks[searching])
+            search.look(searching, answer.choice)
         on_search()
-    share = num_elsewhere / (num_searches * len(home))
-    return Searches(
+    share = num_elsewhere / (num_searches * homes.num_homes)
+    return Decisions(
         **{name: np.concatenate(values) for name, values in parts.items()}, elsewhere_share=share
     )
+
+
+class ByLogit(SearchOrder):
+    """The highest score first, the first place of equal ones; gives up where none has a score."""
+
+    def choose(
+        self, homes: np.ndarray, scores: np.ndarray, is_open: np.ndarray, uniform: np.ndarray
+    ) -> np.ndarray:
+        """Choose the open candidate of the highest score."""
+        left = np.where(is_open, scores, -np.inf)
+        return np.where(np.isfinite(left).any(axis=1), left.argmax(axis=1), -1)
 
 
 def find_absent(memory: MemoryBatch, queries: Queries) -> np.ndarray:
@@ -112,6 +108,15 @@ def find_absent(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     is_seen = edges["is_true"][edge] & (edges["last_observed"][edge] == memory.time)
     is_absent[query[is_seen], edges["furniture"][edge[is_seen]]] = False
     return is_absent
+
+
+def _sample_codes(rollout: Rollout, elsewhere_share: float) -> np.ndarray:
+    """Draw the description code that each home is searched for, (H,)."""
+    homes = rollout.homes
+    there = homes.object_code[np.arange(homes.num_homes), sample_query(homes)]
+    uniform = homes.streams.rows("search elsewhere", 2).next()
+    missing = _sample_missing(rollout, uniform, elsewhere_share)
+    return np.where(uniform[:, 0] < elsewhere_share, missing, there)
 
 
 def _sample_missing(rollout: Rollout, uniform: np.ndarray, elsewhere_share: float) -> np.ndarray:

@@ -6,47 +6,19 @@ import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
-import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
+from nep.report.results import ScoreSummary
 from nep.report.statistics import compute_bootstrap_interval, compute_gap_closed
+from simulator.tasks.metrics import METRICS, STEP_METRICS
 from simulator.tasks.task import Task
 
 # Whom every policy is compared with unless others are named.
 REFERENCES = ("bayesian", "last_seen_prior")
 FLOOR, TOP = "bayesian", "ceiling"
-
-
-class ScoreSummary(Protocol):
-    """What a table needs to know of a policy's scores; `TaskScores` and stored ones have it."""
-
-    @property
-    def home_values(self) -> np.ndarray:
-        """Mean score per home, (H,)."""
-
-    @property
-    def accuracy(self) -> np.ndarray:
-        """Share of right answers per home, (H,)."""
-
-    @property
-    def away_accuracy(self) -> float:
-        """Share of right answers about objects that were not where they had last been seen."""
-
-    @property
-    def calibration_error(self) -> float:
-        """Expected calibration error."""
-
-    @property
-    def nll(self) -> float:
-        """Mean negative log likelihood of the true places."""
-
-    @property
-    def candidate_recall(self) -> float:
-        """Share of queries whose true place had a score."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,10 +44,7 @@ class Row:
         mean, std: score, and its standard deviation over homes (docs/design.md, ruling 22).
         differences: to each reference that played, None to itself.
         gap_closed: share of the way from Bayesian to the ceiling, None unless both played.
-        accuracy, away_accuracy: share of right answers, of all and of those about objects that
-            were not where the agent had last seen them.
-        calibration_error, nll: of the scores as probabilities.
-        candidate_recall: share of queries whose true place had a score.
+        metrics: what was computed of its answers, by name in `METRICS`.
     """
 
     policy: str
@@ -83,11 +52,7 @@ class Row:
     std: float
     differences: Mapping[str, Difference | None]
     gap_closed: float | None
-    accuracy: float
-    away_accuracy: float
-    calibration_error: float
-    nll: float
-    candidate_recall: float
+    metrics: Mapping[str, float]
 
 
 def compute_difference(own: ScoreSummary, other: ScoreSummary) -> Difference:
@@ -126,47 +91,47 @@ def compute_rows(
                 std=float(values.std()),
                 differences=differences,
                 gap_closed=gap,
-                accuracy=float(own.accuracy.mean()),
-                away_accuracy=own.away_accuracy,
-                calibration_error=own.calibration_error,
-                nll=own.nll,
-                candidate_recall=own.candidate_recall,
+                metrics=own.metrics,
             )
         )
-    return sorted(rows, key=lambda row: row.mean if task.is_higher_better else -row.mean)
+    is_higher_better = STEP_METRICS[task.metric].is_higher_better
+    return sorted(rows, key=lambda row: row.mean if is_higher_better else -row.mean)
 
 
 def format_table(task: type[Task], rows: list[Row]) -> tuple[list[str], list[list[str]]]:
     """Return the header and the cells of a table."""
     references = list(rows[0].differences) if rows else []
     has_gap = any(row.gap_closed is not None for row in rows)
-    digits = 3 if task.is_higher_better else 2
-    header = ["policy", task.metric, "std"]
+    metric = STEP_METRICS[task.metric]
+    header = ["policy", metric.title, "std"]
     header += [f"minus {name} [95 %]" for name in references]
     header += ["gap closed"] * has_gap
-    header += ["answers right", "right if away", "ECE", "NLL", "recall"]
+    header += [column.title for column in METRICS.values()]
     cells = []
     for row in rows:
-        line = [row.policy, f"{row.mean:.{digits}f}", f"{row.std:.{digits}f}"]
+        line = [row.policy, format(row.mean, metric.format), format(row.std, metric.format)]
         for name in references:
             delta = row.differences.get(name)
-            line.append(
-                f"{delta.mean:+.{digits}f} [{delta.low:+.{digits}f}, {delta.high:+.{digits}f}]"
-                if delta
-                else ""
-            )
+            line.append(format_difference(delta, metric.format))
         if has_gap:
             line.append("" if row.gap_closed is None else f"{row.gap_closed:.0%}")
-        line += [f"{row.accuracy:.3f}", f"{row.away_accuracy:.3f}"]
-        line += [f"{row.calibration_error:.3f}", f"{row.nll:.2f}", f"{row.candidate_recall:.3f}"]
+        line += [format(row.metrics[name], METRICS[name].format) for name in METRICS]
         cells.append(line)
     return header, cells
+
+
+def format_difference(delta: Difference | None, form: str) -> str:
+    """Return a difference with its interval, signed; empty where there is none."""
+    if delta is None:
+        return ""
+    mean, low, high = (format(x, f"+{form}") for x in (delta.mean, delta.low, delta.high))
+    return f"{mean} [{low}, {high}]"
 
 
 def make_rich_table(task: type[Task], rows: list[Row], title: str) -> Table:
     """Make the table for a terminal: scores and comparisons; calibration is left to the files."""
     header, cells = format_table(task, rows)
-    shown = header.index("answers right")
+    shown = len(header) - len(METRICS)
     table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False, padding=0)
     for position, name in enumerate(header[:shown]):
         # Only intervals may take two lines where the terminal is narrow.
@@ -196,14 +161,13 @@ def make_csv(tables: Mapping[str, Sequence[Row]], key: str = "task") -> str:
     """
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
-    columns = ["accuracy", "away_accuracy", "calibration_error", "nll", "candidate_recall"]
     differences = [f"minus_{name}{part}" for name in REFERENCES for part in ("", "_low", "_high")]
-    writer.writerow([key, "policy", "mean", "std", *differences, "gap_closed", *columns])
+    writer.writerow([key, "policy", "mean", "std", *differences, "gap_closed", *METRICS])
     for task, rows in tables.items():
         for row in rows:
             line: list[str | float | None] = [task, row.policy, row.mean, row.std]
             for name in REFERENCES:
                 delta = row.differences.get(name)
                 line += [delta.mean, delta.low, delta.high] if delta else [None] * 3
-            writer.writerow([*line, row.gap_closed, *(getattr(row, name) for name in columns)])
+            writer.writerow([*line, row.gap_closed, *(row.metrics[name] for name in METRICS)])
     return file.getvalue()

@@ -16,6 +16,13 @@ def compute_rank_in_group(groups: np.ndarray) -> np.ndarray:
     return index - np.maximum.accumulate(start, out=start)
 
 
+def compute_starts(counts: np.ndarray) -> np.ndarray:
+    """Return the first entry of each group and, last, the number of entries, (n,) -> (n + 1,)."""
+    starts = np.zeros(len(counts) + 1, dtype=np.int64)
+    np.cumsum(counts, out=starts[1:])
+    return starts
+
+
 def concatenate_ranges(starts: np.ndarray, counts: np.ndarray) -> np.ndarray:
     """Return start, start + 1, ..., start + count - 1 of every range in turn, (sum(counts),)."""
     ends = np.cumsum(counts)

@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Discrete
 
-from simulator.gym.searches import MakeHomes, Searches
+from simulator.gym.search_series import MakeHomes, SearchSeries
 from simulator.policies import Policy
 from simulator.world.homes import Homes
 
@@ -49,7 +49,7 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
         """Set up the spaces.
 
         Args:
-            make_homes: makes the home from its random streams, for example `Recordings.make_homes`;
+            make_homes: makes the home from its random streams, for example `HomeSource.make`;
                 None to sample homes from the shipped prior.
             policy: who answers `compute_scores`: a name of `POLICIES`, or what makes one.
             max_looks: looks allowed per search; None for as many as there is furniture.
@@ -58,7 +58,7 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
         Raises:
             ValueError: if a count is below 1, or there is no policy of that name.
         """
-        self.searches = Searches(1, make_homes, policy, max_looks, queries_per_home)
+        self.searches = SearchSeries(1, make_homes, policy, max_looks, queries_per_home)
         homes = self.searches.rollout.homes
         self.labels: list[str] = homes.labels
         self.observation_space = self.searches.observation_space
@@ -86,29 +86,25 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
                 f"action must be a furniture index from 0 to {self.num_furniture - 1}, got "
                 f"{action!r}. Choose one that info['action_mask'] allows."
             )
-        if self.searches.is_over[0]:
+        search = self.searches.search
+        if search.is_over[0]:
             raise RuntimeError(
                 "search must not be over, got a look after its end. Call reset first."
             )
-        self.searches.look(np.array([action]))
-        is_found = bool(self.searches.is_found[0])
-        is_over = bool(self.searches.is_over[0])
-        return (
-            self.searches.observe()[0],
-            -1.0,
-            is_found,
-            is_over and not is_found,
-            self._get_info(),
-        )
+        search.look(np.zeros(1, dtype=np.int64), np.array([action]))
+        is_found = bool(search.is_found[0])
+        is_cut_off = bool(search.is_over[0]) and not is_found
+        return self.searches.observe()[0], -1.0, is_found, is_cut_off, self._get_info()
 
     def compute_scores(self) -> np.ndarray:
         """Ask the policy how likely each furniture node holds the object, (F,)."""
-        return self.searches.compute_scores()[0]
+        return self.searches.search.scores()[0]
 
     def _get_info(self) -> dict[str, Any]:
+        search = self.searches.search
         return {
-            "action_mask": self.searches.is_open[0].astype(np.int8),
+            "action_mask": search.is_open[0].astype(np.int8),
             "query": self.searches.describe(0),
-            "is_found": bool(self.searches.is_found[0]),
-            "num_looks": int(self.searches.num_looks[0]),
+            "is_found": bool(search.is_found[0]),
+            "num_looks": int(search.num_looks[0]),
         }

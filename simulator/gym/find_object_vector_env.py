@@ -10,7 +10,7 @@ from gymnasium.spaces import Discrete
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from simulator.gym.searches import MakeHomes, Searches
+from simulator.gym.search_series import MakeHomes, SearchSeries
 from simulator.policies import Policy
 from simulator.world.homes import Homes
 
@@ -53,7 +53,7 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
             ValueError: if a count is below 1, or there is no policy of that name.
         """
         self.num_envs = num_envs
-        self.searches = Searches(num_envs, make_homes, policy, max_looks, queries_per_home)
+        self.searches = SearchSeries(num_envs, make_homes, policy, max_looks, queries_per_home)
         homes = self.searches.rollout.homes
         self.labels: list[str] = homes.labels
         self.single_observation_space = self.searches.observation_space
@@ -106,27 +106,28 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
                 f"actions must be {self.num_envs} furniture indices from 0 to "
                 f"{num_furniture - 1}, got {actions!r}. Choose what info['action_mask'] allows."
             )
-        rewards = -self.searches.look(actions).astype(np.float64)
-        is_found = self.searches.is_found.copy()
-        truncations = self.searches.is_over & ~is_found
-        return self._observe(), rewards, is_found, truncations, self._get_info()
+        search = self.searches.search
+        rewards = -1.0 * ~search.is_over
+        search.look(search.homes, actions[search.homes])
+        is_found = search.is_found.copy()
+        return self._observe(), rewards, is_found, search.is_over & ~is_found, self._get_info()
 
     def compute_scores(self) -> np.ndarray:
         """Ask the policy how likely each furniture node holds the object, (H, F)."""
-        return self.searches.compute_scores()
+        return self.searches.search.scores()
 
     def _observe(self) -> dict[str, Any]:
         observations = self.searches.observe()
         return {
             "graph": tuple(observation["graph"] for observation in observations),
-            "query": self.searches.codes.astype(np.int64),
+            "query": self.searches.search.codes.astype(np.int64),
         }
 
     def _get_info(self) -> dict[str, Any]:
-        searches = self.searches
+        search = self.searches.search
         return {
-            "action_mask": searches.is_open.astype(np.int8),
-            "query": np.array([searches.describe(home) for home in range(self.num_envs)]),
-            "is_found": searches.is_found.copy(),
-            "num_looks": searches.num_looks.copy(),
+            "action_mask": search.is_open.astype(np.int8),
+            "query": np.array([self.searches.describe(home) for home in range(self.num_envs)]),
+            "is_found": search.is_found.copy(),
+            "num_looks": search.num_looks.copy(),
         }

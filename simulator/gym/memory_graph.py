@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from gymnasium.spaces import Box, Graph, GraphInstance
 
+from simulator.arrays.grouped import compute_starts
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
 from simulator.snapshots.snapshots import Snapshots, take_snapshots
 from simulator.world.homes import NUM_RELATIONS
@@ -38,60 +41,91 @@ def make_graphs(memory: MemoryBatch, queries: Queries) -> list[GraphInstance]:
     """Turn the memory of each query's home into a graph.
 
     Nodes come in this order: house, floor, R rooms, F furniture nodes (so that furniture f is node
-    2 + R + f), then the objects that were ever seen or are asked for.
+    2 + R + f), then the objects that were ever seen or are asked for; R and F are the home's own.
 
     Args:
         memory: the memories.
         queries: what is asked, one query per graph, (Q,).
     """
     snapshots = take_snapshots(memory, queries)
-    first_object = 2 + snapshots.room_label.shape[1] + snapshots.num_furniture
-    object_count = np.bincount(snapshots.object_snapshot, minlength=snapshots.num_snapshots)
-    object_start = np.cumsum(object_count) - object_count
-    row = np.arange(len(snapshots.object_snapshot)) - object_start[snapshots.object_snapshot]
-    layout = _make_layout_nodes(snapshots)
-    objects = _make_object_nodes(memory, queries, snapshots)
-    layout_links, layout_edges = _make_layout_edges(snapshots)
-    edges, edge_snapshot, edge_furniture, edge_object = _make_object_edges(
-        memory, queries, snapshots
-    )
-    links = np.stack([edge_furniture + first_object - snapshots.num_furniture,
-                      row[edge_object] + first_object], axis=1)  # fmt: skip
-    order = np.argsort(edge_snapshot, kind="stable")
-    ends = np.cumsum(np.bincount(edge_snapshot, minlength=snapshots.num_snapshots))[:-1]
+    batch = snapshots.num_snapshots
+    num_rooms, num_furniture = np.diff(snapshots.first_room), np.diff(snapshots.first_furniture)
+    # Number of every node within its graph.
+    room = np.arange(len(snapshots.room_label)) - snapshots.first_room[snapshots.room_snapshot] + 2
+    own = snapshots.furniture_snapshot
+    furniture = np.arange(len(own)) - snapshots.first_furniture[own] + 2 + num_rooms[own]
+    own = snapshots.object_snapshot
+    first_object = compute_starts(np.bincount(own, minlength=batch))
+    item = np.arange(len(own)) - first_object[own] + (2 + num_rooms + num_furniture)[own]
+
+    layout_edges = _make_layout_edges(snapshots, room, furniture)
+    object_edges = _make_object_edges(memory, queries, snapshots, furniture, item)
+    nodes = [
+        _split(_make_room_nodes(snapshots), _add_starts(snapshots.first_room, 2)),
+        _split(_make_furniture_nodes(snapshots), snapshots.first_furniture),
+        _split(_make_object_nodes(memory, queries, snapshots), first_object),
+    ]
+    edges = [part.split(batch) for part in (layout_edges, object_edges)]
     return [
         GraphInstance(
-            nodes=np.concatenate([layout[index], own_objects]),
-            edges=np.concatenate([layout_edges[index], own_edges]),
-            edge_links=np.concatenate([layout_links[index], own_links]).astype(np.int32),
+            nodes=np.concatenate([part[number] for part in nodes]),
+            edges=np.concatenate([part[number][1] for part in edges]),
+            edge_links=np.concatenate([part[number][0] for part in edges]),
         )
-        for index, (own_objects, own_edges, own_links) in enumerate(
-            zip(
-                np.split(objects, object_start[1:]),
-                np.split(edges[order], ends),
-                np.split(links[order], ends),
-                strict=True,
-            )
-        )
+        for number in range(batch)
     ]
 
 
-def _make_layout_nodes(snapshots: Snapshots) -> np.ndarray:
-    """House, floor, rooms and furniture, float32 (Q, 2 + R + F, 8)."""
-    num_rooms = snapshots.room_label.shape[1]
-    shape = (snapshots.num_snapshots, 2 + num_rooms + snapshots.num_furniture)
-    nodes = np.zeros((*shape, len(NODE_FEATURES)), dtype=np.float32)
-    furniture = nodes[:, 2 + num_rooms :]
-    nodes[:, 1, 0] = 1
-    nodes[:, 2 : 2 + num_rooms, 0] = _ROOM
-    furniture[..., 0] = _FURNITURE
-    nodes[:, 1, 1] = snapshots.labels.index("floor")
-    nodes[:, 0, 1] = snapshots.labels.index("house")
-    nodes[:, 2 : 2 + num_rooms, 1] = snapshots.room_label
-    furniture[..., 1] = snapshots.furniture_label
-    nodes[..., 2] = nodes[..., 4] = nodes[..., 6] = -1
-    furniture[..., 3] = snapshots.furniture_num_observed
-    furniture[..., 4] = _count_since(snapshots.time[:, None], snapshots.furniture_last_observed)
+@dataclass(frozen=True, slots=True)
+class _Edges:
+    """Edges of all graphs: the graph of each (E,), its two ends (E, 2), features (E, 9)."""
+
+    graph: np.ndarray
+    links: np.ndarray
+    features: np.ndarray
+
+    def split(self, num_graphs: int) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return links, int32 (e, 2), and features (e, 9) of each graph."""
+        order = np.argsort(self.graph, kind="stable")
+        first = compute_starts(np.bincount(self.graph, minlength=num_graphs))
+        links = _split(self.links[order].astype(np.int32), first)
+        return list(zip(links, _split(self.features[order], first), strict=True))
+
+
+def _split(rows: np.ndarray, first: np.ndarray) -> list[np.ndarray]:
+    return np.split(rows, first[1:-1])
+
+
+def _make_room_nodes(snapshots: Snapshots) -> np.ndarray:
+    """House, floor and rooms of each snapshot, float32 (2 B + NR, 8)."""
+    first = _add_starts(snapshots.first_room, 2)
+    nodes = np.zeros((first[-1], len(NODE_FEATURES)), dtype=np.float32)
+    nodes[:, [2, 4, 6]] = -1
+    nodes[:, 0] = _ROOM
+    house, floor = first[:-1], first[:-1] + 1
+    is_room = np.ones(len(nodes), dtype=bool)
+    is_room[house] = is_room[floor] = False
+    nodes[is_room, 1] = snapshots.room_label
+    nodes[house, 0], nodes[floor, 0] = 0, 1
+    nodes[house, 1] = snapshots.labels.index("house")
+    nodes[floor, 1] = snapshots.labels.index("floor")
+    return nodes
+
+
+def _add_starts(first: np.ndarray, num_more: int) -> np.ndarray:
+    """Return the starts of groups with so many more entries each, (n + 1,)."""
+    return first + num_more * np.arange(len(first))
+
+
+def _make_furniture_nodes(snapshots: Snapshots) -> np.ndarray:
+    """Furniture of all snapshots, float32 (NF, 8)."""
+    nodes = np.zeros((len(snapshots.furniture_label), len(NODE_FEATURES)), dtype=np.float32)
+    time = snapshots.time[snapshots.furniture_snapshot]
+    nodes[:, 0] = _FURNITURE
+    nodes[:, 1] = snapshots.furniture_label
+    nodes[:, [2, 6]] = -1
+    nodes[:, 3] = snapshots.furniture_num_observed
+    nodes[:, 4] = _count_since(time, snapshots.furniture_last_observed)
     return nodes
 
 
@@ -119,29 +153,45 @@ def _find_rows(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     return np.nonzero(is_node)[1]
 
 
-def _make_layout_edges(snapshots: Snapshots) -> tuple[np.ndarray, np.ndarray]:
-    """House > floor > rooms > furniture: links (Q, 1 + R + F, 2), features (Q, 1 + R + F, 9)."""
-    batch, num_rooms = snapshots.room_label.shape
-    num_edges = 1 + num_rooms + snapshots.num_furniture
-    links = np.empty((batch, num_edges, 2), dtype=np.int32)
-    links[..., 1] = np.arange(1, num_edges + 1)
-    links[:, 0, 0] = 0
-    links[:, 1 : 1 + num_rooms, 0] = 1
-    links[:, 1 + num_rooms :, 0] = 2 + snapshots.furniture_room
-    edges = np.zeros((batch, num_edges, len(EDGE_FEATURES)), dtype=np.float32)
-    edges[..., [_COLUMN["is_remembered"], _COLUMN["is_true"], _COLUMN["prior"]]] = 1
-    edges[..., [_COLUMN["steps_since_observed"], _COLUMN["steps_since_changed"]]] = -1
-    edges[:, 1 + num_rooms :, _COLUMN["prior"]] = snapshots.furniture_prob
-    return links, edges
+def _make_layout_edges(snapshots: Snapshots, room: np.ndarray, furniture: np.ndarray) -> _Edges:
+    """House > floor > rooms > furniture of every snapshot.
+
+    Args:
+        snapshots: the snapshots.
+        room: number of each room within its graph, (NR,).
+        furniture: of each furniture node, (NF,).
+    """
+    batch, num_rooms = snapshots.num_snapshots, len(room)
+    links = np.concatenate(
+        [
+            np.tile([[0, 1]], (batch, 1)),
+            np.stack([np.ones(num_rooms, dtype=np.int64), room], axis=1),
+            np.stack([room[snapshots.furniture_room], furniture], axis=1),
+        ]
+    )
+    edges = np.zeros((len(links), len(EDGE_FEATURES)), dtype=np.float32)
+    edges[:, [_COLUMN["is_remembered"], _COLUMN["is_true"], _COLUMN["prior"]]] = 1
+    edges[:, [_COLUMN["steps_since_observed"], _COLUMN["steps_since_changed"]]] = -1
+    edges[batch + num_rooms :, _COLUMN["prior"]] = snapshots.furniture_prob
+    graph = [np.arange(batch), snapshots.room_snapshot, snapshots.furniture_snapshot]
+    return _Edges(np.concatenate(graph), links, edges)
 
 
 def _make_object_edges(
-    memory: MemoryBatch, queries: Queries, snapshots: Snapshots
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    memory: MemoryBatch,
+    queries: Queries,
+    snapshots: Snapshots,
+    furniture: np.ndarray,
+    item: np.ndarray,
+) -> _Edges:
     """Remembered edges, then hypothetical ones of the queries.
 
-    Returns:
-        Features (E, 9), and snapshot, furniture index and object number of each edge, (E,).
+    Args:
+        memory: the memories.
+        queries: what is asked, (Q,).
+        snapshots: of these.
+        furniture: number of each furniture node within its graph, (NF,).
+        item: of each object, (N,).
     """
     snapshot = snapshots.object_snapshot[snapshots.edge_object]
     time = snapshots.time[snapshot]
@@ -161,17 +211,18 @@ def _make_object_edges(
     is_new = memory.compute_candidates(queries)  # (Q, F, 2)
     query, edge = memory.edges_of(queries)
     is_new[query, memory.edges["furniture"][edge], memory.edges["relation"][edge]] = False
-    query, furniture, relation = np.nonzero(is_new)
+    query, column, relation = np.nonzero(is_new & memory.is_furniture[queries.home][:, :, None])
     proposed = np.zeros((len(query), len(EDGE_FEATURES)), dtype=np.float32)
     proposed[:, _COLUMN["relation"]] = relation % NUM_RELATIONS + 1
     proposed[:, _COLUMN["steps_since_observed"]] = -1
     proposed[:, _COLUMN["steps_since_changed"]] = -1
-    proposed[:, _COLUMN["prior"]] = queries.prior[query, furniture, relation]
-    return (
-        np.concatenate([known, proposed]),
-        np.concatenate([snapshot, query]),
-        np.concatenate([snapshots.edge_furniture, furniture]),
-        np.concatenate([snapshots.edge_object, snapshots.query_object[query]]),
+    proposed[:, _COLUMN["prior"]] = queries.prior[query, column, relation]
+    above = np.concatenate([snapshots.edge_furniture, snapshots.first_furniture[query] + column])
+    below = np.concatenate([snapshots.edge_object, snapshots.query_object[query]])
+    return _Edges(
+        graph=np.concatenate([snapshot, query]),
+        links=np.stack([furniture[above], item[below]], axis=1),
+        features=np.concatenate([known, proposed]),
     )
 
 

@@ -1,10 +1,9 @@
-"""An agent that plays iGridson-v0 from its observations, one action at a time."""
+"""An agent that plays iGridson-v0 with any policy, one action at a time."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -13,69 +12,48 @@ from simulator.igridson.find_object import Searcher
 from simulator.igridson.navigation import DIRECTIONS
 from simulator.igridson.travel import compute_belief
 from simulator.igridson.walk import Walk
-from simulator.tasks.rollout import make_memory
 
 
 class GridAgent:
-    """Remembers what it sees, asks its policy, walks to the place it chose, and looks.
+    """Asks its policy, walks to the place it chose, and looks.
 
-    It knows the layout and the prior; of the home it knows what its observations told it. The
-    memory is kept until the environment changes to another home.
-
-    Attributes:
-        memory: what it believes, a batch of one.
+    It knows the layout and the prior; of the home it knows the environment's memory of what was
+    seen, which is kept until the environment changes to another home.
     """
 
     def __init__(self, env: IGridsonEnv, searcher: Searcher) -> None:
-        """Be an agent without experience."""
+        """Be an agent without experience; the next search is in a new home."""
         self._env = env
         self._searcher = searcher
         self._walk = Walk(env.routes, 1)
-        self._settle_in()
+        env.set_policy(searcher.make)
 
     def search(self, seed: int | None = None) -> Iterator[None]:
         """Play one episode; yields after the reset and after every action."""
-        env = self._env
-        observation, _ = env.reset(seed=seed)
-        self.begin(observation)
+        self._env.reset(seed=seed)
+        self.believe()
         yield
         is_over = False
         while not is_over:
             for action in self.plan(self.choose()):
-                observation, _, terminated, truncated, _ = env.step(action)
+                _, _, terminated, truncated, _ = self._env.step(action)
                 is_over = terminated or truncated
-                if observation["looked"]:
-                    self.remember(observation)
                 yield
                 if is_over:
                     return
 
-    def begin(self, observation: dict[str, Any]) -> None:
-        """Take note of a new query, after a reset."""
-        if self._homes is not self._env.homes:
-            self._settle_in()
-        self.memory.step()
-        code = np.array([observation["query"]])
-        types = self._type_of_code[code]
-        self._queries = self.memory.query(np.zeros(1, int), code, self._label_of_type[types], types)
-        self._is_open = np.ones((1, self.memory.num_furniture), dtype=bool)
-        self.believe()
-
-    def believe(self) -> np.ndarray:
-        """Score the furniture, show the belief in the environment's pictures, return (1, F)."""
-        scores = self._policy.scores(self.memory, self._queries)
-        if self._is_open.any():
-            belief = compute_belief(scores, self._policy.score_kind, self._is_open)
-            self._env.belief = belief[0]
-        return scores
+    def believe(self) -> None:
+        """Show in the environment's pictures where the object may be now."""
+        self._show(self._env.search.scores())
 
     def choose(self) -> int:
-        """Choose the furniture node to look at next."""
+        """Choose the furniture node to look at next, and show what the choice is made from."""
         env = self._env
         self._walk.cell[0] = env.routes.find_cell(env.position)
-        home = np.zeros(1, dtype=np.int64)
-        uniform = env.homes.streams.rows("search ties", 1).take(home)[:, 0]
-        return int(self._order.choose(home, self.believe(), self._is_open, uniform)[0])
+        order = self._searcher.make_order(self._walk, env.rollout.policy)
+        answer = env.search.choose(order)
+        self._show(answer.scores)
+        return int(answer.choice[0])
 
     def plan(self, furniture: int) -> Iterator[GridAction]:
         """List the actions that lead to a furniture node, face it and look at it."""
@@ -97,27 +75,11 @@ class GridAgent:
         yield from min((plan_turns(direction, wanted) for wanted in facing), key=len)
         yield GridAction.look
 
-    def remember(self, observation: dict[str, Any]) -> None:
-        """Fold a look into the memory."""
-        codes, relations = np.nonzero(observation["seen"])
-        home = np.zeros(len(codes), dtype=np.int64)
-        types = self._type_of_code[codes]
-        rows = self.memory.ensure_objects(home, codes, self._label_of_type[types], types)
-        looked = np.array([observation["looked"] - 1])
-        change = self.memory.observe(np.zeros(1, dtype=np.int64), looked, rows, relations)
-        self._policy.observe(self.memory, change)
-        self._is_open[0, looked] = False
-
-    def _settle_in(self) -> None:
-        """Start with an empty memory in a new home."""
-        homes = self._homes = self._env.homes
-        self.memory = make_memory(homes)
-        self._policy = self._searcher.make(homes)
-        self._policy.reset(self.memory)
-        self._order = self._searcher.make_order(self._walk, self._policy)
-        self._type_of_code = homes.object_descriptions.type_of_code
-        index = {label: i for i, label in enumerate(self.memory.labels)}
-        self._label_of_type = np.array([index[row.label] for row in homes.prior.objects])
+    def _show(self, scores: np.ndarray) -> None:
+        env = self._env
+        if env.search.is_open.any():
+            kind = env.rollout.policy.score_kind
+            env.belief = compute_belief(scores, kind, env.search.is_open)[0]
 
 
 def plan_turns(direction: int, wanted: int) -> list[GridAction]:

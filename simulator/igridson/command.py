@@ -18,7 +18,7 @@ from simulator.igridson.find_object import (
     check_attempts,
     run_searches,
 )
-from simulator.igridson.layout import load_layout
+from simulator.igridson.layout_file import load_layout
 from simulator.igridson.report import format_table, save_results
 from simulator.igridson.travel import LOOK_COST
 from simulator.policies import POLICIES

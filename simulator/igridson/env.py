@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import string
+from collections.abc import Callable
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
@@ -18,14 +19,18 @@ from minigrid.minigrid_env import MiniGridEnv
 
 from simulator.igridson.drawing import HomePicture
 from simulator.igridson.find_object import make_homes
-from simulator.igridson.layout import GridLayout, load_layout
+from simulator.igridson.layout import GridLayout
+from simulator.igridson.layout_file import load_layout
 from simulator.igridson.navigation import Routes
 from simulator.igridson.placement import Placement
 from simulator.igridson.scene import Scene, list_things
+from simulator.policies import Bayesian, Policy
 from simulator.priors.prior_graph import PriorGraph
-from simulator.tasks.predict_location import compute_answers, sample_query
-from simulator.world.dynamics import evolve
-from simulator.world.sensing import observe
+from simulator.tasks.rollout import Rollout
+from simulator.tasks.search import Search
+from simulator.world.homes import Homes
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.sensing import Observation
 from simulator.world.streams import Streams
 
 
@@ -58,8 +63,9 @@ class IGridsonEnv(MiniGridEnv):
     `reset(options={"new_home": True})` and after `queries_per_home` searches.
 
     Actions: turn left, turn right, one step forward, look at the furniture in front (any of its
-    cells). A look is an attempt. The search succeeds when the furniture looked at truly holds
-    the object, and ends without success after `attempts` looks.
+    cells). A look is an attempt; a second one at a place shows the same and changes nothing. The
+    search succeeds when the furniture looked at truly holds the object, and ends without success
+    after `attempts` looks.
 
     Observations, all symbolic:
         image: MiniGrid's view of the 7 x 7 cells ahead, uint8 (7, 7, 3): type, colour (of the
@@ -76,10 +82,10 @@ class IGridsonEnv(MiniGridEnv):
 
     Attributes:
         layout, routes: the grid.
-        homes: the true home, a batch of one.
+        rollout: the true home, a batch of one; the memory of what was seen; and who may be asked.
+        search: the search that goes on.
         placement: the cell of every object.
         belief: probability per furniture node that pictures show, or None, (F,).
-        answers: furniture that holds an object asked for, bool (F,).
         looked_at: furniture looked at in this episode, in order.
         path_length: steps walked in this episode.
         trail: cells walked over in this episode.
@@ -132,6 +138,7 @@ class IGridsonEnv(MiniGridEnv):
         self.shows_all = shows_all
         self.belief: np.ndarray | None = None
         self._prior = PriorGraph.default() if prior is None else prior
+        self._policy: Callable[[SampledHomes], Policy] = lambda homes: Bayesian()
         self._picture: HomePicture | None = None
         self._wants_new_home = True
         self._is_moving = False
@@ -168,6 +175,15 @@ class IGridsonEnv(MiniGridEnv):
             }
         )
 
+    def set_policy(self, make: Callable[[SampledHomes], Policy]) -> None:
+        """Let another policy be asked, from the next search on: it is in a new home.
+
+        Args:
+            make: gets the homes and returns the policy.
+        """
+        self._policy = make
+        self._wants_new_home = True
+
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
@@ -203,7 +219,7 @@ class IGridsonEnv(MiniGridEnv):
         self._pose = (self.position, int(self.agent_dir))
         if self.render_mode == "human":
             self.render()
-        is_over = self.is_found or len(self.looked_at) >= self.attempts
+        is_over = bool(self.search.is_over[0])
         reward = float(self._reward()) if self.is_found else 0.0
         is_truncated = self.step_count >= self.max_steps and not is_over
         return self.gen_obs(), reward, is_over, is_truncated, self._get_info()
@@ -214,9 +230,14 @@ class IGridsonEnv(MiniGridEnv):
         return int(self.agent_pos[0]), int(self.agent_pos[1])
 
     @property
+    def homes(self) -> Homes:
+        """The true home, a batch of one."""
+        return self.rollout.homes
+
+    @property
     def is_found(self) -> bool:
         """Whether a look of this episode went to furniture that holds the object."""
-        return bool(self.answers[self.looked_at].any())
+        return bool(self.search.is_found[0])
 
     @property
     def is_looking(self) -> bool:
@@ -226,19 +247,21 @@ class IGridsonEnv(MiniGridEnv):
     def gen_obs(self) -> dict[str, Any]:
         """Return what the agent perceives."""
         seen = np.zeros((self.homes.object_descriptions.num_descriptions, 2), dtype=np.int8)
-        seen[self._seen_code, self._seen_relation] = self._looked >= 0
+        if self.is_looking:
+            look = self._seen_at[self._looked]
+            seen[look.seen_code, look.seen_relation] = 1
         return {
             **super().gen_obs(),
             "direction": int(self.agent_dir),
             "position": np.array(self.position, dtype=np.int64),
-            "query": self._query_code,
+            "query": int(self.search.codes[0]),
             "looked": self._looked + 1,
             "seen": seen,
         }
 
     def get_scene(self) -> Scene:
         """Return what a picture of this moment shows."""
-        things = list_things(self.homes, self.placement, self._query_code)
+        things = list_things(self.homes, self.placement, int(self.search.codes[0]))
         if not self.shows_all:
             at = self.layout.furniture_at
             things = tuple(t for t in things if at[t.cell[1], t.cell[0]] in self.looked_at)
@@ -291,20 +314,17 @@ class IGridsonEnv(MiniGridEnv):
         """Let the home evolve, ask the next query, and set up the cells."""
         if self._wants_new_home or self._num_queries >= self.queries_per_home:
             self._sample_home(int(self.np_random.integers(2**31)))
-        evolve(self.homes)
+        self.search = Search(self.rollout, *self.rollout.ask(), self.attempts)
         self.placement.update(self.homes)
         self._num_queries += 1
-        slot = sample_query(self.homes)[0]
-        self._query_code = int(self.homes.object_code[0, slot])
-        self.answers = compute_answers(self.homes, np.array([self._query_code]))[0]
-        self.mission = f"find the {self.homes.object_descriptions.text(self._query_code)}"
+        query = self.homes.object_descriptions.text(int(self.search.codes[0]))
+        self.mission = f"find the {query}"
         self.agent_pos, self.agent_dir = self._pose
         self.trail = [self.position]
         self.looked_at = []
         self.path_length = 0
         self._looked = -1
-        self._seen_code = np.zeros(0, dtype=np.int64)
-        self._seen_relation = np.zeros(0, dtype=np.int64)
+        self._seen_at: dict[int, Observation] = {}  # by furniture
         self.grid = Grid(width, height)
         for y in range(height):
             for x in range(width):
@@ -321,7 +341,8 @@ class IGridsonEnv(MiniGridEnv):
         return Door("grey", is_open=True) if layout.is_door[y, x] else None
 
     def _sample_home(self, home_seed: int) -> None:
-        self.homes = make_homes(self._prior, self.layout, Streams(home_seed, "test", [0]))
+        homes = make_homes(self._prior, self.layout, Streams(home_seed, "test", [0]))
+        self.rollout = Rollout(homes, self._policy(homes))
         self.placement = Placement(self.layout, self.homes)
         self._num_queries = 0
         self._pose = (self.layout.start, 0)
@@ -334,8 +355,8 @@ class IGridsonEnv(MiniGridEnv):
             return
         self._looked = ahead.furniture
         self.looked_at.append(ahead.furniture)
-        seen = observe(self.homes, np.array([ahead.furniture]))
-        self._seen_code, self._seen_relation = seen.seen_code, seen.seen_relation
+        seen = self.search.look(np.zeros(1, dtype=np.int64), np.array([ahead.furniture]))
+        self._seen_at.setdefault(ahead.furniture, seen)
 
     def _get_info(self) -> dict[str, Any]:
         return {

@@ -13,7 +13,9 @@ from simulator.igridson.travel import LOOK_COST, ByTravel
 from simulator.igridson.walk import Walk
 from simulator.policies import Policy
 from simulator.priors.prior_graph import PriorGraph
-from simulator.tasks.find_object import ByScore, FindObject, Looks, SearchOrder
+from simulator.tasks.answer import Answer
+from simulator.tasks.find_object import FindObject
+from simulator.tasks.search import ByScore, SearchOrder
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
@@ -195,16 +197,16 @@ def _run_homes(
     policy = searcher.make(homes)
     task = FindObject(homes, policy, config.attempts, searcher.make_order(walk, policy))
 
-    def go(looks: Looks) -> None:
-        walk.go(looks.homes, looks.furniture)
+    def go(answer: Answer) -> None:
+        walk.go(answer.queries.home, answer.choice)
 
-    task.on_look = go
+    task.on_answer = go
     rows = []
     start = walk.cell.copy()
-    for episode in task.run(config.queries_per_home):
-        steps = np.where(episode.answers, routes.to_furniture[start], np.iinfo(np.int64).max)
-        num_actions = np.where(episode.is_found, episode.num_looks, config.attempts + 1)
-        rows.append((episode.is_found, num_actions, walk.path_length.copy(), steps.min(axis=1)))
+    for search in task.search(config.queries_per_home):
+        steps = np.where(search.answers, routes.to_furniture[start], np.iinfo(np.int64).max)
+        num_actions = np.where(search.is_found, search.num_looks, config.attempts + 1)
+        rows.append((search.is_found, num_actions, walk.path_length.copy(), steps.min(axis=1)))
         walk.start_episode()
         start = walk.cell.copy()
         on_episode(homes.num_homes)

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy import ndimage
 
-if TYPE_CHECKING:
-    from simulator.igridson.layout import GridLayout
+from simulator.igridson.layout import GridLayout
 
 
 def check_layout(layout: GridLayout) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simulator.igridson.layout import GridLayout
-from simulator.world.sampled_homes import SampledHomes
+from simulator.world.homes import Homes
 
 
 class Placement:
@@ -19,14 +19,14 @@ class Placement:
         furniture: furniture index of each object slot, -1 for an empty slot, (C,).
     """
 
-    def __init__(self, layout: GridLayout, homes: SampledHomes) -> None:
+    def __init__(self, layout: GridLayout, homes: Homes) -> None:
         """Place the objects of the first home."""
         self._cells = [np.array(piece.cells) for piece in layout.furniture]
         self.cell = np.full((homes.num_slots, 2), -1)
         self.furniture = np.full(homes.num_slots, -1)
         self.update(homes)
 
-    def update(self, homes: SampledHomes) -> None:
+    def update(self, homes: Homes) -> None:
         """Follow the objects that have moved, left or come."""
         now = homes.object_furniture[0]
         moved = np.flatnonzero(now != self.furniture)

@@ -26,10 +26,10 @@ def play(env: IGridsonEnv, seed: int, searcher: Searcher | None = None) -> None:
         seed: of the first home.
         searcher: a policy whose belief is shown, from a memory of what the person has seen.
     """
-    observation, _ = env.reset(seed=seed)
     agent = None if searcher is None else GridAgent(env, searcher)
+    env.reset(seed=seed)
     if agent is not None:
-        agent.begin(observation)
+        agent.believe()
         env.render()
     is_over = False
     while True:
@@ -41,14 +41,13 @@ def play(env: IGridsonEnv, seed: int, searcher: Searcher | None = None) -> None:
         if event.key in (pygame.K_q, pygame.K_ESCAPE):
             return
         if event.key in (pygame.K_n, pygame.K_h):
-            observation, _ = env.reset(options={"new_home": event.key == pygame.K_h})
+            env.reset(options={"new_home": event.key == pygame.K_h})
             is_over = False
             if agent is not None:
-                agent.begin(observation)
+                agent.believe()
         elif event.key in KEYS and not is_over:
-            observation, _, terminated, truncated, _ = env.step(KEYS[event.key])
+            _, _, terminated, truncated, _ = env.step(KEYS[event.key])
             is_over = terminated or truncated
-            if agent is not None and observation["looked"]:
-                agent.remember(observation)
+            if agent is not None and env.is_looking:
                 agent.believe()
         env.render()

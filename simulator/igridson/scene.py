@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.igridson.placement import Placement
-from simulator.world.sampled_homes import NUM_RELATIONS, SampledHomes
+from simulator.world.homes import NUM_RELATIONS, Homes
 
 Color = tuple[int, int, int]
 
@@ -79,7 +79,7 @@ class Scene:
     note: str = ""
 
 
-def list_things(homes: SampledHomes, placement: Placement, asked_code: int) -> tuple[Thing, ...]:
+def list_things(homes: Homes, placement: Placement, asked_code: int) -> tuple[Thing, ...]:
     """List the objects of the first home as pictures show them."""
     things = []
     for slot in np.flatnonzero(homes.is_present[0]):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from simulator.arrays.grouped import compute_rank_in_group
+
 
 def propose_places(prior_rows: np.ndarray, threshold: float = 0.0) -> np.ndarray:
     """Mark the places that get a hypothetical edge.
@@ -26,20 +28,42 @@ def propose_places(prior_rows: np.ndarray, threshold: float = 0.0) -> np.ndarray
     return proposed
 
 
-def sample_places(shape: tuple[int, ...], count: int, *, rng: np.random.Generator) -> np.ndarray:
-    """Mark `count` furniture nodes at random, as "onTop": the ablation without a prior.
+def propose_rows(
+    prior_rows: np.ndarray, query: np.ndarray, num_queries: int, threshold: float = 0.0
+) -> np.ndarray:
+    """Mark places as `propose_places` does, where queries have different numbers of furniture.
 
     Args:
-        shape: (..., F).
-        count: hypothetical edges per query, capped at F.
+        prior_rows: prior weight per place, (n, 2): the furniture of all queries in one row.
+        query: the query that each furniture node is for, (n,).
+        num_queries: Q.
+        threshold: as in `propose_places`.
+
+    Returns:
+        bool (n, 2).
+    """
+    proposed = prior_rows > threshold
+    is_known = np.zeros(num_queries, dtype=bool)
+    is_known[query[proposed.any(axis=1)]] = True
+    proposed[:, 1] |= ~is_known[query]
+    return proposed
+
+
+def sample_places(counts: np.ndarray, count: int, *, rng: np.random.Generator) -> np.ndarray:
+    """Mark `count` furniture nodes of each query at random, as "onTop": an ablation.
+
+    Args:
+        counts: furniture nodes of each query, (Q,).
+        count: hypothetical edges per query, capped at its furniture nodes.
         rng: random numbers.
 
     Returns:
-        bool (..., F, 2).
+        bool (sum(counts), 2): the furniture of all queries in one row.
 
     Source: docs/design.md, ruling 13.
     """
-    draws = rng.random(shape)
-    count = min(count, shape[-1])
-    chosen = draws <= np.partition(draws, count - 1, axis=-1)[..., count - 1 : count]
-    return np.stack([np.zeros_like(chosen), chosen], axis=-1)
+    query = np.repeat(np.arange(len(counts)), counts)
+    order = np.lexsort((rng.random(len(query)), query))
+    chosen = np.zeros((len(query), 2), dtype=bool)
+    chosen[order[compute_rank_in_group(query) < count], 1] = True
+    return chosen

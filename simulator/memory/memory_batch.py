@@ -10,6 +10,8 @@ import numpy as np
 from simulator.arrays.grouped import concatenate_ranges
 from simulator.arrays.table import Table
 from simulator.memory.candidates import propose_places
+from simulator.memory.clock import DAY_SECONDS, compute_week_seconds
+from simulator.memory.home_history import HomeHistory
 from simulator.memory.place_prior import PlacePrior
 
 NEVER = -1  # time stamp of what has not happened
@@ -21,6 +23,9 @@ EDGE_COUNTERS = (
     "num_observed", "num_true", "num_changed", "last_observed", "last_changed", "last_true",
     "is_true",
 )  # fmt: skip
+# Counted beside the paper's counters, and in no snapshot: `simulator.evidence` reads them.
+OBJECT_HISTORY = ("first_observed",)
+EDGE_HISTORY = ("num_absent",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +74,14 @@ class MemoryBatch:
         room_label: (H, R). furniture_label, furniture_room: (H, F).
         furniture_num_observed, furniture_last_observed: looks so far and the last one, (H, F).
         objects: table of object nodes (home, key, label, type, num_observed, last_observed,
-            num_moved, last_moved, last_furniture); `key` is the description, `type` the
-            prior's object type or -1.
+            num_moved, last_moved, last_furniture, first_observed); `key` is the description,
+            `type` the prior's object type or -1.
         edges: table of object-furniture edges (home, object, furniture, relation, prior,
             num_observed, num_true, num_changed, last_observed, last_changed, last_true,
-            is_true); relation 0 "in", 1 "onTop".
+            is_true, num_absent); relation 0 "in", 1 "onTop"; `num_absent` is the number of looks
+            at the furniture since the edge was last true, all of them if it never was.
         place_prior: the prior for these layouts.
+        history: what is counted of each home as a whole.
         clock: where in the week step 0 of each home is, and how long its steps are
             (`Clock.row`), float64 (H, 2), nan for a home without; None if no home has one.
 
@@ -117,15 +124,17 @@ class MemoryBatch:
         self.objects = Table(
             dict.fromkeys(
                 ("home", "key", "label", "type", "num_observed", "last_observed", "num_moved",
-                 "last_moved", "last_furniture"), np.int32,
+                 "last_moved", "last_furniture", *OBJECT_HISTORY), np.int32,
             )
         )  # fmt: skip
         self.edges = Table(
             dict.fromkeys(
                 ("home", "object", "furniture", "relation", "num_observed", "num_true",
-                 "num_changed", "last_observed", "last_changed", "last_true"), np.int32,
+                 "num_changed", "last_observed", "last_changed", "last_true", *EDGE_HISTORY),
+                np.int32,
             ) | {"prior": np.float32, "is_true": np.bool_}
         )  # fmt: skip
+        self.history = HomeHistory(*furniture_label.shape)
         self._row_of_key = np.full((len(furniture_label), 64), -1, dtype=np.int32)
         self._pending: Queries | None = None
 
@@ -169,7 +178,9 @@ class MemoryBatch:
             furniture_room: (H, F).
             place_prior: the prior for the new layout.
         """
-        added = ((0, 0), (0, furniture_label.shape[1] - self.num_furniture))
+        num_added = furniture_label.shape[1] - self.num_furniture
+        added = ((0, 0), (0, num_added))
+        self.history.add_furniture(num_added)
         self.furniture_num_observed = np.pad(self.furniture_num_observed, added)
         self.furniture_last_observed = np.pad(
             self.furniture_last_observed, added, constant_values=NEVER
@@ -212,7 +223,7 @@ class MemoryBatch:
             self._row_of_key[home[is_new], key[is_new]] = self.objects.append(
                 len(is_new), home=home[is_new], key=key[is_new], label=label[is_new],
                 type=object_type[is_new], last_observed=NEVER, last_moved=NEVER,
-                last_furniture=NEVER,
+                last_furniture=NEVER, first_observed=NEVER,
             )  # fmt: skip
         return self._row_of_key[home, key]
 
@@ -222,6 +233,7 @@ class MemoryBatch:
         """Ask for objects by description; arguments as in `ensure_objects`, (Q,) each."""
         rows = self.ensure_objects(home, key, label, object_type)
         self._pending = Queries(home, rows, self.place_prior.rows(home, object_type))
+        self.history.note_questions(self._pending)
         return self._pending
 
     def compute_candidates(self, queries: Queries) -> np.ndarray:
@@ -279,12 +291,16 @@ class MemoryBatch:
         touched_key = edges["object"][touched] * 2 + edges["relation"][touched]
         num_keys = 2 * len(self.objects)
         is_seen_key = _mark(seen_object * 2 + seen_relation, num_keys)
+        again = touched[is_seen_key[touched_key]]
+        self.history.note_look(self, looked, seen_object, again, self._pending)
         self._update_edges(touched, is_seen_key[touched_key])
         is_new_false = self._mark_looked_up(looked, num_keys) & ~is_seen_key
         is_new_true = is_seen_key
         is_new_true[touched_key] = is_new_false[touched_key] = False
         new_true, new_false = np.flatnonzero(is_new_true), np.flatnonzero(is_new_false)
         added = self._add_edges(looked, np.concatenate([new_true, new_false]), len(new_true))
+        if self.clock is not None:
+            self._note_hours(np.concatenate([again, added[: len(new_true)]]))
 
         self.furniture_num_observed[home, furniture] += 1
         self.furniture_last_observed[home, furniture] = self.time
@@ -304,6 +320,13 @@ class MemoryBatch:
         edges["last_changed"][rows[has_changed]] = self.time
         edges["last_true"][rows[is_seen]] = self.time
         edges["is_true"][rows] = is_seen
+        edges["num_absent"][rows] = np.where(is_seen, 0, edges["num_absent"][rows] + 1)
+
+    def _note_hours(self, edges: np.ndarray) -> None:
+        assert self.clock is not None
+        clock = self.clock[self.edges["home"][edges]]
+        day_seconds = compute_week_seconds(clock, np.full(len(edges), self.time)) % DAY_SECONDS
+        self.history.note_hours(day_seconds / 3600, edges, len(self.edges))
 
     def _mark_looked_up(self, looked: np.ndarray, num_keys: int) -> np.ndarray:
         """Mark hypothetical edges (object * 2 + relation) that were looked at, bool (num_keys,)."""
@@ -326,6 +349,9 @@ class MemoryBatch:
             prior=self._get_prior(rows, looked[home], relation), num_observed=1, num_true=is_true,
             last_observed=self.time, last_changed=NEVER,
             last_true=np.where(is_true, self.time, NEVER), is_true=is_true,
+            num_absent=np.where(
+                is_true, 0, self.furniture_num_observed[home, looked[home]] + 1
+            ),
         )  # fmt: skip
 
     def _get_prior(
@@ -340,6 +366,7 @@ class MemoryBatch:
         objects = self.objects
         here = looked[objects["home"][rows]]
         before = objects["last_furniture"][rows]
+        objects["first_observed"][rows[objects["num_observed"][rows] == 0]] = self.time
         has_moved = rows[(before != NEVER) & (before != here)]
         objects["num_observed"][rows] += 1
         objects["last_observed"][rows] = self.time

@@ -9,12 +9,20 @@ from typing import Any
 import numpy as np
 
 from simulator.memory.clock import Clock
+from simulator.memory.home_history import HomeHistory
 from simulator.memory.home_layout import Furniture, HomeLayout
-from simulator.memory.memory_batch import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
+from simulator.memory.memory_batch import (
+    EDGE_COUNTERS,
+    EDGE_HISTORY,
+    FURNITURE_COUNTERS,
+    NEVER,
+    OBJECT_COUNTERS,
+    OBJECT_HISTORY,
+)
 from simulator.memory.words import read_words
 
-OBJECT_COLUMNS = (*OBJECT_COUNTERS, "last_furniture")
-EDGE_COLUMNS = ("object", "furniture", "relation", *EDGE_COUNTERS)
+OBJECT_COLUMNS = (*OBJECT_COUNTERS, "last_furniture", *OBJECT_HISTORY)
+EDGE_COLUMNS = ("object", "furniture", "relation", *EDGE_COUNTERS, *EDGE_HISTORY)
 HOME_LABELS = ("house", "floor")  # of the two nodes above the rooms
 MAX_TIME = 2**31 - 2  # time stamps are 32-bit integers
 
@@ -36,6 +44,7 @@ class MemoryContent:
         furniture_counters: `FURNITURE_COUNTERS`, (F,) each.
         objects: `OBJECT_COLUMNS`, (O,) each; furniture by its position, not by its id.
         edges: `EDGE_COLUMNS`, (E,) each; furniture and objects by position.
+        history: of the home as a whole.
         asked: position of the object asked for since the last step, None without one.
         clock: what time it is at every time step; None if nobody knows.
     """
@@ -48,6 +57,7 @@ class MemoryContent:
     furniture_counters: Columns
     objects: Columns
     edges: Columns
+    history: HomeHistory
     asked: int | None
     clock: Clock | None = None
 
@@ -64,6 +74,7 @@ class MemoryContent:
             furniture_counters=dict.fromkeys(FURNITURE_COUNTERS, none),
             objects=dict.fromkeys(OBJECT_COLUMNS, none),
             edges=dict.fromkeys(EDGE_COLUMNS, none),
+            history=HomeHistory(1, 0),
             asked=None,
             clock=clock,
         )
@@ -111,6 +122,7 @@ class MemoryContent:
                 "object": new_object[edges["object"]],
                 "furniture": new_furniture[edges["furniture"]],
             },
+            history=self.history.take(keep_furniture, keep_edge),
             asked=None,
         )
 
@@ -132,19 +144,27 @@ class MemoryContent:
                 part: {name: column.astype(int).tolist() for name, column in columns.items()}
                 for part, columns in self._list_tables().items()
             },
+            "history": self.history.to_json(),
             "asked": self.asked,
             "clock": None if self.clock is None else self.clock.to_json(),
         }
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> MemoryContent:
-        """Read JSON values; what was saved before there were clocks has none.
+        """Read JSON values; what was saved before there were clocks or a history has none.
 
         Raises:
             ValueError: if a part is missing, of the wrong kind, or does not fit the others.
         """
         try:
             clock = data.get("clock")
+            objects = _read_table(_add_first_observed(data["objects"]), OBJECT_COLUMNS)
+            edges = _read_table(_add_num_absent(data["edges"]), EDGE_COLUMNS)
+            num_furniture, history = len(data["furniture"]), HomeHistory(1, len(data["furniture"]))
+            if "history" in data:
+                history = HomeHistory.from_json(
+                    data["history"], num_furniture, len(edges["object"]), data["time"]
+                )
             content = cls(
                 time=data["time"],
                 prior=data["prior"],
@@ -157,8 +177,9 @@ class MemoryContent:
                 ),
                 descriptions=tuple(data["descriptions"]),
                 furniture_counters=_read_table(data["furniture_counters"], FURNITURE_COUNTERS),
-                objects=_read_table(data["objects"], OBJECT_COLUMNS),
-                edges=_read_table(data["edges"], EDGE_COLUMNS),
+                objects=objects,
+                edges=edges,
+                history=history,
                 asked=data["asked"],
                 clock=None if clock is None else Clock.from_json(clock),
             )
@@ -191,7 +212,8 @@ class MemoryContent:
             for name, column in columns.items():
                 if len(column) != rows:
                     raise ValueError(f"{part} {name}: {len(column)} rows instead of {rows}")
-                low, high = (NEVER, self.time) if name.startswith("last") else (0, MAX_TIME)
+                is_time = name.startswith(("last", "first"))
+                low, high = (NEVER, self.time) if is_time else (0, MAX_TIME)
                 if name != "last_furniture":
                     _check_between(f"{part} {name}", column, low, high)
         _check_between("room ids", list(layout.rooms), 0, layout.num_rooms_ever - 1)
@@ -219,6 +241,22 @@ class MemoryContent:
 def _number(keep: np.ndarray) -> np.ndarray:
     """Return the new position of everything kept, -1 for the rest and, at the end, for -1."""
     return np.append(np.where(keep, np.cumsum(keep) - 1, -1), -1)
+
+
+def _add_first_observed(objects: Mapping[str, list[int]]) -> Mapping[str, list[int]]:
+    """Take the start for the first sighting of what was saved before it was counted."""
+    if "first_observed" in objects:
+        return objects
+    counts = zip(objects["num_observed"], objects["last_observed"], strict=True)
+    return {**objects, "first_observed": [last if num < 2 else 0 for num, last in counts]}
+
+
+def _add_num_absent(edges: Mapping[str, list[int]]) -> Mapping[str, list[int]]:
+    """Take all false looks for the last ones in what was saved before they were counted."""
+    if "num_absent" in edges:
+        return edges
+    counts = zip(edges["num_observed"], edges["num_true"], edges["is_true"], strict=True)
+    return {**edges, "num_absent": [0 if now else num - true for num, true, now in counts]}
 
 
 def _read_table(data: Mapping[str, list[int]], names: tuple[str, ...]) -> Columns:

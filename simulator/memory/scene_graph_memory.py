@@ -377,6 +377,7 @@ class SceneGraphMemory:
             },
             objects={name: batch.objects[name] for name in OBJECT_COLUMNS},
             edges={name: batch.edges[name] for name in EDGE_COLUMNS},
+            history=batch.history,
             asked=self._asked,
             clock=self.clock,
         )
@@ -409,3 +410,4 @@ class SceneGraphMemory:
         self._asked = content.asked
         if content.asked is not None:
             self._ask(content.asked)
+        batch.history = content.history  # now: to ask again is no new question

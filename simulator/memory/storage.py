@@ -11,8 +11,8 @@ from simulator.files import write_whole
 from simulator.memory.memory_content import MemoryContent
 
 FORMAT = "scene graph memory"
-FORMAT_VERSION = 2
-_FIRST_VERSION = 1  # the same without a clock
+FORMAT_VERSION = 3
+_FIRST_VERSION = 1  # without a clock; 2 without a history
 
 
 def save_content(path: str | Path, content: MemoryContent) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterable, Mapping
 
+from simulator.policies.adaptive import Adaptive
 from simulator.policies.filters import Ceiling, PriorFilter
 from simulator.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
 from simulator.policies.home_filter import HomeFilter
@@ -24,6 +25,7 @@ POLICIES: Mapping[str, type[Policy]] = {
     "last_seen_prior": LastSeenUnlessAbsentPrior,
     "prior_filter": PriorFilter,
     "home_filter": HomeFilter,
+    "adaptive": Adaptive,
     "oracle": Oracle,
     "ceiling": Ceiling,
 }

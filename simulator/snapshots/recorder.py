@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections import defaultdict
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -19,7 +20,8 @@ from simulator.memory.memory_batch import (
 
 Arrays = dict[str, np.ndarray]
 
-_EXTRAS = ("belief", "grades")  # of a snapshot, where they were asked for
+# What the columns of extras are called in a shard: where their own names begin.
+EXTRA, QUESTION_EXTRA = "extra_", "question_"
 
 
 class Recorder:
@@ -36,33 +38,36 @@ class Recorder:
         self._memory = memory
         self._num_snapshots = np.zeros(memory.num_homes, dtype=np.int64)  # so far, (H,)
         self._snapshots: list[Arrays] = []
+        self._furniture_rows: list[Arrays] = []  # of each snapshot, padded
         self._versions: dict[str, list[Arrays]] = defaultdict(list)
 
     def add_snapshot(
         self,
         queries: Queries,
         answers: np.ndarray,
-        belief: np.ndarray | None = None,
-        grades: np.ndarray | None = None,
+        extras: Mapping[str, np.ndarray] | None = None,
+        question_extras: Mapping[str, np.ndarray] | None = None,
     ) -> None:
         """Record the memories at queries; a home may have several, or none.
 
         Args:
             queries: what is asked, (Q,); one snapshot each.
             answers: furniture that truly holds the object asked for, bool (Q, F).
-            belief: what `HomeFilter` believes about them, (Q, F, 4); given always or never.
-            grades: what each place is worth, (Q, F); given always or never.
+            extras: what else to keep of each furniture node, (Q, F) or (Q, F, D) by name; the
+                same names each time. float16 stays float16, other numbers become float32.
+            question_extras: what else to keep of each question, (Q, D) by name.
         """
         self._snapshots.append(
             {
                 "home": queries.home,
                 "time": np.full(len(queries.home), self._memory.time, dtype=np.int32),
-                "query_row": queries.object,
-                "query_prior": queries.prior,
-                "answers": answers,
+                "query": queries.object,
             }
-            | ({} if belief is None else {"belief": belief})
-            | ({} if grades is None else {"grades": grades})
+            | {f"{QUESTION_EXTRA}{name}": a for name, a in (question_extras or {}).items()}
+        )
+        self._furniture_rows.append(
+            {"prior": queries.prior, "answers": answers}
+            | {f"{EXTRA}{name}": array for name, array in (extras or {}).items()}
         )
         self._num_snapshots += np.bincount(queries.home, minlength=self._memory.num_homes)
 
@@ -99,10 +104,12 @@ class Recorder:
             "edge": _number_within(edges["home"]),
             "furniture": np.arange(memory.num_furniture),
         }
-        snapshots = {
-            name: np.concatenate([row[name] for row in self._snapshots])
-            for name in self._snapshots[0]
-        }  # (snapshots of all homes, ...)
+        snapshots, furniture_rows = (
+            {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
+            for rows in (self._snapshots, self._furniture_rows)
+        )  # (snapshots of all homes, ...)
+        snapshot_home = snapshots.pop("home")
+        snapshots["query"] = numbers["object"][snapshots["query"]]
         parts = [
             _split_by_home({"label": objects["label"], "key": objects["key"]}, objects["home"],
                            num_homes, "object_"),
@@ -113,16 +120,7 @@ class Recorder:
                 },
                 edges["home"], num_homes, "edge_",
             ),
-            _split_by_home(
-                {
-                    "time": snapshots["time"],
-                    "query": numbers["object"][snapshots["query_row"]],
-                    "prior": snapshots["query_prior"],
-                    "answers": snapshots["answers"],
-                    **{name: snapshots[name] for name in _EXTRAS if name in snapshots},
-                },
-                snapshots["home"], num_homes, "snapshot_",
-            ),
+            _split_by_home(snapshots, snapshot_home, num_homes, "snapshot_"),
         ]  # fmt: skip
         for kind, number in numbers.items():
             columns = self._sort_versions(kind)
@@ -130,13 +128,22 @@ class Recorder:
             columns["of"] = number[row]
             parts.append(_split_by_home(columns, home, num_homes, f"{kind}_version_"))
         layout = {
-            "room_label": memory.room_label,
-            "furniture_label": memory.furniture_label,
-            "furniture_room": memory.furniture_room,
-            "furniture_prob": memory.place_prior.furniture_prob,
+            "label": memory.furniture_label,
+            "room": memory.furniture_room,
+            "prob": memory.place_prior.furniture_prob,
         }
+        padded = _split_by_home(furniture_rows, snapshot_home, num_homes, "snapshot_furniture_")
+        num_rooms, num_furniture = memory.home_num_rooms, memory.home_num_furniture
         arrays = [
-            {name: _compact(array[home]) for name, array in layout.items()}
+            {"room_label": _compact(memory.room_label[home, : num_rooms[home]])}
+            | {
+                f"furniture_{name}": _compact(array[home, : num_furniture[home]])
+                for name, array in layout.items()
+            }
+            | {
+                name: np.ascontiguousarray(array[:, : num_furniture[home]])
+                for name, array in padded[home].items()
+            }
             | {name: array for part in parts for name, array in part[home].items()}
             for home in range(num_homes)
         ]
@@ -188,9 +195,11 @@ def _split_by_home(columns: Arrays, home: np.ndarray, num_homes: int, prefix: st
 
 
 def _compact(array: np.ndarray) -> np.ndarray:
-    """Give an array its type on disk: int32, float32 or uint8, in C order."""
+    """Give an array its type on disk: int32, float32, float16 or uint8, in C order."""
     if array.dtype == np.bool_:
         return np.ascontiguousarray(array, dtype=np.uint8)
+    if array.dtype == np.float16:
+        return np.ascontiguousarray(array)
     if array.dtype.kind == "f":
         return np.ascontiguousarray(array, dtype=np.float32)
     return np.ascontiguousarray(array, dtype=np.int32)

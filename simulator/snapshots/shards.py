@@ -14,7 +14,7 @@ from safetensors.numpy import load, save
 
 from simulator.files import write_whole
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 MANIFEST = "manifest.json"
 
 

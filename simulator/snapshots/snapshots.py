@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from simulator.arrays.grouped import concatenate_ranges, number_keys
+from simulator.arrays.grouped import compute_starts, concatenate_ranges, number_keys
 from simulator.memory.clock import compute_week_seconds
 from simulator.memory.memory_batch import (
     EDGE_COUNTERS,
+    FURNITURE_COUNTERS,
     NEVER,
     OBJECT_COUNTERS,
     MemoryBatch,
@@ -22,36 +24,42 @@ from simulator.memory.memory_batch import (
 class Snapshots:
     """B scene graph memories, each with its query object; counters and time stamps are raw.
 
+    Homes may differ in size: the rooms of all snapshots lie in one row of NR, their furniture in
+    one of NF, their objects in one of N and their edges in one of E, each snapshot by snapshot.
     Only remembered edges are listed; hypothetical ones follow from `query_prior`. A snapshot's
     query edges are the edges of its query object. A time stamp of -1 means never.
 
     Attributes:
         labels: text of every label index.
         time: time step of each snapshot, (B,).
-        room_label: (B, R).
-        furniture_label, furniture_room, furniture_prob: label, room index and P(furniture |
-            room) of the furniture nodes, (B, F).
-        furniture_num_observed, furniture_last_observed: looks so far, the last one, (B, F).
-        object_snapshot: the snapshot that each object node belongs to, (N,).
+        first_room, first_furniture: first row of each snapshot and, last, NR or NF, (B + 1,).
+        room_label: (NR,).
+        furniture_label, furniture_prob: label and P(furniture | room), (NF,).
+        furniture_room: row of the room among the NR, (NF,).
+        furniture_num_observed, furniture_last_observed: looks so far, the last one, (NF,).
+        object_snapshot: the snapshot that each object node belongs to, ascending, (N,).
         object_label, object_num_observed, object_last_observed, object_num_moved,
             object_last_moved: (N,).
-        edge_object: index of the object node among the N, (E,).
-        edge_furniture: furniture index within the snapshot, (E,).
+        edge_object: row of the object node among the N, (E,); their snapshots ascend.
+        edge_furniture: row of the furniture node among the NF, (E,).
         edge_relation: 0 "in", 1 "onTop", (E,).
         edge_prior: prior weight, (E,).
         edge_num_observed, edge_num_true, edge_num_changed, edge_last_observed,
             edge_last_changed, edge_last_true, edge_is_true: (E,).
-        query_object: index of the query object among the N, (B,).
-        query_prior: prior weight of every place for the query object, (B, F, 2).
-        answers: furniture that truly holds the query object, bool (B, F); None if unknown.
-        query_belief: what `HomeFilter` believes about the query object at every place, the columns
-            of `HomeBelief.stack`, (B, F, 4); None where it was not asked.
-        query_grades: what each place is worth, where the task grades places, (B, F); else None.
+        query_object: row of the query object among the N, (B,).
+        query_prior: prior weight of every place for the query object, (NF, 2).
+        answers: furniture that truly holds the query object, bool (NF,); None if unknown.
+        extras: what else was kept of each furniture node for the query, float (NF,) or (NF, D) by
+            name: "belief" (NF, 4), the columns of `HomeBelief.stack`; "relevance" (NF,), how
+            relevant the place is, where the task says; or whatever a filter or task gives.
+        question_extras: what else was kept of each question, float (B, D) by name.
         clock: `MemoryBatch.clock` of the home of each snapshot, (B, 2); None if no home has one.
     """
 
     labels: tuple[str, ...]
     time: np.ndarray
+    first_room: np.ndarray
+    first_furniture: np.ndarray
     room_label: np.ndarray
     furniture_label: np.ndarray
     furniture_room: np.ndarray
@@ -78,8 +86,8 @@ class Snapshots:
     query_object: np.ndarray
     query_prior: np.ndarray
     answers: np.ndarray | None = None
-    query_belief: np.ndarray | None = None
-    query_grades: np.ndarray | None = None
+    extras: Mapping[str, np.ndarray] = field(default_factory=dict)
+    question_extras: Mapping[str, np.ndarray] = field(default_factory=dict)
     clock: np.ndarray | None = None
 
     @property
@@ -88,48 +96,77 @@ class Snapshots:
         return len(self.time)
 
     @property
-    def num_furniture(self) -> int:
-        """Furniture nodes per snapshot, F."""
-        return self.furniture_label.shape[1]
+    def room_snapshot(self) -> np.ndarray:
+        """The snapshot that each room belongs to, (NR,)."""
+        return np.repeat(np.arange(self.num_snapshots), np.diff(self.first_room))
+
+    @property
+    def furniture_snapshot(self) -> np.ndarray:
+        """The snapshot that each furniture node belongs to, (NF,)."""
+        return np.repeat(np.arange(self.num_snapshots), np.diff(self.first_furniture))
 
 
-def take_snapshots(memory: MemoryBatch, queries: Queries) -> Snapshots:
-    """Take one snapshot per query, (Q,) snapshots of the homes that are asked.
+def take_snapshots(
+    memory: MemoryBatch,
+    queries: Queries,
+    answers: np.ndarray | None = None,
+    extras: Mapping[str, np.ndarray] | None = None,
+    question_extras: Mapping[str, np.ndarray] | None = None,
+) -> Snapshots:
+    """Take one snapshot per query, of the home that is asked; nothing of the padding is in it.
+
+    Args:
+        memory: the memories.
+        queries: what is asked, (Q,).
+        answers: furniture that truly holds the object asked for, bool (Q, F).
+        extras: what else to keep of each furniture node, (Q, F) or (Q, F, D) by name.
+        question_extras: what else to keep of each question, (Q, D) by name.
 
     Source: paper section 4.2; docs/design.md, ruling 12.
     """
-    objects, edges = memory.objects, memory.edges
+    objects, edges, home = memory.objects, memory.edges, queries.home
+    is_furniture, room_label = memory.is_furniture[home], memory.room_label[home]
+    is_room = room_label >= 0
+    first_room = compute_starts(is_room.sum(axis=1))
+    first_furniture = compute_starts(is_furniture.sum(axis=1))
+    room_of_furniture = (memory.furniture_room[home] + first_room[:-1, None])[is_furniture]
+
     edge_order = np.argsort(edges["home"], kind="stable")
     edge_counts = np.bincount(edges["home"], minlength=memory.num_homes)
     edge_starts = np.cumsum(edge_counts) - edge_counts
-    edge = edge_order[concatenate_ranges(edge_starts[queries.home], edge_counts[queries.home])]
-    edge_snapshot = np.repeat(np.arange(len(queries.home)), edge_counts[queries.home])
+    edge = edge_order[concatenate_ranges(edge_starts[home], edge_counts[home])]
+    edge_snapshot = np.repeat(np.arange(len(home)), edge_counts[home])
     # Nodes: whatever has an edge, and the query object. One key per (snapshot, object).
     num_objects = len(objects)
     edge_key = edge_snapshot * num_objects + edges["object"][edge]
-    query_key = np.arange(len(queries.home)) * num_objects + queries.object
-    size = len(queries.home) * num_objects
-    node_keys, node_of_key = number_keys(size, edge_key, query_key)
+    query_key = np.arange(len(home)) * num_objects + queries.object
+    node_keys, node_of_key = number_keys(len(home) * num_objects, edge_key, query_key)
     snapshot, row = np.divmod(node_keys, num_objects)
-    home = queries.home
     return Snapshots(
         labels=tuple(memory.labels),
         time=np.full(len(home), memory.time),
-        room_label=memory.room_label[home],
-        furniture_label=memory.furniture_label[home],
-        furniture_room=memory.furniture_room[home],
-        furniture_prob=memory.place_prior.furniture_prob[home],
-        furniture_num_observed=memory.furniture_num_observed[home],
-        furniture_last_observed=memory.furniture_last_observed[home],
+        first_room=first_room,
+        first_furniture=first_furniture,
+        room_label=room_label[is_room],
+        furniture_label=memory.furniture_label[home][is_furniture],
+        furniture_room=room_of_furniture,
+        furniture_prob=memory.place_prior.furniture_prob[home][is_furniture],
         object_snapshot=snapshot,
         object_label=objects["label"][row],
         edge_object=node_of_key[edge_key],
-        edge_furniture=edges["furniture"][edge],
+        edge_furniture=edges["furniture"][edge] + first_furniture[edge_snapshot],
         edge_relation=edges["relation"][edge],
         edge_prior=edges["prior"][edge],
         query_object=node_of_key[query_key],
-        query_prior=queries.prior,
+        query_prior=queries.prior[is_furniture],
+        answers=None if answers is None else answers[is_furniture],
+        extras={name: array[is_furniture] for name, array in (extras or {}).items()},
+        question_extras=question_extras or {},
         clock=None if memory.clock is None else memory.clock[home],
+        **{
+            f"furniture_{name}": getattr(memory, f"furniture_{name}")[home][is_furniture]
+            for name in FURNITURE_COUNTERS
+        },
         **{f"object_{name}": objects[name][row] for name in OBJECT_COUNTERS},
         **{f"edge_{name}": edges[name][edge] for name in EDGE_COUNTERS},
     )
@@ -147,7 +184,7 @@ def forget(snapshots: Snapshots) -> Snapshots:
     if clock is not None:
         now = compute_week_seconds(clock, snapshots.time)
         clock = np.stack([now, clock[:, 1]], axis=1)
-    shape = snapshots.furniture_label.shape
+    num_furniture = len(snapshots.furniture_label)
     no_edges = np.zeros(0, dtype=np.int32)
     counters: dict[str, Any] = {f"edge_{name}": no_edges for name in EDGE_COUNTERS}
     for name in OBJECT_COUNTERS:
@@ -156,8 +193,8 @@ def forget(snapshots: Snapshots) -> Snapshots:
         snapshots,
         time=none,
         clock=clock,
-        furniture_num_observed=np.zeros(shape, dtype=np.int32),
-        furniture_last_observed=np.full(shape, NEVER, dtype=np.int32),
+        furniture_num_observed=np.zeros(num_furniture, dtype=np.int32),
+        furniture_last_observed=np.full(num_furniture, NEVER, dtype=np.int32),
         object_snapshot=np.arange(batch),
         object_label=snapshots.object_label[snapshots.query_object],
         query_object=np.arange(batch),

@@ -3,88 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
 from functools import partial
 
 import numpy as np
 
 from simulator.fan_out import check_workers, fan_out
 from simulator.policies import Policy
-from simulator.tasks.metrics import (
-    compute_away,
-    compute_calibration_error,
-    compute_nll,
-    compute_probabilities,
-)
 from simulator.tasks.registry import TASKS, check_task
-from simulator.tasks.task import Answered, Task
+from simulator.tasks.scores import AnswerLog, TaskScores
 from simulator.world.homes import Homes
 from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
-
-
-@dataclass(frozen=True, slots=True)
-class Scores:
-    """How a policy answered A queries in each of H homes.
-
-    Predict Object Location has one query a step, so that A is the number of steps; Find Object
-    counts the first look of each search.
-
-    Attributes:
-        is_correct: whether the chosen furniture held an object asked for, bool (H, A).
-        has_candidate: whether the policy gave a true place any score above -inf, which for NEP
-            means that it was among the query's candidate edges, bool (H, A).
-    """
-
-    is_correct: np.ndarray
-    has_candidate: np.ndarray
-
-    @property
-    def accuracy(self) -> np.ndarray:
-        """Share of correct answers per home, (H,)."""
-        return self.is_correct.mean(axis=1)
-
-    @property
-    def candidate_recall(self) -> float:
-        """Share of queries whose true place is a candidate (docs/design.md, ruling 12: near 1)."""
-        return float(self.has_candidate.mean())
-
-
-@dataclass(frozen=True, slots=True)
-class TaskScores(Scores):
-    """What a policy scored in H homes over T steps of a task, and how it answered.
-
-    Attributes:
-        values: the task's own score of each step (`Task.metric`), (H, T).
-        is_away: whether the object was not where the agent had last seen it, bool (H, A).
-        confidence: probability that the policy gave to its choice, (H, A).
-        likelihood: probability that it gave to the true places together, (H, A).
-    """
-
-    values: np.ndarray
-    is_away: np.ndarray
-    confidence: np.ndarray
-    likelihood: np.ndarray
-
-    @property
-    def home_values(self) -> np.ndarray:
-        """Mean score per home, (H,)."""
-        return self.values.mean(axis=1)
-
-    @property
-    def away_accuracy(self) -> float:
-        """Share of correct answers about objects that have left their last known place."""
-        return float(self.is_correct[self.is_away].mean()) if self.is_away.any() else float("nan")
-
-    @property
-    def calibration_error(self) -> float:
-        """Expected calibration error of the answers."""
-        return compute_calibration_error(self.confidence.ravel(), self.is_correct.ravel())
-
-    @property
-    def nll(self) -> float:
-        """Mean negative log likelihood of the true places, in nats."""
-        return compute_nll(self.likelihood.ravel())
 
 
 def evaluate_policy(
@@ -159,7 +88,7 @@ def play_games(
     groups = [group.homes for group in source.list_groups(streams.homes)]
     if workers == 1:
         return [
-            _join(
+            TaskScores.join(
                 groups,
                 [
                     play_task(
@@ -191,19 +120,9 @@ def play_games(
             for _ in range(num_steps * len(groups)):
                 on_step(game)
     return [
-        _join(homes, [found[first + part] for part in range(len(homes))])
+        TaskScores.join(homes, [found[first + part] for part in range(len(homes))])
         for first in range(0, len(jobs), len(homes))
     ]
-
-
-def _join(homes: Sequence[Sequence[int]], parts: Sequence[TaskScores]) -> TaskScores:
-    """Put the scores of all homes together, in the order of their numbers."""
-    order = np.argsort(np.concatenate(homes), kind="stable")
-    columns = {
-        field.name: np.concatenate([getattr(part, field.name) for part in parts])[order]
-        for field in fields(TaskScores)
-    }
-    return TaskScores(**columns)
 
 
 def _play_part(
@@ -231,41 +150,9 @@ def play_task(
     check_task(task)
     policy = make(homes)
     game = TASKS[task](homes, policy)
-    log = _AnswerLog(game, policy)
+    log = AnswerLog(game, policy)
     values = []
     for value in game.run(num_steps):
         values.append(value)
         on_step()
     return TaskScores(values=np.stack(values, axis=1), **log.finish())
-
-
-class _AnswerLog:
-    """Keeps what `TaskScores` says about answers; looks that go on a search are left out."""
-
-    def __init__(self, game: Task, policy: Policy) -> None:
-        """Listen to a task."""
-        self._memory = game.rollout.memory
-        self._kind = policy.score_kind
-        self._columns: dict[str, list[np.ndarray]] = {
-            name: []
-            for name in ("is_correct", "has_candidate", "is_away", "confidence", "likelihood")
-        }
-        game.on_answer = self._add
-
-    def finish(self) -> dict[str, np.ndarray]:
-        """Return the columns, (H, A) each."""
-        return {name: np.concatenate(parts, axis=1) for name, parts in self._columns.items()}
-
-    def _add(self, answered: Answered) -> None:
-        if answered.is_repeat:
-            return
-        probability = compute_probabilities(answered.scores, self._kind)
-        row = {
-            "is_correct": answered.is_correct,
-            "has_candidate": (np.isfinite(answered.scores) & answered.answers).any(axis=1),
-            "is_away": compute_away(self._memory, answered.queries, answered.answers),
-            "confidence": probability[np.arange(len(answered.choice)), answered.choice],
-            "likelihood": (probability * answered.answers).sum(axis=1),
-        }
-        for name, values in row.items():
-            self._columns[name].append(values.reshape(self._memory.num_homes, -1))

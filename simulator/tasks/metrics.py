@@ -1,92 +1,46 @@
-"""Metrics of answers: NDCG, calibration, and whether an object has left its last known place."""
+"""The metrics, one entry each: those that tasks score a step with, and those of their answers."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
 import numpy as np
 
-from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
-from simulator.policies.policy import ScoreKind
+from simulator.tasks.scores import TaskScores
 
 # What an answer costs at most in `compute_nll`: 13.8 nats, instead of infinity.
 MIN_PROBABILITY = 1e-6
 
 
-def compute_ndcg(scores: np.ndarray, gains: np.ndarray) -> np.ndarray:
-    """Return the normalised discounted cumulative gain of rankings of all furniture, (Q,).
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """A number that says how a policy did.
 
-    The n-th place of a ranking counts 1 / log2(n + 1) of its gain, and the sum is divided by that
-    of the best ranking. Places of equal score share their ranks: each counts their mean discount.
-    Places without a score (-inf) come last and tie. Without any gain the value is 0.
-
-    Args:
-        scores: the higher the likelier, -inf for no opinion, (Q, F).
-        gains: non-negative: how much each place is worth, (Q, F).
-
-    Raises:
-        ValueError: if a score is nan, or the shapes differ.
-
-    Source: Jarvelin & Kekalainen 2002; paper section 5.2; docs/design.md, ruling 17. Equals
-    scikit-learn's
-    `ndcg_score` with its default of averaging ties.
+    Attributes:
+        name: key in files.
+        title: heading of its column in tables.
+        format: how tables write it, such as ".3f".
+        is_higher_better: whether a high value is a good one.
+        compute: gets what a policy scored and returns the number, nan where nothing was answered.
     """
-    if scores.shape != gains.shape:
-        raise ValueError(
-            f"gains must have the shape of the scores {scores.shape}, got {gains.shape}. "
-            "Give one gain per score."
-        )
-    if np.isnan(scores).any():
-        raise ValueError("scores must be numbers or -inf, got nan. Check the policy.")
-    discounts = 1 / np.log2(np.arange(scores.shape[1]) + 2)  # (F,)
-    total = np.concatenate([[0.0], np.cumsum(discounts)])
-    better, equal = _count_better_and_equal(scores)  # (Q, F)
-    found = (gains * (total[better + equal] - total[better]) / equal).sum(axis=1)
-    best = (-np.sort(-gains, axis=1) * discounts).sum(axis=1)
-    return np.divide(found, best, out=np.zeros(len(found)), where=best > 0)
+
+    name: str
+    title: str
+    format: str
+    is_higher_better: bool
+    compute: Callable[[TaskScores], float]
 
 
-def _count_better_and_equal(scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Count the places of a higher and of the same score, itself included, (Q, F) each."""
-    order = np.argsort(-scores, axis=1)
-    ranked = np.take_along_axis(scores, order, axis=1)
-    index = np.arange(scores.shape[1])
-    is_first = np.ones(scores.shape, dtype=bool)
-    np.not_equal(ranked[:, 1:], ranked[:, :-1], out=is_first[:, 1:])
-    first = np.maximum.accumulate(np.where(is_first, index, 0), axis=1)
-    is_last = np.ones(scores.shape, dtype=bool)
-    is_last[:, :-1] = is_first[:, 1:]
-    last = np.where(is_last, index, scores.shape[1])
-    last = np.minimum.accumulate(last[:, ::-1], axis=1)[:, ::-1]
-    better, equal = np.empty_like(order), np.empty_like(order)
-    np.put_along_axis(better, order, first, axis=1)
-    np.put_along_axis(equal, order, last - first + 1, axis=1)
-    return better, equal
+def compute_accuracy(scores: TaskScores) -> float:
+    """Return the mean over homes of the share of right answers."""
+    return float(scores.is_correct.mean(axis=1).mean())
 
 
-def compute_probabilities(scores: np.ndarray, kind: ScoreKind) -> np.ndarray:
-    """Turn scores into probabilities of the places, (Q, F), each row summing to one.
-
-    The one place that says what the scores of a policy mean as probabilities:
-
-    - "weights" (heuristics, filters, oracles): in proportion to the scores, negative ones and
-      -inf as 0;
-    - "logits" (networks): softmax over the places, -inf as 0. The loss weighs true and false
-      edges alike, which multiplies every edge's odds by the same factor; the softmax divides it
-      out again.
-
-    A row without any mass is spread evenly over all furniture, as its choice is.
-
-    Args:
-        scores: (Q, F).
-        kind: `Policy.score_kind`.
-    """
-    if kind == "logits":
-        best = scores.max(axis=1, keepdims=True)
-        weights = np.exp(scores - np.where(np.isfinite(best), best, 0.0))
-    else:
-        weights = np.maximum(scores, 0.0)
-    total = weights.sum(axis=1, keepdims=True)
-    even = np.full(scores.shape, 1 / scores.shape[1])
-    return np.divide(weights, total, out=even, where=total > 0)
+def compute_away_accuracy(scores: TaskScores) -> float:
+    """Return the share of right answers about objects that have left their last known place."""
+    is_away = scores.is_away
+    return float(scores.is_correct[is_away].mean()) if is_away.any() else float("nan")
 
 
 def compute_calibration_error(
@@ -123,15 +77,36 @@ def compute_nll(likelihood: np.ndarray) -> float:
     return float(-np.log(np.maximum(likelihood, MIN_PROBABILITY)).mean())
 
 
-def compute_away(memory: MemoryBatch, queries: Queries, answers: np.ndarray) -> np.ndarray:
-    """Mark the queries whose object was seen before and is not where it was last seen, bool (Q,).
+def _compute_mean(scores: TaskScores) -> float:
+    """Return the mean over homes of their mean score per step."""
+    return float(scores.home_values.mean())
 
-    What an agent has seen depends on its policy, and so does which objects are away for it.
 
-    Args:
-        memory: before the look that follows the query.
-        queries: the queries.
-        answers: furniture that truly holds such an object, bool (Q, F).
-    """
-    last = memory.objects["last_furniture"][queries.object]
-    return (last != NEVER) & ~answers[np.arange(len(last)), last]
+def _index(*metrics: Metric) -> Mapping[str, Metric]:
+    return {metric.name: metric for metric in metrics}
+
+
+# What tasks score a step with; `Task.metric` names one of them.
+STEP_METRICS = _index(
+    Metric("accuracy", "accuracy", ".3f", True, _compute_mean),
+    Metric("ndcg", "NDCG", ".3f", True, _compute_mean),
+    Metric("looks", "looks", ".2f", False, _compute_mean),
+)
+
+# What is computed of the answers in every task: columns of tables and CSV files in this order,
+# numbers of results. One entry here makes one more.
+METRICS = _index(
+    Metric("accuracy", "answers right", ".3f", True, compute_accuracy),
+    Metric("away_accuracy", "right if away", ".3f", True, compute_away_accuracy),
+    Metric(
+        "calibration_error", "ECE", ".3f", False,
+        lambda scores: compute_calibration_error(
+            scores.confidence.ravel(), scores.is_correct.ravel()
+        ),
+    ),
+    Metric("nll", "NLL", ".2f", False, lambda scores: compute_nll(scores.likelihood.ravel())),
+    # docs/design.md, ruling 12: near 1
+    Metric(
+        "candidate_recall", "recall", ".3f", True, lambda scores: float(scores.has_candidate.mean())
+    ),
+)  # fmt: skip

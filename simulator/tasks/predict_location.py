@@ -2,64 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from simulator.world.homes import NUM_RELATIONS, Homes
-from simulator.world.streams import sample_best, sample_categorical
+from simulator.tasks.answer import Answer
+from simulator.tasks.queries import compute_answers
+from simulator.tasks.rollout import Rollout
+from simulator.tasks.task import Task
+from simulator.world.streams import sample_best
 
 
-def sample_query(homes: Homes) -> np.ndarray:
-    """Ask one question per home; return the object slot it is about, (H,).
+class PredictLocation(Task):
+    """A home scores 1 if the chosen furniture holds the object.
 
-    With probability one half uniform among the objects that moved in this step and are present,
-    else with weight `move_freq` among all that are present.
-
-    Source: appendix "Choice of query object"; docs/design.md, ruling 9.
+    Source: paper section 5.2; docs/design.md, ruling 10.
     """
-    uniform = homes.streams.rows("query", 2).next()
-    weights = compute_query_weights(homes, homes.is_present, uniform[:, 0])
-    return sample_categorical(weights, uniform[:, 1])
+
+    title = "Predict Object Location"
+    metric = "accuracy"
+
+    def run(self, num_steps: int) -> Iterator[np.ndarray]:
+        """Play steps; each tells whether the homes' answers were right, 0 or 1 (H,)."""
+        for answer in predict_locations(self.rollout, num_steps):
+            self.on_answer(answer)
+            yield answer.is_correct.astype(float)
 
 
-def compute_query_weights(homes: Homes, is_open: np.ndarray, uniform: np.ndarray) -> np.ndarray:
-    """Return the weights that an object to ask for is drawn with, (H, C).
+def predict_locations(rollout: Rollout, num_steps: int) -> Iterator[Answer]:
+    """Ask one question per home and step; each answer is yielded before its look is remembered.
 
-    Args:
-        homes: the true homes.
-        is_open: objects that may be asked for, bool (H, C); some in each row.
-        uniform: below one half to ask for an object that has moved, (H,).
-
-    Source: docs/design.md, ruling 9.
+    The furniture of the highest score is looked at, ties broken at random; a policy without any
+    opinion (all -inf) chooses among all furniture of the home.
     """
-    moved = homes.object_moved & is_open
-    by_frequency = np.where(is_open, homes.move_freq[homes.object_type], 0.0)
-    by_frequency = np.where(by_frequency.any(axis=1, keepdims=True), by_frequency, is_open)
-    ask_moved = (uniform < 0.5) & moved.any(axis=1)
-    return np.where(ask_moved[:, None], moved, by_frequency)
-
-
-def compute_answers(homes: Homes, code: np.ndarray, home: np.ndarray | None = None) -> np.ndarray:
-    """Mark the furniture that holds an object with the description asked for, bool (Q, F).
-
-    Args:
-        homes: the true homes.
-        code: description codes, (Q,).
-        home: of each, (Q,); None for one query per home, in order.
-
-    Source: docs/design.md, ruling 10.
-    """
-    if home is None:
-        home = np.arange(homes.num_homes)
-    answers = np.zeros((len(code), homes.num_furniture), dtype=bool)
-    is_asked = (homes.object_code[home] == code[:, None]) & homes.is_present[home]
-    query, slot = np.divmod(np.flatnonzero(is_asked), homes.num_slots)
-    answers[query, homes.object_place[home[query], slot] // NUM_RELATIONS] = True
-    return answers
-
-
-def choose_furniture(scores: np.ndarray, homes: Homes) -> np.ndarray:
-    """Choose the furniture with the highest score, ties broken at random, (H, F) -> (H,).
-
-    A policy without any opinion (all -inf) chooses among all furniture.
-    """
-    return sample_best(scores, homes.streams.rows("ties", 1).next()[:, 0])
+    homes, memory = rollout.homes, rollout.memory
+    for _ in range(num_steps):
+        codes, queries = rollout.ask()
+        scores = rollout.policy.scores(memory, queries)
+        uniform = homes.streams.rows("ties", 1).next()[:, 0]
+        choice = sample_best(scores, memory.is_furniture, uniform)
+        yield Answer(queries, compute_answers(homes, codes), scores, choice)
+        rollout.look(choice)

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from simulator.policies import Policy
-from simulator.tasks.metrics import compute_ndcg
-from simulator.tasks.predict_location import compute_answers, compute_query_weights
-from simulator.tasks.task import Answered, Task
+from simulator.tasks.answer import Answer
+from simulator.tasks.ndcg import compute_ndcg
+from simulator.tasks.queries import compute_answers, compute_query_weights
+from simulator.tasks.task import Task
 from simulator.world.homes import NUM_RELATIONS, Homes
 from simulator.world.streams import sample_best, sample_categorical
 
@@ -24,8 +25,7 @@ class RelativeLikelihood(Task):
     """
 
     title = "Predict Relative Location Likelihood"
-    metric = "NDCG"
-    is_higher_better = True
+    metric = "ndcg"
 
     def __init__(self, homes: Homes, policy: Policy, num_queries: int = 5) -> None:
         """Start at t = 0 with an empty memory.
@@ -52,28 +52,23 @@ class RelativeLikelihood(Task):
             home = np.repeat(np.arange(homes.num_homes), self.num_queries)  # (H * K,)
             codes, queries = rollout.ask_for(home, slots.ravel())
             scores = rollout.policy.scores(rollout.memory, queries)
-            choice = self._choose(scores)
+            uniform = homes.streams.rows("likelihood ties", self.num_queries).next().ravel()
+            choice = sample_best(scores, rollout.memory.is_furniture[home], uniform)
             answers = compute_answers(homes, codes, home)
-            gains = compute_gains(homes, home, codes)
-            self.on_answer(Answered(queries, answers, scores, choice, grades=gains))
-            ndcg = compute_ndcg(scores, gains)
+            relevance = compute_relevance(homes, home, codes)
+            self.on_answer(Answer(queries, answers, scores, choice, relevance=relevance))
+            ndcg = compute_ndcg(scores, relevance)
             for furniture in list_looks(choice.reshape(slots.shape)):
                 rollout.look(furniture)
             yield ndcg.reshape(slots.shape).mean(axis=1)
-
-    def _choose(self, scores: np.ndarray) -> np.ndarray:
-        """Choose the furniture of the highest score, ties at random, (H * K, F) -> (H * K,)."""
-        streams = self.rollout.homes.streams
-        uniform = streams.rows("likelihood ties", self.num_queries).next().ravel()
-        return sample_best(scores, uniform)
 
 
 def sample_queries(homes: Homes, num_queries: int) -> np.ndarray:
     """Ask K questions per home; return the object slots they are about, (H, K).
 
     Each is drawn like a single one (docs/design.md, ruling 9), among the objects whose
-    description was not asked
-    for yet in this step; a home without any such object left is asked for the same again.
+    description was not asked for yet in this step; a home without any such object left is asked for
+    the same again.
     """
     uniform = homes.streams.rows("queries", 2 * num_queries).next()
     uniform = uniform.reshape(homes.num_homes, num_queries, 2)
@@ -88,8 +83,8 @@ def sample_queries(homes: Homes, num_queries: int) -> np.ndarray:
     return slots
 
 
-def compute_gains(homes: Homes, home: np.ndarray, codes: np.ndarray) -> np.ndarray:
-    """Return what each furniture node is worth for descriptions, (n,), (n,) -> (n, F).
+def compute_relevance(homes: Homes, home: np.ndarray, codes: np.ndarray) -> np.ndarray:
+    """Return the relevance of each furniture node to descriptions, (n,), (n,) -> (n, F).
 
     The row of the true T; all objects of a description share one row.
 

@@ -1,40 +1,17 @@
-"""Homes in lockstep: evolve, ask, answer, look, remember, score."""
+"""Homes in lockstep, with the memory and the policy of an agent: evolve, ask, look, remember."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.memory.place_prior import PlacePrior
 from simulator.policies import Policy
-from simulator.tasks.predict_location import choose_furniture, compute_answers, sample_query
+from simulator.tasks.queries import sample_query
 from simulator.world.homes import Homes
-from simulator.world.sensing import observe
-
-
-@dataclass(frozen=True, slots=True)
-class Step:
-    """One step of Predict Object Location in H homes, before the look is folded in.
-
-    Attributes:
-        queries: one query per home.
-        answers: furniture that holds an object asked for, bool (H, F).
-        scores: what the policy said, (H, F).
-        choice: the furniture chosen, (H,).
-    """
-
-    queries: Queries
-    answers: np.ndarray
-    scores: np.ndarray
-    choice: np.ndarray
-
-    @property
-    def is_correct(self) -> np.ndarray:
-        """Whether the chosen furniture holds an object asked for, bool (H,)."""
-        return self.answers[np.arange(len(self.choice)), self.choice]
+from simulator.world.sensing import Observation, observe
 
 
 def make_memory(homes: Homes) -> MemoryBatch:
@@ -59,7 +36,7 @@ def make_memory(homes: Homes) -> MemoryBatch:
 
 
 class Rollout:
-    """Predict Object Location, played by one policy in H homes at once.
+    """One policy and its memory in H homes at once; tasks say what is asked and looked at.
 
     Attributes:
         homes: the true homes.
@@ -81,15 +58,6 @@ class Rollout:
         self._homes = np.arange(homes.num_homes)
         self.on_change: Callable[[Change], None] = lambda change: None
 
-    def run(self, num_steps: int) -> Iterator[Step]:
-        """Play steps; each is yielded before its look enters the memory."""
-        for _ in range(num_steps):
-            codes, queries = self.ask()
-            scores = self.policy.scores(self.memory, queries)
-            choice = choose_furniture(scores, self.homes)
-            yield Step(queries, compute_answers(self.homes, codes), scores, choice)
-            self.look(choice)
-
     def ask(self) -> tuple[np.ndarray, Queries]:
         """Evolve every home by one step and ask its query: description codes (H,), queries."""
         self.evolve()
@@ -110,7 +78,7 @@ class Rollout:
         types = self.homes.object_descriptions.type_of_code[codes]
         return self.memory.query(homes, codes, self._label_of_type[types], self._prior_type[types])
 
-    def look(self, furniture: np.ndarray) -> None:
+    def look(self, furniture: np.ndarray) -> Observation:
         """Fold one look per home into the memory; a negative index means no look there, (H,)."""
         memory = self.memory
         seen = observe(self.homes, furniture)
@@ -121,3 +89,4 @@ class Rollout:
         change = memory.observe(seen.home, seen.furniture, rows, seen.seen_relation)
         self.policy.observe(memory, change)
         self.on_change(change)
+        return seen

@@ -4,41 +4,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from simulator.memory.memory_batch import Queries
 from simulator.policies import Policy
+from simulator.tasks.answer import Answer
 from simulator.tasks.rollout import Rollout
 from simulator.world.homes import Homes
-
-
-@dataclass(frozen=True, slots=True)
-class Answered:
-    """Q queries answered at once, before the looks that they lead to.
-
-    Attributes:
-        queries: what was asked; homes ascending, each as often as it was asked.
-        answers: furniture that truly holds an object asked for, bool (Q, F).
-        scores: what the policy said, -inf where it has no opinion, (Q, F).
-        choice: the furniture that it leads to, (Q,).
-        is_repeat: whether the same was asked earlier in this step: a search that goes on.
-        grades: what each place is worth, where the task grades places, (Q, F).
-    """
-
-    queries: Queries
-    answers: np.ndarray
-    scores: np.ndarray
-    choice: np.ndarray
-    is_repeat: bool = False
-    grades: np.ndarray | None = None
-
-    @property
-    def is_correct(self) -> np.ndarray:
-        """Whether the chosen furniture holds an object asked for, bool (Q,)."""
-        return self.answers[np.arange(len(self.choice)), self.choice]
 
 
 class Task(ABC):
@@ -49,15 +22,13 @@ class Task(ABC):
 
     Attributes:
         title: of tables and figures.
-        metric: name of a step's score.
-        is_higher_better: whether a high score is a good one.
+        metric: name of what a step is scored with, see `simulator.tasks.metrics.STEP_METRICS`.
         rollout: the homes, the memory and the policy.
         on_answer: called with every batch of answers before the looks change the memory.
     """
 
     title: ClassVar[str]
     metric: ClassVar[str]
-    is_higher_better: ClassVar[bool]
 
     def __init__(self, homes: Homes, policy: Policy) -> None:
         """Start at t = 0 with an empty memory.
@@ -66,12 +37,8 @@ class Task(ABC):
             homes: the true homes.
             policy: who answers.
         """
-        self.rollout = self.start(homes, policy)
-        self.on_answer: Callable[[Answered], None] = lambda answered: None
-
-    def start(self, homes: Homes, policy: Policy) -> Rollout:
-        """Make the rollout that the task is played in."""
-        return Rollout(homes, policy)
+        self.rollout = Rollout(homes, policy)
+        self.on_answer: Callable[[Answer], None] = lambda answer: None
 
     @abstractmethod
     def run(self, num_steps: int) -> Iterator[np.ndarray]:

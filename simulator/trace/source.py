@@ -203,24 +203,6 @@ class RecordedSource(HomeSource):
                 "in trace and val_trace. Take it out of one."
             )
 
-    def check_sizes(self) -> None:
-        """Check that all homes have as many rooms and furniture nodes, as one data set must.
-
-        Raises:
-            ValueError: if not.
-        """
-        sizes = {
-            (len(layout.rooms), len(layout.furniture)): trace.name
-            for trace in self.traces
-            for layout in [trace.layout]
-        }
-        if len(sizes) > 1:
-            found = ", ".join(f"{r} and {f} ({name})" for (r, f), name in sizes.items())
-            raise ValueError(
-                "homes of one collection must have equal numbers of rooms and of furniture, got "
-                f"{found}. Collect them into folders of their own."
-            )
-
     def list_groups(self, homes: Sequence[int]) -> list[Group]:
         """Group homes of equal layout, rules and numbers of slots.
 

@@ -162,9 +162,9 @@ class SampledSource(HomeSource):
     @property
     def labels(self) -> list[str]:
         """House, floor, rooms, and all that the prior names."""
-        names = [row.label for row in self.prior.furniture]
-        names += [row.label for row in self.prior.objects]
-        return list(dict.fromkeys(["house", "floor", *self.home.rooms, *names]))
+        furniture = [row.label for row in self.prior.furniture]
+        objects = [row.label for row in self.prior.objects]
+        return list(dict.fromkeys(["house", "floor", *self.home.rooms, *furniture, *objects]))
 
     def list_groups(self, homes: Sequence[int]) -> list[Group]:
         """Return all homes as one group."""

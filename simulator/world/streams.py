@@ -168,10 +168,13 @@ def _accumulate(weights: np.ndarray) -> np.ndarray:
     return cumulative
 
 
-def sample_best(scores: np.ndarray, uniform: np.ndarray) -> np.ndarray:
-    """Return the index of the highest score of each row, ties at random, (n, m), (n,) -> (n,).
+def sample_best(scores: np.ndarray, is_open: np.ndarray, uniform: np.ndarray) -> np.ndarray:
+    """Return the index of the highest open score of each row, ties at random, (n,).
 
-    A row of -inf alone is a tie of all.
+    Args:
+        scores: (n, m); a row without anything above -inf is a tie of all that is open.
+        is_open: what may be chosen, bool (n, m); some in each row.
+        uniform: (n,) in [0, 1).
     """
-    is_best = scores == scores.max(axis=1, keepdims=True)
-    return sample_categorical(is_best.astype(float), uniform)
+    best = np.where(is_open, scores, -np.inf).max(axis=1, keepdims=True)
+    return sample_categorical((is_open & (scores == best)).astype(float), uniform)

@@ -58,7 +58,7 @@ def test_they_come_after_the_belief_and_survive_forgetting(hand_written):
     snapshots = dataclasses.replace(
         hand_written,
         clock=np.array([[20.0 * HOUR, HOUR]]),
-        query_belief=np.full((1, 2, 4), 0.5, dtype=np.float32),
+        extras={"belief": np.full((2, 4), 0.5, dtype=np.float32)},
     )
     config = FeatureConfig(memory=False, belief=True, clock=True)
     graph = GraphBuilder(config).build(snapshots).graph

@@ -1,4 +1,4 @@
-"""What is collected beside snapshots: a filter's belief and grades, read back on query edges."""
+"""Extras of snapshots, a filter's belief and the relevance of places, read back on query edges."""
 
 import dataclasses
 
@@ -50,8 +50,8 @@ def test_a_collected_belief_is_what_a_live_filter_believes(task, policy, tmp_pat
     for _ in game.run(config.steps):
         pass
     order = np.argsort(np.concatenate(home), kind="stable")
-    found = dataset.take(np.arange(len(dataset))).query_belief
-    np.testing.assert_array_equal(found, np.concatenate(live)[order])
+    found = dataset.take(np.arange(len(dataset))).extras["belief"]
+    np.testing.assert_array_equal(found, np.concatenate(live)[order].reshape(-1, 4))
 
 
 def test_a_collection_without_belief_is_what_it_was(tmp_path):
@@ -63,9 +63,9 @@ def test_a_collection_without_belief_is_what_it_was(tmp_path):
         SnapshotDataset(tmp_path / name, GraphBuilder(FeatureConfig())).take(np.arange(5))
         for name in ("with", "without")
     )
-    assert without.query_belief is None
+    assert (list(with_belief.extras), list(without.extras)) == (["belief"], [])
     for field in dataclasses.fields(without):
-        if field.name != "query_belief":
+        if field.name != "extras":
             found = getattr(with_belief, field.name)
             np.testing.assert_array_equal(found, getattr(without, field.name))
     builder = GraphBuilder(FeatureConfig(belief=True))
@@ -83,8 +83,7 @@ def test_belief_stands_on_its_query_edge_alone():
         belief = np.zeros((len(queries.home), 12, 4), dtype=np.float32)
         # the same number at no two places: query q, furniture f -> (12 q + f + 1) / 100
         belief[..., 3] = np.arange(1, 12 * len(belief) + 1).reshape(-1, 12) / 100
-        snapshots = take_snapshots(game.rollout.memory, queries)
-        snapshots = dataclasses.replace(snapshots, query_belief=belief)
+        snapshots = take_snapshots(game.rollout.memory, queries, extras={"belief": belief})
         batches.append(GraphBuilder(FeatureConfig(belief=True), 1).build(snapshots))
 
     game.on_answer = keep
@@ -103,7 +102,7 @@ def test_belief_stands_on_its_query_edge_alone():
             np.testing.assert_allclose(data["feature"][:, 13], expected, atol=1e-6)
 
 
-def test_grades_are_the_true_rows_of_t(tmp_path):
+def test_relevance_is_the_true_rows_of_t(tmp_path):
     """Collected, read back and put on the query edges: the row of T of the object asked for."""
     config = CollectConfig(
         num_homes=2,
@@ -130,19 +129,20 @@ def test_grades_are_the_true_rows_of_t(tmp_path):
     order = np.argsort(np.concatenate(home), kind="stable")
     expected = np.concatenate(rows)[order]
     indices = np.arange(len(dataset))
-    np.testing.assert_allclose(dataset.take(indices).query_grades, expected, rtol=1e-6)
+    found = dataset.take(indices).extras["relevance"]
+    np.testing.assert_allclose(found, expected.ravel(), rtol=1e-6)
     graph = dataset.__getitems__(indices.tolist()).graph
     for etype in QUERY_EDGE_TYPES:
         data, furniture = graph.edges[etype].data, graph.edges(etype=etype)[1]
         local = graph.nodes["furniture"].data["index"][furniture]
         np.testing.assert_allclose(
-            data["grade"], expected[data["query"].numpy(), local.numpy()], rtol=1e-6
+            data["relevance"], expected[data["query"].numpy(), local.numpy()], rtol=1e-6
         )
 
 
-def test_a_task_without_grades_has_none(tmp_path):
+def test_a_task_without_relevance_has_none(tmp_path):
     config = CollectConfig(num_homes=1, steps=3, homes=SampledSource(home=HOUSE), grades=True)
     collect(config, tmp_path, progress=False)
     dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig()))
-    assert dataset.take(np.arange(3)).query_grades is None
-    assert "grade" not in dataset[0].graph.edges[QUERY_EDGE_TYPES[0]].data
+    assert not dataset.take(np.arange(3)).extras
+    assert "relevance" not in dataset[0].graph.edges[QUERY_EDGE_TYPES[0]].data

@@ -107,7 +107,7 @@ def test_remembered_edges_of_the_query_are_not_proposed_again(builder, hand_writ
     asked_for_mug = dataclasses.replace(
         hand_written,
         query_object=np.array([0]),
-        query_prior=np.array([[[0.0, 0.1], [0.2, 0.0]]], dtype=np.float32),
+        query_prior=np.array([[0.0, 0.1], [0.2, 0.0]], dtype=np.float32),
     )
     graph = builder.build(asked_for_mug).graph
     assert graph.num_edges(ON_TOP) == 1  # remembered
@@ -116,7 +116,7 @@ def test_remembered_edges_of_the_query_are_not_proposed_again(builder, hand_writ
 
 
 def test_an_object_that_the_prior_does_not_know_may_be_anywhere(builder, hand_written):
-    unknown = dataclasses.replace(hand_written, query_prior=np.zeros((1, 2, 2), dtype=np.float32))
+    unknown = dataclasses.replace(hand_written, query_prior=np.zeros((2, 2), dtype=np.float32))
     graph = builder.build(unknown).graph
     assert graph.edges[ON_TOP].data["query"].tolist() == [-1, 0, 0]
 
@@ -203,7 +203,7 @@ def test_without_memory_there_is_the_layout_and_the_question(hand_written):
     for ntype in ("furniture", "object"):
         assert not graph.nodes[ntype].data["temporal"].any()
     later = dataclasses.replace(
-        hand_written, time=hand_written.time + 50, furniture_num_observed=np.array([[9, 9]])
+        hand_written, time=hand_written.time + 50, furniture_num_observed=np.array([9, 9])
     )
     again = GraphBuilder(config).build(later).graph
     for etype in EDGE_TYPES:

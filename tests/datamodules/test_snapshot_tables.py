@@ -22,6 +22,8 @@ def make_home(rng, num_snapshots, num_versions):
     """Arrays of a home whose versions begin and end anywhere; each is known by `stamp`."""
     shard = {
         "room_label": np.arange(2, dtype=np.int32),
+        "furniture_label": np.arange(3, dtype=np.int32),
+        "snapshot_furniture_prior": np.zeros((num_snapshots, 3), dtype=np.float32),
         "snapshot_time": np.arange(num_snapshots, dtype=np.int32),
         "object_label": np.zeros(1, dtype=np.int32),
         "edge_object": np.zeros(1, dtype=np.int32),

@@ -85,6 +85,7 @@ def make_batch(
         graph.nodes[ntype].data["label"] = torch.from_numpy(rng.integers(NUM_LABELS, size=count))
         graph.nodes[ntype].data["temporal"] = _uniform(rng, count, NODE_TEMPORAL_DIM)
         graph.nodes[ntype].data["degree"] = degree
+        graph.nodes[ntype].data["snapshot"] = torch.arange(count) // per_snapshot[ntype]
     for etype in EDGE_TYPES:
         graph.edges[etype].data["feature"] = _uniform(rng, graph.num_edges(etype), EDGE_FEATURE_DIM)
     for etype in QUERY_EDGE_TYPES:
@@ -120,6 +121,8 @@ def take_snapshot() -> Callable[[SGMBatch, int], SGMBatch]:
         for etype in QUERY_EDGE_TYPES:
             query = part.edges[etype].data["query"]
             part.edges[etype].data["query"] = torch.where(query >= 0, 0, -1)
+        for ntype in NODE_TYPES:
+            part.nodes[ntype].data["snapshot"].zero_()
         return SGMBatch(graph=part, text=batch.text, num_snapshots=1)
 
     return take

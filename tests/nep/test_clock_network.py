@@ -13,7 +13,7 @@ from nep import Clock, ObjectFinder, SceneGraphMemory, Sighting, evaluate, expor
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.encoders import MLP
 from nep.layers.flat_graph import FlatGraph
-from nep.model.hit_rate import TopOneHitRate
+from nep.model.hits_at_1 import HitsAtOne
 from nep.model.loss import balanced_bce
 from nep.model.module import NEPModule
 from nep.players.checkpoints import PRETRAINED, load_config, load_trained
@@ -55,7 +55,7 @@ def train_and_score(data: SGMDataModule, clock: bool) -> float:
         optimizer.zero_grad()
         balanced_bce(module(batch), FlatGraph.from_batch(batch).query_target).backward()
         optimizer.step()
-    hits = TopOneHitRate()
+    hits = HitsAtOne()
     for batch in data.val_dataloader():
         graph = FlatGraph.from_batch(batch)
         with torch.no_grad():

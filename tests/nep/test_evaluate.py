@@ -48,8 +48,7 @@ def test_all_tasks_and_policies(tmp_path, checkpoint, capsys):
     out = tmp_path / "out"
     main(["--out", str(out), *SMALL, "--checkpoint", f"NEP-MLP={checkpoint}"])
     assert {path.name for path in out.iterdir()} == {
-        "results.json", "table.md", "table.csv", "predict_location_over_steps.png",
-        "relative_likelihood_over_steps.png", "find_object_over_steps.png",
+        "results.json", "table.md", "table.csv", *(f"{task}_over_steps.png" for task in TASKS)
     }  # fmt: skip
     results = read(out)
     assert list(results["tasks"]) == list(TASKS)
@@ -109,7 +108,7 @@ def test_workers_share_the_homes_out(tmp_path, checkpoint):
         main(["--out", str(tmp_path / name), *arguments, "--workers", workers])
         tables.append(read(tmp_path / name)["tasks"])
     network, other = (table["predict_location"]["policies"].pop("N") for table in tables)
-    assert other["nll"] == pytest.approx(network["nll"], rel=1e-5)
+    assert other["metrics"]["nll"] == pytest.approx(network["metrics"]["nll"], rel=1e-5)
     assert tables[0] == tables[1]
 
 

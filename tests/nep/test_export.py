@@ -20,6 +20,7 @@ from nep.players.policy import NEPPolicy
 from nep.report.model_card import make_card
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.policies import make_policy
+from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 
 
@@ -62,7 +63,7 @@ def folder(exported, tmp_path) -> Path:
 def play_both(one: NEPPolicy, other: NEPPolicy) -> None:
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "test", range(3)))
     rollout = Rollout(homes, make_policy("bayesian", homes))
-    for step in rollout.run(6):
+    for step in predict_locations(rollout, 6):
         scores = [policy.scores(rollout.memory, step.queries) for policy in (one, other)]
         assert np.array_equal(*scores)
         assert np.isfinite(scores[0]).any()

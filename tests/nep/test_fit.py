@@ -58,7 +58,7 @@ def test_fit_writes_what_replays_reloads_and_resumes(folder, capsys):
     events = EventAccumulator(str(run)).Reload()
     scalars = {name: len(events.Scalars(name)) for name in events.Tags()["scalars"]}
     assert scalars["train/loss"] == cli.trainer.global_step
-    for name in ("train/top_one", "train/auroc", "val/loss", "val/top_one", "val/auroc",
+    for name in ("train/hits_at_1", "train/auroc", "val/loss", "val/hits_at_1", "val/auroc",
                  "val/average_precision"):  # fmt: skip
         assert scalars[name] == 1, name  # once an epoch
 

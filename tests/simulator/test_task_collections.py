@@ -49,7 +49,7 @@ def test_one_snapshot_per_answer(reference):
         shard = load_shard(folder / f"home_{home:06d}.safetensors")
         assert len(shard["snapshot_time"]) == expected[home]
         own = [part.answers[part.queries.home == home] for part in answered]
-        np.testing.assert_array_equal(shard["snapshot_answers"], np.concatenate(own))
+        np.testing.assert_array_equal(shard["snapshot_furniture_answers"], np.concatenate(own))
         assert (np.diff(shard["snapshot_time"]) >= 0).all()
         for kind in ("object", "edge", "furniture"):
             assert (shard[f"{kind}_version_valid_to"] <= expected[home]).all()

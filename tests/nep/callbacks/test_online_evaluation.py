@@ -11,9 +11,10 @@ from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.fit import main
 from nep.players.policy import NEPPolicy
 from nep.report.figures import draw_over_steps
+from nep.report.results import ScoreSummary
 from simulator import HomeConfig, Streams, evaluate_policy
 from simulator.policies import POLICIES, make_policy
-from simulator.tasks.evaluation import TaskScores
+from simulator.tasks.metrics import METRICS
 from simulator.world.source import SampledSource
 
 
@@ -70,18 +71,16 @@ def test_written_scores_are_those_of_the_checkpoint(run):
     assert set(written) == {*POLICIES, "NEP-MLP"}
     policy = NEPPolicy.load(run / "checkpoints" / "last.ckpt")
     again = evaluate_policy(lambda homes: policy, SampledSource(), Streams(0, "val", range(2)), 5)
-    assert written["NEP-MLP"]["accuracy_per_home"] == again.accuracy.tolist()
+    assert written["NEP-MLP"]["accuracy_per_home"] == again.home_values.tolist()
     assert written["NEP-MLP"]["accuracy"] == pytest.approx(again.is_correct.mean())
 
 
 def test_table_is_sorted_and_paired(capsys):
     evaluation = OnlineEvaluation(num_homes=2, steps=10, name="NEP")
-    everywhere = np.ones((2, 10), dtype=bool)
 
-    def make_scores(first: int, second: int) -> TaskScores:
+    def make_scores(first: int, second: int) -> ScoreSummary:
         right = np.arange(10) < np.array([[first], [second]])
-        half = np.full((2, 10), 0.5)
-        return TaskScores(right, everywhere, right.astype(float), everywhere, half, half)
+        return ScoreSummary(right.astype(float), dict.fromkeys(METRICS, 1.0))
 
     evaluation.scores = {
         "bayesian": make_scores(2, 4),  # accuracy 0.3
@@ -167,9 +166,7 @@ def test_plays_the_task_of_the_data_beside_some_policies(tmp_path, monkeypatch, 
 
 def test_without_policies_nothing_is_said_of_gaps(capsys):
     evaluation = OnlineEvaluation(num_homes=2, steps=10, policies=[])
-    everywhere = np.ones((2, 10), dtype=bool)
-    half = np.full((2, 10), 0.5)
-    evaluation.scores["NEP"] = TaskScores(everywhere, everywhere, half, everywhere, half, half)
+    evaluation.scores["NEP"] = ScoreSummary(np.full((2, 10), 0.5), dict.fromkeys(METRICS, 1.0))
     evaluation.print_table()
     out = capsys.readouterr().out
     assert "candidate recall 1.000" in out

@@ -12,8 +12,8 @@ from torch.utils.data import DataLoader
 from datamodules.batch import QUERY_EDGE_TYPES
 from nep.encoders import GCN, HEAT, MLP
 from nep.layers.flat_graph import FlatGraph
-from nep.model.hit_rate import TopOneHitRate
-from nep.model.loss import balanced_bce, graded_loss, listwise_loss
+from nep.model.hits_at_1 import HitsAtOne
+from nep.model.loss import balanced_bce, listwise_loss, relevance_loss
 from nep.model.module import NEPModule
 
 
@@ -62,27 +62,27 @@ def test_listwise_loss_by_hand():
     torch.testing.assert_close(logits.grad, torch.tensor(want))
 
 
-def test_graded_loss_by_hand():
-    # snapshot 0: grades 1, 3 -> weights 1/4, 3/4; logits 0, 0 -> shares 1/2: log 2
-    # snapshot 1: no grade, does not enter. snapshot 2: weight 1 on a share of 3/4: log 4/3
+def test_relevance_loss_by_hand():
+    # snapshot 0: relevance 1, 3 -> weights 1/4, 3/4; logits 0, 0 -> shares 1/2: log 2
+    # snapshot 1: none, does not enter. snapshot 2: weight 1 on a share of 3/4: log 4/3
     logits = torch.tensor([0.0, 5.0, 0.0, math.log(3), 0.0], requires_grad=True)
-    grade = torch.tensor([1.0, 0.0, 3.0, 0.2, 0.0])
+    relevance = torch.tensor([1.0, 0.0, 3.0, 0.2, 0.0])
     snapshot = torch.tensor([0, 1, 0, 2, 2])
-    loss = graded_loss(logits, grade, snapshot, 3)
+    loss = relevance_loss(logits, relevance, snapshot, 3)
     assert loss.item() == pytest.approx((math.log(2) + math.log(4 / 3)) / 2)
     loss.backward()
     # gradient: (share - weight) / 2
     want = [(1 / 2 - 1 / 4) / 2, 0, (1 / 2 - 3 / 4) / 2, (3 / 4 - 1) / 2, (1 / 4 - 0) / 2]
     torch.testing.assert_close(logits.grad, torch.tensor(want))
     logits = logits.detach().requires_grad_()
-    nothing = graded_loss(logits, torch.zeros(5), snapshot, 3)
+    nothing = relevance_loss(logits, torch.zeros(5), snapshot, 3)
     assert nothing.item() == 0
     nothing.backward()
     assert not logits.grad.any()
 
 
-def test_a_graded_batch_is_learned_by_its_grades(random_batch):
-    """The same batch with and without grades: the grades alone make the loss."""
+def test_a_batch_with_relevance_is_learned_by_it(random_batch):
+    """The same batch with and without relevance: it alone makes the loss."""
     torch.manual_seed(0)
     module = NEPModule(MLP(units=8), listwise_weight=1.0).eval()
     batch = random_batch(seed=1)
@@ -95,12 +95,12 @@ def test_a_graded_batch_is_learned_by_its_grades(random_batch):
     torch.testing.assert_close(plain, expected)
     for etype in QUERY_EDGE_TYPES:
         data = batch.graph.edges[etype].data
-        data["grade"] = torch.rand(len(data["query"]))
+        data["relevance"] = torch.rand(len(data["query"]))
     graph = FlatGraph.from_batch(batch)
-    grades = torch.cat([batch.graph.edges[e].data["grade"][batch.graph.edges[e].data["query"] >= 0]
-                        for e in QUERY_EDGE_TYPES])  # fmt: skip
-    torch.testing.assert_close(graph.query_grade, grades)
-    expected = graded_loss(logits, grades, graph.query_snapshot, graph.num_snapshots)
+    data = [batch.graph.edges[etype].data for etype in QUERY_EDGE_TYPES]
+    relevance = torch.cat([columns["relevance"][columns["query"] >= 0] for columns in data])
+    torch.testing.assert_close(graph.query_relevance, relevance)
+    expected = relevance_loss(logits, relevance, graph.query_snapshot, graph.num_snapshots)
     torch.testing.assert_close(module._compute_loss(graph, logits), expected)
 
 
@@ -131,8 +131,8 @@ def test_the_cosine_schedule_ends_at_zero(random_batch):
     assert rates == pytest.approx(want)
 
 
-def test_top_one_hit_rate_by_hand():
-    metric = TopOneHitRate()
+def test_hits_at_1_by_hand():
+    metric = HitsAtOne()
     # snapshot 0: best is true -> 1. snapshot 2: best is false -> 0. snapshot 5: two tie, one of
     # them true -> 1/2.
     metric.update(
@@ -165,8 +165,8 @@ def test_a_reloaded_checkpoint_gives_equal_logits(encoder, random_batch, tmp_pat
     torch.manual_seed(0)
     module = NEPModule(encoder(units=16), transformer_heads=4, feed_forward_units=8)
     trainer = fit(module, [random_batch(seed) for seed in range(2)])
-    assert {"train/loss", "train/top_one", "train/auroc"} <= trainer.callback_metrics.keys()
-    assert {"val/loss", "val/top_one", "val/auroc", "val/average_precision"} <= (
+    assert {"train/loss", "train/hits_at_1", "train/auroc"} <= trainer.callback_metrics.keys()
+    assert {"val/loss", "val/hits_at_1", "val/auroc", "val/average_precision"} <= (
         trainer.callback_metrics.keys()
     )
     path = tmp_path / "model.ckpt"

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from nep.players.calibration import Calibration, fit_calibration, measure_calibration
-from nep.players.searches import Searches, find_absent, play_searches
+from nep.players.searches import Decisions, find_absent, play_searches
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
 from simulator.policies import make_policy
 
 
-def sample_searches(truth: Calibration, count: int, seed: int) -> Searches:
+def sample_searches(truth: Calibration, count: int, seed: int) -> Decisions:
     """Decisions whose outcome is drawn from the probabilities of a known calibration."""
     rng = np.random.default_rng(seed)
     scores = rng.normal(0, 3, (count, 8))
@@ -17,7 +17,7 @@ def sample_searches(truth: Calibration, count: int, seed: int) -> Searches:
     probability = truth.compute_probabilities(scores, is_absent)
     choice = (probability.cumsum(axis=1) > rng.random((count, 1))).argmax(axis=1)
     answers = choice[:, None] == np.arange(9)
-    return Searches(scores, is_absent, answers, np.arange(count) % 3, truth.elsewhere_share)
+    return Decisions(scores, is_absent, answers, np.arange(count) % 3, truth.elsewhere_share)
 
 
 def test_known_parameters_are_found_again():
@@ -61,7 +61,7 @@ def test_measures_worked_by_hand():
     # is right, the second wrong: nll = -(ln 3/4 + ln 1/4) / 2, and .75 said for .5 right.
     scores = np.log(np.array([[3.0, 1.0], [3.0, 1.0]]))
     answers = np.array([[True, False, False], [False, True, False]])
-    searches = Searches(scores, np.zeros((2, 2), dtype=bool), answers, np.array([0, 1]), 0.1)
+    searches = Decisions(scores, np.zeros((2, 2), dtype=bool), answers, np.array([0, 1]), 0.1)
     got = measure_calibration(searches, Calibration())
     assert got["nll"] == pytest.approx(-np.log(3 / 16) / 2)
     assert got["ece"] == pytest.approx(0.25)

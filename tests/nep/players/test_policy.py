@@ -12,6 +12,7 @@ from nep.players.policy import NEPPolicy
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
 from simulator.policies import make_policy
 from simulator.snapshots.snapshots import take_snapshots
+from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 
 
@@ -27,7 +28,7 @@ def test_scores_are_finite_exactly_at_the_candidates(encoder):
     config = HomeConfig(furniture_per_room=4)
     homes = SampledHomes(PriorGraph.default(), config, Streams(0, "val", range(3)))
     rollout = Rollout(homes, make_policy("bayesian", homes))
-    for step in rollout.run(10):
+    for step in predict_locations(rollout, 10):
         scores = policy.scores(rollout.memory, step.queries)
         candidates = rollout.memory.compute_candidates(step.queries).any(axis=2)
         np.testing.assert_array_equal(np.isfinite(scores), candidates)
@@ -39,7 +40,7 @@ def test_the_pruned_graph_scores_like_the_full_one(encoder):
     full = NEPPolicy(pruned._module, GraphBuilder(FeatureConfig()))
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", range(2)))
     rollout = Rollout(homes, make_policy("bayesian", homes))
-    for step in rollout.run(8):
+    for step in predict_locations(rollout, 8):
         scores = [policy.scores(rollout.memory, step.queries) for policy in (pruned, full)]
         np.testing.assert_allclose(*scores, rtol=1e-4, atol=1e-5)
 
@@ -50,7 +51,7 @@ def test_a_home_scores_the_same_alone_and_beside_others():
     for numbers in ([2], [0, 1, 2]):
         homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", numbers))
         rollout = Rollout(homes, policy)
-        scores.append([step.scores[-1] for step in rollout.run(6)])
+        scores.append([step.scores[-1] for step in predict_locations(rollout, 6)])
     np.testing.assert_allclose(scores[0], scores[1], rtol=1e-4, atol=1e-5)
 
 
@@ -59,7 +60,7 @@ def test_scoring_leaves_the_model_in_training_mode():
     policy._module.train()
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", [0]))
     first, second = (
-        next(Rollout(homes, policy).run(1)).scores.shape,
+        next(predict_locations(Rollout(homes, policy), 1)).scores.shape,
         policy._module.training,
     )
     assert first == (1, 32)
@@ -72,7 +73,7 @@ def test_what_has_played_first_can_be_trained_with_the_same_builder():
     builder = GraphBuilder(FeatureConfig(), module.num_hops)
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", [0]))
     rollout = Rollout(homes, NEPPolicy(module, builder))
-    (step,) = rollout.run(1)
+    (step,) = predict_locations(rollout, 1)
     batch = builder.build(take_snapshots(rollout.memory, step.queries))
     module.predictor(batch).sum().backward()
     assert all(weight.grad is not None for weight in module.predictor.node_embedding.parameters())
@@ -127,7 +128,7 @@ def test_a_network_that_reads_a_belief_follows_it_online(monkeypatch):
     rollout = Rollout(homes, policy)
     believer.reset(rollout.memory)
     rollout.on_change = lambda change: believer.observe(rollout.memory, change)
-    for step in rollout.run(6):
+    for step in predict_locations(rollout, 6):
         believed = believer.follow(rollout.memory, step.queries).stack()
         arrays = seen[-1]
         expected = compute_belief_features(believed[arrays.query_snapshot, arrays.query_furniture])
@@ -141,7 +142,7 @@ def test_a_network_that_reads_a_belief_needs_the_rules():
     policy = NEPPolicy(module, GraphBuilder(FeatureConfig(belief=True), 0))
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", [0]))
     with pytest.raises(ValueError, match="must hold a belief"):
-        next(Rollout(homes, policy).run(1))
+        next(predict_locations(Rollout(homes, policy), 1))
 
 
 def test_a_file_that_is_no_checkpoint_is_refused(tmp_path):

@@ -6,16 +6,20 @@ import io
 import numpy as np
 import pytest
 
+from nep.report.results import ScoreSummary
 from nep.report.tables import compute_rows, format_table, make_csv, make_markdown
-from simulator.tasks.evaluation import TaskScores
+from simulator.tasks.metrics import METRICS, Metric
 from simulator.tasks.registry import TASKS
+from simulator.tasks.scores import TaskScores
 
 
-def make_scores(values) -> TaskScores:
+def make_scores(values) -> ScoreSummary:
     """Scores of two homes; half of the answers right, at confidence 0.75."""
     right = np.array([[True, False], [True, False]])
     share = np.full((2, 2), 0.75)
-    return TaskScores(right, ~right, np.array(values, dtype=float), right, share, share)
+    return ScoreSummary.of(
+        TaskScores(np.array(values, dtype=float), right, ~right, right, share, share, 2 - right)
+    )
 
 
 @pytest.fixture
@@ -40,11 +44,15 @@ def test_rows_by_hand(looks):
     assert nep.differences["last_seen_prior"].mean == 0.5
     # From 4 (bayesian) to 2 (ceiling): 3.5 is a quarter of the way.
     assert [row.gap_closed for row in rows] == [0, 0.25, 0.5, 1]
-    assert nep.accuracy == 0.5
-    assert nep.away_accuracy == 1  # what was away was right
-    assert nep.candidate_recall == 0.5
-    assert nep.calibration_error == pytest.approx(0.25)  # confidence 0.75, accuracy 0.5
-    assert nep.nll == pytest.approx(-np.log(0.75))
+    assert nep.metrics == pytest.approx(
+        {
+            "accuracy": 0.5,
+            "away_accuracy": 1,  # what was away was right
+            "calibration_error": 0.25,  # confidence 0.75, accuracy 0.5
+            "nll": -np.log(0.75),
+            "candidate_recall": 0.5,
+        }
+    )
     assert rows[0].differences["bayesian"] is None  # nobody is compared with himself
 
 
@@ -74,3 +82,13 @@ def test_markdown_and_csv_say_the_same(looks):
     assert float(read[1]["minus_bayesian_low"]) == -2
     assert float(read[1]["gap_closed"]) == 0.25
     assert read[0]["minus_bayesian"] == ""
+
+
+def test_one_entry_makes_a_column_everywhere(monkeypatch):
+    """Hits@2 of ranks 1, 2, 1, 2: all of them."""
+    hits = Metric("hits_at_2", "hits@2", ".1%", True, lambda scores: (scores.rank <= 2).mean())
+    monkeypatch.setitem(METRICS, "hits_at_2", hits)
+    rows = compute_rows(TASKS["find_object"], {"NEP": make_scores([[2, 2], [5, 5]])})
+    header, cells = format_table(TASKS["find_object"], rows)
+    assert (header[-1], cells[0][-1]) == ("hits@2", "100.0%")
+    assert make_csv({"find_object": rows}).splitlines()[0].endswith(",candidate_recall,hits_at_2")

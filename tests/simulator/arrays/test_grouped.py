@@ -2,12 +2,22 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simulator.arrays.grouped import compute_rank_in_group, concatenate_ranges, number_keys
+from simulator.arrays.grouped import (
+    compute_rank_in_group,
+    compute_starts,
+    concatenate_ranges,
+    number_keys,
+)
 
 
 def test_ranks_count_from_zero_in_every_run():
     ranks = compute_rank_in_group(np.array([2, 2, 2, 5, 7, 7]))
     assert ranks.tolist() == [0, 1, 2, 0, 0, 1]
+
+
+def test_groups_start_where_the_one_before_ends():
+    assert compute_starts(np.array([3, 0, 2])).tolist() == [0, 3, 3, 5]
+    assert compute_starts(np.zeros(0, dtype=np.int64)).tolist() == [0]
 
 
 def test_nothing_has_no_ranks_and_no_ranges():

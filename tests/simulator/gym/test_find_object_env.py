@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from simulator.policies import make_policy
-from simulator.tasks.find_object import FindObject, SearchOrder
+from simulator.tasks.find_object import FindObject
+from simulator.tasks.search import SearchOrder
 from simulator.trace import RecordedSource, record_homes
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
@@ -59,7 +60,7 @@ def test_searches_are_those_of_the_task(env, make_homes):
     home_seed = int(np.random.default_rng(11).integers(2**31))
     homes = make_homes(Streams(home_seed, "train", [0]))
     task = FindObject(homes, make_policy("ceiling", homes), order=FirstBest())
-    for episode in task.run(20):
+    for episode in task.search(20):
         assert info["query"] == homes.object_descriptions.text(int(episode.codes[0]))
         total, is_found = 0.0, False
         while not is_found:
@@ -139,7 +140,7 @@ def test_a_graph_holds_what_was_seen(env):
 
 def test_a_second_look_costs_and_changes_nothing(env):
     env.reset(seed=1)
-    wrong = np.flatnonzero(~env.unwrapped.searches.answers[0])[0]
+    wrong = np.flatnonzero(~env.unwrapped.searches.search.answers[0])[0]
     first, *_ = env.step(wrong)
     again, reward, is_found, is_cut_off, info = env.step(wrong)
     np.testing.assert_array_equal(first["graph"].nodes, again["graph"].nodes)

@@ -33,7 +33,7 @@ def small_text() -> str:
 
 @pytest.fixture(scope="session")
 def home():
-    from simulator.igridson.layout import load_layout
+    from simulator.igridson.layout_file import load_layout
 
     return load_layout()
 

@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
+from simulator.igridson.agent import GridAgent
 from simulator.igridson.env import GridAction
+from simulator.igridson.find_object import Searcher
 from simulator.igridson.placement import Placement
+from simulator.policies import make_policy
+from simulator.tasks.rollout import make_memory
 
 LEFT, RIGHT, FORWARD, LOOK = GridAction
 
@@ -147,14 +151,14 @@ def test_reward_and_end(make_env):
     for action in walk:
         env.step(action)
     table = env.layout.places.index(("living room", "side table"))
-    env.answers = np.arange(21) == table
+    env.search.answers[0] = np.arange(21) == table
     _, reward, terminated, truncated, info = env.step(LOOK)
     # five actions of at most 500: 1 - 0.9 * 5 / 500
     assert reward == pytest.approx(0.991)
     assert (terminated, truncated, info["is_found"]) == (True, False, True)
 
     env.reset(seed=0)
-    env.answers = np.zeros(21, dtype=bool)
+    env.search.answers[:] = False
     for action in walk:
         env.step(action)
     assert env.step(LOOK)[1:4] == (0.0, False, False)
@@ -245,3 +249,66 @@ def test_human_mode_shows_a_window_of_the_pictures_size(make_env):
     assert window.get_size() == (22 * 40, round((14 + 1.9) * 40))
     env.close()
     env.close()
+
+
+def test_the_memory_holds_what_the_observations_say(make_env):
+    """Whoever keeps a memory of his own from observations alone believes the same."""
+    env = make_env(max_steps=5000)
+    agent = GridAgent(env, Searcher(lambda homes: make_policy("bayesian", homes)))
+    for number in range(8):
+        for moment, _ in enumerate(agent.search(seed=3 if number == 0 else None)):
+            if (number, moment) == (0, 0):
+                own = make_memory(env.homes)
+            observation = env.gen_obs()
+            if moment == 0:
+                own.step()
+                codes = np.array([observation["query"]])
+            elif env.is_looking:
+                codes, relations = np.nonzero(observation["seen"])
+            else:
+                continue
+            home, types = codes * 0, env.homes.object_descriptions.type_of_code[codes]
+            if moment == 0:
+                own.query(home, codes, types, types)
+            else:
+                rows = own.ensure_objects(home, codes, types, types)
+                place = np.array([observation["looked"] - 1])
+                own.observe(place * 0, place, rows, relations)
+    assert list_edges(own) == list_edges(env.rollout.memory)
+    assert len(list_edges(own)) > 50
+
+
+def list_edges(memory):
+    """What is remembered, in an order that does not depend on when it was first seen."""
+    names = ("furniture", "relation", "num_observed", "num_true", "last_observed", "is_true")
+    keys = memory.objects["key"][memory.edges["object"]]
+    return sorted(zip(keys, *(memory.edges[name] for name in names), strict=True))
+
+
+def test_a_second_look_shows_the_same_and_is_an_attempt(make_env):
+    env = make_env(attempts=3)
+    env.reset(seed=0)
+    for action in (FORWARD, LEFT, FORWARD, FORWARD):
+        env.step(action)
+    env.search.answers[:] = False
+    first, *_ = env.step(LOOK)
+    again, _, is_over, _, info = env.step(LOOK)
+    assert first["seen"].any()
+    np.testing.assert_array_equal(first["seen"], again["seen"])
+    assert (again["looked"], info["num_looks"], is_over) == (first["looked"], 2, False)
+    assert env.rollout.memory.furniture_num_observed.sum() == 1
+    assert env.step(LOOK)[2]
+
+
+def test_a_small_home_with_more_attempts_than_places(make_env, small_text, tmp_path):
+    path = tmp_path / "small.txt"
+    path.write_text(small_text, "utf-8")
+    env = make_env(layout=path, attempts=10)
+    for travel in (False, True):
+        searcher = Searcher(lambda homes: make_policy("priors", homes), is_travel_aware=travel)
+        agent = GridAgent(env, searcher)
+        for number in range(10):
+            for _ in agent.search(seed=1 if number == 0 else None):
+                pass
+            assert env.is_found
+            assert len(env.looked_at) == len(set(env.looked_at)) <= 3

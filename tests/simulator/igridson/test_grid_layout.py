@@ -3,7 +3,7 @@ import re
 import numpy as np
 import pytest
 
-from simulator.igridson.layout import load_layout, parse_layout
+from simulator.igridson.layout_file import load_layout, parse_layout
 
 
 def test_shipped_home_is_the_papers(home):

@@ -4,7 +4,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from simulator.igridson.layout import parse_layout
+from simulator.igridson.layout_file import parse_layout
 from simulator.igridson.navigation import DIRECTIONS, Routes
 
 SIDES = ((0, 1), (1, 0), (0, -1), (-1, 0))

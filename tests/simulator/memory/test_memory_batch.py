@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from simulator.arrays.table import Table
-from simulator.memory.candidates import propose_places, sample_places
+from simulator.memory.candidates import propose_places, propose_rows, sample_places
 from simulator.memory.memory_batch import NEVER
 from simulator.memory.place_prior import PlacePrior
 
@@ -303,13 +303,29 @@ def test_furniture_in_a_strange_room_takes_the_mean_over_the_rooms_that_have_it(
 
 
 def test_places_without_a_prior_are_drawn_at_random():
-    chosen = sample_places((5000, 6), 2, rng=np.random.default_rng(0))
-    assert chosen.shape == (5000, 6, 2)
+    chosen = sample_places(np.full(5000, 6), 2, rng=np.random.default_rng(0)).reshape(5000, 6, 2)
     assert not chosen[..., IN].any()
     assert (chosen[..., ON].sum(axis=1) == 2).all()
     share = chosen[..., ON].mean(axis=0)  # 1/3 each, standard deviation 0.0067
     np.testing.assert_allclose(share, 1 / 3, atol=0.03)
-    assert sample_places((3, 4), 9, rng=np.random.default_rng(0))[..., ON].all()
+
+
+def test_homes_of_any_size_get_so_many_random_places_or_all():
+    chosen = sample_places(np.array([4, 0, 1, 3]), 2, rng=np.random.default_rng(0))
+    assert chosen.shape == (8, 2)
+    assert [part.sum() for part in np.split(chosen[:, ON], [4, 4, 5])] == [2, 0, 1, 2]
+
+
+def test_places_in_one_row_are_proposed_like_padded_ones():
+    """Two homes of three furniture nodes, then the same rows cut to two and one."""
+    prior = np.array([[[0, 0.2], [0.5, 0], [0, 0]], [[0, 0], [0, 0], [0, 0]]])
+    query = np.array([0, 0, 0, 1, 1, 1])
+    for threshold in (0.0, 0.3):
+        expected = propose_places(prior, threshold).reshape(6, 2)
+        rows = prior.reshape(6, 2)
+        np.testing.assert_array_equal(propose_rows(rows, query, 2, threshold), expected)
+    cut = propose_rows(rows[[0, 1, 3]], query[[0, 1, 3]], 2)
+    assert cut.tolist() == [[False, True], [True, False], [False, True]]
 
 
 def test_proposals_leave_their_input_alone():

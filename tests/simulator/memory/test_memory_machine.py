@@ -18,8 +18,8 @@ from hypothesis.stateful import (
 )
 
 from simulator import Bayesian, SceneGraphMemory, Sighting
+from simulator.policies.probabilities import compute_probabilities
 from simulator.snapshots.snapshots import take_snapshots
-from simulator.tasks.metrics import compute_probabilities
 
 ROOMS = ("kitchen", "Living_Room", "attic", "Küche")
 FURNITURE = ("fridge", "counter top", "sofa", "hammock", "本棚")

@@ -21,6 +21,7 @@ from simulator.memory.sighting import SeenAt
 from simulator.memory.words import MAX_LENGTH
 from simulator.policies import make_policy
 from simulator.snapshots.snapshots import take_snapshots
+from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 
 
@@ -138,7 +139,7 @@ def test_equal_to_the_memory_of_a_simulated_home():
     for node, room in zip(homes.furniture_type[0], homes.furniture_room, strict=True):
         memory.add_furniture(prior.furniture[node].label, room=rooms[room])
     table = homes.object_descriptions
-    for step in rollout.run(15):
+    for step in predict_locations(rollout, 15):
         code = int(rollout.memory.objects["key"][step.queries.object[0]])
         memory.step()
         query = memory.query(table.text(code))

@@ -3,6 +3,7 @@ import pytest
 
 from simulator.memory.memory_batch import Change
 from simulator.policies.filters import Ceiling, PlaceFilter, PriorFilter, Rules
+from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig
 
@@ -254,7 +255,7 @@ def test_the_ceiling_knows_how_sure_it_is(make_default_homes):
     rollout = Rollout(homes, Ceiling(homes))
     rows = np.arange(30)
     said, truth = [], []
-    for step in rollout.run(60):
+    for step in predict_locations(rollout, 60):
         code = rollout.memory.objects["key"][step.queries.object]
         is_single = ((homes.object_code == code[:, None]) & homes.is_present).sum(axis=1) == 1
         was_seen = rollout.memory.objects["num_observed"][step.queries.object] > 0

@@ -67,7 +67,7 @@ def test_a_missing_shard_is_named(tmp_path):
 def test_a_manifest_comes_back(tmp_path):
     save_manifest(tmp_path, {"seed": 3, "rooms": ["kitchen"]}, {"house": "abc"})
     assert load_manifest(tmp_path) == {
-        "schema_version": 1, "settings": {"seed": 3, "rooms": ["kitchen"]},
+        "schema_version": 2, "settings": {"seed": 3, "rooms": ["kitchen"]},
         "shards": {"house": "abc"},
     }  # fmt: skip
 
@@ -81,8 +81,8 @@ def test_a_manifest_comes_back(tmp_path):
         ("{}", r"manifest must be whole, .*schema_version.*manifest\.json"),
         (json.dumps({"schema_version": 1}), r"manifest must be whole, .*settings, shards"),
         (
-            json.dumps({"schema_version": 0, "settings": {}, "shards": {}}),
-            r"manifest must have schema version 1, got 0 in .*\. Collect again with this version",
+            json.dumps({"schema_version": 1, "settings": {}, "shards": {}}),
+            r"manifest must have schema version 2, got 1 in .*\. Collect again with this version",
         ),
     ],
 )

@@ -8,6 +8,7 @@ from simulator.snapshots.snapshots import (
     Snapshots,
     take_snapshots,
 )
+from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 
 STEPS = 25
@@ -43,8 +44,8 @@ def rebuild(shard, number):
     return {
         "time": int(shard["snapshot_time"][number]),
         "furniture": [furniture.get(row, (0, -1)) for row in range(len(shard["furniture_label"]))],
-        "query_prior": shard["snapshot_prior"][number].tolist(),
-        "answers": shard["snapshot_answers"][number].tolist(),
+        "query_prior": shard["snapshot_furniture_prior"][number].tolist(),
+        "answers": shard["snapshot_furniture_answers"][number].tolist(),
         **describe_graph(nodes, edges, query),
     }
 
@@ -58,15 +59,17 @@ def read_live(live: Snapshots, home: int, answers: np.ndarray):
     edges = []
     for edge in range(len(live.edge_object)):
         if int(live.edge_object[edge]) in nodes:
-            place = (int(live.edge_furniture[edge]), int(live.edge_relation[edge]))
+            column = int(live.edge_furniture[edge] - live.first_furniture[home])
+            place = (column, int(live.edge_relation[edge]))
             values = (int(getattr(live, f"edge_{name}")[edge]) for name in EDGE_COUNTERS)
             prior = float(live.edge_prior[edge])
             edges.append((int(live.edge_object[edge]), *place, prior, *values))
-    columns = [getattr(live, f"furniture_{name}")[home].tolist() for name in FURNITURE_COUNTERS]
+    rows = slice(*live.first_furniture[home : home + 2])
+    columns = [getattr(live, f"furniture_{name}")[rows].tolist() for name in FURNITURE_COUNTERS]
     return {
         "time": int(live.time[home]),
         "furniture": list(zip(*columns, strict=True)),
-        "query_prior": live.query_prior[home].tolist(),
+        "query_prior": live.query_prior[rows].tolist(),
         "answers": answers[home].tolist(),
         **describe_graph(nodes, edges, int(live.query_object[home])),
     }
@@ -88,7 +91,7 @@ def test_every_snapshot_can_be_rebuilt_from_its_shard(make_default_homes, policy
     recorder = Recorder(rollout.memory)
     rollout.on_change = recorder.add_change
     live = []
-    for step in rollout.run(STEPS):
+    for step in predict_locations(rollout, STEPS):
         recorder.add_snapshot(step.queries, step.answers)
         snapshots = take_snapshots(rollout.memory, step.queries)
         live.append([read_live(snapshots, home, step.answers) for home in range(3)])
@@ -112,7 +115,7 @@ def test_several_looks_between_two_snapshots_leave_one_valid_version(make_tiny_h
     recorder = Recorder(rollout.memory)
     rollout.on_change = recorder.add_change
     live = []
-    for step in rollout.run(6):
+    for step in predict_locations(rollout, 6):
         recorder.add_snapshot(step.queries, step.answers)
         snapshots = take_snapshots(rollout.memory, step.queries)
         live.append([read_live(snapshots, home, step.answers) for home in range(2)])
@@ -137,7 +140,7 @@ def test_a_snapshot_by_hand(make_tiny_memory):
     queries = memory.query(np.array([1]), np.array([8]), np.array([milk]), np.array([1]))
     snapshot = take_snapshots(memory, queries)
     assert snapshot.num_snapshots == 1
-    assert snapshot.num_furniture == 6
+    assert snapshot.first_furniture.tolist() == [0, 6]
     assert snapshot.time.tolist() == [2]
     assert snapshot.object_label.tolist() == [mug, milk]
     assert snapshot.object_last_observed.tolist() == [1, -1]
@@ -145,8 +148,8 @@ def test_a_snapshot_by_hand(make_tiny_memory):
     assert snapshot.edge_object.tolist() == [0]
     assert (snapshot.edge_furniture.tolist(), snapshot.edge_relation.tolist()) == ([2], [1])
     assert snapshot.edge_prior.tolist() == pytest.approx([0.4])
-    assert snapshot.furniture_num_observed.tolist() == [[0, 0, 1, 0, 0, 0]]
-    np.testing.assert_allclose(snapshot.query_prior[0, [0, 2]], [[0.8, 0], [0, 0.2]])
+    assert snapshot.furniture_num_observed.tolist() == [0, 0, 1, 0, 0, 0]
+    np.testing.assert_allclose(snapshot.query_prior[[0, 2]], [[0.8, 0], [0, 0.2]])
     assert snapshot.answers is None
 
 
@@ -158,7 +161,8 @@ def test_two_queries_of_one_home_are_two_snapshots(make_tiny_memory):
     snapshots = take_snapshots(memory, memory.query(home, keys, keys, keys * 0))
     # Home 1 has an edge of object 7 to furniture 3, home 0 one to furniture 2.
     assert snapshots.object_snapshot.tolist() == [0, 1, 2, 2]
-    assert snapshots.edge_furniture.tolist() == [3, 2, 3]
+    assert snapshots.first_furniture.tolist() == [0, 6, 12, 18]
+    assert snapshots.edge_furniture.tolist() == [3, 6 + 2, 12 + 3]
     assert snapshots.object_snapshot[snapshots.query_object].tolist() == [0, 1, 2]
     assert snapshots.object_snapshot[snapshots.edge_object].tolist() == [0, 1, 2]
 
@@ -166,7 +170,7 @@ def test_two_queries_of_one_home_are_two_snapshots(make_tiny_memory):
 def test_snapshots_do_not_change_with_the_memory(make_tiny_homes):
     homes = make_tiny_homes(2)
     rollout = Rollout(homes, make_policy("random", homes))
-    steps = rollout.run(10)
+    steps = predict_locations(rollout, 10)
     for _ in range(5):
         step = next(steps)
     snapshots = take_snapshots(rollout.memory, step.queries)
@@ -181,7 +185,7 @@ def test_arrays_on_disk_are_small_integers_floats_and_flags(make_tiny_homes):
     rollout = Rollout(homes, make_policy("bayesian", homes))
     recorder = Recorder(rollout.memory)
     rollout.on_change = recorder.add_change
-    for step in rollout.run(5):
+    for step in predict_locations(rollout, 5):
         recorder.add_snapshot(step.queries, step.answers)
     (shard,) = recorder.finish()
     assert {array.dtype.name for array in shard.values()} == {"int32", "float32", "uint8"}

@@ -7,7 +7,8 @@ import pytest
 
 from simulator.policies import make_policy
 from simulator.policies.policy import Policy
-from simulator.tasks.find_object import ByScore, FindObject
+from simulator.tasks.find_object import FindObject
+from simulator.tasks.search import ByScore
 
 
 class Fixed(Policy):
@@ -21,15 +22,15 @@ class Fixed(Policy):
 
 
 def play(homes, policy, num_episodes, **options):
-    """Episodes, and the looks of each as {home: [furniture, ...]}."""
+    """Finished searches, and the looks of each as {home: [furniture, ...]}."""
     task = FindObject(homes, policy, **options)
     looks, episodes, order = [], [], []
-    task.on_look = looks.append
-    for episode in task.run(num_episodes):
+    task.on_answer = looks.append
+    for episode in task.search(num_episodes):
         episodes.append(episode)
         order.append({})
         for look in looks:
-            for home, furniture in zip(look.homes, look.furniture, strict=True):
+            for home, furniture in zip(look.queries.home, look.choice, strict=True):
                 order[-1].setdefault(int(home), []).append(int(furniture))
         looks.clear()
     return task, episodes, order
@@ -65,7 +66,7 @@ def test_the_home_is_static_within_an_episode_and_evolves_between(make_tiny_home
     homes = make_tiny_homes(3, seed=1, dynamic_nodes=False)
     task = FindObject(homes, make_policy("random", homes))
     places = []
-    task.on_look = lambda looks: places.append(homes.object_place.copy())
+    task.on_answer = lambda looks: places.append(homes.object_place.copy())
     seen = []
     for _ in task.run(10):
         assert all((place == places[0]).all() for place in places)
@@ -79,7 +80,7 @@ def test_every_look_enters_the_memory_with_the_time_of_its_episode(make_tiny_hom
     task = FindObject(homes, make_policy("random", homes))
     memory = task.rollout.memory
     total = np.zeros(2, dtype=int)
-    for time, episode in enumerate(task.run(15), start=1):
+    for time, episode in enumerate(task.search(15), start=1):
         total += episode.num_looks
         assert memory.time == time
         assert (memory.furniture_num_observed.sum(axis=1) == total).all()

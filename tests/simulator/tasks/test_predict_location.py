@@ -1,7 +1,10 @@
 import numpy as np
 from scipy import stats
 
-from simulator.tasks.predict_location import choose_furniture, compute_answers, sample_query
+from simulator.policies.policy import Policy
+from simulator.tasks.predict_location import predict_locations
+from simulator.tasks.queries import compute_answers, sample_query
+from simulator.tasks.rollout import Rollout
 from simulator.world.dynamics import evolve
 
 
@@ -75,17 +78,30 @@ def test_every_holder_of_the_description_is_an_answer(make_default_homes):
             assert homes.object_furniture[home, slot[home]] in holders
 
 
+class Fixed(Policy):
+    """The same scores whatever is asked."""
+
+    def __init__(self, scores):
+        self._scores = np.array(scores, dtype=float)
+
+    def scores(self, memory, queries):
+        return np.tile(self._scores, (len(queries.home), 1))
+
+
+def choose(homes, scores):
+    """Where the first question of each home leads to, (H,)."""
+    return next(predict_locations(Rollout(homes, Fixed(scores)), 1)).choice
+
+
 def test_the_best_score_wins(make_tiny_homes):
-    homes = make_tiny_homes(2)
-    scores = np.array([[0, 1, 5, -np.inf, 2, 3], [-np.inf] * 5 + [-7.0]])
-    assert choose_furniture(scores, homes).tolist() == [2, 5]
+    assert choose(make_tiny_homes(2), [0, 1, 5, -np.inf, 2, 3]).tolist() == [2, 2]
+    assert choose(make_tiny_homes(2), [-np.inf] * 5 + [-7.0]).tolist() == [5, 5]
 
 
 def test_ties_are_broken_evenly_and_no_opinion_is_a_tie_of_all(make_tiny_homes):
     homes = make_tiny_homes(900)
-    tied = np.tile([0.0, 3.0, 3.0, -np.inf, 3.0, 1.0], (900, 1))
-    counts = np.bincount(choose_furniture(tied, homes), minlength=6)
+    counts = np.bincount(choose(homes, [0.0, 3.0, 3.0, -np.inf, 3.0, 1.0]), minlength=6)
     assert counts.sum() == counts[[1, 2, 4]].sum()
     assert stats.chisquare(counts[[1, 2, 4]]).pvalue > 0.01
-    counts = np.bincount(choose_furniture(np.full((900, 6), -np.inf), homes), minlength=6)
+    counts = np.bincount(choose(homes, [-np.inf] * 6), minlength=6)
     assert stats.chisquare(counts).pvalue > 0.01

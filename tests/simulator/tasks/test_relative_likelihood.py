@@ -6,7 +6,7 @@ from simulator.policies.heuristics import Random
 from simulator.policies.policy import Policy
 from simulator.tasks.relative_likelihood import (
     RelativeLikelihood,
-    compute_gains,
+    compute_relevance,
     list_looks,
     sample_queries,
 )
@@ -20,7 +20,7 @@ class FromDynamics(Policy):
         self._homes = homes
 
     def scores(self, memory, queries):
-        return compute_gains(self._homes, queries.home, memory.objects["key"][queries.object])
+        return compute_relevance(self._homes, queries.home, memory.objects["key"][queries.object])
 
 
 class Fixed(Policy):
@@ -73,16 +73,16 @@ def test_the_first_query_is_drawn_like_a_single_one(make_tiny_homes):
     assert stats.binomtest(int((first == 0).sum()), 2000, share).pvalue > 0.01
 
 
-def test_gains_are_the_row_of_the_true_dynamics(make_tiny_homes):
+def test_relevance_are_the_row_of_the_true_dynamics(make_tiny_homes):
     homes = make_tiny_homes(2)
     codes = homes.object_code[[0, 1], [3, 5]]
-    gains = compute_gains(homes, np.array([0, 1]), codes)
+    relevance = compute_relevance(homes, np.array([0, 1]), codes)
     for query, (home, code) in enumerate(zip([0, 1], codes, strict=True)):
         row = homes.transition_rows(np.array([home]), np.array([code]))[0]
         for furniture in range(6):  # places 2 f ("in") and 2 f + 1 ("onTop")
             expected = row[2 * furniture] + row[2 * furniture + 1]
-            assert gains[query, furniture] == pytest.approx(expected)
-    np.testing.assert_allclose(gains.sum(axis=1), 1, atol=1e-6)
+            assert relevance[query, furniture] == pytest.approx(expected)
+    np.testing.assert_allclose(relevance.sum(axis=1), 1, atol=1e-6)
 
 
 def test_ranking_by_the_dynamics_scores_one(make_default_homes):
@@ -95,16 +95,16 @@ def test_the_score_of_a_home_is_the_mean_over_its_queries(make_tiny_homes):
     homes = make_tiny_homes(2)
     task = RelativeLikelihood(homes, Fixed([5, 4, 3, 2, 1, 0]), num_queries=3)
     discounts = 1 / np.log2([2, 3, 4, 5, 6, 7])
-    gains = []
+    relevance = []
 
     def keep(answered):
         codes = task.rollout.memory.objects["key"][answered.queries.object]
-        gains.append(compute_gains(homes, answered.queries.home, codes))
+        relevance.append(compute_relevance(homes, answered.queries.home, codes))
 
     task.on_answer = keep
     (values,) = task.run(1)
-    ideal = -np.sort(-gains[0], axis=1)
-    ndcg = (gains[0] @ discounts) / (ideal @ discounts)  # (6,), three of each home
+    ideal = -np.sort(-relevance[0], axis=1)
+    ndcg = (relevance[0] @ discounts) / (ideal @ discounts)  # (6,), three of each home
     np.testing.assert_allclose(values, ndcg.reshape(2, 3).mean(axis=1))
 
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from simulator.policies import POLICIES, make_policy
-from simulator.tasks.evaluation import TaskScores, evaluate_policy
+from simulator.tasks.evaluation import evaluate_policy
+from simulator.tasks.metrics import METRICS
 from simulator.tasks.registry import TASKS
 from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
@@ -83,7 +84,7 @@ def test_scores_of_an_evaluation_fit_together(default_prior, task_name):
     assert len(ticks) == 10
     assert scores.values.shape == (3, 10)
     num_answers = 50 if task_name == "relative_likelihood" else 10
-    for name in ("is_correct", "has_candidate", "is_away", "confidence", "likelihood"):
+    for name in ("is_correct", "has_candidate", "is_away", "confidence", "likelihood", "rank"):
         assert getattr(scores, name).shape == (3, num_answers), name
     assert (scores.confidence <= 1 + 1e-12).all()
     assert (scores.likelihood <= 1 + 1e-12).all()
@@ -94,37 +95,13 @@ def test_scores_of_an_evaluation_fit_together(default_prior, task_name):
         assert 1 <= scores.values.min() <= scores.values.max() <= 32
 
 
-def test_scores_by_hand():
-    flags = np.array([[True, False], [False, False]])
-    scores = TaskScores(
-        is_correct=flags,
-        has_candidate=flags,
-        values=np.array([[3.0, 1.0, 2.0], [5.0, 5.0, 8.0]]),
-        is_away=np.array([[True, True], [False, True]]),
-        confidence=np.full((2, 2), 0.55),
-        likelihood=np.array([[0.5, 0.25], [0.5, 0.25]]),
-    )
-    assert scores.home_values.tolist() == [2, 6]
-    assert scores.away_accuracy == pytest.approx(1 / 3)
-    assert scores.accuracy.tolist() == [0.5, 0]
-    assert scores.calibration_error == pytest.approx(0.55 - 0.25)
-    assert scores.nll == pytest.approx(1.5 * np.log(2))
-
-
-def test_away_accuracy_is_nan_where_nothing_is_away():
-    nothing = np.zeros((1, 2), dtype=bool)
-    share = np.zeros((1, 2))
-    scores = TaskScores(nothing, nothing, share, nothing, share, share)
-    assert np.isnan(scores.away_accuracy)
-
-
 def test_myopic_is_never_right_about_what_is_away(default_prior):
     """Where the object was last seen is the one place that it is not at."""
     scores = evaluate_policy(
         POLICIES["myopic"].make, SampledSource(default_prior), Streams(1, "val", range(5)), 40
     )
     assert scores.is_away.sum() > 20
-    assert scores.away_accuracy == 0
+    assert METRICS["away_accuracy"].compute(scores) == 0
 
 
 def test_an_unknown_task_is_refused(default_prior):

@@ -58,9 +58,9 @@ def test_collecting_from_a_trace(write_home, tmp_path):
     assert manifest["settings"]["homes"]["checksums"] == [load_trace(home).checksum]
     assert str(tmp_path) not in json.dumps(manifest)
     shard = load_shard(out / "home_000000.safetensors")
-    assert shard["snapshot_answers"].shape == (12, 3)
-    assert shard["snapshot_answers"].any(axis=1).all()
-    assert shard["snapshot_belief"].shape[:2] == (12, 3)
+    assert shard["snapshot_furniture_answers"].shape == (12, 3)
+    assert shard["snapshot_furniture_answers"].any(axis=1).all()
+    assert shard["snapshot_furniture_extra_belief"].shape[:2] == (12, 3)
     labels = manifest["settings"]["labels"]
     assert [labels[i] for i in shard["furniture_label"]] == ["table", "shelf", "shelf"]
     collect.main([*arguments, "--out", str(out)])  # finished: the same again
@@ -77,7 +77,11 @@ def test_collecting_a_simulated_home_again(tmp_path):
     for name in ("home_000000.safetensors", "home_000001.safetensors"):
         replayed, played = load_shard(out / "a" / name), load_shard(out / "b" / name)
         assert replayed.keys() == played.keys()
-        for key in ("snapshot_answers", "snapshot_prior", "furniture_version_num_observed"):
+        for key in (
+            "snapshot_furniture_answers",
+            "snapshot_furniture_prior",
+            "furniture_version_num_observed",
+        ):
             np.testing.assert_array_equal(replayed[key], played[key])
         for key in ("object_version_num_observed", "edge_version_num_true"):  # numbered otherwise
             np.testing.assert_array_equal(np.sort(replayed[key]), np.sort(played[key]))

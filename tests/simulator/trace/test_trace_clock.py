@@ -12,6 +12,7 @@ from simulator.memory.clock import Clock, compute_week_seconds
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.policies import make_policy
 from simulator.snapshots.shards import load_shard
+from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 from simulator.trace import RecordedSource, load_trace, make_episode, split_days
 from simulator.trace.command import main
@@ -47,7 +48,7 @@ def test_memories_tell_the_time_at_every_step(evening, tiny_prior):
         source = RecordedSource.from_traces([evening], tiny_prior, HOUR, by_day)
         homes = source.make(Streams(0, "test", home))
         rollout = Rollout(homes, make_policy("bayesian", homes))
-        for step, _ in enumerate(rollout.run(20), start=1):
+        for step, _ in enumerate(predict_locations(rollout, 20), start=1):
             now = compute_week_seconds(rollout.memory.clock, np.full(len(home), step))
             assert (now / HOUR).tolist() == [hour + step for hour in first]
 

@@ -1,4 +1,4 @@
-"""Searches of Find Object in homes that are stepped together, look by look."""
+"""One search of Find Object after another, in homes that are stepped together."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ import numpy as np
 from gymnasium.spaces import Dict, Discrete
 
 from simulator.gym.memory_graph import make_graph_space, make_graphs
-from simulator.memory.memory_batch import Queries
 from simulator.policies import Policy, make_policy
 from simulator.priors.prior_graph import PriorGraph
-from simulator.tasks.predict_location import compute_answers
 from simulator.tasks.rollout import Rollout
+from simulator.tasks.search import Search
 from simulator.world.config import HomeConfig
 from simulator.world.homes import Homes
 from simulator.world.sampled_homes import SampledHomes
@@ -22,28 +21,17 @@ from simulator.world.streams import Streams
 MakeHomes = Callable[[Streams], Homes]
 
 
-class Searches:
+class SearchSeries:
     """One search after another in each of H homes; all homes start each search together.
-
-    Rules are those of `simulator.tasks.find_object`: the homes evolve by one step before each
-    search and stand still within it, every look updates the memory, and a search ends when the
-    place looked at truly holds the object. A second look at a place counts, and changes nothing.
 
     Attributes:
         rollout: the homes, the memory and the policy that watches.
-        queries: what is searched for, one query per home.
-        codes: description asked for, (H,).
-        answers: furniture that holds such an object, bool (H, F).
-        is_open: furniture not yet looked at in this search, bool (H, F).
-        is_found: whether the search has succeeded, bool (H,).
-        num_looks: looks so far, (H,).
+        search: the search that goes on.
         num_searches: searches that these homes have seen, this one included.
     """
 
     rollout: Rollout
-    queries: Queries
-    codes: np.ndarray
-    answers: np.ndarray
+    search: Search
 
     def __init__(
         self,
@@ -81,11 +69,6 @@ class Searches:
         self.num_searches = queries_per_home
 
     @property
-    def max_looks(self) -> int:
-        """Looks allowed per search."""
-        return self._max_looks or self.rollout.homes.num_furniture
-
-    @property
     def needs_homes(self) -> bool:
         """Whether the next search is in new homes."""
         return self.num_searches >= self._queries_per_home
@@ -104,55 +87,20 @@ class Searches:
         """
         if home_seed is not None:
             self._draw(home_seed)
-        homes = self.rollout.homes
-        self.codes, self.queries = self.rollout.ask()
-        self.answers = compute_answers(homes, self.codes)
-        self.is_open = np.ones(self.answers.shape, dtype=bool)
-        self.is_found = np.zeros(homes.num_homes, dtype=bool)
-        self.num_looks = np.zeros(homes.num_homes, dtype=np.int64)
+        self.search = Search(self.rollout, *self.rollout.ask(), self._max_looks)
         self.num_searches += 1
-
-    def look(self, furniture: np.ndarray) -> np.ndarray:
-        """Look once in every home that is still searching.
-
-        Args:
-            furniture: where, (H,); ignored in homes whose search is over.
-
-        Returns:
-            Which homes have looked, bool (H,).
-        """
-        is_looking = ~self.is_over
-        homes = np.flatnonzero(is_looking)
-        looked = np.full(len(furniture), -1)
-        new = homes[self.is_open[homes, furniture[homes]]]
-        looked[new] = furniture[new]
-        if len(new):
-            self.rollout.look(looked)
-        self.is_open[new, furniture[new]] = False
-        self.num_looks += is_looking
-        self.is_found[homes] = self.answers[homes, furniture[homes]]
-        return is_looking
-
-    @property
-    def is_over(self) -> np.ndarray:
-        """Whether the search has ended, found or not, bool (H,)."""
-        return self.is_found | (self.num_looks >= self.max_looks)
-
-    def compute_scores(self) -> np.ndarray:
-        """Ask the policy about the objects searched for, (H, F)."""
-        return self.rollout.policy.scores(self.rollout.memory, self.queries)
 
     def observe(self) -> list[dict[str, Any]]:
         """Return the observation of every home."""
-        graphs = make_graphs(self.rollout.memory, self.queries)
+        graphs = make_graphs(self.rollout.memory, self.search.queries)
         return [
             {"graph": graph, "query": np.int64(code)}
-            for graph, code in zip(graphs, self.codes, strict=True)
+            for graph, code in zip(graphs, self.search.codes, strict=True)
         ]
 
     def describe(self, home: int) -> str:
         """Spell out what is searched for in a home."""
-        return self.rollout.homes.object_descriptions.text(int(self.codes[home]))
+        return self.rollout.homes.object_descriptions.text(int(self.search.codes[home]))
 
     def _draw(self, home_seed: int) -> None:
         homes = self._make_homes(Streams(home_seed, "train", self._numbers))

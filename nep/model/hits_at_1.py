@@ -7,7 +7,7 @@ from torch import Tensor
 from torchmetrics import Metric
 
 
-class TopOneHitRate(Metric):
+class HitsAtOne(Metric):
     """How often the query edge with a snapshot's highest logit is true.
 
     A snapshot without a true query edge counts as a miss: the place was not among the candidates.

@@ -1,0 +1,146 @@
+"""Scores on disk: `results.json`, the one format that every command writes and reads."""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from simulator.files import write_whole
+from simulator.tasks.metrics import METRICS
+from simulator.tasks.registry import TASKS
+from simulator.tasks.scores import TaskScores
+
+RESULTS_VERSION = 2
+_DIGITS = 6  # of the scores of single steps
+_PACKAGES = ("scene-graph-memory", "numpy", "scipy", "torch", "dgl")
+
+
+@dataclass(frozen=True, slots=True)
+class ScoreSummary:
+    """What tables and figures need to know of how a policy did in a task.
+
+    Attributes:
+        values: the task's own score of each step, (H, T).
+        metrics: what was computed of its answers, by name in `METRICS`.
+    """
+
+    values: np.ndarray
+    metrics: Mapping[str, float]
+
+    @classmethod
+    def of(cls, scores: TaskScores) -> ScoreSummary:
+        """Compute every metric of what a policy scored."""
+        metrics = {name: metric.compute(scores) for name, metric in METRICS.items()}
+        return cls(scores.values, metrics)
+
+    @property
+    def home_values(self) -> np.ndarray:
+        """Mean score per home, (H,)."""
+        return self.values.mean(axis=1)
+
+
+@dataclass(frozen=True, slots=True)
+class Results:
+    """Who played what, and how it went.
+
+    Attributes:
+        command: the command line that makes them again.
+        config: everything that the scores depend on, as JSON values.
+        versions: of Python and packages.
+        tasks: summaries by task and by policy, all of a task in the same homes.
+    """
+
+    command: str
+    config: Mapping[str, Any]
+    versions: Mapping[str, str]
+    tasks: Mapping[str, Mapping[str, ScoreSummary]]
+
+    def save(self, path: Path) -> None:
+        """Write the file, whole or not at all; its folder is made if needed."""
+        content = {
+            "results_version": RESULTS_VERSION,
+            "command": self.command,
+            "config": self.config,
+            "versions": self.versions,
+            "tasks": {
+                task: {
+                    "metric": TASKS[task].metric,
+                    "policies": {name: _pack(summary) for name, summary in policies.items()},
+                }
+                for task, policies in self.tasks.items()
+            },
+        }
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, (json.dumps(content) + "\n").encode())
+
+    @classmethod
+    def load(cls, path: Path) -> Results:
+        """Read what `save` wrote.
+
+        Raises:
+            ValueError: if there is no such file, it is no file of results, or one of another
+                version.
+        """
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise ValueError(
+                f"results must be a file that can be read as JSON, got {str(error)!r} for {path}. "
+                "Name a results.json."
+            ) from error
+        found = content.get("results_version") if isinstance(content, dict) else None
+        if found != RESULTS_VERSION:
+            raise ValueError(
+                f"results must have results_version {RESULTS_VERSION}, got {found} in {path}. Make "
+                "them again with the command in the file, or use the version of the package that "
+                "wrote them."
+            )
+        try:
+            tasks = {
+                task: {name: _unpack(packed) for name, packed in entry["policies"].items()}
+                for task, entry in content["tasks"].items()
+            }
+            return cls(content["command"], content["config"], content["versions"], tasks)
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            raise ValueError(
+                f"results must hold all that Results.save writes, got {error!r} in {path}. Was the "
+                "file edited? Make it again."
+            ) from error
+
+
+def list_versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that scores depend on."""
+    versions = {"python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:  # run from a checkout that is not installed
+            versions[package] = "not installed"
+    return versions
+
+
+def _pack(summary: ScoreSummary) -> dict[str, Any]:
+    """Return JSON values, which have None for nan."""
+    return {
+        "mean": float(summary.home_values.mean()),
+        "std": float(summary.home_values.std()),
+        "metrics": {name: None if math.isnan(x) else x for name, x in summary.metrics.items()},
+        "values": summary.values.round(_DIGITS).tolist(),
+    }
+
+
+def _unpack(packed: Mapping[str, Any]) -> ScoreSummary:
+    values = np.array(packed["values"], dtype=float)
+    if values.ndim != 2:
+        raise ValueError(f"values must be (homes, steps), got {values.ndim} axes")
+    nan = float("nan")
+    metrics = {name: nan if x is None else float(x) for name, x in packed["metrics"].items()}
+    return ScoreSummary(values, metrics)

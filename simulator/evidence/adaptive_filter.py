@@ -1,0 +1,173 @@
+"""A filter that knows no rules of the home: rates and destinations come from its own counts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.evidence.object_counts import ObjectCounts, compute_hour, compute_hours_per_step
+from simulator.memory.home_history import NUM_HOURS
+from simulator.memory.memory_batch import MemoryBatch, Queries
+
+_HOUR_WIDTH = 4.0  # concentration of the hours that count as alike: about three to each side
+
+
+@dataclass(frozen=True, slots=True)
+class FilterSettings:
+    """One adaptive filter.
+
+    Attributes:
+        rate: at which objects leave, per hour; None for the object's own, from its counts.
+        crossing: share of the moves that do not stay in the room; None for the home's own.
+        asks_moved: how likely an object that is asked for has moved in this step, if any has.
+        hours: how much the hour of day at which it was seen matters for where it goes, 0 to 1.
+    """
+
+    rate: float | None = None
+    crossing: float | None = None
+    asks_moved: float = 0.0
+    hours: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Rates:
+    """What the counts say about how objects move, per hour.
+
+    Attributes:
+        home: of the average object of the home, (Q,).
+        own: of the object asked for, (Q,).
+        crossing: share of the moves that lead to another room, (Q,).
+        any_moved: how likely any object has moved in the last step, (Q,).
+        miss: how likely a look misses what is there, (Q,).
+    """
+
+    home: np.ndarray
+    own: np.ndarray
+    crossing: np.ndarray
+    any_moved: np.ndarray
+    miss: np.ndarray
+
+    @classmethod
+    def estimate(cls, memory: MemoryBatch, queries: Queries) -> Rates:
+        """Estimate the rates; each is the mean of a posterior that starts with a weak prior."""
+        history, objects = memory.history, memory.objects
+        hours = compute_hours_per_step(memory, queries.home)
+        followed = history.counters["time_followed"][queries.home] * hours
+        home = (history.counters["num_moved"][queries.home] + 0.5) / (followed + 15)
+        row = queries.object
+        known = objects["last_observed"][row] - objects["first_observed"][row]
+        own = (objects["num_moved"][row] + 1.5) / (known * hours + 1.5 / home)
+        num_seen = np.bincount(
+            objects["home"], objects["num_observed"] > 0, minlength=memory.num_homes
+        )[queries.home]
+        return cls(
+            home=home,
+            own=np.clip(own, 1e-4, 2.0),
+            crossing=_compute_crossing(memory)[queries.home],
+            any_moved=-np.expm1(-home * hours * np.maximum(num_seen, 1)),
+            miss=history.compute_miss_rate()[queries.home],
+        )
+
+
+def compute_destinations(
+    memory: MemoryBatch, queries: Queries, counts: ObjectCounts, hours: float = 0.0
+) -> np.ndarray:
+    """Return where each object goes when it moves, (Q, F + 1), the last column elsewhere.
+
+    In proportion to how often it was seen at a place, plus its prior as one more sighting, plus a
+    little everywhere: more where there is no prior.
+
+    Args:
+        memory: the memory.
+        queries: the objects.
+        counts: `ObjectCounts.gather` of the same.
+        hours: how much sightings at other hours of the day are discounted, 0 to 1.
+    """
+    is_place = memory.is_furniture[queries.home]
+    num_places = is_place.sum(axis=1, keepdims=True)
+    prior = queries.prior.sum(axis=2).astype(float)
+    total = prior.sum(axis=1, keepdims=True)
+    has_prior = total > 1e-9
+    prior = np.divide(prior, total, out=np.zeros_like(prior), where=has_prior)
+    seen = counts.num_true.astype(float)
+    if hours > 0 and counts.hours is not None:
+        seen = seen * (1 - hours) + hours * weigh_hours(memory, queries, counts.hours)
+    anywhere = (0.3 + ~has_prior) / num_places
+    weight = np.append((seen + prior + anywhere) * is_place, anywhere, axis=1)
+    return weight / weight.sum(axis=1, keepdims=True)
+
+
+def weigh_hours(
+    memory: MemoryBatch, queries: Queries, hours: np.ndarray, width: float = _HOUR_WIDTH
+) -> np.ndarray:
+    """Return sightings weighted by how near their hour of day is, (Q, F, NUM_HOURS) -> (Q, F).
+
+    A sighting at the present hour counts as one, whatever the width; in a home without a clock
+    none counts.
+    """
+    now = compute_hour(memory, queries.home)
+    middle = (np.arange(NUM_HOURS) + 0.5) * (24 / NUM_HOURS)
+    angle = (middle - now[:, None]) * (2 * np.pi / 24)
+    weight = np.nan_to_num(np.exp(width * (np.cos(angle) - 1)))  # (Q, NUM_HOURS)
+    return np.einsum("qfh,qh->qf", hours, weight)
+
+
+def compute_beliefs(
+    memory: MemoryBatch,
+    queries: Queries,
+    counts: ObjectCounts,
+    rates: Rates,
+    destinations: np.ndarray,
+    filters: Sequence[FilterSettings],
+) -> np.ndarray:
+    """Follow filters from the last sighting of each object over the looks since.
+
+    Between looks an object leaves its place at a rate, for a place drawn from its destinations:
+    within its room, or anywhere with the share `crossing`. For a time t this has a closed form,
+    so that a question costs the same after ten steps or a million:
+
+        M_r(t) = P_r + exp(-rate crossing t) (M_r(0) - P_r)
+        b_f(t) = M_r(t) q_f + exp(-rate t) (b_f(0) - M_r(0) q_f)
+
+    with M_r the probability of the room, P_r that of its destinations and q_f the share of the
+    place in these. A look that does not find the object multiplies the place by the miss rate.
+    Only the latest `NUM_LOOKS_KEPT` looks at each furniture node are known.
+
+    Args:
+        memory: the memory.
+        queries: the objects.
+        counts: `ObjectCounts.gather` of the same.
+        rates: `Rates.estimate` of the same.
+        destinations: from `compute_destinations`, (Q, F + 1).
+        filters: K settings.
+
+    Returns:
+        Probability of each place and of elsewhere, (Q, K, F + 1).
+    """
+    from simulator.compiled.adaptive_filter import follow_looks  # loads numba
+
+    num_queries, home = len(queries.home), queries.home
+    num_rooms = memory.room_label.shape[1] + 1
+    room = np.full(destinations.shape, num_rooms - 1, dtype=np.int64)  # elsewhere is no room
+    room[:, :-1] = np.where(memory.is_furniture[home], memory.furniture_room[home], -1)
+    shape = (num_queries, len(filters))
+    rate, crossing, moved = np.empty(shape), np.empty(shape), np.empty(shape)
+    for number, one in enumerate(filters):
+        rate[:, number] = rates.own if one.rate is None else one.rate
+        crossing[:, number] = rates.crossing if one.crossing is None else one.crossing
+        moved[:, number] = one.asks_moved * rates.any_moved
+    return follow_looks(
+        destinations, room, num_rooms, memory.history.look_times[home],
+        memory.objects["last_furniture"][queries.object].astype(np.int64),
+        memory.objects["last_observed"][queries.object].astype(np.int64),
+        memory.time, compute_hours_per_step(memory, home), rate, crossing, moved, rates.miss,
+    )  # fmt: skip
+
+
+def _compute_crossing(memory: MemoryBatch) -> np.ndarray:
+    """Return which share of the moves seen led to another room, (H,)."""
+    moves, room = memory.history.moves, memory.furniture_room
+    crosses = room[:, :, None] != room[:, None, :]
+    return ((moves * crosses).sum(axis=(1, 2)) + 0.5) / (moves.sum(axis=(1, 2)) + 1)

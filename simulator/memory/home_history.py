@@ -1,0 +1,234 @@
+"""What a memory counts of a home as a whole, beside the counters of its nodes and edges."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from simulator.memory.memory_batch import MemoryBatch, Queries
+
+NUM_LOOKS_KEPT = 8  # of every furniture node; what older ones said has been overtaken by moves
+NUM_HOURS = 12  # bins of a day, two hours each
+
+# One number per home each.
+HOME_COUNTERS = (
+    "num_asked", "num_found", "num_last_right", "num_common_right", "num_prior_right",
+    "num_moved", "time_followed", "num_missed", "num_refound",
+)  # fmt: skip
+
+_NEVER = -1
+
+
+class HomeHistory:
+    """Counts of H homes, updated by every look at the cost of what the look changes.
+
+    Attributes:
+        look_times: time steps of the latest looks at each furniture node, in no order, -1 for
+            none, int32 (H, F, NUM_LOOKS_KEPT).
+        moves: how often an object that was last seen at one furniture node was seen at another
+            next, int32 (H, F, F).
+        counters: float64 (H,) each. Questions asked and how many the next looks answered; of
+            these, how often the place was where the object was last seen, where it was seen the
+            most often per look, and the prior's first choice. Sightings that found an object
+            moved, and the time steps between the sightings of all objects. Looks that missed an
+            object which later looks found at the same place, and those that found it there,
+            each discounted by how likely it had moved meanwhile.
+        edge_hours: sightings of each edge by hour of day, uint16 (E, NUM_HOURS); without rows if
+            no home has a clock.
+    """
+
+    def __init__(self, num_homes: int, num_furniture: int) -> None:
+        """Start with nothing counted."""
+        shape = (num_homes, num_furniture)
+        self.look_times = np.full((*shape, NUM_LOOKS_KEPT), _NEVER, dtype=np.int32)
+        self.moves = np.zeros((*shape, num_furniture), dtype=np.int32)
+        self.counters = {name: np.zeros(num_homes) for name in HOME_COUNTERS}
+        self.edge_hours = np.zeros((0, NUM_HOURS), dtype=np.uint16)
+
+    def add_furniture(self, num_added: int) -> None:
+        """Add columns of furniture that was never looked at."""
+        added = (0, num_added)
+        self.look_times = np.pad(self.look_times, ((0, 0), added, (0, 0)), constant_values=_NEVER)
+        self.moves = np.pad(self.moves, ((0, 0), added, added))
+
+    def take(self, furniture: np.ndarray, edges: np.ndarray) -> HomeHistory:
+        """Return a copy that keeps some furniture (F,) and edges (E,), bool."""
+        kept = HomeHistory(0, 0)
+        kept.look_times = self.look_times[:, furniture]
+        kept.moves = self.moves[:, furniture][:, :, furniture]
+        kept.counters = {name: column.copy() for name, column in self.counters.items()}
+        hours = self.edge_hours[: len(edges)]
+        kept.edge_hours = hours[edges[: len(hours)]]
+        return kept
+
+    def compute_miss_rate(self) -> np.ndarray:
+        """Return the share of looks that miss what is there, (H,); 0.2 at first, as of ten."""
+        missed, refound = self.counters["num_missed"], self.counters["num_refound"]
+        return (missed + 2) / (missed + refound + 10)
+
+    def compute_move_rate(self) -> np.ndarray:
+        """Return how often an object is found moved, per time step, (H,)."""
+        return (self.counters["num_moved"] + 0.5) / (self.counters["time_followed"] + 15)
+
+    def note_questions(self, queries: Queries) -> None:
+        """Count questions."""
+        self.counters["num_asked"] += np.bincount(queries.home, minlength=len(self.moves))
+
+    def note_look(
+        self,
+        memory: MemoryBatch,
+        looked: np.ndarray,
+        seen_object: np.ndarray,
+        seen_again: np.ndarray,
+        asked: Queries | None,
+    ) -> None:
+        """Count one look per home, before the counters of the memory are changed.
+
+        Args:
+            memory: the memory.
+            looked: furniture that each home looks at, -1 for none, (H,).
+            seen_object: rows of objects that were detected, (m,).
+            seen_again: rows of edges that were known and are found true, (n,).
+            asked: open questions; None if there are none.
+        """
+        objects, time = memory.objects, memory.time
+        self._note_answers(memory, looked, seen_object, asked)
+        home = np.flatnonzero(looked >= 0)
+        column = memory.furniture_num_observed[home, looked[home]] % NUM_LOOKS_KEPT
+        self.look_times[home, looked[home], column] = time
+
+        rows = np.unique(seen_object)
+        rows = rows[objects["num_observed"][rows] > 0]
+        home, before = objects["home"][rows], objects["last_furniture"][rows]
+        self._count("time_followed", home, time - objects["last_observed"][rows])
+        has_moved = (before >= 0) & (before != looked[home])
+        self._count("num_moved", home[has_moved], 1)
+        np.add.at(self.moves, (home, before, looked[home]), has_moved)
+
+        edges = memory.edges
+        again = seen_again[edges["num_true"][seen_again] > 0]
+        is_last = objects["last_furniture"][edges["object"][again]] == edges["furniture"][again]
+        again = again[is_last]
+        home = edges["home"][again]
+        stayed = np.exp(-self.compute_move_rate()[home] * (time - edges["last_true"][again]))
+        self._count("num_missed", home, stayed * edges["num_absent"][again])
+        self._count("num_refound", home, stayed)
+
+    def note_hours(self, hour: np.ndarray, edges: np.ndarray, num_edges: int) -> None:
+        """Count sightings by hour of day.
+
+        Args:
+            hour: of each sighting, in [0, 24), nan where nobody knows, (n,).
+            edges: rows of the edges that were seen, each once, (n,).
+            num_edges: rows of edges so far.
+        """
+        if num_edges > len(self.edge_hours):
+            added = max(num_edges, 2 * len(self.edge_hours)) - len(self.edge_hours)
+            self.edge_hours = np.pad(self.edge_hours, ((0, added), (0, 0)))
+        is_known = ~np.isnan(hour)
+        place = (edges[is_known], (hour[is_known] * (NUM_HOURS / 24)).astype(int))
+        count = self.edge_hours[place]
+        self.edge_hours[place] = np.minimum(count, 2**16 - 2) + 1
+
+    def get_edge_hours(self, edges: np.ndarray) -> np.ndarray:
+        """Return how often edges were seen true by hour of day, (n,) -> (n, NUM_HOURS)."""
+        if len(self.edge_hours) == 0:
+            return np.zeros((len(edges), NUM_HOURS), dtype=np.uint16)
+        return self.edge_hours[np.minimum(edges, len(self.edge_hours) - 1)]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return JSON values of one home, from which `from_json` makes the same counts."""
+        moves, hours = np.nonzero(self.moves[0]), np.nonzero(self.edge_hours)
+        return {
+            "look_times": self.look_times[0].tolist(),
+            "moves": np.stack([*moves, self.moves[0][moves]]).tolist(),
+            "counters": {name: float(column[0]) for name, column in self.counters.items()},
+            "edge_hours": np.stack([*hours, self.edge_hours[hours]]).tolist(),
+        }
+
+    @classmethod
+    def from_json(
+        cls, data: Mapping[str, Any], num_furniture: int, num_edges: int, time: int
+    ) -> HomeHistory:
+        """Read JSON values of a home with F furniture nodes and E edges.
+
+        Raises:
+            ValueError: if they do not fit the home.
+            KeyError, TypeError: if a part is missing or of the wrong kind.
+        """
+        history = cls(1, num_furniture)
+        looks = _read_whole(data["look_times"], (num_furniture, NUM_LOOKS_KEPT), (_NEVER, time))
+        history.look_times[0] = looks
+        src, dst, count = _read_whole(data["moves"], (3, None), (0, 2**31 - 1))
+        _check_below("moves", np.append(src, dst), num_furniture)
+        history.moves[0, src, dst] = count
+        for name in HOME_COUNTERS:
+            value = float(data["counters"][name])
+            if not 0 <= value < np.inf:
+                raise ValueError(f"{name} must be a number, 0 or more, got {value}")
+            history.counters[name][0] = value
+        edge, hour, count = _read_whole(data["edge_hours"], (3, None), (0, 2**31 - 1))
+        _check_below("edge_hours", edge, num_edges)
+        _check_below("edge_hours", hour, NUM_HOURS)
+        _check_below("edge_hours", count, 2**16)
+        if len(edge):
+            history.edge_hours = np.zeros((num_edges, NUM_HOURS), dtype=np.uint16)
+            history.edge_hours[edge, hour] = count
+        return history
+
+    def _count(self, name: str, home: np.ndarray, value: np.ndarray | int) -> None:
+        np.add.at(self.counters[name], home, value)
+
+    def _note_answers(
+        self,
+        memory: MemoryBatch,
+        looked: np.ndarray,
+        seen_object: np.ndarray,
+        asked: Queries | None,
+    ) -> None:
+        """Count which simple rule would have led to the objects that were asked for and found."""
+        if asked is None:
+            return
+        is_found = np.isin(asked.object, seen_object)
+        if not is_found.any():
+            return
+        found = type(asked)(asked.home[is_found], asked.object[is_found], asked.prior[is_found])
+        here = looked[found.home]
+        self._count("num_found", found.home, 1)
+        is_last = memory.objects["last_furniture"][found.object] == here
+        self._count("num_last_right", found.home, is_last)
+        query, edge = memory.edges_of(found)
+        num_true = np.zeros((len(here), memory.num_furniture))
+        np.add.at(
+            num_true, (query, memory.edges["furniture"][edge]), memory.edges["num_true"][edge]
+        )
+        rate = num_true / (memory.furniture_num_observed[found.home] + 0.5)
+        prior = found.prior.sum(axis=2)
+        for name, score in (("num_common_right", rate), ("num_prior_right", prior)):
+            is_right = (score.argmax(axis=1) == here) & score.any(axis=1)
+            self._count(name, found.home, is_right)
+
+
+def _read_whole(values: Any, shape: tuple[int, int | None], limits: tuple[int, int]) -> np.ndarray:
+    """Return whole numbers between limits as an int64 array of a shape, None for any length.
+
+    Raises:
+        ValueError: if they are none, or of another shape.
+    """
+    array = np.array(values)
+    if array.size == 0:
+        array = np.zeros([size or 0 for size in shape], dtype=np.int64)
+    fits = array.ndim == 2 and all(b in (None, a) for a, b in zip(array.shape, shape, strict=True))
+    if not fits or array.dtype != np.int64:
+        raise ValueError(f"history must hold whole numbers of shape {shape}")
+    if array.size and not (limits[0] <= array.min() and array.max() <= limits[1]):
+        raise ValueError(f"history must lie in {limits[0]} to {limits[1]}")
+    return array
+
+
+def _check_below(name: str, values: np.ndarray, limit: int) -> None:
+    if values.max(initial=-1) >= limit:
+        raise ValueError(f"{name} must be below {limit}, got {values.max()}")

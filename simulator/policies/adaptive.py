@@ -1,0 +1,40 @@
+"""A filter per object that knows no rules of the home and learns them from its own counts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simulator.evidence.adaptive_filter import (
+    FilterSettings,
+    Rates,
+    compute_beliefs,
+    compute_destinations,
+)
+from simulator.evidence.object_counts import ObjectCounts
+from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.policies.policy import Policy
+
+
+class Adaptive(Policy):
+    """Believes what the counters of the memory say, with the prior as one sighting.
+
+    How fast an object leaves, where it goes, whether it stays in its room and how often a look
+    misses it are estimated from what was seen in this home. It keeps no state: a question follows
+    the looks since the object was last seen (`compute_beliefs`).
+    """
+
+    def __init__(self, settings: FilterSettings | None = None) -> None:
+        """Choose the filter; None for rates of the home's own, and half of all questions moved."""
+        self._settings = settings or FilterSettings(asks_moved=0.5)
+
+    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return the probability of each furniture node, (Q, F)."""
+        belief = self.follow(memory, queries)[:, :-1]
+        return np.where(memory.is_furniture[queries.home], belief, -np.inf)
+
+    def follow(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return the probability of each furniture node, and last of elsewhere, (Q, F + 1)."""
+        counts = ObjectCounts.gather(memory, queries)
+        rates = Rates.estimate(memory, queries)
+        goes = compute_destinations(memory, queries, counts, self._settings.hours)
+        return compute_beliefs(memory, queries, counts, rates, goes, [self._settings])[:, 0]

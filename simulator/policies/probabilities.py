@@ -1,0 +1,34 @@
+"""What the scores of a policy mean as probabilities."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simulator.policies.policy import ScoreKind
+
+
+def compute_probabilities(scores: np.ndarray, kind: ScoreKind) -> np.ndarray:
+    """Turn scores into probabilities of the places, (Q, F), each row summing to one.
+
+    The one place that says what the scores of a policy mean as probabilities:
+
+    - "weights" (heuristics, filters, oracles): in proportion to the scores, negative ones and
+      -inf as 0;
+    - "logits" (networks): softmax over the places, -inf as 0. The loss weighs true and false
+      edges alike, which multiplies every edge's odds by the same factor; the softmax divides it
+      out again.
+
+    A row without any mass is spread evenly over all furniture, as its choice is.
+
+    Args:
+        scores: (Q, F).
+        kind: `Policy.score_kind`.
+    """
+    if kind == "logits":
+        best = scores.max(axis=1, keepdims=True)
+        weights = np.exp(scores - np.where(np.isfinite(best), best, 0.0))
+    else:
+        weights = np.maximum(scores, 0.0)
+    total = weights.sum(axis=1, keepdims=True)
+    even = np.full(scores.shape, 1 / scores.shape[1])
+    return np.divide(weights, total, out=even, where=total > 0)

@@ -1,0 +1,57 @@
+"""What a task asks for, and where the truth has it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simulator.world.homes import NUM_RELATIONS, Homes
+from simulator.world.streams import sample_categorical
+
+
+def sample_query(homes: Homes) -> np.ndarray:
+    """Ask one question per home; return the object slot it is about, (H,).
+
+    With probability one half uniform among the objects that moved in this step and are present,
+    else with weight `move_freq` among all that are present.
+
+    Source: appendix "Choice of query object"; docs/design.md, ruling 9.
+    """
+    uniform = homes.streams.rows("query", 2).next()
+    weights = compute_query_weights(homes, homes.is_present, uniform[:, 0])
+    return sample_categorical(weights, uniform[:, 1])
+
+
+def compute_query_weights(homes: Homes, is_open: np.ndarray, uniform: np.ndarray) -> np.ndarray:
+    """Return the weights that an object to ask for is drawn with, (H, C).
+
+    Args:
+        homes: the true homes.
+        is_open: objects that may be asked for, bool (H, C); some in each row.
+        uniform: below one half to ask for an object that has moved, (H,).
+
+    Source: docs/design.md, ruling 9.
+    """
+    moved = homes.object_moved & is_open
+    by_frequency = np.where(is_open, homes.move_freq[homes.object_type], 0.0)
+    by_frequency = np.where(by_frequency.any(axis=1, keepdims=True), by_frequency, is_open)
+    ask_moved = (uniform < 0.5) & moved.any(axis=1)
+    return np.where(ask_moved[:, None], moved, by_frequency)
+
+
+def compute_answers(homes: Homes, code: np.ndarray, home: np.ndarray | None = None) -> np.ndarray:
+    """Mark the furniture that holds an object with the description asked for, bool (Q, F).
+
+    Args:
+        homes: the true homes.
+        code: description codes, (Q,).
+        home: of each, (Q,); None for one query per home, in order.
+
+    Source: docs/design.md, ruling 10.
+    """
+    if home is None:
+        home = np.arange(homes.num_homes)
+    answers = np.zeros((len(code), homes.num_furniture), dtype=bool)
+    is_asked = (homes.object_code[home] == code[:, None]) & homes.is_present[home]
+    query, slot = np.divmod(np.flatnonzero(is_asked), homes.num_slots)
+    answers[query, homes.object_place[home[query], slot] // NUM_RELATIONS] = True
+    return answers

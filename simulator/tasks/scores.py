@@ -1,0 +1,111 @@
+"""What a policy scored in a task, and how it answered: the raw columns of all metrics."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
+from simulator.policies import Policy
+from simulator.policies.probabilities import compute_probabilities
+from simulator.tasks.answer import Answer
+from simulator.tasks.task import Task
+
+
+@dataclass(frozen=True, slots=True)
+class TaskScores:
+    """What a policy scored in H homes over T steps of a task, and how it answered A queries.
+
+    Predict Object Location has one query a step, so that A is the number of steps; Find Object
+    counts the first look of each search. `simulator.tasks.metrics` computes from these columns.
+
+    Attributes:
+        values: the task's own score of each step (`Task.metric`), (H, T).
+        is_correct: whether the chosen furniture held an object asked for, bool (H, A).
+        has_candidate: whether the policy gave a true place any score above -inf, which for NEP
+            means that it was among the query's candidate edges, bool (H, A).
+        is_away: whether the object was not where the agent had last seen it, bool (H, A).
+        confidence: probability that the policy gave to its choice, (H, A).
+        likelihood: probability that it gave to the true places together, (H, A).
+        rank: one more than the number of places with a higher score than every true one, (H, A).
+    """
+
+    values: np.ndarray
+    is_correct: np.ndarray
+    has_candidate: np.ndarray
+    is_away: np.ndarray
+    confidence: np.ndarray
+    likelihood: np.ndarray
+    rank: np.ndarray
+
+    @property
+    def home_values(self) -> np.ndarray:
+        """Mean score per home, (H,)."""
+        return self.values.mean(axis=1)
+
+    @classmethod
+    def join(cls, homes: Sequence[Sequence[int]], parts: Sequence[TaskScores]) -> TaskScores:
+        """Put the scores of groups of homes together, in the order of the homes' numbers.
+
+        Args:
+            homes: numbers of the homes of each group.
+            parts: the scores of each group.
+        """
+        order = np.argsort(np.concatenate(homes), kind="stable")
+        columns = {
+            field.name: np.concatenate([getattr(part, field.name) for part in parts])[order]
+            for field in fields(cls)
+        }
+        return cls(**columns)
+
+
+class AnswerLog:
+    """Listens to a task and keeps what `TaskScores` says about its answers.
+
+    Looks that go on a search are left out.
+    """
+
+    def __init__(self, game: Task, policy: Policy) -> None:
+        """Listen to a task that `policy` plays."""
+        self._memory = game.rollout.memory
+        self._kind = policy.score_kind
+        self._rows: list[dict[str, np.ndarray]] = []
+        game.on_answer = self._add
+
+    def finish(self) -> dict[str, np.ndarray]:
+        """Return the columns, (H, A) each."""
+        names = self._rows[0]
+        return {name: np.concatenate([row[name] for row in self._rows], axis=1) for name in names}
+
+    def _add(self, answer: Answer) -> None:
+        if answer.is_repeat:
+            return
+        scores, answers = answer.scores, answer.answers  # (Q, F) each
+        probability = compute_probabilities(scores, self._kind)
+        best = np.where(answers, scores, -np.inf).max(axis=1, keepdims=True)
+        row = {
+            "is_correct": answer.is_correct,
+            "has_candidate": (np.isfinite(scores) & answers).any(axis=1),
+            "is_away": compute_away(self._memory, answer.queries, answers),
+            "confidence": probability[np.arange(len(answer.choice)), answer.choice],
+            "likelihood": (probability * answers).sum(axis=1),
+            "rank": 1 + (scores > best).sum(axis=1),
+        }
+        num_homes = self._memory.num_homes
+        self._rows.append({name: column.reshape(num_homes, -1) for name, column in row.items()})
+
+
+def compute_away(memory: MemoryBatch, queries: Queries, answers: np.ndarray) -> np.ndarray:
+    """Mark the queries whose object was seen before and is not where it was last seen, bool (Q,).
+
+    What an agent has seen depends on its policy, and so does which objects are away for it.
+
+    Args:
+        memory: before the look that follows the query.
+        queries: the queries.
+        answers: furniture that truly holds such an object, bool (Q, F).
+    """
+    last = memory.objects["last_furniture"][queries.object]
+    return (last != NEVER) & ~answers[np.arange(len(last)), last]

@@ -1,0 +1,204 @@
+"""Homes of 8, 16 and 32 places in one memory, one collection and one batch: no padding stays."""
+
+import dataclasses
+from pathlib import Path
+
+import dgl
+import numpy as np
+import pytest
+
+from datamodules.batch import EDGE_TYPES, ENTERING, NODE_TYPES
+from datamodules.features import FeatureConfig
+from datamodules.graph import GraphBuilder
+from datamodules.snapshot_dataset import SnapshotDataset
+from simulator import PriorGraph
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.place_prior import PlacePrior
+from simulator.snapshots.recorder import Recorder
+from simulator.snapshots.shards import get_shard_name, save_manifest, save_shard
+from simulator.snapshots.snapshots import Snapshots, take_snapshots
+
+PRIOR = PriorGraph.default()
+OBJECTS = [row.label for row in PRIOR.objects]
+FURNITURE = sorted({row.label for row in PRIOR.furniture})
+LABELS = list(dict.fromkeys(["house", "floor", *PRIOR.rooms, *FURNITURE, *OBJECTS]))
+SIZES = (8, 16, 32)
+STEPS = 9
+
+
+def make_memory(sizes) -> MemoryBatch:
+    """Homes with so many places of 2, 3 or 4 rooms, padded to the largest."""
+    num_rooms = [1 + size.bit_length() - 3 for size in sizes]
+    rooms = [PRIOR.rooms[:count] for count in num_rooms]
+    nodes = [[row for row in PRIOR.furniture if row.room in own] for own in rooms]
+    nodes = [
+        [own[place % len(own)] for place in range(size)]
+        for own, size in zip(nodes, sizes, strict=True)
+    ]
+    shape = (len(sizes), max(sizes))
+    room_label = np.full((len(sizes), max(num_rooms)), -1)
+    furniture_label, furniture_room = np.full(shape, -1), np.full(shape, -1)
+    texts = np.full(shape, "", dtype=object)
+    for home, (own, furniture) in enumerate(zip(rooms, nodes, strict=True)):
+        room_label[home, : len(own)] = [LABELS.index(label) for label in own]
+        for place, row in enumerate(furniture):
+            texts[home, place] = row.label
+            furniture_label[home, place] = LABELS.index(row.label)
+            furniture_room[home, place] = own.index(row.room)
+    padded = [[*own, *[""] * (max(num_rooms) - len(own))] for own in rooms]
+    prior = PlacePrior(PRIOR, padded, texts, furniture_room)
+    return MemoryBatch(LABELS, room_label, furniture_label, furniture_room, prior)
+
+
+def play(sizes) -> tuple[list[Snapshots], list[dict[str, np.ndarray]]]:
+    """Ask and look at random, each home by its own random numbers; snapshots live and recorded."""
+    memory = make_memory(sizes)
+    recorder = Recorder(memory)
+    rngs, home = [np.random.default_rng(size) for size in sizes], np.arange(len(sizes))
+    taken = []
+    for _ in range(STEPS):
+        memory.step()
+        keys = np.array([rng.integers(12) for rng in rngs])
+        labels = np.array([LABELS.index(OBJECTS[key]) for key in keys])
+        queries = memory.query(home, keys, labels, keys)
+        answers = np.zeros((len(sizes), max(sizes)), dtype=bool)
+        extras = {
+            "relevance": np.full(answers.shape, np.nan, dtype=np.float32),
+            "evidence": np.full((*answers.shape, 3), np.nan, dtype=np.float16),
+        }
+        for row, (rng, size) in enumerate(zip(rngs, sizes, strict=True)):
+            answers[row, :size] = rng.random(size) < 0.1
+            extras["relevance"][row, :size] = rng.random(size)
+            extras["evidence"][row, :size] = rng.random((size, 3))
+        asked = {"question": np.array([rng.random(2) for rng in rngs], dtype=np.float32)}
+        recorder.add_snapshot(queries, answers, extras, asked)
+        taken.append(take_snapshots(memory, queries, answers, extras, asked))
+        look = np.array([rng.integers(size) for rng, size in zip(rngs, sizes, strict=True)])
+        seen = np.array([rng.choice(12, 3, replace=False) for rng in rngs]).ravel()
+        labels = np.array([LABELS.index(OBJECTS[key]) for key in seen])
+        rows = memory.ensure_objects(np.repeat(home, 3), seen, labels, seen)
+        relation = np.concatenate([rng.integers(2, size=3) for rng in rngs])
+        recorder.add_change(memory.observe(home, look, rows, relation))
+    return taken, recorder.finish()
+
+
+@pytest.fixture(scope="module")
+def together() -> tuple[list[Snapshots], list[dict[str, np.ndarray]]]:
+    return play(SIZES)
+
+
+@pytest.fixture(scope="module")
+def alone() -> list[tuple[list[Snapshots], list[dict[str, np.ndarray]]]]:
+    return [play([size]) for size in SIZES]
+
+
+@pytest.fixture(scope="module")
+def collection(together, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("sizes")
+    shards = {
+        name: save_shard(folder / name, shard)
+        for name, shard in ((get_shard_name(home), shard) for home, shard in enumerate(together[1]))
+    }
+    save_manifest(folder, {"num_homes": len(SIZES), "labels": LABELS}, shards)
+    return folder
+
+
+def test_snapshots_hold_nothing_of_the_padding(together):
+    for snapshots in together[0]:
+        assert np.diff(snapshots.first_room).tolist() == [2, 3, 4]
+        assert np.diff(snapshots.first_furniture).tolist() == list(SIZES)
+        for field in dataclasses.fields(snapshots):
+            column = getattr(snapshots, field.name)
+            if field.name.startswith(("room", "furniture")) and "last" not in field.name:
+                assert column.min() >= 0, field.name
+        assert snapshots.query_prior.shape == (56, 2)
+        assert snapshots.extras["evidence"].shape == (56, 3)
+        assert not np.isnan(snapshots.extras["evidence"]).any()
+        assert (snapshots.furniture_snapshot[snapshots.edge_furniture] == (
+            snapshots.object_snapshot[snapshots.edge_object]
+        )).all()  # fmt: skip
+
+
+def test_a_home_is_recorded_as_if_it_were_alone(together, alone):
+    for shard, (_, (own,)) in zip(together[1], alone, strict=True):
+        assert shard.keys() == own.keys()
+        for name, array in shard.items():
+            np.testing.assert_array_equal(array, own[name], err_msg=name)
+            assert array.dtype == own[name].dtype
+    first = together[1][0]
+    assert first["furniture_label"].shape == (8,)
+    assert first["snapshot_furniture_prior"].shape == (STEPS, 8, 2)
+    assert first["snapshot_furniture_extra_evidence"].dtype == np.float16
+    assert first["snapshot_furniture_extra_relevance"].dtype == np.float32
+
+
+def test_they_are_read_back_as_they_were(together, collection):
+    """In any order, with homes of other sizes between them."""
+    dataset = SnapshotDataset(collection, GraphBuilder(FeatureConfig()))
+    assert len(dataset) == len(SIZES) * STEPS
+    for number, live in enumerate(together[0]):
+        read = dataset.take(np.arange(len(SIZES)) * STEPS + number)
+        for field in dataclasses.fields(live):
+            expected, found = getattr(live, field.name), getattr(read, field.name)
+            if field.name.endswith("extras"):
+                assert found.keys() == expected.keys()
+                for name, column in expected.items():
+                    np.testing.assert_array_equal(found[name], column)
+                continue
+            if field.name.startswith("edge_"):
+                # The order of edges within a snapshot is free; compare as a sorted table.
+                found, expected = _sort_edges(read, found), _sort_edges(live, expected)
+            np.testing.assert_array_equal(found, expected, err_msg=field.name)
+
+
+def _sort_edges(snapshots, column):
+    order = np.lexsort((snapshots.edge_relation, snapshots.edge_furniture, snapshots.edge_object))
+    return column[order]
+
+
+@pytest.mark.parametrize("num_hops", [None, 1])
+def test_a_batch_falls_apart_into_its_homes(together, alone, num_hops):
+    """`dgl.unbatch` gives the graphs that the homes give alone, with all their data."""
+    builder = GraphBuilder(FeatureConfig(), num_hops)
+    batch = builder.build(together[0][-1])
+    parts = dgl.unbatch(batch.graph)
+    assert len(parts) == len(SIZES)
+    for number, (part, (snapshots, _)) in enumerate(zip(parts, alone, strict=True)):
+        own = builder.build(snapshots[-1]).graph
+        for ntype in NODE_TYPES:
+            assert part.num_nodes(ntype) == own.num_nodes(ntype)
+            for name, column in own.nodes[ntype].data.items():
+                found = part.nodes[ntype].data[name]
+                assert found.equal(column + number if name == "snapshot" else column), name
+        for etype in EDGE_TYPES:
+            for found, expected in zip(
+                part.edges(etype=etype), own.edges(etype=etype), strict=True
+            ):
+                assert found.equal(expected)
+            for name, column in own.edges[etype].data.items():
+                found = part.edges[etype].data[name]
+                if name == "query":
+                    column = column.where(column < 0, column + number)
+                assert found.nan_to_num(-1).equal(column.nan_to_num(-1)), name
+
+
+def test_readouts_are_those_of_each_home(together):
+    graph = GraphBuilder(FeatureConfig()).build(together[0][-1]).graph
+    for ntype in NODE_TYPES:
+        data = graph.nodes[ntype].data
+        mean = dgl.mean_nodes(graph, "degree", ntype=ntype)
+        expected = [data["degree"][data["snapshot"] == home].mean() for home in range(len(SIZES))]
+        np.testing.assert_allclose(mean, expected, rtol=1e-6)
+
+
+def test_degrees_before_pruning_by_edge_type(together):
+    full = GraphBuilder(FeatureConfig()).build(together[0][-1]).graph
+    pruned = GraphBuilder(FeatureConfig(), 1).build(together[0][-1]).graph
+    for ntype, etypes in ENTERING.items():
+        degrees = full.nodes[ntype].data["degrees"]
+        for column, etype in enumerate(etypes):
+            assert degrees[:, column].equal(full.in_degrees(etype=etype).float())
+        assert not degrees[:, len(etypes) :].any()
+        assert degrees.sum(dim=1).equal(full.nodes[ntype].data["degree"])
+        kept = pruned.nodes[ntype].data["degrees"]
+        assert {tuple(row) for row in kept.tolist()} <= {tuple(row) for row in degrees.tolist()}

@@ -1,0 +1,158 @@
+"""What a memory counts of a home, worked by hand."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from simulator import SceneGraphMemory, Sighting
+from simulator.memory.clock import Clock
+from simulator.memory.home_history import NUM_LOOKS_KEPT, HomeHistory
+
+FRIDGE, SHELF, TABLE, BED, BEDROOM_SHELF, DESK = range(6)
+MUG = 0
+ASK = tuple(np.array([value]) for value in (0, 7, 11, MUG))
+
+
+def look(memory, furniture, is_seen):
+    """One step, in which home 0 looks and sees its mug or not."""
+    memory.step()
+    rows = memory.ensure_objects(*ASK)[:is_seen]
+    memory.observe(np.array([0]), np.array([furniture]), rows, np.ones(len(rows), dtype=int))
+
+
+@pytest.fixture
+def memory(make_tiny_memory):
+    """The mug is seen on the table at 1 and 3, missed at 2, seen on the bed at 4."""
+    memory = make_tiny_memory(2)
+    for furniture, is_seen in ((TABLE, True), (TABLE, False), (TABLE, True), (BED, True)):
+        look(memory, furniture, is_seen)
+    return memory
+
+
+def test_moves_and_the_time_between_sightings(memory):
+    moves = np.zeros((2, 6, 6), dtype=int)
+    moves[0, TABLE, BED] = 1
+    np.testing.assert_array_equal(memory.history.moves, moves)
+    counters = memory.history.counters
+    assert counters["num_moved"].tolist() == [1, 0]
+    assert counters["time_followed"].tolist() == [2 + 1, 0]  # from 1 to 3, from 3 to 4
+    assert memory.objects["first_observed"].tolist() == [1]
+    assert memory.history.compute_move_rate().tolist() == [1.5 / 18, 0.5 / 15]
+
+
+def test_a_look_that_missed_what_is_found_there_again(memory):
+    """At 3: followed for 2 steps, no move yet, so it stayed with exp(-2 x 0.5 / 17)."""
+    stayed = math.exp(-1 / 17)
+    assert memory.history.counters["num_missed"].tolist() == pytest.approx([stayed, 0])
+    assert memory.history.counters["num_refound"].tolist() == pytest.approx([stayed, 0])
+    expected = [(stayed + 2) / (2 * stayed + 10), 0.2]
+    assert memory.history.compute_miss_rate().tolist() == pytest.approx(expected)
+
+
+def test_looks_since_it_was_last_there(memory):
+    assert memory.edges["num_absent"].tolist() == [0, 0]  # table, bed
+    for _ in range(2):
+        look(memory, TABLE, False)
+    assert memory.edges["num_absent"].tolist() == [2, 0]
+    memory.step()
+    memory.query(*ASK)
+    for _ in range(2):  # in one step: the second look finds the hypothetical edge remembered
+        memory.observe(
+            np.array([0]), np.array([SHELF]), np.zeros(0, dtype=int), np.zeros(0, dtype=int)
+        )
+    assert memory.edges["num_absent"].tolist() == [2, 0, 2]
+
+
+def test_which_rule_would_have_found_it(memory):
+    """Sightings per look: table 2 / 3.5, bed 1 / 1.5, so the bed, which is also the last place.
+
+    The prior has the mug on the kitchen's table or shelf.
+    """
+    memory.step()
+    memory.query(*ASK)
+    rows = memory.ensure_objects(*ASK)
+    memory.observe(np.array([0]), np.array([BED]), rows, np.array([1]))
+    names = ("num_asked", "num_found", "num_last_right", "num_common_right", "num_prior_right")
+    assert [memory.history.counters[name][0] for name in names] == [1, 1, 1, 1, 0]
+
+
+def test_only_the_latest_looks_are_kept(memory):
+    assert sorted(memory.history.look_times[0, TABLE].tolist())[-3:] == [1, 2, 3]
+    for _ in range(NUM_LOOKS_KEPT + 3):
+        look(memory, TABLE, False)
+    assert sorted(memory.history.look_times[0, TABLE].tolist()) == list(range(8, 16))
+    assert (memory.history.look_times[1] == -1).all()
+
+
+@pytest.fixture
+def lived_in():
+    """A home with a clock whose steps are half an hour from 07:00 on, and furniture removed."""
+    from datetime import datetime
+
+    memory = SceneGraphMemory(clock=Clock(datetime(2026, 11, 16, 7), 1800.0))
+    kitchen = memory.add_room("kitchen")
+    shelf, table, sink = (memory.add_furniture(x, kitchen) for x in ("shelf", "table", "sink"))
+    for turn in range(20):
+        memory.query("mug")
+        memory.observe(
+            (shelf, table, sink)[turn % 3], [Sighting("mug"), Sighting("cup")][: turn % 4]
+        )
+        memory.step()
+    memory.remove_furniture(shelf)
+    memory.observe(sink, [Sighting("mug"), Sighting("plate")])
+    return memory
+
+
+def test_sightings_by_hour_of_day(lived_in):
+    batch = lived_in.batch
+    hours = batch.history.get_edge_hours(np.arange(len(batch.edges)))
+    assert hours.sum(axis=1).tolist() == batch.edges["num_true"].tolist()
+    # The last look is at 07:00 + 20 x 0.5 h = 17:00, in the bin from 16 to 18.
+    assert hours[batch.edges["last_true"] == 20][:, 8].tolist() == [1, 1]
+
+
+def test_is_saved_and_goes_on(lived_in, tmp_path):
+    lived_in.save(tmp_path / "home.sgm")
+    copy = SceneGraphMemory.load(tmp_path / "home.sgm")
+    for one in (lived_in, copy):
+        one.step(3)
+        one.query("cup")
+        one.observe(one.furniture_ids[0], [Sighting("cup")])
+    mine, theirs = lived_in.batch.history.to_json(), copy.batch.history.to_json()
+    assert json.dumps(mine) == json.dumps(theirs)
+    for table in ("objects", "edges"):
+        for name in lived_in.batch.objects.names if table == "objects" else ("num_absent",):
+            column = getattr(lived_in.batch, table)[name]
+            assert column.tolist() == getattr(copy.batch, table)[name].tolist()
+
+
+def test_a_file_from_before_is_read(lived_in):
+    content = lived_in._get_content()
+    data = content.to_json()
+    del data["history"], data["objects"]["first_observed"], data["edges"]["num_absent"]
+    old = type(content).from_json(data)
+    assert old.history.to_json() == HomeHistory(1, 2).to_json()
+    is_true = content.edges["is_true"]
+    absent = np.where(is_true, 0, content.edges["num_observed"] - content.edges["num_true"])
+    assert old.edges["num_absent"].tolist() == absent.tolist()
+
+
+@pytest.mark.parametrize(
+    ("part", "value", "message"),
+    [
+        ("look_times", [[0] * NUM_LOOKS_KEPT], "shape"),
+        ("look_times", [[10**6] * NUM_LOOKS_KEPT] * 2, "must lie in -1 to 20"),
+        ("moves", [[2], [0], [1]], "moves must be below 2, got 2"),
+        ("moves", [[0], [1]], "shape"),
+        ("edge_hours", [[0], [12], [1]], "edge_hours must be below 12"),
+        ("edge_hours", [[0], [0], [0.5]], "whole numbers"),
+    ],
+)
+def test_counts_that_do_not_fit_are_refused(lived_in, part, value, message):
+    content = lived_in._get_content()
+    data = content.to_json()
+    data["history"][part] = value
+    with pytest.raises(ValueError, match=message):
+        type(content).from_json(data)
