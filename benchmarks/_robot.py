@@ -26,9 +26,9 @@ class Robot:
         """Enter the home."""
         self._homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", [0]))
         self.memory = SceneGraphMemory()
-        rooms = [self.memory.add_room(label) for label in self._homes.room_labels]
+        rooms = [self.memory.add_room(label) for label in self._homes.room_labels[0]]
         labels = self._homes.furniture_labels[0].tolist()
-        places = zip(labels, self._homes.furniture_room.tolist(), strict=True)
+        places = zip(labels, self._homes.furniture_room[0].tolist(), strict=True)
         self.furniture = [self.memory.add_furniture(label, rooms[room]) for label, room in places]
 
     def remember(self, num_objects: int) -> None:

@@ -22,9 +22,9 @@ from nep.paper.experiments import (
     list_claimed_order,
     list_full_models,
 )
-from nep.paper.job_queue import run_jobs
 from nep.paper.paper_tables import make_table_1, make_table_2
-from nep.paper.plan import TABLES, Plan, plan_jobs
+from nep.paper.plan import TABLES, Plan, plan_stages
+from nep.paper.stages import run_stages
 from nep.report.figures import draw_over_steps
 from simulator.files import write_whole
 from simulator.policies import POLICIES
@@ -96,9 +96,8 @@ def _make_parser() -> argparse.ArgumentParser:
         text = f"folder for {what} (%(default)s)"
         parser.add_argument(f"--{name}", type=Path, default=Path(folder), help=text)
     known = ", ".join(model.name for model in MODELS)
-    parser.add_argument(
-        "--models", nargs="+", help=f"networks of Table 1, of {known} (the paper's)"
-    )
+    text = f"networks of Table 1, of {known}, or config files (the paper's)"
+    parser.add_argument("--models", nargs="+", help=text)
     parser.add_argument("--num_homes", type=int, help="test homes (100)")
     parser.add_argument("--steps", type=int, help="steps in each (100)")
     parser.add_argument("--epochs", type=int, help="of every training (what its config says)")
@@ -166,7 +165,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.error(str(error))
     try:
         with FileLock(plan.runs / _LOCK, timeout=0):
-            failed = run_jobs(plan_jobs(plan), options.jobs, console)
+            failed = run_stages(plan_stages(plan), options.jobs, console)
     except Timeout:
         parser.exit(
             1,

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
+from simulator.policies import POLICIES
 from simulator.tasks.metrics import STEP_METRICS, Metric
 from simulator.tasks.registry import TASKS
 
@@ -47,14 +49,16 @@ class Model:
     """A network that is trained afresh for every setting.
 
     Attributes:
-        name: of its folders; also of its config, `NAME.yaml`.
+        name: of its folders.
         title: in tables.
         is_default: whether it is trained unless models are named.
+        config: name of a packaged config, or the path of any; `NAME.yaml` if left out.
     """
 
     name: str
     title: str
     is_default: bool = True
+    config: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +69,7 @@ class Contestant:
         setting: what it learns and plays.
         name: of its folder.
         title: in tables.
-        configs: packaged configs; later ones win.
+        configs: names of packaged configs, or paths; later ones win.
     """
 
     setting: Setting
@@ -108,25 +112,43 @@ ABLATIONS = {
 
 
 def find_models(names: Sequence[str] | None) -> tuple[Model, ...]:
-    """Return models by name; None gives those of Table 1.
+    """Return models by name, or by config; None gives those of Table 1.
+
+    Args:
+        names: of `MODELS`, or config files such as `my_model.yaml`: their title is their name.
 
     Raises:
-        ValueError: if a name is unknown.
+        ValueError: if a name is unknown, or taken.
     """
     if names is None:
         return tuple(model for model in MODELS if model.is_default)
     known = {model.name: model for model in MODELS}
+    found = [model for name, model in known.items() if {name, f"{name}.yaml"} & {*names}]
+    taken = {*POLICIES, *known}
     for name in names:
-        if name not in known:
+        path = Path(name)
+        if name in known or name.removesuffix(".yaml") in known:
+            continue
+        if path.suffix != ".yaml":
             raise ValueError(
-                f"model must be one of {', '.join(known)}, got {name!r}. Choose one of these."
+                f"model must be one of {', '.join(known)}, got {name!r}. Choose one of these, or "
+                "give a config file, my_model.yaml."
             )
-    return tuple(model for model in MODELS if model.name in names)
+        if path.stem in taken:
+            raise ValueError(
+                f"config files must be named otherwise than models, policies and each other, got "
+                f"{name!r}. Rename the file."
+            )
+        taken.add(path.stem)
+        config = str(path.absolute()) if path.is_file() else name
+        found.append(Model(path.stem, path.stem, config=config))
+    return tuple(found)
 
 
 def enter(model: Model, setting: Setting) -> Contestant:
     """Let a model take part in a setting."""
-    return Contestant(setting, model.name, model.title, (f"{model.name}.yaml",))
+    config = model.config or f"{model.name}.yaml"
+    return Contestant(setting, model.name, model.title, (config,))
 
 
 def list_claimed_order() -> list[str]:

@@ -258,7 +258,8 @@ def _sort_titles(titles: Iterable[str]) -> list[str]:
     """Put heuristics first, in the order of `POLICIES`, then networks, then oracles."""
     order = [name for name in POLICIES if name not in ORACLES]
     order += [model.title for model in MODELS]
-    return sorted(titles, key=[*order, *ORACLES].index)
+    others = sorted({*titles} - {*order, *ORACLES})  # from configs that are no part of Table 1
+    return sorted(titles, key=[*order, *others, *ORACLES].index)
 
 
 def _make_claims(claims: Sequence[Claim]) -> str:

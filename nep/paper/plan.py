@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from nep.paper.experiments import (
     ABLATION_SETTING,
@@ -18,10 +19,10 @@ from nep.paper.experiments import (
     list_ablations,
     list_full_models,
 )
-from nep.paper.job_queue import Job
 from nep.paper.paper_tables import Provenance
+from nep.paper.stages import Job
 from nep.paper.stored_scores import Evaluation
-from nep.paper.training import Training, collect_data
+from nep.paper.training import Training, collect_data, find_config
 from nep.report.results import list_versions
 from simulator.policies import POLICIES
 
@@ -57,13 +58,18 @@ class Plan:
         """Check what no parser has checked.
 
         Raises:
-            ValueError: if a count or the seed is out of range.
+            ValueError: if a count or the seed is out of range, or a config is no file.
         """
         for name in ("num_homes", "steps"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}. Raise it.")
         if self.seed < 0:
             raise ValueError(f"seed must be non-negative, got {self.seed}. Choose 0 or more.")
+        for config in (model.config for model in self.models if model.config):
+            if not find_config(config).is_file():
+                raise ValueError(
+                    f"config must be a file or a packaged config, got {config!r}. Check the path."
+                )
 
     def describe(self, table: str) -> Provenance:
         """Return what to write under a table; folders and number of jobs change nothing in it."""
@@ -110,37 +116,41 @@ class Plan:
         checkpoint = self.make_training(network).checkpoint
         return self.make_evaluation(network.setting, network.name, checkpoint)
 
+    def make_job(
+        self,
+        what: str,
+        key: str,
+        run: Callable[..., object],
+        *arguments: Any,
+        after: Sequence[Job] = (),
+    ) -> Job:
+        """Return a job with a log of its own, to be done after others."""
+        log = self.runs / "logs" / f"{what}-{key.replace('/', '-')}.log"
+        return Job(f"{what} {key}", partial(run, *arguments), log, tuple(job.name for job in after))
 
-def plan_jobs(plan: Plan) -> list[Job]:
-    """List what is not done yet: collections, trainings and evaluations, setting by setting."""
-    jobs = []
-    logs = plan.runs / "logs"
 
-    def add(what: str, key: str, run: partial[None], after: Sequence[str] = ()) -> str:
-        name = f"{what} {key}"
-        log = logs / f"{name.replace(' ', '-').replace('/', '-')}.log"
-        jobs.append(Job(name, run, log, tuple(after)))
-        return name
-
+def plan_stages(plan: Plan) -> tuple[list[Job], list[Job], list[Job]]:
+    """List what is not done yet: collections, then trainings, then evaluations."""
+    collections, trainings, evaluations = [], [], []
     networks = plan.list_networks()
     for setting in SETTINGS:
-        own = [network for network in networks if network.setting == setting]
-        trainings = [plan.make_training(network) for network in own]
-        missing = [training for training in trainings if not training.is_done()]
-        collected = []
+        own = [plan.make_training(network) for network in networks if network.setting == setting]
+        missing = [training for training in own if not training.is_done()]
         if missing:
-            run = partial(collect_data, missing)
-            collected = [add("collect", setting.name, run)]
-        for network, training in zip(own, trainings, strict=True):
-            evaluation = plan.evaluate_network(network)
-            trained = []
-            if training in missing:
-                trained = [add("train", network.key, partial(training.run), collected)]
-            if trained or not evaluation.is_done():
-                add("evaluate", network.key, partial(evaluation.run), trained)
+            collections.append(plan.make_job("collect", setting.name, collect_data, missing))
+        for training in missing:
+            key = training.contestant.key
+            trainings.append(plan.make_job("train", key, training.run, after=collections[-1:]))
+    trained = {job.name: job for job in trainings}
+    for network in networks:
+        after = [trained[name] for name in (f"train {network.key}",) if name in trained]
+        evaluation = plan.evaluate_network(network)
+        if after or not evaluation.is_done():
+            evaluations.append(plan.make_job("evaluate", network.key, evaluation.run, after=after))
     for setting in plan.list_settings():
         for policy in POLICIES:
             evaluation = plan.make_evaluation(setting, policy)
             if not evaluation.is_done():
-                add("evaluate", f"{setting.name}/{policy}", partial(evaluation.run))
-    return jobs
+                key = f"{setting.name}/{policy}"
+                evaluations.append(plan.make_job("evaluate", key, evaluation.run))
+    return collections, trainings, evaluations

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -91,8 +90,3 @@ class Evaluation:
     def load(self) -> ScoreSummary:
         """Read the scores of a finished evaluation."""
         return Results.load(self.path).tasks[self.setting.task][self.contestant]
-
-
-def read_json(path: Path) -> dict[str, Any]:
-    """Read an object that was written whole; empty if there is no such file."""
-    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}

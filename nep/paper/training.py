@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,6 @@ from typing import Any
 from datamodules.features import FEATURE_SCHEMA_VERSION
 from nep.fit import CONFIG_FOLDER, FitCLI, main
 from nep.paper.experiments import Contestant
-from nep.paper.stored_scores import read_json
 from simulator.files import compute_checksum, write_whole
 from simulator.priors.prior_graph import PriorGraph
 
@@ -52,13 +51,17 @@ class Training:
         """Return the options of `nep.fit` that its result depends on.
 
         The seed goes before the configs, which may say another; of what a config says, only the
-        setting is overridden.
+        setting is overridden. Configs stand here by name: the lines in them are compared, not
+        where they lie.
         """
+        return self._list_options(Path(config).name for config in self.contestant.configs)
+
+    def _list_options(self, configs: Iterable[str | Path]) -> list[str]:
         setting = self.contestant.setting
         return [
             f"--seed_everything={self.seed}",
             f"--data.seed={self.seed}",
-            *(f"--config={name}" for name in self.contestant.configs),
+            *(f"--config={config}" for config in configs),
             f"--data.task={setting.task}",
             f"--data.home.dynamic_nodes={str(setting.dynamic_nodes).lower()}",
             *self.options,
@@ -68,11 +71,7 @@ class Training:
         """Return `list_options`, and where to put what, without heuristics beside it."""
         logger = "--trainer.logger.init_args."
         return [
-            # by path: a file of that name in the working directory is not meant
-            *(
-                option.replace("--config=", f"--config={CONFIG_FOLDER}/")
-                for option in self.list_options()
-            ),
+            *self._list_options(find_config(config) for config in self.contestant.configs),
             f"--data.data_dir={self.data}",
             "--data.workers=1",
             "--threads=1",
@@ -88,19 +87,19 @@ class Training:
         """Return everything that the network depends on, as JSON values."""
         return {
             "options": self.list_options(),
-            "configs": {name: _read_config(name) for name in self.contestant.configs},
+            "configs": {
+                Path(config).name: _read_config(config) for config in self.contestant.configs
+            },
             "feature_schema": FEATURE_SCHEMA_VERSION,
             "prior": PriorGraph.default().checksum,
         }
 
     def is_done(self) -> bool:
         """Tell whether the folder holds the network of these settings, whole and unaltered."""
-        marker = read_json(self.folder / _MARKER)
-        return (
-            marker.get("settings") == self.describe()
-            and self.checkpoint.is_file()
-            and marker["checkpoint"] == compute_checksum(self.checkpoint)
-        )
+        marker = self.folder / _MARKER
+        if not marker.is_file() or not self.checkpoint.is_file():
+            return False
+        return json.loads(marker.read_text(encoding="utf-8")) == self._make_marker()
 
     def run(self) -> None:
         """Train from the start.
@@ -111,13 +110,24 @@ class Training:
         if self.folder.exists():
             shutil.rmtree(self.folder)
         main(self.list_all_options())
-        marker = {"settings": self.describe(), "checkpoint": compute_checksum(self.checkpoint)}
-        write_whole(self.folder / _MARKER, (json.dumps(marker, indent=1) + "\n").encode())
+        marker = json.dumps(self._make_marker(), indent=1) + "\n"
+        write_whole(self.folder / _MARKER, marker.encode())
+
+    def _make_marker(self) -> dict[str, Any]:
+        return {"settings": self.describe(), "checkpoint": compute_checksum(self.checkpoint)}
 
 
-def _read_config(name: str) -> list[str]:
-    """Return the lines of a packaged config, but for comments."""
-    lines = (CONFIG_FOLDER / name).read_text(encoding="utf-8").splitlines()
+def find_config(config: str) -> Path:
+    """Return the path of a packaged config by its name; a path is returned as it is.
+
+    A file of that name in the working directory is not meant.
+    """
+    return CONFIG_FOLDER / config
+
+
+def _read_config(config: str) -> list[str]:
+    """Return the lines of a config, but for comments."""
+    lines = find_config(config).read_text(encoding="utf-8").splitlines()
     return [line for line in lines if not line.lstrip().startswith("#")]
 
 

@@ -2,36 +2,32 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from simulator.compiled.chains import ChainArrays, list_entries
 from simulator.compiled.kernel import kernel
 
 
 @kernel
-def make_flow(
-    weight: np.ndarray, scale: np.ndarray, room: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return weights times a scale, and the total in the room without the node itself, (Q, F) each.
+def make_transition(
+    weight: np.ndarray, scale: float, room: np.ndarray, moves: np.ndarray, leave: np.ndarray
+) -> None:
+    """Compute where one object goes when it moves, in place.
 
     Args:
-        weight: (Q, F).
-        scale: (Q,).
-        room: of each furniture node, (Q, F).
+        weight: of each furniture node of the home, (F,).
+        scale: what to multiply them with.
+        room: of each furniture node, (F,).
+        moves: filled with weight * scale, (F,).
+        leave: filled with the total of `moves` in the room without the node itself, (F,).
     """
-    moves = np.empty(weight.shape)
-    leave = np.empty(weight.shape)
-    in_room = np.empty(room.max() + 1)
-    for query in range(len(weight)):
-        in_room[:] = 0
-        for node in range(weight.shape[1]):
-            moves[query, node] = weight[query, node] * scale[query]
-            in_room[room[query, node]] += moves[query, node]
-        for node in range(weight.shape[1]):
-            elsewhere = in_room[room[query, node]] - moves[query, node]
-            leave[query, node] = elsewhere if elsewhere > 1e-9 else 0.0
-    return moves, leave
+    in_room = np.zeros(room.max() + 1)
+    for node in range(len(weight)):
+        moves[node] = weight[node] * scale
+        in_room[room[node]] += moves[node]
+    for node in range(len(weight)):
+        elsewhere = in_room[room[node]] - moves[node]
+        leave[node] = elsewhere if elsewhere > 1e-9 else 0.0
 
 
 @kernel
@@ -39,132 +35,128 @@ def spread(
     density: np.ndarray,
     moves: np.ndarray,
     leave: np.ndarray,
-    kept: np.ndarray,
-    rate: np.ndarray,
-    coming: np.ndarray,
+    kept: float,
+    rate: float,
+    coming: float,
     room: np.ndarray,
-) -> np.ndarray:
-    """Let the objects of a density move, leave and come for one step; see `PlaceFilter.spread`."""
-    after = np.empty(density.shape)
-    out = np.empty(density.shape[1])
-    inflow = np.empty(room.max() + 1)
-    for query in range(len(density)):
-        inflow[:] = 0
-        for node in range(density.shape[1]):
-            out[node] = 0
-            if leave[query, node] > 0:
-                out[node] = density[query, node] * rate[query] / leave[query, node]
-            inflow[room[query, node]] += out[node]
-        for node in range(density.shape[1]):
-            movers = density[query, node] * rate[query] * (leave[query, node] > 0)
-            arriving = moves[query, node] * (inflow[room[query, node]] - out[node])
-            after[query, node] = (density[query, node] - movers + arriving) * kept[query]
-            after[query, node] += coming[query] * moves[query, node]
-    return after
+) -> None:
+    """Let the objects of one density move, leave and come for one step, in place.
+
+    An object stays with 1 - rate, else goes to another node of its room in proportion to `moves`.
+
+    Args:
+        density: expected objects at each furniture node, (F,).
+        moves: from `make_transition`, (F,).
+        leave: from `make_transition`, (F,).
+        kept: probability that an object stays in the home.
+        rate: probability that it moves.
+        coming: expected number of objects that come, in proportion to `moves`.
+        room: of each furniture node, (F,).
+    """
+    out = np.zeros(len(density))
+    inflow = np.zeros(room.max() + 1)
+    for node in range(len(density)):
+        if leave[node] > 0:
+            out[node] = density[node] * rate / leave[node]
+        inflow[room[node]] += out[node]
+    for node in range(len(density)):
+        movers = density[node] * rate * (leave[node] > 0)
+        arriving = moves[node] * (inflow[room[node]] - out[node])
+        density[node] = (density[node] - movers + arriving) * kept + coming * moves[node]
 
 
 @kernel
 def correct_places(
-    last: np.ndarray, others: np.ndarray, at: np.ndarray, is_seen: np.ndarray, miss: float
+    last: np.ndarray, others: np.ndarray, node: int, is_seen: bool, miss: float
 ) -> None:
-    """Fold one look per query into `Belief.last` and `Belief.others`, in place.
+    """Fold one look into the densities of one query, in place.
 
     Args:
-        last: (Q, F).
-        others: (Q, F).
-        at: furniture looked at, or -1, (Q,).
-        is_seen: whether the object was seen there, bool (Q,).
+        last: `Belief.last`, (F,).
+        others: `Belief.others`, (F,).
+        node: furniture looked at.
+        is_seen: whether the object was seen there.
         miss: probability that a look misses it.
     """
-    for query in range(len(at)):
-        node = at[query]
-        if node < 0:
-            continue
-        if is_seen[query]:
-            found = last[query, node]
-            same = found / max(found + others[query, node], 1e-12)
-            others[query, node] *= miss
-            others[query] += (1 - same) * last[query]
-            last[query] = 0
-            last[query, node] = 1
-        else:
-            missed = last[query, node] * (1 - miss)
-            last[query, node] *= miss
-            last[query] /= max(1 - missed, 1e-12)
-            others[query, node] *= miss
+    if is_seen:
+        found = last[node]
+        same = found / max(found + others[node], 1e-12)
+        others[node] *= miss
+        others += (1 - same) * last
+        last[:] = 0
+        last[node] = 1
+    else:
+        missed = last[node] * (1 - miss)
+        last[node] *= miss
+        last /= max(1 - missed, 1e-12)
+        others[node] *= miss
 
 
 @kernel
-def doubt_type(
-    type_possible: np.ndarray,
-    unseen: np.ndarray,
-    group: np.ndarray,
-    at: np.ndarray,
-    is_type_seen: np.ndarray,
-    miss: float,
-    least: float,
-    most: float,
+def follow_places(
+    last: np.ndarray,
+    others: np.ndarray,
+    as_of: tuple[np.ndarray, np.ndarray, int],
+    subjects: tuple[np.ndarray, np.ndarray],
+    rules: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    room: np.ndarray,
+    num_nodes: np.ndarray,
+    round_time: np.ndarray,
+    first_round: int,
+    looks: ChainArrays,
+    sightings: ChainArrays,
+    questions: ChainArrays,
 ) -> None:
-    """Learn about class noise from one look per query, in place; see `HomeFilter.doubt_type`.
+    """Carry the belief about each query from its time to now, in place; see `PlaceFilter`.
 
     Args:
-        type_possible: (Q, F).
-        unseen: (Q, F).
-        group: (Q, F).
-        at: furniture looked at, or -1, (Q,).
-        is_type_seen: bool (Q,).
-        miss: probability that a look misses an object.
-        least: what a place stays possible with.
-        most: no more objects than so many are expected at a place.
+        last: `Belief.last`, (Q, F).
+        others: `Belief.others`, (Q, F).
+        as_of: time of each belief (Q,), rounds of looks that it knows (Q,), and now.
+        subjects: home and object row of each query, (Q,).
+        rules: moves (Q, F), move_rate, asked_move_rate, remove_rate, add_rate and miss_rate (Q,).
+        room: number of what objects stay in when they move, (Q, F).
+        num_nodes: furniture nodes of each query's home, (Q,).
+        round_time: time of each round of looks, (R,).
+        first_round: number of the first of them.
+        looks: chains of `LookLog`.
+        sightings: likewise.
+        questions: likewise.
     """
-    for query in range(len(at)):
-        node = at[query]
-        if node < 0:
-            continue
-        if not is_type_seen[query]:
-            possible = type_possible[query, node]
-            expected = unseen[query, node] / max(possible, least)  # if it is possible
-            left = possible * math.exp(-min(expected * (1 - miss), most))
-            left = max(left / (left + 1 - possible), least)
-            for other in range(group.shape[1]):
-                is_same = group[query, other] == group[query, node]
-                if is_same and type_possible[query, other] < 1:
-                    type_possible[query, other] = left
-        unseen[query, node] *= miss
-
-
-@kernel
-def doubt_own(
-    own_possible: np.ndarray,
-    type_possible: np.ndarray,
-    believed: np.ndarray,
-    at: np.ndarray,
-    is_seen: np.ndarray,
-    miss: float,
-    least: float,
-    most: float,
-) -> None:
-    """Learn about instance noise from one look per query, in place; see `HomeFilter.doubt_own`.
-
-    Args:
-        own_possible: (Q, F).
-        type_possible: (Q, F).
-        believed: how many objects are expected where it looks, (Q,).
-        at: furniture looked at, or -1, (Q,).
-        is_seen: bool (Q,).
-        miss: probability that a look misses an object.
-        least: what a place stays possible with.
-        most: a look is no more certain to find an object than this.
-    """
-    for query in range(len(at)):
-        node = at[query]
-        if node < 0:
-            continue
-        own = own_possible[query, node]
-        if is_seen[query] or own >= 1:
-            own_possible[query, node] = 1
-            continue
-        found = min(believed[query], 1.0) * (1 - miss)
-        # P(seen | possible); P(seen | impossible) = 0
-        found = min(found / max(own * type_possible[query, node], 1e-6), most)
-        own_possible[query, node] = max(own * (1 - found) / (1 - own * found), least)
+    since_time, since_round, now = as_of
+    home, subject = subjects
+    weight, move_rate, asked_move_rate, remove_rate, add_rate, miss_rate = rules
+    for query in range(len(last)):
+        num = num_nodes[query]
+        rooms = room[query, :num]
+        own_last, own_others = last[query, :num], others[query, :num]
+        moves, leave = np.empty(num), np.empty(num)
+        make_transition(weight[query, :num], 1.0, rooms, moves, leave)
+        time = since_time[query]
+        look = list_entries(looks, home[query], since_round[query])
+        seen = list_entries(sightings, subject[query], since_round[query])
+        asked = list_entries(questions, subject[query], time + 1)
+        next_look = next_seen = next_asked = 0
+        was_seen = own_last.any()
+        while True:
+            while next_look < len(look):
+                number = looks[2][look[next_look]]
+                if round_time[number - first_round] != time:
+                    break
+                is_seen = next_seen < len(seen) and sightings[2][seen[next_seen]] == number
+                next_seen += is_seen
+                was_seen |= is_seen
+                node = looks[3][look[next_look]]
+                correct_places(own_last, own_others, node, is_seen, miss_rate[query])
+                next_look += 1
+            if time == now:
+                break
+            time += 1
+            rate = move_rate[query]
+            if next_asked < len(asked) and questions[2][asked[next_asked]] == time:
+                rate = asked_move_rate[query]
+                next_asked += 1
+            kept = 1 - remove_rate[query]
+            if was_seen:  # else there is nothing to spread
+                spread(own_last, moves, leave, kept, rate, 0.0, rooms)
+            spread(own_others, moves, leave, kept, rate, add_rate[query], rooms)

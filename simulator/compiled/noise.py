@@ -43,9 +43,11 @@ def add_noise(
     rows: np.ndarray,
     places: np.ndarray,
     uniform: np.ndarray,
+    row_home: np.ndarray,
     place_room: np.ndarray,
-    zero_prob: float,
-    scale: float,
+    num_places: np.ndarray,
+    zero_probs: np.ndarray,
+    scales: np.ndarray,
     min_kept: int,
 ) -> np.ndarray:
     """Zero some weights, scale the others, normalise per row.
@@ -53,21 +55,22 @@ def add_noise(
     See `simulator.world.noise.compute_noisy_weights`.
     """
     noisy = np.zeros(len(rows))
-    whole = np.zeros(len(place_room))  # a row, for the order in which it is summed up
+    # A row as wide as its home, for the order in which it is summed up.
+    whole = np.zeros(place_room.shape[1])
     start = 0
     while start < len(rows):
         row, end = rows[start], start
+        home = row_home[row]
+        rooms, zero_prob, scale = place_room[home], zero_probs[home], scales[home]
         while end < len(rows) and rows[end] == row:
             end += 1
         for i in range(start, end):
-            own_room = place_room[places[i]]
+            own_room = rooms[places[i]]
             is_kept = uniform[i, 0] >= zero_prob
             if not is_kept:
                 num_nearer = 0
                 for j in range(start, end):
-                    num_nearer += (
-                        place_room[places[j]] == own_room and uniform[j, 0] > uniform[i, 0]
-                    )
+                    num_nearer += rooms[places[j]] == own_room and uniform[j, 0] > uniform[i, 0]
                     if num_nearer >= min_kept:
                         break
                 is_kept = num_nearer < min_kept
@@ -75,7 +78,7 @@ def add_noise(
                 factor = 1 - scale + 2 * scale * uniform[i, 1]
                 noisy[i] = weights[i] * factor
                 whole[places[i]] = noisy[i]
-        total = sum_pairwise(whole)
+        total = sum_pairwise(whole[: num_places[home]])
         for i in range(start, end):
             whole[places[i]] = 0
             if total > 0:

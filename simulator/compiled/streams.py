@@ -68,30 +68,39 @@ def make_jumps(width: int) -> np.ndarray:
 
 
 @kernel
-def claim_rows(state: np.ndarray, jump: np.ndarray, homes: np.ndarray, starts: np.ndarray) -> None:
+def claim_rows(
+    state: np.ndarray, jumps: np.ndarray, widths: np.ndarray, homes: np.ndarray, starts: np.ndarray
+) -> None:
     """Give each of n homes the state that its row starts from, and go on by one row.
 
     Args:
         state: state and increment of every home, changed in place, (H, 4).
-        jump: that of a whole row, (4,).
+        jumps: over 0, 1, 2, ... numbers, at least to the widest row, (W + 1, 4).
+        widths: numbers in a row of every home, (H,).
         homes: (n,).
         starts: filled with states and increments, (n, 4).
     """
     for i in range(len(homes)):
-        own = state[homes[i]]
+        own, jump = state[homes[i]], jumps[widths[homes[i]]]
         starts[i] = own
         step_high, step_low = _multiply_add(jump[2], jump[3], own[2], own[3], _ZERO, _ZERO)
         own[0], own[1] = _multiply_add(own[0], own[1], jump[0], jump[1], step_high, step_low)
 
 
 @kernel
-def fill_rows(starts: np.ndarray, jump: np.ndarray, numbers: np.ndarray) -> None:
-    """Fill rows (n, m) with the first number of a row and those that follow by one jump each."""
+def fill_rows(
+    starts: np.ndarray, jump: np.ndarray, counts: np.ndarray, numbers: np.ndarray
+) -> None:
+    """Fill rows (n, m) with the first number of a row and those that follow by one jump each.
+
+    Row i has counts[i] numbers, then nan.
+    """
     for i in range(len(starts)):
         own, row = starts[i], numbers[i]
         high, low = _multiply_add(own[0], own[1], _HIGH, _LOW, own[2], own[3])
         step_high, step_low = _multiply_add(jump[2], jump[3], own[2], own[3], _ZERO, _ZERO)
-        for column in range(len(row)):
+        row[counts[i] :] = np.nan
+        for column in range(counts[i]):
             row[column] = _make_uniform(high, low)
             high, low = _multiply_add(high, low, jump[0], jump[1], step_high, step_low)
 

@@ -15,7 +15,9 @@ def list_entries(
     rows: np.ndarray,
     places: np.ndarray,
     weights: np.ndarray,
+    layouts: np.ndarray,
     place_block: np.ndarray,
+    num_blocks: int,
     entry: np.ndarray,
     ends: np.ndarray,
 ) -> int:
@@ -25,17 +27,18 @@ def list_entries(
         rows: (k,).
         places: (k,).
         weights: (k,).
-        place_block: (P,).
+        layouts: of each of the n rows, (n,).
+        place_block: of every place in each layout, (L, P).
+        num_blocks: B.
         entry: filled from its start on, (k,).
         ends: filled with the number of entries up to the end of each block, (n * B,).
 
     Returns:
         How many were positive.
     """
-    num_blocks = place_block[-1] + 1
     count, block = 0, 0
     for i in range(len(rows)):
-        own_block = rows[i] * num_blocks + place_block[places[i]]
+        own_block = rows[i] * num_blocks + place_block[layouts[rows[i]], places[i]]
         while block < own_block:
             ends[block] = count
             block += 1
@@ -106,17 +109,22 @@ def sample_moves(
     entry: np.ndarray,
     bound: np.ndarray,
     place_block: np.ndarray,
+    num_blocks: int,
     place_furniture: np.ndarray,
     rows: np.ndarray,
+    layouts: np.ndarray,
     places: np.ndarray,
     uniform: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Draw where objects of rows (n,) at places (n,) move to; see `Transitions.sample_moves`."""
-    num_blocks = place_block[-1] + 1
-    block = rows * num_blocks + place_block[places]
+    block = np.empty(len(rows), dtype=np.int64)
+    for i in range(len(rows)):
+        block[i] = rows[i] * num_blocks + place_block[layouts[i], places[i]]
     here = place_furniture[places]
     found = _draw_all(entry, bound[block], bound[block + 1], place_furniture, here, uniform)
-    return found, can_leave(entry, bound, place_block, place_furniture, rows, found)
+    return found, can_leave(
+        entry, bound, place_block, num_blocks, place_furniture, rows, layouts, found
+    )
 
 
 @kernel
@@ -124,16 +132,19 @@ def sample_places(
     entry: np.ndarray,
     bound: np.ndarray,
     place_block: np.ndarray,
+    num_blocks: int,
     place_furniture: np.ndarray,
     rows: np.ndarray,
+    layouts: np.ndarray,
     uniform: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Draw where new objects of rows (n,) are put; see `Transitions.sample_places`."""
-    num_blocks = place_block[-1] + 1
     start, end = bound[rows * num_blocks], bound[(rows + 1) * num_blocks]
     nowhere = np.full(len(rows), -1, dtype=place_furniture.dtype)
     found = _draw_all(entry, start, end, place_furniture, nowhere, uniform)
-    return found, can_leave(entry, bound, place_block, place_furniture, rows, found)
+    return found, can_leave(
+        entry, bound, place_block, num_blocks, place_furniture, rows, layouts, found
+    )
 
 
 @kernel
@@ -141,15 +152,16 @@ def can_leave(
     entry: np.ndarray,
     bound: np.ndarray,
     place_block: np.ndarray,
+    num_blocks: int,
     place_furniture: np.ndarray,
     rows: np.ndarray,
+    layouts: np.ndarray,
     places: np.ndarray,
 ) -> np.ndarray:
     """Tell whether objects can move on from places (n,); see `Transitions.can_leave`."""
     is_free = np.zeros(len(rows), dtype=np.bool_)
-    num_blocks = place_block[-1] + 1
     for i in range(len(rows)):
-        block = rows[i] * num_blocks + place_block[places[i]]
+        block = rows[i] * num_blocks + place_block[layouts[i], places[i]]
         here = place_furniture[places[i]]
         for j in range(bound[block], bound[block + 1]):
             if place_furniture[entry[j].place] != here:

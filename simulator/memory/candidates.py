@@ -7,7 +7,9 @@ import numpy as np
 from simulator.arrays.grouped import compute_rank_in_group
 
 
-def propose_places(prior_rows: np.ndarray, threshold: float = 0.0) -> np.ndarray:
+def propose_places(
+    prior_rows: np.ndarray, threshold: float = 0.0, is_furniture: np.ndarray | None = None
+) -> np.ndarray:
     """Mark the places that get a hypothetical edge.
 
     Every place whose prior weight exceeds the threshold; where the prior knows no place at all
@@ -16,6 +18,7 @@ def propose_places(prior_rows: np.ndarray, threshold: float = 0.0) -> np.ndarray
     Args:
         prior_rows: prior weight per place, (..., F, 2).
         threshold: 0 keeps everything the prior deems possible.
+        is_furniture: which columns are furniture of the home asked, bool (..., F); None for all.
 
     Returns:
         bool (..., F, 2).
@@ -25,7 +28,7 @@ def propose_places(prior_rows: np.ndarray, threshold: float = 0.0) -> np.ndarray
     proposed = prior_rows > threshold
     is_known = proposed.any(axis=(-2, -1), keepdims=True)
     proposed[..., 1:] |= ~is_known
-    return proposed
+    return proposed if is_furniture is None else proposed & is_furniture[..., None]
 
 
 def propose_rows(

@@ -61,7 +61,7 @@ class Change:
 
 
 class MemoryBatch:
-    """Scene graph memories of H homes with R rooms and F furniture nodes each.
+    """Scene graph memories of H homes with up to R rooms and F furniture nodes each.
 
     One graph per home holds everything ever observed: nodes and edges with counters. A look at
     a furniture node updates every remembered edge of it: seen ones become true, the others
@@ -71,7 +71,8 @@ class MemoryBatch:
     Attributes:
         time: the current time step, the same for all homes.
         labels: text of every label index.
-        room_label: (H, R). furniture_label, furniture_room: (H, F).
+        room_label: (H, R). furniture_label, furniture_room: (H, F). Rows of homes with fewer rooms
+            or less furniture end with -1.
         furniture_num_observed, furniture_last_observed: looks so far and the last one, (H, F).
         objects: table of object nodes (home, key, label, type, num_observed, last_observed,
             num_moved, last_moved, last_furniture, first_observed); `key` is the description,
@@ -104,9 +105,9 @@ class MemoryBatch:
 
         Args:
             labels: text per label index.
-            room_label: (H, R).
-            furniture_label: (H, F).
-            furniture_room: room index within the home, (H, F).
+            room_label: -1 beyond the rooms of a home, (H, R).
+            furniture_label: -1 beyond the furniture of a home, (H, F).
+            furniture_room: room index within the home, -1 beyond its furniture, (H, F).
             place_prior: the prior for these layouts.
             threshold: prior weight above which a place gets a hypothetical edge.
             clock: of every home, (H, 2); None if nobody knows what time it is.
@@ -241,10 +242,14 @@ class MemoryBatch:
 
         The remembered edges of the query object and its hypothetical edges.
         """
-        candidates = propose_places(queries.prior, self.threshold)
+        candidates = self.propose_places(queries)
         query, edge = self.edges_of(queries)
         candidates[query, self.edges["furniture"][edge], self.edges["relation"][edge]] = True
         return candidates
+
+    def propose_places(self, queries: Queries) -> np.ndarray:
+        """Mark the hypothetical edges of queries, bool (Q, F, 2); see `candidates`."""
+        return propose_places(queries.prior, self.threshold, self.is_furniture[queries.home])
 
     def edges_of(self, queries: Queries) -> tuple[np.ndarray, np.ndarray]:
         """Find the remembered edges of the query objects.
@@ -334,7 +339,7 @@ class MemoryBatch:
             return np.zeros(num_keys, dtype=bool)
         queries = self._pending
         place = looked[queries.home]
-        proposed = propose_places(queries.prior, self.threshold)
+        proposed = self.propose_places(queries)
         proposed = proposed[np.arange(len(place)), place] & (place >= 0)[:, None]  # (Q, 2)
         query, relation = np.nonzero(proposed)
         return _mark(queries.object[query] * 2 + relation, num_keys)

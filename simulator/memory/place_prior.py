@@ -14,7 +14,8 @@ class PlacePrior:
 
     Built from the prior graph and the layout alone (room and furniture labels); a home's noise
     never enters. Furniture in a room where the prior does not have it takes the mean over the
-    rooms where it does; unknown furniture and unknown objects have weight zero.
+    rooms where it does; unknown furniture, unknown objects and what is beyond the furniture of a
+    home have weight zero.
 
     Attributes:
         weights: float32 (H, O, F, 2), the last axis "in", "onTop"; for an object type it sums to
@@ -36,7 +37,8 @@ class PlacePrior:
             prior: the prior graph.
             room_labels: (H, R).
             furniture_labels: (H, F).
-            furniture_rooms: room index of each furniture node within its home, (H, F).
+            furniture_rooms: room index of each furniture node within its home, -1 beyond the
+                furniture of a home, (H, F).
         """
         self.objects: Mapping[str, int] = {row.label: i for i, row in enumerate(prior.objects)}
         nodes: dict[tuple[str | None, str], int] = {
@@ -64,7 +66,9 @@ class PlacePrior:
         node = np.array(
             [
                 [
-                    nodes.get((rooms[room], label), nodes.get((None, label), unknown))
+                    unknown
+                    if room < 0
+                    else nodes.get((rooms[room], label), nodes.get((None, label), unknown))
                     for label, room in zip(labels, home_rooms, strict=True)
                 ]
                 for rooms, labels, home_rooms in zip(
@@ -74,7 +78,12 @@ class PlacePrior:
             dtype=np.int64,
         )
         weights = np.moveaxis(table[:, node], 0, 1)  # (H, O, F, 2)
-        sums = weights.sum(axis=(2, 3), keepdims=True)
+        sums = np.empty((*weights.shape[:2], 1, 1))
+        sizes = np.count_nonzero(np.asarray(furniture_rooms) >= 0, axis=1)
+        for size in np.unique(sizes):  # a row of another length is summed up in another order
+            own = np.flatnonzero(sizes == size)
+            alike = np.moveaxis(table[:, node[own, :size]], 0, 1)
+            sums[own] = alike.sum(axis=(2, 3), keepdims=True)
         self.weights = np.divide(weights, sums, out=np.zeros(weights.shape), where=sums > 0).astype(
             np.float32
         )

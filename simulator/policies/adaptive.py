@@ -12,7 +12,7 @@ from simulator.evidence.adaptive_filter import (
 )
 from simulator.evidence.object_counts import ObjectCounts
 from simulator.memory.memory_batch import MemoryBatch, Queries
-from simulator.policies.policy import Policy
+from simulator.policies.policy import Policy, mask_furniture
 
 
 class Adaptive(Policy):
@@ -30,7 +30,7 @@ class Adaptive(Policy):
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the probability of each furniture node, (Q, F)."""
         belief = self.follow(memory, queries)[:, :-1]
-        return np.where(memory.is_furniture[queries.home], belief, -np.inf)
+        return mask_furniture(memory, queries, belief)
 
     def follow(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the probability of each furniture node, and last of elsewhere, (Q, F + 1)."""

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.memory.candidates import propose_places
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
-from simulator.policies.policy import Policy, spread_over_furniture
+from simulator.policies.policy import Policy, mask_furniture, spread_over_furniture
 
 
 class Random(Policy):
@@ -14,7 +13,7 @@ class Random(Policy):
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return zeros, (Q, F)."""
-        return np.zeros((len(queries.home), memory.num_furniture))
+        return mask_furniture(memory, queries, np.zeros(queries.prior.shape[:2]))
 
 
 class Priors(Policy):
@@ -41,7 +40,8 @@ class Frequentist(Policy):
             return true[rows] / observed[rows]
 
         none = np.zeros(queries.prior.shape)
-        return spread_over_furniture(memory, queries, compute_ratio, none).max(axis=2)
+        ratio = spread_over_furniture(memory, queries, compute_ratio, none).max(axis=2)
+        return mask_furniture(memory, queries, ratio)
 
 
 class Myopic(Policy):
@@ -83,7 +83,7 @@ class Bayesian(Policy):
             return (alpha + edges["num_true"][rows]) / (strength + edges["num_observed"][rows])
 
         unobserved = np.where(
-            propose_places(queries.prior, memory.threshold),
+            memory.propose_places(queries),
             np.maximum(queries.prior.astype(float), self.min_prior),
             -np.inf,
         )

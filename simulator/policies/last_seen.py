@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
-from simulator.policies.policy import Policy, spread_over_furniture
+from simulator.policies.policy import Policy, mask_furniture, spread_over_furniture
 from simulator.world.homes import NUM_RELATIONS, Homes
 from simulator.world.source import TRUE_TRANSITIONS
 
@@ -33,7 +35,7 @@ class LastSeenUnlessAbsent(Policy):
         trusted = np.flatnonzero(last != NEVER)
         trusted = trusted[~is_absent[trusted, last[trusted]]]
         scores[trusted, last[trusted]] = 2.0
-        return scores
+        return mask_furniture(memory, queries, scores)
 
     def compute_weights(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the weight of each furniture node where the last place is not trusted, (Q, F)."""
@@ -58,16 +60,16 @@ class Oracle(LastSeenUnlessAbsent):
     observed object locations"; docs/design.md, ruling 20. `Ceiling` is what an answer can be worth.
     """
 
-    needs = frozenset((TRUE_TRANSITIONS,))
-
-    @classmethod
-    def make(cls, homes: Homes) -> Oracle:
-        """Make one that reads some true homes."""
-        return cls(homes)
+    needs: ClassVar[frozenset[str]] = frozenset((TRUE_TRANSITIONS,))
 
     def __init__(self, homes: Homes) -> None:
         """Keep the true homes."""
         self._homes = homes
+
+    @classmethod
+    def make(cls, homes: Homes) -> Oracle:
+        """Keep the true homes."""
+        return cls(homes)
 
     def compute_weights(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the row of T, (Q, F)."""

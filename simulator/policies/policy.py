@@ -22,7 +22,7 @@ class Policy(ABC):
 
     Attributes:
         score_kind: what its scores mean as probabilities, see `compute_probabilities`.
-        needs: what it must be able to read of the true homes, see `HomeSource.knows`.
+        needs: what it must know of the true homes (`HomeSource.knows`); empty for all but oracles.
     """
 
     score_kind: ClassVar[ScoreKind] = "weights"
@@ -30,11 +30,7 @@ class Policy(ABC):
 
     @classmethod
     def make(cls, homes: Homes) -> Policy:
-        """Make one that plays in some homes.
-
-        Args:
-            homes: tell filters their rules; only oracles keep them.
-        """
+        """Make the policy for true homes; it may keep of them what it `needs`."""
         return cls()
 
     def reset(self, memory: MemoryBatch) -> None:  # noqa: B027 - most policies keep no state
@@ -42,10 +38,20 @@ class Policy(ABC):
 
     @abstractmethod
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
-        """Score every furniture node for every query, (Q, F), -inf where there is no opinion."""
+        """Score every furniture node for every query, (Q, F).
+
+        -inf where there is no opinion, and in columns that are no furniture of the query's home
+        (`MemoryBatch.is_furniture`). An answer depends on the home alone, not on who shares the
+        batch with it.
+        """
 
     def observe(self, memory: MemoryBatch, change: Change) -> None:  # noqa: B027
         """Take note of a look that the memory has just folded in."""
+
+
+def mask_furniture(memory: MemoryBatch, queries: Queries, scores: np.ndarray) -> np.ndarray:
+    """Return scores (Q, F) with -inf in columns that are no furniture of the query's home."""
+    return np.where(memory.is_furniture[queries.home], scores, -np.inf)
 
 
 def spread_over_furniture(

@@ -15,22 +15,16 @@ from simulator.world.sensing import Observation, observe
 
 
 def make_memory(homes: Homes) -> MemoryBatch:
-    """Make the empty memories of homes whose layout is known."""
+    """Make the empty memories of homes whose layouts are known."""
     labels = homes.labels
-    index = {label: i for i, label in enumerate(labels)}
-    room_label = np.array([index[room] for room in homes.room_labels])
-    furniture_labels = homes.furniture_labels.tolist()
-    furniture_label = np.array([[index[label] for label in row] for row in furniture_labels])
-    furniture_room = np.tile(homes.furniture_room, (homes.num_homes, 1))
-    place_prior = PlacePrior(
-        homes.prior, [homes.room_labels] * homes.num_homes, furniture_labels, furniture_room
-    )
+    index = {label: i for i, label in enumerate(labels)} | {"": -1}  # beyond a smaller home
+    rooms, furniture = homes.room_labels.tolist(), homes.furniture_labels.tolist()
     return MemoryBatch(
         labels,
-        np.tile(room_label, (homes.num_homes, 1)),
-        furniture_label,
-        furniture_room,
-        place_prior,
+        np.array([[index[label] for label in row] for row in rooms]),
+        np.array([[index[label] for label in row] for row in furniture]),
+        homes.furniture_room,
+        PlacePrior(homes.prior, rooms, furniture, homes.furniture_room),
         clock=homes.clock,
     )
 

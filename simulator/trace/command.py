@@ -119,11 +119,7 @@ def _check(options: argparse.Namespace) -> int:
     )
     for line in source.left_out:
         print(f"left out: {line}")
-    groups = source.list_groups(range(source.num_homes))
-    print(
-        f"{source.num_homes} homes of at least {source.num_steps} steps, "
-        f"in {len(groups)} groups that are played in lockstep"
-    )
+    print(f"{source.num_homes} homes of at least {source.num_steps} steps")
     unknown = source.list_unknown_types()
     print(f"types that the prior does not know: {', '.join(unknown) or 'none'}")
     return 0

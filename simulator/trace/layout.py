@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime
@@ -77,9 +78,10 @@ class Layout:
         return tuple(row.label for row in self.furniture)
 
     @property
-    def key(self) -> tuple[object, ...]:
-        """What two homes must have in common to be stepped together."""
-        return self.room_labels, self.furniture_labels, tuple(row.room for row in self.furniture)
+    def room_sizes(self) -> tuple[int, ...]:
+        """Furniture nodes of every room, (R,)."""
+        counts = Counter(row.room for row in self.furniture)
+        return tuple(counts[room] for room in range(len(self.rooms)))
 
 
 def get_label(name: str) -> str:

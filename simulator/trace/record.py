@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from datetime import datetime
 
 import numpy as np
@@ -103,9 +104,9 @@ class TraceRecorder:
         rows = homes.transition_rows(np.full(len(codes), home), codes)
         weights = homes.get_place_weights()[home]
         return Truth(
-            homes.config,
+            homes.configs[home],
             self._step_seconds,
-            homes.num_slots,
+            int(homes.home_num_slots[home]),
             {
                 homes.object_descriptions.text(int(code)): list_weights(row)
                 for code, row in zip(codes, rows, strict=True)
@@ -141,21 +142,30 @@ def record_homes(
 def _describe_layout(
     homes: SampledHomes, home: int, start: datetime | None, end_s: float | None
 ) -> Layout:
-    """Return the layout of a home; furniture of one label is numbered."""
-    labels = homes.furniture_labels[home].tolist()
-    total, count = Counter(labels), Counter[str]()
+    """Return the layout of a home; rooms and furniture of one label are numbered."""
+    labels = homes.furniture_labels[home, homes.is_furniture[home]].tolist()
     furniture = []
-    for index, label in enumerate(labels):
-        count[label] += 1
+    for index, (name, label) in enumerate(zip(_number_names(labels), labels, strict=True)):
         furniture.append(
             Furniture(
-                name=label if total[label] == 1 else f"{label} {count[label]}",
+                name=name,
                 label=label,
-                room=int(homes.furniture_room[index]),
+                room=int(homes.furniture_room[home, index]),
                 description=homes.furniture_descriptions.text(
                     int(homes.furniture_code[home, index])
                 ),
             )
         )
-    rooms = tuple(Room(room, room) for room in homes.room_labels)
-    return Layout(rooms, tuple(furniture), start, end_s)
+    rooms = homes.configs[home].rooms
+    names = zip(_number_names(rooms), rooms, strict=True)
+    return Layout(tuple(Room(*pair) for pair in names), tuple(furniture), start, end_s)
+
+
+def _number_names(labels: Sequence[str]) -> list[str]:
+    """Return a name for each label: "shelf 1", "shelf 2" where there are several."""
+    total, count = Counter(labels), Counter[str]()
+    names = []
+    for label in labels:
+        count[label] += 1
+        names.append(label if total[label] == 1 else f"{label} {count[label]}")
+    return names

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.arrays.ragged import pad_rows
 from simulator.memory.clock import make_clock_rows
 from simulator.memory.words import read_words
 from simulator.priors.prior_graph import PriorGraph
@@ -37,7 +38,7 @@ class EpisodeColumns:
 
 
 class RecordedHomes(Homes):
-    """H recorded homes of one layout that are stepped together.
+    """H recorded homes that are stepped together.
 
     Truth is what the traces say; asking, looking and missing draw from the same random streams
     as in simulated homes. What only a simulator can know is replaced:
@@ -57,26 +58,35 @@ class RecordedHomes(Homes):
         self,
         episodes: Sequence[Episode],
         types: RecordedTypes,
-        config: HomeConfig,
+        configs: Sequence[HomeConfig],
         streams: Streams,
     ) -> None:
         """Start at t = 0.
 
         Args:
-            episodes: of equal layout and equally many slots, (H,).
+            episodes: one per home, (H,).
             types: names of objects, over all homes that are ever compared.
-            config: the rules.
+            configs: the rules of each, (H,).
             streams: random streams of the H homes.
         """
-        layout = episodes[0].trace.layout
+        layouts = [episode.trace.layout for episode in episodes]
         self.prior: PriorGraph = types.prior
-        self.config = config
+        self.configs = tuple(configs)
         self.streams = streams
         self.num_homes = len(episodes)
-        self.num_furniture = len(layout.furniture)
-        self.num_slots = episodes[0].trace.num_slots
-        self.room_labels = [types.spell(label) for label in layout.room_labels]
-        self.furniture_room = np.array([row.room for row in layout.furniture])
+        self.room_labels = pad_rows(
+            [[types.spell(label) for label in layout.room_labels] for layout in layouts], "", object
+        )
+        self.furniture_labels = pad_rows(
+            [[types.spell(label) for label in layout.furniture_labels] for layout in layouts],
+            "", object,
+        )  # fmt: skip
+        self.furniture_room = pad_rows(
+            [[row.room for row in layout.furniture] for layout in layouts], -1, np.int64
+        )
+        self.num_furniture = self.furniture_room.shape[1]
+        self.home_num_slots = np.array([episode.trace.num_slots for episode in episodes])
+        self.num_slots = int(self.home_num_slots.max())
         self.object_labels = types.object_labels
         self.object_descriptions = types
         self.move_freq = types.move_freq
@@ -84,7 +94,6 @@ class RecordedHomes(Homes):
         self.clock = make_clock_rows([episode.clock for episode in episodes])
         self.time = 0
         self._types = types
-        self._furniture_labels = [types.spell(label) for label in layout.furniture_labels]
         shape = (self.num_homes, self.num_slots)
         self.object_type = np.zeros(shape, dtype=np.int32)
         self.object_code = np.zeros(shape, dtype=np.int32)
@@ -102,11 +111,6 @@ class RecordedHomes(Homes):
     def labels(self) -> list[str]:
         """Every label of all homes that are compared, the same list for each of them."""
         return self._types.labels
-
-    @property
-    def furniture_labels(self) -> np.ndarray:
-        """Text of every furniture node, (H, F)."""
-        return np.tile(np.array(self._furniture_labels, dtype=object), (self.num_homes, 1))
 
     def evolve(self) -> None:
         """Let one recorded step pass.

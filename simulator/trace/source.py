@@ -1,8 +1,7 @@
-"""Recorded homes as a source: loaded, cut into steps, grouped to be in lockstep."""
+"""Recorded homes as a source: loaded, cut into steps, played in lockstep."""
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -28,9 +27,8 @@ _SOURCES_KEPT = 4  # of a worker: training and validation homes, and some to spa
 class RecordedSource(HomeSource):
     """Recorded homes, by their own rules.
 
-    Homes of one group, with equal layouts, rules and numbers of slots, are played in lockstep;
-    homes of different groups one group after the other. What happens in a home does not depend on
-    the others. Workers are sent the names of the folders, and read each trace once.
+    Any of them can be played in lockstep. What happens in a home does not depend on the others.
+    Workers are sent the names of the folders, and read each trace once.
 
     Attributes:
         traces: the recordings.
@@ -204,35 +202,25 @@ class RecordedSource(HomeSource):
             )
 
     def list_groups(self, homes: Sequence[int]) -> list[Group]:
-        """Group homes of equal layout, rules and numbers of slots.
+        """Return all homes as one group.
 
         Raises:
             ValueError: if there is no home of such a number.
         """
         self.check_homes(homes)
-        groups: dict[tuple[object, ...], list[int]] = defaultdict(list)
-        for home in homes:
-            trace = self.episodes[home].trace
-            groups[trace.layout.key, trace.num_slots, self._configs[home]].append(home)
-        return [
-            Group(tuple(group), min(self.episodes[home].num_steps for home in group))
-            for group in groups.values()
-        ]
+        steps = [self.episodes[home].num_steps for home in homes]
+        return [Group(tuple(homes), min(steps))] if steps else []
 
     def make(self, streams: Streams) -> RecordedHomes:
         """Return the homes that the streams are for, at t = 0.
 
         Raises:
-            ValueError: if there is no home of such a number, or they cannot be in lockstep.
+            ValueError: if there is no home of such a number.
         """
-        homes = streams.homes
-        if len(self.list_groups(homes)) > 1:
-            raise ValueError(
-                f"homes in lockstep must have equal layouts, rules and numbers of slots, got homes "
-                f"{list(homes)}. Play each group of list_groups() by itself."
-            )
-        episodes = [self.episodes[home] for home in homes]
-        return RecordedHomes(episodes, self._types, self._configs[homes[0]], streams)
+        self.check_homes(streams.homes)
+        episodes = [self.episodes[home] for home in streams.homes]
+        configs = [self._configs[home] for home in streams.homes]
+        return RecordedHomes(episodes, self._types, configs, streams)
 
     def describe(self) -> dict[str, Any]:
         """Return everything that a replay depends on."""
@@ -278,7 +266,8 @@ def make_rules(whole: Episode, home: HomeConfig | None = None) -> HomeConfig:
     num_initial = int(((whole.step == 0) & (whole.place >= 0)).sum())
     return replace(
         HomeConfig() if home is None else home,
-        rooms=tuple(dict.fromkeys(layout.room_labels)),
+        rooms=layout.room_labels,
+        furniture_per_room=tuple(max(size, 1) for size in layout.room_sizes),
         objects_per_furniture=max(round(num_initial / len(layout.furniture)), 1),
         move_share=float(np.mean(whole.num_moves / whole.num_present)),
         dynamic_nodes=whole.is_dynamic,

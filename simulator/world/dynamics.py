@@ -17,10 +17,10 @@ def evolve(homes: SampledHomes) -> None:
     and 8.
     """
     homes.object_moved[:] = False
-    if homes.config.dynamic_nodes:
+    if homes.is_dynamic.any():
         remove_objects(homes)
     move_objects(homes)
-    if homes.config.dynamic_nodes:
+    if homes.is_dynamic.any():
         add_objects(homes)
 
 
@@ -28,8 +28,8 @@ def remove_objects(homes: SampledHomes) -> None:
     """Let objects leave with their remove probability, never below the lower count bound."""
     from simulator.compiled.dynamics import choose_below  # loads numba
 
-    uniform = homes.streams.rows("remove", homes.num_slots).next()
-    budget = np.maximum(homes.num_objects - homes.min_count, 0)
+    uniform = homes.streams.rows("remove", homes.home_num_slots).next()
+    budget = np.where(homes.is_dynamic, np.maximum(homes.num_objects - homes.min_count, 0), 0)
     home, slot = choose_below(uniform, homes.object_remove_prob, budget)
     homes.empty_slots(home * homes.num_slots + slot)
 
@@ -42,14 +42,15 @@ def move_objects(homes: SampledHomes) -> None:
     """
     from simulator.compiled.dynamics import run_race  # loads numba
 
-    uniform = homes.streams.rows("move who", homes.num_slots).next()
-    num_moves = np.floor(homes.num_objects * homes.config.move_share + 0.5).astype(np.int64)
+    uniform = homes.streams.rows("move who", homes.home_num_slots).next()
+    num_moves = np.floor(homes.num_objects * homes.move_share + 0.5).astype(np.int64)
     weight = homes.object_move_weight
     home, slot, turn = run_race(uniform, weight, weight.sum(axis=1), num_moves)
     objects = home * homes.num_slots + slot
     where_to = homes.streams.rows("move where", _count_most_moves(homes)).next()
     places, can_leave = homes.transitions.sample_moves(
         homes.object_row.ravel()[objects],
+        home,
         homes.object_place.ravel()[objects],
         where_to[home, turn],
     )
@@ -64,16 +65,17 @@ def add_objects(homes: SampledHomes) -> None:
 
     # Three numbers per type: whether and when it comes, its description, its place.
     numbers = homes.streams.rows("add", homes.type_add_prob.shape[1] * 3).claim()
-    budget = np.maximum(homes.max_count - homes.num_objects, 0)
+    budget = np.where(homes.is_dynamic, np.maximum(homes.max_count - homes.num_objects, 0), 0)
     home, types = choose_below(numbers.fill(every=3), homes.type_add_prob, budget)
     what, where_to = np.ascontiguousarray(numbers.read(home, types * 3 + 1, 2).T)
     codes = homes.object_descriptions.sample(types, what)
     objects = find_empty_slots(homes.object_place, home)
     homes.fill_slots(objects, types, codes)
-    places, can_leave = homes.transitions.sample_places(homes.object_row.ravel()[objects], where_to)
+    rows = homes.object_row.ravel()[objects]
+    places, can_leave = homes.transitions.sample_places(rows, home, where_to)
     homes.place_objects(objects, places, can_leave)
 
 
-def _count_most_moves(homes: SampledHomes) -> int:
-    """Return the most moves a step can have; fixed, so that streams keep their width."""
-    return int(np.floor(homes.num_slots * homes.config.move_share + 0.5)) + 1
+def _count_most_moves(homes: SampledHomes) -> np.ndarray:
+    """Return the most moves a step can have, (H,); fixed, so that streams keep their widths."""
+    return np.floor(homes.home_num_slots * homes.move_share + 0.5).astype(np.int64) + 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -31,19 +32,22 @@ class Descriptions(Protocol):
 
 
 class Homes(ABC):
-    """The true state of H homes that are stepped together.
+    """The true state of H homes of any sizes that are stepped together.
 
     `SampledHomes` samples homes, `simulator.trace.RecordedHomes` replays recorded
-    ones; a task cannot tell them apart. A home has F furniture nodes, P = 2 F places and up to C
-    objects in slots.
+    ones; a task cannot tell them apart. The largest home has R rooms, F furniture nodes, P = 2 F
+    places and slots for C objects; the rows of smaller ones end with the values that are named
+    below, and what happens in a home does not depend on those beside it.
 
     Attributes:
         prior: what can be known of homes beforehand.
-        config: the rules.
+        configs: the rules of every home, (H,).
         streams: random streams of the homes.
         num_homes, num_furniture, num_slots: H, F and C.
-        room_labels: text of every room, the same in every home, (R,).
-        furniture_room: room index of every furniture node, the same in every home, (F,).
+        room_labels: text of every room, "" beyond those of a home, (H, R).
+        furniture_labels: text of every furniture node, "" beyond those of a home, (H, F).
+        furniture_room: room index of every furniture node, -1 beyond those of a home, (H, F).
+        home_num_slots: slots of each home, the first ones of its row, (H,).
         object_labels: text of every object type, first those of the prior in its order, (T,).
         object_descriptions: every description that an object of the homes may have.
         move_freq: weight of being asked for, per object type, (T,).
@@ -56,13 +60,15 @@ class Homes(ABC):
     """
 
     prior: PriorGraph
-    config: HomeConfig
+    configs: tuple[HomeConfig, ...]
     streams: Streams
     num_homes: int
     num_furniture: int
     num_slots: int
-    room_labels: Sequence[str]
+    room_labels: np.ndarray
+    furniture_labels: np.ndarray
     furniture_room: np.ndarray
+    home_num_slots: np.ndarray
     object_labels: Sequence[str]
     object_descriptions: Descriptions
     move_freq: np.ndarray
@@ -84,19 +90,33 @@ class Homes(ABC):
 
     @property
     def labels(self) -> list[str]:
-        """Every label once: house, floor, rooms, furniture and objects; the prior's first."""
+        """Every label once: house, floor, rooms, furniture and objects of the prior, then others.
+
+        Labels that the prior knows have the same number whatever homes are there.
+        """
+        own = [*self.object_labels, *self.room_labels.ravel(), *self.furniture_labels.ravel()]
         return list(
             dict.fromkeys(
-                ["house", "floor", *self.room_labels]
+                ["house", "floor", *self.prior.rooms]
                 + [row.label for row in self.prior.furniture]
-                + [*self.object_labels, *self.furniture_labels.ravel()]
+                + [label for label in own if label]
             )
         )
 
     @property
-    @abstractmethod
-    def furniture_labels(self) -> np.ndarray:
-        """Text of every furniture node, (H, F)."""
+    def is_furniture(self) -> np.ndarray:
+        """Which columns are furniture of a home, the first ones of its row, bool (H, F)."""
+        return self.furniture_room >= 0
+
+    @cached_property
+    def home_num_furniture(self) -> np.ndarray:
+        """Furniture nodes of each home, (H,)."""
+        return np.count_nonzero(self.is_furniture, axis=1)
+
+    @cached_property
+    def detection_error(self) -> np.ndarray:
+        """Probability that an object looked at is missed, by the rules of each home, (H,)."""
+        return np.array([config.detection_error for config in self.configs])
 
     @abstractmethod
     def get_place_weights(self) -> np.ndarray:

@@ -17,11 +17,14 @@ if TYPE_CHECKING:  # homes call this module while they are made
 logger = logging.getLogger(__name__)
 
 
-def sample_initial_objects(homes: SampledHomes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Draw `objects_per_furniture` x F = n objects for every home.
+def sample_initial_objects(
+    homes: SampledHomes,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Draw `objects_per_furniture` objects per furniture node of every home, n in all.
 
     Returns:
-        Types, places, and a uniform number per object to draw its description with, (H, n) each.
+        Homes, ascending, types, places, and a uniform number per object to draw its description
+        with, (n,) each.
 
     Raises:
         ValueError: if a home has no furniture that can hold an object.
@@ -29,31 +32,32 @@ def sample_initial_objects(homes: SampledHomes) -> tuple[np.ndarray, np.ndarray,
     Source: algorithm 1, appendix A; docs/design.md, rulings 3 and 4.
     """
     num_homes, num_furniture = homes.num_homes, homes.num_furniture
-    turns = homes.config.objects_per_furniture
-    uniform = homes.streams.sample_once("objects", turns, num_furniture, 2)
+    home_num_turns = np.array([config.objects_per_furniture for config in homes.configs])
+    turns = int(home_num_turns.max())
+    uniform = homes.streams.sample_once("objects", home_num_turns, homes.home_num_furniture, 2)
     weights, drawn_type, drawn_relation = _list_options(homes)  # (H, F, K)
     can_hold = np.any(weights, axis=2)
     holder = _find_holders(homes, can_hold)
     max_count = np.array([row.max_count for row in homes.prior.objects])
     count = np.zeros((num_homes, len(max_count)), dtype=np.int64)
-    types = np.empty((num_homes, turns, num_furniture), dtype=np.int64)
+    types = np.full((num_homes, turns, num_furniture), -1, dtype=np.int64)
     places = np.empty((num_homes, turns, num_furniture), dtype=np.int64)
-    home = np.arange(num_homes)
     for turn in range(turns):  # furniture in turn, so that none uses up a type
         for furniture in range(num_furniture):
-            options = home, holder[:, furniture]
-            option_type = drawn_type[options]  # (H, K)
+            home = np.flatnonzero((turn < home_num_turns) & homes.is_furniture[:, furniture])
+            options = home, holder[home, furniture]
+            option_type = drawn_type[options]  # (n, K)
             available = compute_available_weights(
                 weights[options], count[home[:, None], option_type], max_count[option_type]
             )
-            drawn = sample_categorical(available, uniform[:, turn, furniture, 0])
-            found = option_type[home, drawn]
+            drawn = sample_categorical(available, uniform[home, turn, furniture, 0])
+            found = option_type[np.arange(len(home)), drawn]
             count[home, found] += 1
-            types[:, turn, furniture] = found
+            types[home, turn, furniture] = found
             relation = drawn_relation[(*options, drawn)]
-            places[:, turn, furniture] = holder[:, furniture] * NUM_RELATIONS + relation
-    shape = (num_homes, turns * num_furniture)
-    return types.reshape(shape), places.reshape(shape), uniform[..., 1].reshape(shape)
+            places[home, turn, furniture] = options[1] * NUM_RELATIONS + relation
+    own = np.nonzero(types >= 0)
+    return own[0], types[own], places[own], uniform[(*own, 1)]
 
 
 def compute_available_weights(
@@ -120,9 +124,10 @@ def _find_holders(homes: SampledHomes, can_hold: np.ndarray) -> np.ndarray:
             "more placements, more furniture per room, or less noise."
         )
     holder = np.tile(np.arange(homes.num_furniture), (homes.num_homes, 1))
-    for home, furniture in np.argwhere(~can_hold):
-        ring = np.roll(np.arange(homes.num_furniture), -furniture - 1)
-        same_room = homes.furniture_room[ring] == homes.furniture_room[furniture]
+    for home, furniture in np.argwhere(homes.is_furniture & ~can_hold):
+        ring = np.roll(np.arange(homes.home_num_furniture[home]), -furniture - 1)
+        rooms = homes.furniture_room[home]
+        same_room = rooms[ring] == rooms[furniture]
         ring = np.concatenate([ring[same_room], ring[~same_room]])
         holder[home, furniture] = ring[np.argmax(can_hold[home, ring])]
     return holder

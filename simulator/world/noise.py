@@ -10,10 +10,11 @@ def compute_noisy_weights(
     rows: np.ndarray,
     places: np.ndarray,
     uniform: np.ndarray,
+    row_home: np.ndarray,
     place_room: np.ndarray,
     *,
-    zero_prob: float,
-    scale: float,
+    zero_prob: np.ndarray,
+    scale: np.ndarray,
     min_kept: int = 2,
 ) -> np.ndarray:
     """Zero some placement weights, scale the others, normalise per object.
@@ -26,10 +27,12 @@ def compute_noisy_weights(
         places: its place, ascending for an object, (k,).
         uniform: two independent uniforms per weight, (k, 2): one decides whether it is zeroed,
             one its scale.
-        place_room: room of every place, (P,); in each of them an object keeps at least `min_kept`
-            of its places, because it moves among the places of one room.
-        zero_prob: probability that a weight is zeroed.
-        scale: surviving weights are multiplied by U(1 - scale, 1 + scale).
+        row_home: the home of each object, by which it has its rooms and shares of noise, (n,).
+        place_room: room of every place, -1 beyond the places of a home, (H, P); in each of them an
+            object keeps at least `min_kept` of its places, because it moves among the places of
+            one room.
+        zero_prob: probability that a weight is zeroed, (H,).
+        scale: surviving weights are multiplied by U(1 - scale, 1 + scale), (H,).
         min_kept: candidate places that survive per object and room, where there are that many.
 
     Returns:
@@ -39,4 +42,7 @@ def compute_noisy_weights(
     """
     from simulator.compiled.noise import add_noise  # loads numba
 
-    return add_noise(weights, rows, places, uniform, place_room, zero_prob, scale, min_kept)
+    num_places = np.count_nonzero(place_room >= 0, axis=1)
+    return add_noise(
+        weights, rows, places, uniform, row_home, place_room, num_places, zero_prob, scale, min_kept
+    )

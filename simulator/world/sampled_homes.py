@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import itertools
+from collections import defaultdict
 from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 
+from simulator.arrays.grouped import compute_rank_in_group
+from simulator.arrays.ragged import pad_rows
 from simulator.priors.prior_graph import PriorGraph
-from simulator.world.config import HomeConfig
+from simulator.world.config import HomeConfig, spread_configs
 from simulator.world.descriptions import Adjectives, DescriptionTable
 from simulator.world.dynamics import evolve
 from simulator.world.homes import NUM_RELATIONS, Homes
@@ -24,13 +27,13 @@ _NOISE_NUMBERS = 1 << 20  # random numbers of noise worked on at once: 8 MB
 class SampledHomes(Homes):
     """The true state of H homes, evolved together by `simulator.world.dynamics.evolve`.
 
-    A home has R rooms x `furniture_per_room` = F furniture nodes, P = 2 F places (a furniture
-    node with a relation) and up to C objects in slots; an empty slot has place -1.
+    The largest home has F furniture nodes, P = 2 F places (a furniture node with a relation) and
+    up to C objects in slots; an empty slot has place -1.
 
     Attributes:
-        furniture_type: index into `prior.furniture`, (H, F).
-        furniture_room: index into `config.rooms`, the same in every home, (F,).
-        furniture_code: description code of `furniture_descriptions`, (H, F).
+        furniture_type: index into `prior.furniture`, -1 beyond the furniture of a home, (H, F).
+        furniture_room: index into the home's rooms, -1 beyond its furniture, (H, F).
+        furniture_code: description code of `furniture_descriptions`, -1 beyond, (H, F).
         place_weights: P^i at the home's own furniture, per object type, float32 (H, O, P); not
             normalised over P (a furniture type may stand there twice, or not at all).
         type_add_prob: `add_remove_prob`, or 0 where no furniture of the home takes it, (H, O).
@@ -56,7 +59,7 @@ class SampledHomes(Homes):
     def __init__(
         self,
         prior: PriorGraph,
-        config: HomeConfig,
+        config: HomeConfig | Sequence[HomeConfig],
         streams: Streams,
         layout: Sequence[tuple[str, str]] | None = None,
     ) -> None:
@@ -64,51 +67,63 @@ class SampledHomes(Homes):
 
         Args:
             prior: what homes look like.
-            config: the rules.
+            config: the rules of all homes, or of each of them, (H,).
             streams: random streams of the H homes.
             layout: (room, furniture label) of every furniture node, room after room, if all
                 homes share a layout; None to sample `furniture_per_room` for each room.
 
         Raises:
             ValueError: if a room has no furniture that can hold an object, or the layout has
-                furniture that the prior does not know in that room, or is not room after room.
+                furniture that the prior does not know in that room, or is not room after room, or
+                there is not one config per home.
         """
         self.prior = prior
-        self.config = config
         self.streams = streams
         self.num_homes = len(streams.homes)
-        self.room_labels = config.rooms
+        self.configs = spread_configs(config, self.num_homes)
+        self.move_share = np.array([config.move_share for config in self.configs])
+        self.is_dynamic = np.array([config.dynamic_nodes for config in self.configs])
+        self._zero_prob = np.array([float(config.noise_zero_prob) for config in self.configs])
+        self._noise_scale = np.array([float(config.noise_scale) for config in self.configs])
+        self.room_labels = pad_rows([config.rooms for config in self.configs], "", object)
         self.object_labels = [row.label for row in prior.objects]
-        if layout is None:
-            layout_rooms = np.repeat(np.arange(len(config.rooms)), config.furniture_per_room)
-        else:
-            layout_rooms = _find_rooms(config.rooms, [room for room, _ in layout])
-        self.furniture_room = layout_rooms
-        self.num_furniture = len(layout_rooms)
+        self.furniture_room = pad_rows(
+            [_list_rooms(config, layout) for config in self.configs], -1, np.int64
+        )
+        self.num_furniture = self.furniture_room.shape[1]
         self.num_places = self.num_furniture * NUM_RELATIONS
-        self.place_room = np.repeat(self.furniture_room, NUM_RELATIONS)
+        self.place_room = np.repeat(self.furniture_room, NUM_RELATIONS, axis=1)
         self.object_descriptions, self.furniture_descriptions = _describe(prior)
         self.move_freq = np.array([row.move_freq for row in prior.objects])
         self.add_remove_prob = np.array([row.add_remove_prob for row in prior.objects])
         self.sample_prob = np.array([row.sample_prob for row in prior.objects])
 
         weights = prior.weights * self.sample_prob[:, None, None]
-        self._node_rooms = _index_nodes(prior, config.rooms, weights)
+        self._node_rooms = _index_nodes(
+            prior, list(dict.fromkeys(self.room_labels[self.room_labels != ""])), weights
+        )
         if layout is None:
             self.furniture_type = self._sample_furniture()
         else:
             nodes = _find_nodes(prior, layout)
             self.furniture_type = np.tile(nodes, (self.num_homes, 1))
-        self.furniture_code = self.furniture_descriptions.sample(
-            self.furniture_type.ravel(),
-            streams.sample_once("furniture description", self.num_furniture).ravel(),
-        ).reshape(self.furniture_type.shape)
+        own = self.is_furniture
+        labels = np.array([*(row.label for row in prior.furniture), ""], dtype=object)
+        self.furniture_labels = labels[self.furniture_type]  # -1, the last one, beyond a home
+        self.furniture_code = np.full(own.shape, -1, dtype=np.int32)
+        self.furniture_code[own] = self.furniture_descriptions.sample(
+            self.furniture_type[own],
+            streams.sample_once("furniture description", self.home_num_furniture)[own],
+        )
         self.place_weights = self._sample_place_weights()
         has_place = np.any(self.place_weights, axis=2)
         self.type_add_prob = np.where(has_place, self.add_remove_prob, 0.0)
 
-        capacity = self.num_furniture * config.objects_per_furniture
-        self.num_slots = int(np.floor(capacity * (1 + config.count_slack)))
+        capacity = [config.objects_per_furniture for config in self.configs]
+        slack = np.array([config.count_slack for config in self.configs])
+        capacity = self.home_num_furniture * np.array(capacity)
+        self.home_num_slots = np.floor(capacity * (1 + slack)).astype(np.int64)
+        self.num_slots = int(self.home_num_slots.max())
         shape = (self.num_homes, self.num_slots)
         self.object_type = np.zeros(shape, dtype=np.int32)
         self.object_code = np.zeros(shape, dtype=np.int32)
@@ -120,20 +135,15 @@ class SampledHomes(Homes):
         self.num_objects = np.zeros(self.num_homes, dtype=np.int64)
         num_codes = self.object_descriptions.num_descriptions
         self._row_of_code = np.full((self.num_homes, num_codes), -1, dtype=np.int32)
-        is_room_new = np.diff(self.place_room, prepend=self.place_room[0]) != 0
-        place_block = np.cumsum(is_room_new & (not config.cross_room_moves))
-        self.transitions = Transitions(place_block, NUM_RELATIONS)
+        stays = np.array([not config.cross_room_moves for config in self.configs])
+        is_room_new = np.diff(self.place_room, axis=1, prepend=self.place_room[:, :1]) != 0
+        is_room_new &= stays[:, None] & (self.place_room >= 0)
+        self.transitions = Transitions(np.cumsum(is_room_new, axis=1), NUM_RELATIONS)
         self._sample_objects()
         self.initial_count = self.num_objects.copy()
-        floor = np.ceil(self.initial_count * (1 - config.count_slack)).astype(np.int64)
+        floor = np.ceil(self.initial_count * (1 - slack)).astype(np.int64)
         self.min_count = np.maximum(floor, 1)  # something to ask for is always left
-        self.max_count = np.floor(self.initial_count * (1 + config.count_slack)).astype(np.int64)
-
-    @property
-    def furniture_labels(self) -> np.ndarray:
-        """Text of every furniture node, (H, F)."""
-        labels = np.array([row.label for row in self.prior.furniture], dtype=object)
-        return labels[self.furniture_type]
+        self.max_count = np.floor(self.initial_count * (1 + slack)).astype(np.int64)
 
     def get_place_weights(self) -> np.ndarray:
         """Return `place_weights`, (H, O, P)."""
@@ -180,7 +190,8 @@ class SampledHomes(Homes):
         at_once = max(_NOISE_NUMBERS // (self.num_places * 2), 1)
         for first in range(0, len(new_codes), at_once):
             some = slice(first, first + at_once)
-            noise = self.streams.rows("instance noise", self.num_places * 2).claim(new_homes[some])
+            num_numbers = self.home_num_furniture * NUM_RELATIONS * 2
+            noise = self.streams.rows("instance noise", num_numbers).claim(new_homes[some])
             rows, places, weights = list_positive(
                 self.place_weights.reshape(-1, self.num_places),
                 new_homes[some] * len(self.move_freq) + types[some],
@@ -190,36 +201,51 @@ class SampledHomes(Homes):
                 rows,
                 places,
                 noise.read(rows, places * 2, 2),
+                new_homes[some],
                 self.place_room,
-                zero_prob=self.config.noise_zero_prob,
-                scale=self.config.noise_scale,
+                zero_prob=self._zero_prob,
+                scale=self._noise_scale,
             )
             self._row_of_code[new_homes[some], new_codes[some]] = self.transitions.append(
-                len(types[some]), rows, places, noisy
+                new_homes[some], rows, places, noisy
             )
         return self._row_of_code[homes, codes]
 
     def _sample_furniture(self) -> np.ndarray:
-        """Draw furniture types, (H, F)."""
+        """Draw furniture types, -1 beyond the furniture of a home, (H, F)."""
+        uniform = self.streams.sample_once("furniture", self.home_num_furniture)
+        types = np.full(uniform.shape, -1, dtype=np.int32)
+        alike: dict[tuple[tuple[str, ...], tuple[int, ...]], list[int]] = defaultdict(list)
+        for home, config in enumerate(self.configs):
+            alike[config.rooms, config.room_sizes].append(home)
+        for (rooms, sizes), homes in alike.items():
+            own = np.ix_(np.array(homes), np.arange(sum(sizes)))
+            types[own] = self._draw_furniture(rooms, sizes, uniform[own])
+        return types
+
+    def _draw_furniture(
+        self, rooms: Sequence[str], sizes: Sequence[int], uniform: np.ndarray
+    ) -> np.ndarray:
+        """Draw furniture types for n homes with the same rooms, uniform (n, F') -> (n, F')."""
         prior = self.prior
         labels = sorted({row.label for row in prior.furniture})
         label_of_node = np.array([labels.index(row.label) for row in prior.furniture])
         prob = np.array([row.prob for row in prior.furniture])
         cap = np.array([row.max_count for row in prior.furniture])
-        uniform = self.streams.sample_once("furniture", self.num_furniture)
-        count = np.zeros((self.num_homes, len(labels)), dtype=np.int64)
-        types = np.zeros((self.num_homes, self.num_furniture), dtype=np.int32)
-        order = np.arange(self.num_furniture).reshape(len(self.config.rooms), -1).T.ravel()
-        for furniture in order:  # rooms in turn, so that no room uses up a type's count
-            nodes = self._node_rooms[self.furniture_room[furniture]]
+        count = np.zeros((len(uniform), len(labels)), dtype=np.int64)
+        types = np.zeros(uniform.shape, dtype=np.int32)
+        room_of = np.repeat(np.arange(len(rooms)), sizes)
+        turn = compute_rank_in_group(room_of)
+        for furniture in np.argsort(turn, kind="stable"):  # rooms in turn: none uses up a type
+            nodes = self._node_rooms[rooms[room_of[furniture]]]
             weights = compute_available_weights(
-                np.tile(prob[nodes], (self.num_homes, 1)),
+                np.tile(prob[nodes], (len(uniform), 1)),
                 count[:, label_of_node[nodes]],
                 cap[nodes],
             )
             chosen = nodes[sample_categorical(weights, uniform[:, furniture])]
             types[:, furniture] = chosen
-            count[np.arange(self.num_homes), label_of_node[chosen]] += 1
+            count[np.arange(len(uniform)), label_of_node[chosen]] += 1
         return types
 
     def _sample_place_weights(self) -> np.ndarray:
@@ -229,37 +255,41 @@ class SampledHomes(Homes):
         prior = self.prior.weights.reshape(num_objects, -1)
         rows, columns = np.nonzero(prior)  # of one home
         noise = self.streams.rows("class noise", 2 * prior.size).claim()
-        weights = np.empty((self.num_homes, num_objects, self.num_places), dtype=np.float32)
+        weights = np.zeros((self.num_homes, num_objects, self.num_places), dtype=np.float32)
+        place_room = np.repeat(node_room, NUM_RELATIONS)
         at_once = max(_NOISE_NUMBERS // (2 * prior.size), 1)
         for first in range(0, self.num_homes, at_once):
             count = min(at_once, self.num_homes - first)
             part_home = np.repeat(np.arange(count), len(rows))
             row, column = np.tile(rows, count), np.tile(columns, count)
+            some = slice(first, first + count)
             noisy = np.zeros((count, *prior.shape))
             noisy[part_home, row, column] = compute_noisy_weights(
                 prior[row, column],
                 part_home * num_objects + row,
                 column,
                 noise.read(first + part_home, (row * prior.shape[1] + column) * 2, 2),
-                np.repeat(node_room, NUM_RELATIONS),
-                zero_prob=self.config.noise_zero_prob,
-                scale=self.config.noise_scale,
+                np.repeat(np.arange(count), num_objects),
+                np.tile(place_room, (count, 1)),
+                zero_prob=self._zero_prob[some],
+                scale=self._noise_scale[some],
             )
             of_nodes = noisy.reshape(count, num_objects, num_nodes, NUM_RELATIONS)
             for home, own in enumerate(of_nodes, start=first):
-                weights[home] = own[:, self.furniture_type[home]].reshape(num_objects, -1)
+                nodes = self.furniture_type[home, self.is_furniture[home]]
+                read = own[:, nodes].reshape(num_objects, -1)
+                weights[home, :, : read.shape[1]] = read
         return weights
 
     def _sample_objects(self) -> None:
         """Draw the objects of t = 0."""
-        types, places, uniform = sample_initial_objects(self)  # (H, n)
-        codes = self.object_descriptions.sample(types.ravel(), uniform.ravel())
-        slots = np.arange(types.shape[1])
-        objects = (np.arange(self.num_homes)[:, None] * self.num_slots + slots).ravel()
-        self.fill_slots(objects, types.ravel(), codes)
+        homes, types, places, uniform = sample_initial_objects(self)  # (n,)
+        codes = self.object_descriptions.sample(types, uniform)
+        objects = homes * self.num_slots + compute_rank_in_group(homes)
+        self.fill_slots(objects, types, codes)
         rows = self.object_row.ravel()[objects]
-        can_leave = self.transitions.can_leave(rows, places.ravel().astype(np.int32))
-        self.place_objects(objects, places.ravel(), can_leave)
+        can_leave = self.transitions.can_leave(rows, homes, places.astype(np.int32))
+        self.place_objects(objects, places, can_leave)
 
 
 def _describe(prior: PriorGraph) -> tuple[DescriptionTable, DescriptionTable]:
@@ -276,8 +306,20 @@ def _make_descriptions(rows: tuple[tuple[str, Adjectives], ...]) -> DescriptionT
     return DescriptionTable([label for label, _ in rows], [adjectives for _, adjectives in rows])
 
 
+def _list_rooms(config: HomeConfig, layout: Sequence[tuple[str, str]] | None) -> np.ndarray:
+    """Return the room index of every furniture node of a home, (F',)."""
+    if layout is None:
+        return np.repeat(np.arange(len(config.rooms)), config.room_sizes)
+    return _find_rooms(config.rooms, [room for room, _ in layout])
+
+
 def _find_rooms(rooms: Sequence[str], layout_rooms: Sequence[str]) -> np.ndarray:
     """Return the room index of every furniture node of a layout, (F,)."""
+    if len(set(rooms)) < len(rooms):
+        raise ValueError(
+            f"rooms must differ where a layout is given, got {', '.join(rooms)}. Leave the layout "
+            "out, or name each room once."
+        )
     for room in layout_rooms:
         if room not in rooms:
             raise ValueError(
@@ -305,23 +347,18 @@ def _find_nodes(prior: PriorGraph, layout: Sequence[tuple[str, str]]) -> np.ndar
     return np.array([nodes[place] for place in layout], dtype=np.int32)
 
 
-def _nodes_per_room(prior: PriorGraph, rooms: Sequence[str]) -> list[np.ndarray]:
-    """List the furniture nodes of each room."""
-    return [
-        np.array([i for i, row in enumerate(prior.furniture) if row.room == room], dtype=np.int64)
-        for room in rooms
-    ]
-
-
-def _index_nodes(prior: PriorGraph, rooms: Sequence[str], weights: np.ndarray) -> list[np.ndarray]:
+def _index_nodes(
+    prior: PriorGraph, rooms: Sequence[str], weights: np.ndarray
+) -> dict[str, np.ndarray]:
     """List the furniture nodes of each room that may be drawn and can hold an object.
 
     Raises:
         ValueError: if a room has none.
     """
     can_hold = (weights.sum(axis=(0, 2)) > 0) & [row.prob > 0 for row in prior.furniture]
-    usable = [nodes[can_hold[nodes]] for nodes in _nodes_per_room(prior, rooms)]
-    for room, nodes in zip(rooms, usable, strict=True):
+    rooms_of_nodes = np.array([row.room for row in prior.furniture], dtype=object)
+    usable = {room: np.flatnonzero(can_hold & (rooms_of_nodes == room)) for room in rooms}
+    for room, nodes in usable.items():
         if len(nodes) == 0:
             raise ValueError(
                 f"room must have furniture that can hold an object, got none for {room!r} in the "

@@ -16,7 +16,7 @@ class Observation:
     Attributes:
         home: which homes looked, ascending, (n,).
         furniture: the furniture index each of them looked at, (n,).
-        seen_house: home of each detected object, (m,).
+        seen_home: home of each detected object, (m,).
         seen_code: its description code, (m,).
         seen_relation: 0 "in", 1 "onTop", (m,).
     """
@@ -41,11 +41,11 @@ def observe(homes: Homes, furniture: np.ndarray) -> Observation:
     """
     looking = np.flatnonzero(furniture >= 0)  # (n,)
     # Only homes that look draw numbers: a home's numbers do not depend on its neighbours.
-    uniform = homes.streams.rows("detection", homes.num_slots).take(looking)  # (n, C)
+    uniform = homes.streams.rows("detection", homes.home_num_slots).take(looking)  # (n, C)
     places = homes.object_place[looking]
     first = furniture[looking, None] * NUM_RELATIONS
     is_seen = (places >= first) & (places < first + NUM_RELATIONS)
-    is_seen &= uniform >= homes.config.detection_error
+    is_seen &= uniform >= homes.detection_error[looking, None]
     row, slot = np.divmod(np.flatnonzero(is_seen), homes.num_slots)
     home = looking[row]
     return Observation(

@@ -161,10 +161,10 @@ class SampledSource(HomeSource):
 
     @property
     def labels(self) -> list[str]:
-        """House, floor, rooms, and all that the prior names."""
+        """House, floor, and all that the prior names."""
         furniture = [row.label for row in self.prior.furniture]
         objects = [row.label for row in self.prior.objects]
-        return list(dict.fromkeys(["house", "floor", *self.home.rooms, *furniture, *objects]))
+        return list(dict.fromkeys(["house", "floor", *self.prior.rooms, *furniture, *objects]))
 
     def list_groups(self, homes: Sequence[int]) -> list[Group]:
         """Return all homes as one group."""

@@ -16,17 +16,21 @@ _MANY_ROWS = 128  # from here on, sums over a row advance in all rows together
 class UniformRows:
     """Rows of uniform numbers that are worked out when they are read."""
 
-    def __init__(self, starts: np.ndarray, jumps: np.ndarray) -> None:
+    def __init__(self, starts: np.ndarray, jumps: np.ndarray, widths: np.ndarray) -> None:
         self._starts = starts
         self._jumps = jumps
+        self._widths = widths
 
     def fill(self, every: int = 1) -> np.ndarray:
-        """Return every number, or those of columns 0, `every`, 2 `every`, ..., (n, m)."""
+        """Return every number, or those of columns 0, `every`, 2 `every`, ..., (n, m).
+
+        A row that is narrower than the widest one ends with nan.
+        """
         from simulator.compiled.streams import fill_rows  # loads numba
 
         width = len(self._jumps) - 1
         numbers = np.empty((len(self._starts), -(-width // every)))
-        fill_rows(self._starts, self._jumps[min(every, width)], numbers)
+        fill_rows(self._starts, self._jumps[min(every, width)], -(-self._widths // every), numbers)
         return numbers
 
     def read(self, rows: np.ndarray, columns: np.ndarray, count: int = 1) -> np.ndarray:
@@ -42,14 +46,16 @@ class UniformStream:
     """Rows of uniform numbers for many homes, each home from its own generator.
 
     A home's n-th row is the same whatever other homes are drawn beside it, and its numbers are
-    those that its generator would give one after the other.
+    those that its generator would give one after the other: rows of a home are as wide as the home
+    needs, however wide those of others are.
     """
 
-    def __init__(self, generators: Sequence[np.random.Generator], width: int) -> None:
+    def __init__(self, generators: Sequence[np.random.Generator], widths: np.ndarray) -> None:
         from simulator.compiled.streams import make_jumps  # loads numba
 
         self._state = np.array([_get_state(rng) for rng in generators], dtype=np.uint64)  # (H, 4)
-        self._jumps = make_jumps(width)
+        self._widths = widths
+        self._jumps = make_jumps(int(widths.max()))
         self._homes = np.arange(len(generators))
 
     def claim(self, homes: np.ndarray | None = None) -> UniformRows:
@@ -58,11 +64,11 @@ class UniformStream:
 
         homes = self._homes if homes is None else homes
         starts = np.empty((len(homes), 4), dtype=np.uint64)
-        claim_rows(self._state, self._jumps[-1], homes, starts)
-        return UniformRows(starts, self._jumps)
+        claim_rows(self._state, self._jumps, self._widths, homes, starts)
+        return UniformRows(starts, self._jumps, self._widths[homes])
 
     def next(self) -> np.ndarray:
-        """Return the numbers of one fresh row of every home, (H, width)."""
+        """Return the numbers of one fresh row of every home, (H, width); see `UniformRows.fill`."""
         return self.claim().fill()
 
     def take(self, homes: np.ndarray) -> np.ndarray:
@@ -121,15 +127,35 @@ class Streams:
             np.random.PCG64(np.random.SeedSequence(self.seed, spawn_key=key))
         )
 
-    def sample_once(self, purpose: str, *shape: int) -> np.ndarray:
-        """Draw one array of uniforms per home from the start of a stream, (H, *shape)."""
-        return np.stack([self.generator(purpose, i).random(shape) for i in range(len(self.homes))])
+    def sample_once(self, purpose: str, *shape: int | np.ndarray) -> np.ndarray:
+        """Draw one array of uniforms per home from the start of a stream.
 
-    def rows(self, purpose: str, width: int) -> UniformStream:
-        """Return the row stream of a purpose; a purpose keeps one width for its lifetime."""
+        Args:
+            purpose: of the numbers.
+            shape: of the array, the same for all homes or one per home, (H,).
+
+        Returns:
+            (H, *shape) of the largest; nan beyond the array of a smaller home.
+        """
+        count = len(self.homes)
+        sizes = np.stack([np.broadcast_to(size, count) for size in shape], axis=1)
+        drawn = np.full((count, *sizes.max(axis=0)), np.nan)
+        for position, size in enumerate(sizes.tolist()):
+            own = drawn[position][tuple(slice(length) for length in size)]
+            own[...] = self.generator(purpose, position).random(size)
+        return drawn
+
+    def rows(self, purpose: str, width: int | np.ndarray) -> UniformStream:
+        """Return the row stream of a purpose; a purpose keeps its widths for its lifetime.
+
+        Args:
+            purpose: of the numbers.
+            width: numbers in a row, the same for all homes or one per home, (H,).
+        """
         if purpose not in self._streams:
             generators = [self.generator(purpose, i) for i in range(len(self.homes))]
-            self._streams[purpose] = UniformStream(generators, width)
+            widths = np.array(np.broadcast_to(width, len(self.homes)), dtype=np.int64)
+            self._streams[purpose] = UniformStream(generators, widths)
         return self._streams[purpose]
 
 

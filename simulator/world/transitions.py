@@ -12,7 +12,7 @@ _ENTRY = np.dtype([("place", np.int32), ("weight", np.float32)])
 
 
 class Transitions:
-    """Rows of weights over the P places of a home, one per home and description, kept sparse.
+    """Rows of weights over the places of a home, one per home and description, kept sparse.
 
     A row has some five positive weights among 64 places. They are its entries, in the order of
     the places, and fall into blocks: the entries of a block of neighbouring places, such as those
@@ -20,7 +20,7 @@ class Transitions:
 
     Attributes:
         num_rows: rows so far, N.
-        num_places: P.
+        num_places: of the largest home, P.
 
     Source: algorithm 1, section 4.1; docs/design.md, rulings 2 and 6.
     """
@@ -29,38 +29,44 @@ class Transitions:
         """Start without rows.
 
         Args:
-            place_block: block of every place, ascending from 0, (P,).
+            place_block: block of every place of each home, ascending from 0, (H, P); what it says
+                beyond the places of a home is never read.
             places_per_furniture: place p belongs to furniture p // places_per_furniture.
         """
         self.num_rows = 0
-        self.num_places = len(place_block)
-        self._place_block = place_block
-        self._num_blocks = int(place_block[-1]) + 1
+        self.num_places = place_block.shape[1]
+        # Homes share a few layouts: read from the cache, unlike a row of blocks for each home.
+        self._place_block, layout = np.unique(place_block, axis=0, return_inverse=True)
+        self._layout_of_home = layout.reshape(-1)
+        self._num_blocks = int(place_block.max()) + 1
         self._place_furniture = np.arange(self.num_places) // places_per_furniture
         self._entries = Table({"entry": _ENTRY})
         self._bounds = Table({"bound": np.int64})  # where each block starts, and an end
         self._bounds.append(1)
 
     def append(
-        self, num_rows: int, rows: np.ndarray, places: np.ndarray, weights: np.ndarray
+        self, homes: np.ndarray, rows: np.ndarray, places: np.ndarray, weights: np.ndarray
     ) -> np.ndarray:
-        """Add rows; return their numbers, (num_rows,).
+        """Add rows; return their numbers, (n,).
 
         Args:
-            num_rows: how many.
-            rows: row of each weight, 0..num_rows - 1, ascending, (k,).
+            homes: the home of each row, (n,).
+            rows: row of each weight, 0..n - 1, ascending, (k,).
             places: their places, ascending within a row, (k,).
             weights: non-negative, (k,).
         """
         from simulator.compiled.transitions import list_entries  # loads numba
 
         entry = np.empty(len(rows), dtype=_ENTRY)
-        ends = np.empty(num_rows * self._num_blocks, dtype=np.int64)
-        count = list_entries(rows, places, weights, self._place_block, entry, ends)
+        ends = np.empty(len(homes) * self._num_blocks, dtype=np.int64)
+        count = list_entries(
+            rows, places, weights, self._layout_of_home[homes], self._place_block,
+            self._num_blocks, entry, ends,
+        )  # fmt: skip
         self._bounds.append(len(ends), bound=len(self._entries) + ends)
         self._entries.append(count, entry=entry[:count])
         first = self.num_rows
-        self.num_rows += num_rows
+        self.num_rows += len(homes)
         return np.arange(first, self.num_rows)
 
     def read(self, rows: np.ndarray) -> np.ndarray:
@@ -74,12 +80,13 @@ class Transitions:
         return dense
 
     def sample_moves(
-        self, rows: np.ndarray, places: np.ndarray, uniform: np.ndarray
+        self, rows: np.ndarray, homes: np.ndarray, places: np.ndarray, uniform: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Draw where objects move to: other furniture of the same block.
 
         Args:
             rows: (n,).
+            homes: of the rows, (n,).
             places: where they are; `can_leave` must hold there, (n,).
             uniform: (n,).
 
@@ -88,26 +95,29 @@ class Transitions:
         """
         from simulator.compiled.transitions import sample_moves  # loads numba
 
-        return sample_moves(*self._tables, rows, places, uniform)
+        return sample_moves(*self._tables, rows, self._layout_of_home[homes], places, uniform)
 
-    def sample_places(self, rows: np.ndarray, uniform: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def sample_places(
+        self, rows: np.ndarray, homes: np.ndarray, uniform: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Draw where n new objects are put, anywhere in their rows (n,); see `sample_moves`."""
         from simulator.compiled.transitions import sample_places  # loads numba
 
-        return sample_places(*self._tables, rows, uniform)
+        return sample_places(*self._tables, rows, self._layout_of_home[homes], uniform)
 
-    def can_leave(self, rows: np.ndarray, places: np.ndarray) -> np.ndarray:
+    def can_leave(self, rows: np.ndarray, homes: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Return whether objects at places (n,) have other furniture to move to, bool (n,).
 
         The places may have weight zero themselves.
         """
         from simulator.compiled.transitions import can_leave  # loads numba
 
-        return can_leave(*self._tables, rows, places)
+        return can_leave(*self._tables, rows, self._layout_of_home[homes], places)
 
     @property
-    def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Entries, bounds of blocks, block and furniture of every place."""
+    def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, int, np.ndarray]:
+        """Entries, bounds of blocks, blocks of each layout, their number, furniture of places."""
         return (
-            self._entries["entry"], self._bounds["bound"], self._place_block, self._place_furniture
+            self._entries["entry"], self._bounds["bound"], self._place_block, self._num_blocks,
+            self._place_furniture,
         )  # fmt: skip

@@ -14,8 +14,8 @@ from filelock import FileLock
 
 from nep.fit import FitCLI
 from nep.paper.experiments import ABLATION_SETTING, SETTINGS, enter, find_models
-from nep.paper.job_queue import _THREAD_VARIABLES
-from nep.paper.plan import plan_jobs
+from nep.paper.plan import plan_stages
+from nep.paper.stages import _THREAD_VARIABLES
 from nep.paper.training import Training
 from nep.reproduce import _LOCK, _make_parser, _make_plan, main
 from simulator.policies import POLICIES
@@ -34,6 +34,11 @@ def reproduce(folder: Path, *options: str) -> None:
 def make_plan(folder: Path, *options: str):
     arguments = [*TINY, *map(str, list_folders(folder)), *options]
     return _make_plan(_make_parser().parse_args(arguments))
+
+
+def list_jobs(plan):
+    """The jobs of all stages, in order."""
+    return [job for stage in plan_stages(plan) for job in stage]
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +94,7 @@ def test_stored_scores_are_those_of_the_checkpoint(folder, tmp_path):
 
 def test_finished_parts_are_not_run_again(folder):
     """The figure needs what Table 1 has; written again, files are the same bytes."""
-    assert plan_jobs(make_plan(folder, "--table", "1")) == []
+    assert list_jobs(make_plan(folder, "--table", "1")) == []
     before = read_times(folder)
     files = {path: path.read_bytes() for path in (folder / "out").iterdir()}
     reproduce(folder, "--table", "1")
@@ -102,9 +107,9 @@ def test_finished_parts_are_not_run_again(folder):
 
 
 def test_what_has_changed_is_run_again(folder):
-    names = [job.name for job in plan_jobs(make_plan(folder, "--table", "figure", "--steps", "5"))]
+    names = [job.name for job in list_jobs(make_plan(folder, "--table", "figure", "--steps", "5"))]
     assert names == [f"evaluate predict_location-on/{who}" for who in ("mlp", *POLICIES)]
-    jobs = plan_jobs(make_plan(folder, "--table", "figure", "--epochs", "2"))
+    jobs = list_jobs(make_plan(folder, "--table", "figure", "--epochs", "2"))
     assert [job.name for job in jobs] == [
         "collect predict_location-on", "train predict_location-on/mlp",
         "evaluate predict_location-on/mlp",
@@ -145,7 +150,7 @@ def test_killed_and_resumed_is_as_if_never_stopped(folder, tmp_path):
         process.wait()
     time.sleep(0.5)  # workers end with it
     assert not training.is_done()
-    left = [job.name for job in plan_jobs(make_plan(tmp_path, "--table", "figure"))]
+    left = [job.name for job in list_jobs(make_plan(tmp_path, "--table", "figure"))]
     assert "train predict_location-on/mlp" in left
     reproduce(tmp_path, *one)
     assert training.is_done()
@@ -166,7 +171,7 @@ def test_table_2_shares_the_full_models_with_table_1(folder):
     plan = make_plan(folder, "--table", "all")
     networks = [network.key for network in plan.list_networks()]
     assert len(networks) == len(set(networks)) == 6 + 2 + 12  # MLP is in Table 1 already
-    names = [job.name for job in plan_jobs(plan)]
+    names = [job.name for job in list_jobs(plan)]
     assert sum(name.startswith("train ") for name in names) == 2 + 12
     assert "train predict_location-on/heat-no_prior" in names
     assert "train predict_location-on/mlp" not in names
@@ -190,6 +195,25 @@ def test_configs_keep_what_they_say(tmp_path):
     assert not {"hgt", "han"} & defaults  # only where they are named
 
 
+def test_a_config_by_path_is_a_model_by_its_name(tmp_path):
+    """Its lines are compared, not where it lies: a folder may be moved."""
+    folders = [tmp_path / "here", tmp_path / "there"]
+    settings = []
+    for folder in folders:
+        folder.mkdir()
+        (folder / "mine.yaml").write_text("# ours\nmodel:\n  learning_rate: 0.1\n")
+        models = find_models(["heat.yaml", "hgt", str(folder / "mine.yaml"), "heat_finder.yaml"])
+        assert [model.name for model in models] == ["hgt", "heat", "mine", "heat_finder"]
+        training = Training(enter(models[2], SETTINGS[0]), 0, (), tmp_path, tmp_path)
+        assert training.contestant.key == "predict_location-on/mine"
+        assert f"--config={folder / 'mine.yaml'}" in training.list_all_options()
+        settings.append(training.describe())
+    assert settings[0] == settings[1]
+    assert settings[0]["configs"] == {"mine.yaml": ["model:", "  learning_rate: 0.1"]}
+    assert models[1].config == ""
+    FitCLI(Training(enter(models[3], SETTINGS[0]), 0, (), tmp_path, tmp_path).list_all_options())
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -198,6 +222,8 @@ def test_configs_keep_what_they_say(tmp_path):
             r"invalid choice: '3' \(choose from '?1'?, '?2'?, '?figure'?, '?all'?\)",
         ),
         (["--models", "gat"], "model must be one of hms, mlp, .*, got 'gat'. Choose one"),
+        (["--models", "no.yaml"], "config must be a file or a packaged config, got 'no.yaml'. Ch"),
+        (["--models", "a/mlp.yaml"], "must be named otherwise than models, .*, got 'a/mlp.yaml'"),
         (["--num_homes", "0"], "num_homes must be at least 1, got 0. Raise it."),
         (["--steps", "0"], "steps must be at least 1, got 0. Raise it."),
         (["--epochs", "0"], "epochs must be at least 1, got 0. Raise it."),

@@ -186,7 +186,6 @@ def fail(tmp_path, capsys, *arguments: str) -> str:
         (["--task", "dance"], "relative_likelihood, find_object, got 'dance'. Choose one"),
         (["--split", "all"], "error: split must be one of train, val, test, got 'all'. Choose"),
         (["--rooms", "kitchen", "garage"], "got none for 'garage' in the prior"),
-        (["--rooms", "kitchen", "kitchen"], "Name each room once."),
         (["--prior", "no/such/file.json"], "'No such file or directory' for no/such/file.json."),
     ],
 )

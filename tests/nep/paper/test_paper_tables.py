@@ -192,3 +192,10 @@ def test_a_further_task_makes_columns_of_ours_alone(location, monkeypatch):
     assert "Take Turns" not in paper.split("## Which")[0]
     assert "| Take Turns, dynamic nodes on | NEP-HEAT better than NEP-GCN |" in paper
     assert further.name in json.loads(files["table_1.json"])["settings"]
+
+
+def test_a_model_of_ones_own_stands_between_networks_and_oracles(location):
+    files = make_table_1({ABLATION_SETTING: location | {"mine": make_scores(0.1, 0.1)}}, PROVENANCE)
+    first = files["table_1.md"].decode().split("## The paper's")[0]
+    order = [line.split("|")[1].strip() for line in first.splitlines() if line.startswith("| ")]
+    assert order[-3:] == ["NEP-HEAT", "mine", "ceiling"]

@@ -23,8 +23,8 @@ def walk():
     """A memory of a home of 32 furniture nodes, and 300 more looks at it."""
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(1, "val", [0]))
     memory = SceneGraphMemory()
-    rooms = [memory.add_room(room) for room in homes.config.rooms]
-    for label, room in zip(homes.furniture_labels[0], homes.furniture_room, strict=True):
+    rooms = [memory.add_room(room) for room in homes.configs[0].rooms]
+    for label, room in zip(homes.furniture_labels[0], homes.furniture_room[0], strict=True):
         memory.add_furniture(str(label), room=rooms[room])
     rng = np.random.default_rng(0)
     looks = []

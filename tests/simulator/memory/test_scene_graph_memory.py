@@ -135,8 +135,8 @@ def test_equal_to_the_memory_of_a_simulated_home():
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(3, "val", [0]))
     rollout = Rollout(homes, make_policy("bayesian", homes))
     prior, memory = homes.prior, SceneGraphMemory()
-    rooms = [memory.add_room(room) for room in homes.config.rooms]
-    for node, room in zip(homes.furniture_type[0], homes.furniture_room, strict=True):
+    rooms = [memory.add_room(room) for room in homes.configs[0].rooms]
+    for node, room in zip(homes.furniture_type[0], homes.furniture_room[0], strict=True):
         memory.add_furniture(prior.furniture[node].label, room=rooms[room])
     table = homes.object_descriptions
     for step in predict_locations(rollout, 15):
@@ -180,7 +180,7 @@ def _see(rollout: Rollout, furniture: int) -> list[Sighting]:
     stream = homes.streams.rows("detection", homes.num_slots)
     uniform = deepcopy(stream).next()[0]
     slots = np.flatnonzero(
-        (homes.object_furniture[0] == furniture) & (uniform >= homes.config.detection_error)
+        (homes.object_furniture[0] == furniture) & (uniform >= homes.configs[0].detection_error)
     )
     table = homes.object_descriptions
     return [

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from simulator.memory.memory_batch import Change
-from simulator.policies.filters import Ceiling, PlaceFilter, PriorFilter, Rules
+from simulator.policies.filters import Ceiling, PriorFilter
+from simulator.policies.place_filter import PlaceFilter, Rules
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig
@@ -18,19 +19,23 @@ class FixedFilter(PlaceFilter):
         super().__init__(prior, config)
         self.rules = rules
 
-    def compute_rules(self, memory, queries):
+    def read_moves(self, memory, queries):
+        return np.stack([self.rules.moves] * len(queries.home))
+
+    def read_type_moves(self, memory, home, types):
+        return np.stack([self.rules.moves] * len(home))
+
+    def compute_rules(self, subjects):
         fields = {name: getattr(self.rules, name) for name in Rules.__slots__}
-        return Rules(
-            **{name: np.stack([value] * len(queries.home)) for name, value in fields.items()}
-        )
+        return Rules(**{name: np.stack([value] * len(subjects)) for name, value in fields.items()})
 
 
-def make_rules(moves, initial=None, move=0.2, asked=0.5, remove=0.0, add=0.0):
+def make_rules(moves, initial=None, move=0.2, asked=0.5, remove=0.0, add=0.0, miss=0.25):
     return Rules(
         moves=np.array(moves, dtype=float),
         initial=np.array(initial if initial is not None else [0] * 6, dtype=float),
         move_rate=np.array(move), asked_move_rate=np.array(asked),
-        remove_rate=np.array(remove), add_rate=np.array(add),
+        remove_rate=np.array(remove), add_rate=np.array(add), miss_rate=np.array(miss),
     )  # fmt: skip
 
 
@@ -205,11 +210,11 @@ def test_rates_by_hand(make_tiny_memory, tiny_prior):
     policy = PriorFilter(tiny_prior, HomeConfig(rooms=("kitchen", "bedroom")))
     policy.reset(memory)
     # Expected objects: 6 per furniture node, shared in proportion to prior x sample_prob.
-    count = policy._expected[0]
+    count = policy._inventory.expected[0]
     np.testing.assert_allclose(count.sum(axis=0), 6)
     # Fridge: milk 0.8 x 0.5 = 0.4, apple 0.4 x 0.6 = 0.24 -> 6 x 5/8 and 6 x 3/8
     np.testing.assert_allclose(count[[1, 5], FRIDGE], [3.75, 2.25], rtol=1e-6)
-    move, asked, remove, add = policy._compute_rates(np.zeros(10, int), np.arange(10))
+    move, asked, remove, add = policy._inventory.compute_rates(np.zeros(10, int), np.arange(10))
     total = count.sum(axis=1)
     assert (total * move).sum() == pytest.approx(0.05 * 36)
     assert move[3] == asked[3] == 0  # lamps
@@ -223,14 +228,14 @@ def test_rates_by_hand(make_tiny_memory, tiny_prior):
     bayes = joint[used] / (joint[used] + (1 - move[used]) * second[used])
     np.testing.assert_allclose(asked[used], bayes, rtol=1e-6)
     # What leaves in a step comes back on average (under any description).
-    same = policy._sameness
+    same = policy._inventory.sameness
     assert (remove * total).sum() == pytest.approx((add / same).sum())
 
 
 def test_static_nodes_neither_come_nor_go(make_tiny_memory, tiny_prior):
     policy = PriorFilter(tiny_prior, HomeConfig(rooms=("kitchen", "bedroom"), dynamic_nodes=False))
     policy.reset(make_tiny_memory())
-    _, _, remove, add = policy._compute_rates(np.zeros(10, int), np.arange(10))
+    _, _, remove, add = policy._inventory.compute_rates(np.zeros(10, int), np.arange(10))
     assert not remove.any()
     assert not add.any()
 

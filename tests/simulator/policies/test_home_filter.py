@@ -1,9 +1,15 @@
 import numpy as np
 import pytest
 
+from simulator.compiled.home_filter import (
+    make_transitions,
+    update_class_noise,
+    update_instance_noise,
+)
 from simulator.memory.memory_batch import Queries
 from simulator.policies import make_policy
-from simulator.policies.home_filter import HomeBelief, HomeFilter
+from simulator.policies.home_filter import HomeFilter
+from simulator.policies.place_filter import Subjects
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig
@@ -32,58 +38,53 @@ def ask(memory, key=7):
 
 
 def start(policy, memory, key=7):
+    """Return the rules and the belief at t = 0 of an agent that has seen what the memory has."""
     queries = ask(memory, key)
-    rules = policy.compute_rules(memory, queries)
-    return rules, policy.start(memory, queries, rules)
+    types = memory.objects["type"][queries.object]
+    moves = policy.read_moves(memory, queries)
+    subjects = Subjects(queries.home, queries.object, types, moves)
+    rules = policy.compute_rules(subjects)
+    return rules, policy.start(subjects, rules, policy.compute_basis(memory, subjects))
 
 
-def make_belief(**columns):
-    defaults = {"last": 0.0, "others": 0.0, "type_possible": SURVIVES, "own_possible": SURVIVES,
-                "unseen": 0.0, "group": 0}  # fmt: skip
-    shape = np.shape(next(iter(columns.values())))
-    arrays = {name: np.full(shape, value) for name, value in defaults.items()}
-    arrays |= {name: np.array(value) for name, value in columns.items()}
-    return HomeBelief(**arrays, sameness=np.ones(shape[0]))
+@pytest.mark.parametrize(
+    ("own", "of_type", "believed", "is_seen", "expected"),
+    [
+        # s = 0.75 x 0.4 / (0.75 x 0.8) = 0.5; own' = 0.75 x 0.5 / (1 - 0.375)
+        (0.75, 0.8, 0.4, False, 0.6),
+        (1.0, 0.8, 0.9, False, 1.0),  # what is certain is never doubted
+        (0.75, 0.8, 0.1, True, 1.0),  # seen there, so certain
+        # 2 count as 1: s = 0.75 / 0.6, at most 0.95; own' = 0.75 x 0.05 / (1 - 0.7125)
+        (0.75, 0.8, 2.0, False, 0.0375 / 0.2875),
+        (0.03, 0.8, 0.9, False, 0.02),  # nothing is ruled out for good
+    ],
+)
+def test_instance_noise_by_hand(own, of_type, believed, is_seen, expected):
+    """Seen if possible: s = 0.75 believed / (own x type); own' = own (1 - s) / (1 - own s)."""
+    possible = np.array([own, 0.5])
+    update_instance_noise(possible, np.array([of_type, 0.8]), believed, 0, is_seen, 0.25)
+    np.testing.assert_allclose(possible, [expected, 0.5])
 
 
-def test_doubt_of_a_description_by_hand(policy):
-    """Seen if possible: s = 0.75 belief / (own x type); own' = own (1 - s) / (1 - own s).
-
-    Row 0: own 0.75, type 0.8, belief 0.4: s = 0.3 / 0.6 = 0.5
-           own' = 0.75 x 0.5 / (1 - 0.375) = 0.6
-    Row 1: what is certain is never doubted.  Row 2: no look.  Row 3: seen there, so certain.
-    Row 4: belief 2 counts as 1: s = 0.75 / 0.6, at most 0.95
-           own' = 0.75 x 0.05 / (1 - 0.7125) = 0.0375 / 0.2875
-    """
-    belief = make_belief(
-        last=[[0.3, 0], [0, 0.9], [0.5, 0.5], [0.1, 0], [1.0, 0]],
-        others=[[0.1, 0], [0, 0], [0, 0], [0, 0], [1.0, 0]],
-        own_possible=[[0.75, 0.75], [0.75, 1], [0.75] * 2, [0.75] * 2, [0.75] * 2],
-        type_possible=[[0.8, 0.8]] * 5,
-    )
-    policy.doubt_own(belief, np.array([0, 1, -1, 0, 0]), np.array([0, 0, 0, 1, 0], dtype=bool))
-    expected = [[0.6, 0.75], [0.75, 1], [0.75] * 2, [1, 0.75], [0.0375 / 0.2875, 0.75]]
-    np.testing.assert_allclose(belief.own_possible, expected)
-
-
-def test_doubt_of_a_type_by_hand(policy):
+@pytest.mark.parametrize(
+    ("possible", "is_type_seen", "expected"),
+    [
+        # unseen 0.5 at the first place: m = 0.5, e^-0.5 = 0.60653; p' = 0.454898 / 0.704898, at
+        # the second place of the group, too; the third is of another group
+        ([0.75, 0.75, 0.75], False, [0.645339, 0.645339, 0.75]),
+        ([0.75, 0.75, 0.75], True, [0.75] * 3),  # seen there: nothing is doubted
+        ([1.0, 1.0, 0.75], False, [1.0, 1.0, 0.75]),  # what is certain is not doubted
+    ],
+)
+def test_class_noise_by_hand(possible, is_type_seen, expected):
     """Expected if possible: m = 0.75 unseen / p; p' = p e^-m / (p e^-m + 1 - p).
 
-    Row 0: p 0.75, unseen 0.5 at the first place: m = 0.5, e^-0.5 = 0.60653
-           p' = 0.454898 / 0.704898 = 0.645339, at the second place of the group, too, where the
-           type was not seen; the third is of another group. Of the unseen, a quarter is left.
-    Row 1: the type was seen there: nothing is doubted, and those that were there are known now.
-    Row 2: a group that is certain to be possible is not doubted.
+    Of the objects of the type that were never seen a quarter was missed; the others are known now.
     """
-    group = [[0, 0, 1]] * 3
-    belief = make_belief(
-        group=group, unseen=[[0.5, 0.2, 0.1]] * 3,
-        type_possible=[[0.75, 0.75, 0.75], [0.75] * 3, [1.0, 1.0, 0.75]],
-    )  # fmt: skip
-    policy.doubt_type(belief, np.array([0, 0, 0]), np.array([False, True, False]))
-    expected = [[0.645339, 0.645339, 0.75], [0.75] * 3, [1, 1, 0.75]]
-    np.testing.assert_allclose(belief.type_possible, expected, rtol=1e-5)
-    np.testing.assert_allclose(belief.unseen, [[0.125, 0.2, 0.1]] * 3)
+    of_type, unseen = np.array(possible), np.array([0.5, 0.2, 0.1])
+    update_class_noise(of_type, unseen, np.array([0, 0, 1]), 0, is_type_seen, 0.25)
+    np.testing.assert_allclose(of_type, expected, rtol=1e-5)
+    np.testing.assert_allclose(unseen, [0.125, 0.2, 0.1])
 
 
 def test_what_is_possible_before_any_doubt(make_tiny_memory, policy):
@@ -106,13 +107,17 @@ def test_movers_follow_the_prior_at_possible_places(make_tiny_memory, policy):
     memory.step()
     see(policy, memory, TABLE, [7])
     rules, belief = start(policy, memory)
-    own, of_type = policy.make_flows(rules, belief, memory.furniture_room)
+    transitions = np.empty((4, 6))
+    make_transitions(
+        rules.moves[0], belief.type_possible[0], belief.own_possible[0], memory.furniture_room[0],
+        transitions,
+    )  # fmt: skip
     # shelf 0.4 x 0.5625, table 0.4 x 1, desk 0.2 x 0.5625 -> / 0.7375
     expected = np.array([0, 0.225, 0.4, 0, 0, 0.1125]) / 0.7375
-    np.testing.assert_allclose(own.moves[0], expected, rtol=1e-6)
+    np.testing.assert_allclose(transitions[0], expected, rtol=1e-6)
     # shelf 0.4 x 0.75, table 0.4 x 1, desk 0.2 x 0.75 -> / 0.85
     expected = np.array([0, 0.3, 0.4, 0, 0, 0.15]) / 0.85
-    np.testing.assert_allclose(of_type.moves[0], expected, rtol=1e-6)
+    np.testing.assert_allclose(transitions[2], expected, rtol=1e-6)
     # How many are expected in all does not depend on where they can be.
     assert belief.others.sum() == pytest.approx(rules.initial.sum())
 

@@ -32,10 +32,23 @@ def test_shares_lie_between_zero_and_one(name, value):
         HomeConfig(**{name: value})
 
 
-@pytest.mark.parametrize("rooms", [(), ("kitchen", "kitchen")])
-def test_rooms_are_one_or_more_and_differ(rooms):
-    with pytest.raises(ValueError, match=r"rooms must be one or more .* Name each room once"):
-        HomeConfig(rooms=rooms)
+def test_rooms_are_one_or_more_of_a_kind():
+    with pytest.raises(ValueError, match=r"rooms must be one or more labels, got none\. Name a"):
+        HomeConfig(rooms=())
+    assert HomeConfig(rooms=("bedroom", "bedroom")).room_sizes == (8, 8)
+
+
+def test_rooms_have_sizes_of_their_own():
+    rooms = ("kitchen", "bedroom")
+    assert HomeConfig(rooms=rooms, furniture_per_room=(1, 5)).room_sizes == (1, 5)
+    with pytest.raises(
+        ValueError,
+        match=r"furniture_per_room must be one number, or one for each "
+        r"of the 2 rooms, got 3\. Name as many",
+    ):
+        HomeConfig(rooms=rooms, furniture_per_room=(1, 5, 2))
+    with pytest.raises(ValueError, match=r"furniture_per_room must be at least 1, got \(1, 0\)"):
+        HomeConfig(rooms=rooms, furniture_per_room=(1, 0))
 
 
 def test_rules_cannot_change_under_a_running_home():

@@ -27,7 +27,7 @@ def test_rules_of_a_step_over_many_steps_and_seeds(make_default_homes):
             assert (before >= 0).all()
             assert (homes.object_code[moved] == code_before[moved]).all()
             assert (before // 2 != after // 2).all()
-            assert (homes.place_room[before] == homes.place_room[after]).all()
+            assert (homes.place_room[0, before] == homes.place_room[0, after]).all()
             # Whatever neither moved nor is new or gone is where it was.
             same = ~moved & present & (place_before >= 0) & (homes.object_code == code_before)
             kept = homes.object_place[same] == place_before[same]
@@ -72,7 +72,7 @@ def test_rooms_are_left_only_where_the_rules_say_so(make_default_homes):
         evolve(homes)
         moved = homes.object_moved
         assert (before[moved] // 2 != homes.object_place[moved] // 2).all()
-        rooms = homes.place_room
+        rooms = homes.place_room[0]  # the same in all of them
         crossed += (rooms[before[moved]] != rooms[homes.object_place[moved]]).sum()
     assert crossed > 50
 
@@ -125,7 +125,7 @@ def test_moves_follow_T(make_default_homes):
                 source, target = before[home, slot], homes.object_place[home, slot]
                 allowed = np.arange(homes.num_places) // 2 != source // 2
                 if not rules:
-                    allowed &= homes.place_room == homes.place_room[source]
+                    allowed &= homes.place_room[home] == homes.place_room[home, source]
                 row = np.where(allowed, row, 0) / row[allowed].sum()
                 quantiles.append(row[:target].sum() + rng.random() * row[target])
         assert len(quantiles) > 2000
@@ -176,7 +176,7 @@ def test_move_weight_is_the_frequency_of_the_type_or_zero_where_it_is_stuck(make
         code, place = homes.object_code[home, slot], homes.object_place[home, slot]
         row = homes.transition_rows(np.array([home]), np.array([code]))[0]
         elsewhere = (np.arange(homes.num_places) // 2 != place // 2) & (
-            homes.place_room == homes.place_room[place]
+            homes.place_room[home] == homes.place_room[home, place]
         )
         frequency = homes.prior.objects[homes.object_type[home, slot]].move_freq
         expected = frequency if row[elsewhere].any() else 0

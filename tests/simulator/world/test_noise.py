@@ -12,9 +12,14 @@ def add_noise(weights, draws, place_room, **rules):
     """Noise on whole rows (n, P) with two draws for every place, (n, P, 2)."""
     noisy = np.zeros(weights.shape)
     rows, places = np.nonzero(weights)
+    rules = {
+        name: value if name == "min_kept" else np.array([float(value)])
+        for name, value in rules.items()
+    }
     noisy[rows, places] = compute_noisy_weights(
-        weights[rows, places], rows, places, draws[rows, places], place_room, **rules
-    )
+        weights[rows, places], rows, places, draws[rows, places],
+        np.zeros(len(weights), int), place_room[None], **rules,
+    )  # fmt: skip
     return noisy
 
 

@@ -23,10 +23,10 @@ def homes(make_default_homes) -> SampledHomes:
 
 def test_every_room_has_8_furniture_nodes_of_its_own_and_192_objects_lie_on_them(homes):
     assert homes.furniture_type.shape == (12, 32)
-    assert np.bincount(homes.furniture_room).tolist() == [8, 8, 8, 8]
+    assert np.bincount(homes.furniture_room[0]).tolist() == [8, 8, 8, 8]
     for home in range(12):
         for furniture, node in enumerate(homes.furniture_type[home]):
-            room = homes.config.rooms[homes.furniture_room[furniture]]
+            room = homes.configs[0].rooms[homes.furniture_room[0, furniture]]
             assert homes.prior.furniture[node].room == room
     assert (homes.is_present.sum(axis=1) == 192).all()
     assert (homes.initial_count == 192).all()
@@ -109,7 +109,7 @@ def test_two_places_per_room_survive_the_instance_noise(homes):
         rows = homes.transitions.read(homes.object_row[home, :192])
         own = homes.place_weights[home][homes.object_type[home, :192]]
         for room in range(4):
-            here = homes.place_room == room
+            here = homes.place_room[home] == room
             before, after = (own[:, here] > 0).sum(axis=1), (rows[:, here] > 0).sum(axis=1)
             assert (after >= np.minimum(before, 2)).all()
 
@@ -132,8 +132,8 @@ def test_instance_noise_zeroes_a_quarter_and_scales_the_rest(make_default_homes)
         rows = homes.transition_rows(np.full(len(codes), home), codes)
         for row, weights in zip(rows, homes.place_weights[home][types], strict=True):
             # Rooms with 8 or more places: fewer than 2 survivors have probability 4e-4.
-            per_room = np.bincount(homes.place_room, weights=weights > 0)
-            many = (weights > 0) & (per_room[homes.place_room] >= 8)
+            per_room = np.bincount(homes.place_room[home], weights=weights > 0)
+            many = (weights > 0) & (per_room[homes.place_room[home]] >= 8)
             tried += many.sum()
             zeroed += (row[many] == 0).sum()
             kept = row > 0
@@ -232,7 +232,7 @@ def test_a_layout_is_taken_as_it_is(make_tiny_homes):
     layout = [("bedroom", "desk"), ("bedroom", "bed"), ("bedroom", "bed"), ("kitchen", "fridge")]
     homes = make_tiny_homes(2, layout=layout)
     assert homes.furniture_type.tolist() == [[5, 3, 3, 0]] * 2
-    assert homes.furniture_room.tolist() == [1, 1, 1, 0]
+    assert homes.furniture_room[0].tolist() == [1, 1, 1, 0]
     assert (homes.is_present.sum(axis=1) == 24).all()
 
 

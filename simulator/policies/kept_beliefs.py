@@ -1,0 +1,68 @@
+"""Beliefs that are kept from one question to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from simulator.arrays.table import Table
+
+
+class KeptBeliefs:
+    """One belief per object that was asked for, each as of its own time.
+
+    Entries have the columns of a belief, (F,) each, `time` and `num_rounds`, up to which it knows
+    what happened, and `basis`, what it was computed from, (B, F).
+    """
+
+    def __init__(self, names: tuple[str, ...], num_furniture: int, num_basis: int) -> None:
+        """Start without beliefs.
+
+        Args:
+            names: of the columns of a belief.
+            num_furniture: F.
+            num_basis: B.
+        """
+        columns = [(name, np.float64, (num_furniture,)) for name in names]
+        entry = np.dtype(
+            [*columns, ("time", np.int64), ("num_rounds", np.int64),
+             ("basis", np.float64, (num_basis, num_furniture))]
+        )  # fmt: skip
+        self._names = names
+        self._entries = Table({"entry": entry})
+        self._row_of_object = np.full(64, -1)
+
+    def find(self, objects: np.ndarray) -> np.ndarray:
+        """Return the row of each object (n,), -1 without a belief."""
+        self._fit(objects)
+        return self._row_of_object[objects]
+
+    def take(self, rows: np.ndarray) -> np.ndarray:
+        """Return a copy of entries (n,); zeros for row -1."""
+        entries = self._entries["entry"]
+        taken = np.zeros(len(rows), dtype=entries.dtype)
+        taken[rows >= 0] = entries[rows[rows >= 0]]
+        return taken
+
+    def put(
+        self, objects: np.ndarray, columns: Mapping[str, np.ndarray],
+        time: int, num_rounds: int, basis: np.ndarray,
+    ) -> None:  # fmt: skip
+        """Keep what is believed about objects (n,); `columns` (n, F) each, `basis` (n, B, F)."""
+        self._fit(objects)
+        new = np.unique(objects[self._row_of_object[objects] < 0])
+        self._row_of_object[new] = self._entries.append(len(new))
+        rows = self._row_of_object[objects]
+        entries = self._entries["entry"]
+        for name in self._names:
+            entries[name][rows] = columns[name]
+        entries["time"][rows] = time
+        entries["num_rounds"][rows] = num_rounds
+        entries["basis"][rows] = basis
+
+    def _fit(self, objects: np.ndarray) -> None:
+        missing = int(objects.max(initial=-1)) + 1 - len(self._row_of_object)
+        if missing > 0:
+            added = max(missing, len(self._row_of_object))
+            self._row_of_object = np.pad(self._row_of_object, (0, added), constant_values=-1)

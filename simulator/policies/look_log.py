@@ -1,0 +1,172 @@
+"""What filters keep of the past: the looks of a stretch of time, what they saw, what was asked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from simulator.arrays.table import Table
+
+if TYPE_CHECKING:  # loads numba
+    from simulator.compiled.chains import ChainArrays
+
+
+class Chains:
+    """Entries in the order they came; each knows the one before it that has the same key.
+
+    Entries are numbered from 0 and keep their number when older ones are dropped.
+    """
+
+    def __init__(self, num_keys: int) -> None:
+        """Start without entries; keys are 0..num_keys - 1, and more with `fit`."""
+        self._newest = np.full(num_keys, -1, dtype=np.int64)
+        self._first = 0
+        self._entries = _make_entries()
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    @property
+    def arrays(self) -> ChainArrays:
+        """What compiled functions read, see `simulator.compiled.chains`."""
+        entries = self._entries
+        return (
+            self._newest, self._first, entries["at"], entries["value"], entries["previous"]
+        )  # fmt: skip
+
+    def fit(self, num_keys: int) -> None:
+        """Make room for keys 0..num_keys - 1."""
+        missing = num_keys - len(self._newest)
+        if missing > 0:
+            added = max(missing, len(self._newest))
+            self._newest = np.pad(self._newest, (0, added), constant_values=-1)
+
+    def append(self, keys: np.ndarray, at: int, value: np.ndarray | int = 0) -> None:
+        """Add an entry for each key (n,); a key that stands there twice counts once.
+
+        Args:
+            keys: (n,).
+            at: when, no less than that of the entries before.
+            value: (n,).
+        """
+        rows = self._entries.append(len(keys), at=at, value=value, previous=self._newest[keys])
+        self._newest[keys] = self._first + rows
+
+    def drop(self, until: int) -> None:
+        """Forget the entries with `at` < until."""
+        kept = self._entries
+        num_dropped = int(np.searchsorted(kept["at"], until))
+        self._entries = _make_entries()
+        columns = {name: kept[name][num_dropped:] for name in kept.names}
+        self._entries.append(len(kept) - num_dropped, **columns)
+        self._first += num_dropped
+
+
+def _make_entries() -> Table:
+    return Table({"at": np.int64, "value": np.int64, "previous": np.int64})
+
+
+class LookLog:
+    """The looks at H homes since `start`, what they saw, and what was asked for.
+
+    A round is one call of `add_looks`: at most one look in each home. Rounds are numbered from 0
+    and keep their numbers when older ones are dropped.
+
+    Attributes:
+        start: what has happened up to this time is not in the log any more.
+        num_rounds: rounds so far, those dropped as well.
+        looks: by home: round, furniture.
+        sightings: by object row: round.
+        type_sightings: by home * num_types + type: round.
+        questions: by object row: time.
+    """
+
+    max_length = 2048  # rounds or steps in the log; then the older half is dropped
+
+    def __init__(self, num_homes: int, num_types: int) -> None:
+        """Start at t = 0.
+
+        Args:
+            num_homes: H.
+            num_types: object types, unknown ones counted as one more.
+        """
+        self.start = 0
+        self.num_rounds = 0
+        self._num_types = num_types
+        self.looks = Chains(num_homes)
+        self.sightings = Chains(64)
+        self.type_sightings = Chains(num_homes * num_types)
+        self.questions = Chains(64)
+        self._rounds = Table({"time": np.int64})
+
+    @property
+    def first_round(self) -> int:
+        """Number of the oldest round that is kept."""
+        return self.num_rounds - len(self._rounds)
+
+    @property
+    def round_time(self) -> np.ndarray:
+        """Time of every round that is kept, (R,)."""
+        return self._rounds["time"]
+
+    def add_looks(
+        self, time: int, homes: np.ndarray, furniture: np.ndarray,
+        objects: np.ndarray, type_keys: np.ndarray,
+    ) -> None:  # fmt: skip
+        """Note a round of looks.
+
+        Args:
+            time: when.
+            homes: homes that looked, each once, (n,).
+            furniture: where, (n,).
+            objects: rows of the objects that were seen, (m,).
+            type_keys: home * num_types + type of each of them, (m,).
+        """
+        self._rounds.append(1, time=time)
+        self.looks.append(homes, self.num_rounds, furniture)
+        self.sightings.fit(int(objects.max(initial=-1)) + 1)
+        self.sightings.append(objects, self.num_rounds)
+        self.type_sightings.append(type_keys, self.num_rounds)
+        self.num_rounds += 1
+
+    def add_questions(self, time: int, objects: np.ndarray) -> None:
+        """Note which objects (n,) are asked for; those of the same step count once."""
+        self.questions.fit(int(objects.max(initial=-1)) + 1)
+        newest, first, at, _, _ = self.questions.arrays
+        rows = newest[objects] - first
+        is_new = rows < 0
+        is_new[~is_new] = at[rows[~is_new]] != time
+        self.questions.append(objects[is_new], time)
+
+    def fit(self, num_objects: int) -> None:
+        """Make room for object rows 0..num_objects - 1."""
+        self.sightings.fit(num_objects)
+        self.questions.fit(num_objects)
+
+    def find_cutoff(self, time: int) -> int | None:
+        """Return up to what time the log should be dropped at `time`; None while it is short."""
+        if max(len(self._rounds), time - self.start) < self.max_length:
+            return None
+        kept = self.max_length // 2
+        cutoff = time - kept
+        if len(self._rounds) > kept:
+            cutoff = max(cutoff, int(self.round_time[-kept - 1]))
+        cutoff = min(cutoff, time - 1)  # what is asked in this step is not known yet
+        return cutoff if cutoff > self.start else None
+
+    def drop(self, cutoff: int) -> None:
+        """Forget what happened up to a time."""
+        num_dropped = self.count_rounds(cutoff) - self.first_round
+        first_kept = self.first_round + num_dropped
+        for chains in (self.looks, self.sightings, self.type_sightings):
+            chains.drop(first_kept)
+        self.questions.drop(cutoff + 1)
+        times = self.round_time[num_dropped:].copy()
+        self._rounds = Table({"time": np.int64})
+        self._rounds.append(len(times), time=times)
+        self.start = cutoff
+
+    def count_rounds(self, time: int) -> int:
+        """Return the number of rounds up to a time, those dropped as well."""
+        return self.first_round + int(np.searchsorted(self.round_time, time, side="right"))

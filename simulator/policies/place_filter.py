@@ -1,0 +1,357 @@
+"""What Bayes filters over an object's place have in common: rules, beliefs, and their upkeep."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import ClassVar
+
+import numpy as np
+
+from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.policies.inventory import Inventory
+from simulator.policies.kept_beliefs import KeptBeliefs
+from simulator.policies.look_log import LookLog
+from simulator.policies.policy import Policy, mask_furniture
+from simulator.priors.prior_graph import PriorGraph
+from simulator.world.config import HomeConfig
+
+# What compiled functions read of `Rules`, in this order.
+CompiledRules = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+_ROWS_AT_ONCE = 8192  # beliefs that are carried on together: some 30 MB
+
+
+@dataclass(frozen=True, slots=True)
+class Subjects:
+    """What beliefs are about: an object, or whatever of a type was neither seen nor asked for.
+
+    Attributes:
+        home: (Q,).
+        object: row of `MemoryBatch.objects`, -1 for what was neither seen nor asked for, (Q,).
+        type: the prior's object type, or -1, (Q,).
+        moves: weight of each furniture node when it moves, zeros if nobody knows, (Q, F).
+    """
+
+    home: np.ndarray
+    object: np.ndarray
+    type: np.ndarray
+    moves: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.home)
+
+    def take(self, rows: np.ndarray) -> Subjects:
+        """Return rows (n,)."""
+        return Subjects(self.home[rows], self.object[rows], self.type[rows], self.moves[rows])
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """What the filter takes for the dynamics of each subject.
+
+    Attributes:
+        moves: weight of each furniture node when the object moves, sums to one, (Q, F).
+        initial: expected number of such objects at each furniture node at t = 0, (Q, F).
+        move_rate: probability that one moves in a step, (Q,).
+        asked_move_rate: the same, given that the object is asked for in that step, (Q,).
+        remove_rate: probability that one leaves in a step, (Q,).
+        add_rate: expected number that appear in a step, (Q,).
+        miss_rate: probability that a look misses one, (Q,).
+    """
+
+    moves: np.ndarray
+    initial: np.ndarray
+    move_rate: np.ndarray
+    asked_move_rate: np.ndarray
+    remove_rate: np.ndarray
+    add_rate: np.ndarray
+    miss_rate: np.ndarray
+
+    def take(self, rows: np.ndarray) -> Rules:
+        """Return rows (n,)."""
+        return Rules(*(getattr(self, field.name)[rows] for field in fields(self)))
+
+
+@dataclass(slots=True)
+class Belief:
+    """What a filter believes about each subject.
+
+    Attributes:
+        last: probability that the instance that was seen last is at each furniture node, (Q, F).
+        others: expected number of other instances at each furniture node, (Q, F).
+    """
+
+    last: np.ndarray
+    others: np.ndarray
+
+    @classmethod
+    def get_names(cls) -> tuple[str, ...]:
+        """Return the names of the columns."""
+        return tuple(field.name for field in fields(cls))
+
+    @property
+    def columns(self) -> dict[str, np.ndarray]:
+        """Every column by its name, (Q, F) each."""
+        return {name: getattr(self, name) for name in self.get_names()}
+
+    def take(self, rows: np.ndarray) -> Belief:
+        """Return a copy of rows (n,)."""
+        return type(self)(**{name: column[rows] for name, column in self.columns.items()})
+
+    def put(self, rows: np.ndarray, some: Belief) -> None:
+        """Replace rows (n,) by those of another belief."""
+        for name, column in some.columns.items():
+            getattr(self, name)[rows] = column
+
+
+@dataclass(slots=True)
+class AsOf:
+    """Up to where each belief knows what happened.
+
+    Attributes:
+        time: (Q,).
+        num_rounds: rounds of looks, (Q,).
+    """
+
+    time: np.ndarray
+    num_rounds: np.ndarray
+
+
+class PlaceFilter(Policy):
+    """Follows where the objects of a description can be, given every look so far.
+
+    Two beliefs per description are followed: where the instance that was seen last is (a hidden
+    Markov model, exact when there is one instance), and how many others to expect where (a
+    Poisson density). Prediction: an object stays with 1 - move rate, else goes to another
+    furniture node of its room in proportion to `moves`. Correction: an unseen object at a
+    furniture node looked at keeps the share `miss_rate` there. That an object is asked for makes
+    it likelier to have just moved (docs/design.md, ruling 9), and the filter knows that, too.
+
+    The belief about an object is brought up to date when it is asked for, from where it was when
+    it was last asked for. Looks are kept in a log that is cut when it has grown too long
+    (`LookLog.max_length`): then every belief is carried on to where the log is cut. No question
+    and no step costs more in a long life than in a short one.
+
+    Attributes:
+        belief_type: what is believed.
+        num_basis: rows of `compute_basis`.
+    """
+
+    belief_type: ClassVar[type[Belief]] = Belief
+    num_basis: ClassVar[int] = 1
+
+    def __init__(
+        self,
+        prior: PriorGraph,
+        config: HomeConfig | Sequence[HomeConfig],
+        asks_moved: float = 0.5,
+    ) -> None:
+        """Keep the rules.
+
+        Args:
+            prior: for type metadata.
+            config: the rules of the homes: of all, or one entry per home.
+            asks_moved: share of the queries that are about an object that has just moved.
+        """
+        self._prior = prior
+        self._config = config
+        self._asks_moved = asks_moved
+
+    def reset(self, memory: MemoryBatch) -> None:
+        """Forget all looks and work out the expected inventory of the new homes."""
+        num_homes, num_types = memory.num_homes, len(self._prior.objects)
+        config = self._config
+        configs = [config] * num_homes if isinstance(config, HomeConfig) else config
+        self._configs = configs
+        self._num_furniture = memory.home_num_furniture
+        weights = self.read_weights(memory)
+        self._inventory = Inventory(
+            self._prior, configs, weights, self._num_furniture, self._asks_moved
+        )
+        self._miss_rate = np.array([config.detection_error for config in configs])
+        # What objects stay in when they move, their room or home, (H, F).
+        stays_in_room = np.array([not config.cross_room_moves for config in configs])
+        self._room = np.where(stays_in_room[:, None], memory.furniture_room, 0).astype(np.int64)
+        self._log = LookLog(num_homes, num_types + 1)
+        names = self.belief_type.get_names()
+        self._kept = KeptBeliefs(names, memory.num_furniture, self.num_basis)
+        self._base: Belief | None = None  # at the start of the log; None at t = 0
+        self._num_based = 0  # objects in it; the subjects of `_list_unknown` come after them
+
+    def observe(self, memory: MemoryBatch, change: Change) -> None:
+        """Note one look per home: where, and which objects were seen."""
+        self._cut_log(memory)
+        seen = change.edges[memory.edges["is_true"][change.edges]]
+        rows = memory.edges["object"][seen]
+        keys = self._number_types(memory.objects["home"][rows], memory.objects["type"][rows])
+        self._log.add_looks(memory.time, change.home, change.furniture, rows, keys)
+
+    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return the expected number of objects asked for at each furniture node, (Q, F)."""
+        belief = self.follow(memory, queries)
+        return mask_furniture(memory, queries, belief.last + belief.others)
+
+    def follow(self, memory: MemoryBatch, queries: Queries) -> Belief:
+        """Return what is believed about the objects asked for, (Q, F).
+
+        A belief goes on from where it was, unless what it was computed from has changed between
+        two steps; then it is computed anew from the start of the log.
+        """
+        self._cut_log(memory)
+        self._log.add_questions(memory.time, queries.object)
+        subjects = Subjects(
+            queries.home.astype(np.int64), queries.object.astype(np.int64),
+            memory.objects["type"][queries.object], self.read_moves(memory, queries),
+        )  # fmt: skip
+        rules = self.compute_rules(subjects)
+        basis = self.compute_basis(memory, subjects)
+        belief, as_of = self._resume(memory, subjects, rules, basis)
+        self._log.fit(len(memory.objects))
+        self.advance(belief, as_of, memory.time, subjects, rules)
+        self._kept.put(queries.object, belief.columns, memory.time, self._log.num_rounds, basis)
+        return belief
+
+    def _resume(
+        self, memory: MemoryBatch, subjects: Subjects, rules: Rules, basis: np.ndarray
+    ) -> tuple[Belief, AsOf]:
+        """Return beliefs to go on from, and of when they are; their bases go into `basis`."""
+        rows = self._kept.find(subjects.object)
+        entries = self._kept.take(rows)
+        log = self._log
+        knows_dropped = entries["num_rounds"] >= log.first_round  # all that is not in the log
+        is_kept = (rows >= 0) & (entries["time"] >= log.start) & knows_dropped
+        is_of_now = is_kept & (entries["time"] == memory.time)
+        is_kept &= is_of_now | (entries["basis"] == basis).all(axis=(1, 2))
+        basis[is_of_now] = entries["basis"][is_of_now]
+        names = self.belief_type.get_names()
+        belief = self.belief_type(**{name: np.ascontiguousarray(entries[name]) for name in names})
+        as_of = AsOf(
+            np.where(is_kept, entries["time"], log.start),
+            np.where(is_kept, entries["num_rounds"], log.first_round),
+        )
+        new = np.flatnonzero(~is_kept)
+        if len(new):
+            belief.put(new, self.start(subjects.take(new), rules.take(new), basis[new]))
+        return belief, as_of
+
+    def start(self, subjects: Subjects, rules: Rules, basis: np.ndarray) -> Belief:
+        """Return the belief at the start of the log.
+
+        Args:
+            subjects: what to believe something about.
+            rules: what is taken for their dynamics.
+            basis: from `compute_basis`, (Q, B, F).
+        """
+        if self._base is None:
+            return self.start_from_rules(rules)
+        unknown = self._num_based + self._number_types(subjects.home, subjects.type)
+        is_known = (subjects.object >= 0) & (subjects.object < self._num_based)
+        return self._base.take(np.where(is_known, subjects.object, unknown))
+
+    def start_from_rules(self, rules: Rules) -> Belief:
+        """Return the belief at t = 0, before any look."""
+        return Belief(np.zeros(rules.initial.shape), rules.initial.copy())
+
+    def compute_basis(self, memory: MemoryBatch, subjects: Subjects) -> np.ndarray:
+        """Return all that beliefs depend on besides looks and questions, (Q, B, F)."""
+        return subjects.moves[:, None].copy()
+
+    def advance(
+        self, belief: Belief, as_of: AsOf, now: int, subjects: Subjects, rules: Rules
+    ) -> None:
+        """Carry beliefs on to a time, in place, with the looks and questions until then."""
+        from simulator.compiled.filters import follow_places  # loads numba
+
+        log = self._log
+        follow_places(
+            belief.last, belief.others, (as_of.time, as_of.num_rounds, now),
+            (subjects.home, subjects.object), self.list_rates(rules),
+            self._room[subjects.home], self._num_furniture[subjects.home],
+            log.round_time, log.first_round,
+            log.looks.arrays, log.sightings.arrays, log.questions.arrays,
+        )  # fmt: skip
+
+    @staticmethod
+    def list_rates(rules: Rules) -> CompiledRules:
+        """Return what compiled functions read of the rules."""
+        return (
+            rules.moves, rules.move_rate, rules.asked_move_rate, rules.remove_rate,
+            rules.add_rate, rules.miss_rate,
+        )  # fmt: skip
+
+    @abstractmethod
+    def read_moves(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return the weight of each furniture node when an object asked for moves, (Q, F)."""
+
+    @abstractmethod
+    def read_type_moves(
+        self, memory: MemoryBatch, home: np.ndarray, types: np.ndarray
+    ) -> np.ndarray:
+        """Return the same for objects of types that are not known yet, -1 for none, (n, F)."""
+
+    def read_weights(self, memory: MemoryBatch) -> np.ndarray:
+        """Return the placement weights that the initial objects were drawn with, (H, O, F)."""
+        return memory.place_prior.weights.sum(axis=3)
+
+    def compute_rules(self, subjects: Subjects) -> Rules:
+        """Return what is taken for the dynamics of each subject."""
+        home, types = subjects.home, np.maximum(subjects.type, 0)
+        sameness = self._inventory.sameness[types]
+        initial = self._inventory.expected[home, types] * sameness[:, None]
+        rates = self._inventory.compute_rates(home, types)
+        return Rules(subjects.moves, initial, *rates, self._miss_rate[home])
+
+    def _number_types(self, home: np.ndarray, types: np.ndarray) -> np.ndarray:
+        """Number pairs of home and type, unknown types last, (n,)."""
+        num_types = len(self._prior.objects)
+        return home * (num_types + 1) + np.where(types >= 0, types, num_types)
+
+    def _cut_log(self, memory: MemoryBatch) -> None:
+        """Carry all beliefs on to where the log is cut, if it has grown too long."""
+        cutoff = self._log.find_cutoff(memory.time)
+        if cutoff is None:
+            return
+        num_objects = len(memory.objects)
+        self._log.fit(num_objects)
+        total = num_objects + memory.num_homes * (len(self._prior.objects) + 1)
+        columns = {
+            name: np.empty((total, memory.num_furniture)) for name in self.belief_type.get_names()
+        }
+        base = self.belief_type(**columns)
+        for first in range(0, total, _ROWS_AT_ONCE):
+            rows = np.arange(first, min(first + _ROWS_AT_ONCE, total))
+            base.put(rows, self._compute_base(memory, rows, cutoff))
+        self._base, self._num_based = base, num_objects
+        self._log.drop(cutoff)
+
+    def _compute_base(self, memory: MemoryBatch, rows: np.ndarray, cutoff: int) -> Belief:
+        """Return what is believed at the time where the log is cut.
+
+        Args:
+            memory: the memories.
+            rows: objects, and from their number on `_number_types` of what is not known, (n,).
+            cutoff: the time.
+        """
+        num_objects = len(memory.objects)
+        objects = rows[rows < num_objects]
+        home, types = memory.objects["home"][objects], memory.objects["type"][objects]
+        queries = Queries(home, objects, memory.place_prior.rows(home, types))
+        num_types = len(self._prior.objects)
+        more_homes, more_types = np.divmod(rows[rows >= num_objects] - num_objects, num_types + 1)
+        more_types = np.where(more_types < num_types, more_types, -1)
+        moves = (
+            self.read_moves(memory, queries), self.read_type_moves(memory, more_homes, more_types)
+        )  # fmt: skip
+        subjects = Subjects(
+            np.concatenate([home, more_homes]).astype(np.int64),
+            np.concatenate([objects, np.full(len(more_homes), -1)]),
+            np.concatenate([types, more_types]),
+            np.concatenate(moves),
+        )
+        rules = self.compute_rules(subjects)
+        belief = self.start(subjects, rules, self.compute_basis(memory, subjects))
+        as_of = AsOf(np.full(len(rows), self._log.start), np.full(len(rows), self._log.first_round))
+        self.advance(belief, as_of, cutoff, subjects, rules)
+        return belief
