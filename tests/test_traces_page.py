@@ -45,7 +45,7 @@ def test_commands_run_in_order(home, capsys):
         num_run += 1
     assert num_run == 7
     out = capsys.readouterr().out
-    assert "1 homes of at least 48 steps, in 1 groups" in out
+    assert "1 homes of at least 48 steps" in out
     assert "types that the prior does not know: hamster" in out
 
 
