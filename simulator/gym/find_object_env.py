@@ -9,9 +9,10 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Discrete
 
-from simulator.gym.search_series import MakeHomes, SearchSeries
+from simulator.gym.search_series import SearchSeries
 from simulator.policies import Policy
 from simulator.world.homes import Homes
+from simulator.world.source import HomeSource
 
 
 class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
@@ -22,7 +23,8 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
     `reset(options={"new_home": True})` and after `queries_per_home` searches.
 
     Action: index of the furniture node to look at. `info["action_mask"]` (int8, (F,)) has a 1 for
-    what was not yet looked at in this search; a second look costs the same and changes nothing.
+    what was not yet looked at in this search; a second look costs the same and changes nothing, as
+    does a look at a place that a smaller home does not have.
 
     Observation:
         graph: what is remembered of the home, and the hypothetical edges of the query object;
@@ -41,28 +43,31 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
 
     def __init__(
         self,
-        make_homes: MakeHomes | None = None,
+        homes: HomeSource | None = None,
         policy: str | Callable[[Homes], Policy] = "bayesian",
         max_looks: int | None = None,
         queries_per_home: int = 100,
+        max_furniture: int | None = None,
     ) -> None:
         """Set up the spaces.
 
         Args:
-            make_homes: makes the home from its random streams, for example `HomeSource.make`;
-                None to sample homes from the shipped prior.
+            homes: where homes come from, such as recorded ones; None to sample them from the
+                shipped prior.
             policy: who answers `compute_scores`: a name of `POLICIES`, or what makes one.
             max_looks: looks allowed per search; None for as many as there is furniture.
-            queries_per_home: searches before a new home is drawn.
+            queries_per_home: searches before a new home is drawn; fewer where a home was not
+                recorded for so many steps.
+            max_furniture: furniture nodes of the largest home, F; None if all are as large as the
+                first.
 
         Raises:
             ValueError: if a count is below 1, or there is no policy of that name.
         """
-        self.searches = SearchSeries(1, make_homes, policy, max_looks, queries_per_home)
-        homes = self.searches.rollout.homes
-        self.labels: list[str] = homes.labels
+        self.searches = SearchSeries(1, homes, policy, max_looks, queries_per_home, max_furniture)
+        self.labels: list[str] = self.searches.rollout.homes.labels
         self.observation_space = self.searches.observation_space
-        self.num_furniture = homes.num_furniture
+        self.num_furniture = self.searches.num_furniture
         self.action_space = Discrete(self.num_furniture)
 
     def reset(
@@ -98,12 +103,12 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
 
     def compute_scores(self) -> np.ndarray:
         """Ask the policy how likely each furniture node holds the object, (F,)."""
-        return self.searches.search.scores()[0]
+        return self.searches.compute_scores()[0]
 
     def _get_info(self) -> dict[str, Any]:
         search = self.searches.search
         return {
-            "action_mask": search.is_open[0].astype(np.int8),
+            "action_mask": self.searches.action_mask[0],
             "query": self.searches.describe(0),
             "is_found": bool(search.is_found[0]),
             "num_looks": int(search.num_looks[0]),

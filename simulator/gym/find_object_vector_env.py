@@ -10,9 +10,10 @@ from gymnasium.spaces import Discrete
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from simulator.gym.search_series import MakeHomes, SearchSeries
+from simulator.gym.search_series import SearchSeries
 from simulator.policies import Policy
 from simulator.world.homes import Homes
+from simulator.world.source import HomeSource
 
 
 class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
@@ -21,7 +22,7 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
     Time passes for all homes at once, so that searches start together: there is no autoreset. A
     home that has found its object waits, with reward 0 and `terminations` true, whatever its
     action; when all are over, call `reset`. Everything else is as in `FindObjectEnv`, and with
-    the same seed home 0 is the home of that environment.
+    the same seed home 0 of sampled ones is the home of that environment.
 
     Observation: `graph`, a tuple of H graphs, and `query`, (H,). Info: `action_mask`, int8 (H, F);
     `query`, texts (H,); `is_found`, bool (H,); `num_looks`, (H,).
@@ -35,29 +36,33 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
     def __init__(
         self,
         num_envs: int = 1,
-        make_homes: MakeHomes | None = None,
+        homes: HomeSource | None = None,
         policy: str | Callable[[Homes], Policy] = "bayesian",
         max_looks: int | None = None,
         queries_per_home: int = 100,
+        max_furniture: int | None = None,
     ) -> None:
         """Set up the spaces.
 
         Args:
             num_envs: homes, H.
-            make_homes: makes the homes, as for `FindObjectEnv`.
+            homes: where homes come from, as for `FindObjectEnv`.
             policy: who answers `compute_scores`.
             max_looks: looks allowed per search.
             queries_per_home: searches before new homes are drawn.
+            max_furniture: furniture nodes of the largest home, F.
 
         Raises:
-            ValueError: if a count is below 1, or there is no policy of that name.
+            ValueError: if a count is below 1, there is no policy of that name, or there are not so
+                many homes.
         """
         self.num_envs = num_envs
-        self.searches = SearchSeries(num_envs, make_homes, policy, max_looks, queries_per_home)
-        homes = self.searches.rollout.homes
-        self.labels: list[str] = homes.labels
+        self.searches = SearchSeries(
+            num_envs, homes, policy, max_looks, queries_per_home, max_furniture
+        )
+        self.labels: list[str] = self.searches.rollout.homes.labels
         self.single_observation_space = self.searches.observation_space
-        self.single_action_space = Discrete(homes.num_furniture)
+        self.single_action_space = Discrete(self.searches.num_furniture)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
 
@@ -97,7 +102,7 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
             ValueError: if there is no such furniture.
         """
         actions = np.asarray(actions)
-        num_furniture = self.searches.rollout.homes.num_furniture
+        num_furniture = self.searches.num_furniture
         if (
             actions.shape != (self.num_envs,)
             or not ((actions >= 0) & (actions < num_furniture)).all()
@@ -114,7 +119,7 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
 
     def compute_scores(self) -> np.ndarray:
         """Ask the policy how likely each furniture node holds the object, (H, F)."""
-        return self.searches.search.scores()
+        return self.searches.compute_scores()
 
     def _observe(self) -> dict[str, Any]:
         observations = self.searches.observe()
@@ -126,7 +131,7 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
     def _get_info(self) -> dict[str, Any]:
         search = self.searches.search
         return {
-            "action_mask": search.is_open.astype(np.int8),
+            "action_mask": self.searches.action_mask,
             "query": np.array([self.searches.describe(home) for home in range(self.num_envs)]),
             "is_found": search.is_found.copy(),
             "num_looks": search.num_looks.copy(),

@@ -10,15 +10,11 @@ from gymnasium.spaces import Dict, Discrete
 
 from simulator.gym.memory_graph import make_graph_space, make_graphs
 from simulator.policies import Policy, make_policy
-from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.rollout import Rollout
 from simulator.tasks.search import Search
-from simulator.world.config import HomeConfig
 from simulator.world.homes import Homes
-from simulator.world.sampled_homes import SampledHomes
+from simulator.world.source import Group, HomeSource, SampledSource
 from simulator.world.streams import Streams
-
-MakeHomes = Callable[[Streams], Homes]
 
 
 class SearchSeries:
@@ -28,56 +24,71 @@ class SearchSeries:
         rollout: the homes, the memory and the policy that watches.
         search: the search that goes on.
         num_searches: searches that these homes have seen, this one included.
+        num_furniture: furniture nodes that a home may have, F; a smaller one has no place beyond
+            its own.
     """
 
     rollout: Rollout
     search: Search
+    _max_searches: int
 
     def __init__(
         self,
         num_homes: int,
-        make_homes: MakeHomes | None,
+        homes: HomeSource | None,
         policy: str | Callable[[Homes], Policy],
         max_looks: int | None,
         queries_per_home: int,
+        max_furniture: int | None,
     ) -> None:
         """Set up; nothing is played before `start`.
 
         Args:
             num_homes: H.
-            make_homes: makes the homes from their random streams, for example the method
-                `make_homes` of recorded homes; None to sample them from the shipped prior.
+            homes: where homes come from; None to sample them from the shipped prior.
             policy: who may be asked for scores: a name of `POLICIES`, or what makes one.
             max_looks: looks allowed per search; None for as many as there is furniture.
-            queries_per_home: searches before new homes are drawn.
+            queries_per_home: searches before new homes are drawn, if the source has as many steps.
+            max_furniture: F; None for that of the first homes.
 
         Raises:
-            ValueError: if a count is below 1, or there is no policy of that name.
+            ValueError: if a count is below 1, there is no policy of that name, or there are not so
+                many homes to be played in lockstep.
         """
         for name, value in (
             ("num_envs", num_homes), ("max_looks", max_looks),
-            ("queries_per_home", queries_per_home),
+            ("queries_per_home", queries_per_home), ("max_furniture", max_furniture),
         ):  # fmt: skip
             if value is not None and value < 1:
                 raise ValueError(f"{name} must be at least 1, got {value}. Raise it.")
-        self._make_homes = _sample_homes if make_homes is None else make_homes
+        self._source = SampledSource() if homes is None else homes
         self._policy = policy
         self._max_looks = max_looks
         self._queries_per_home = queries_per_home
-        self._numbers = range(num_homes)
+        self._num_homes = num_homes
+        self.num_furniture = max_furniture or 0
         self._draw(home_seed=0)  # for the sizes of the spaces; `start` draws the first homes
-        self.num_searches = queries_per_home
+        self.num_furniture = max_furniture or self.rollout.homes.num_furniture
+        self.num_searches = self._max_searches
 
     @property
     def needs_homes(self) -> bool:
         """Whether the next search is in new homes."""
-        return self.num_searches >= self._queries_per_home
+        return self.num_searches >= self._max_searches
 
     @property
     def observation_space(self) -> Dict:
         """Space of the observation of one home."""
         num_codes = self.rollout.homes.object_descriptions.num_descriptions
         return Dict({"graph": make_graph_space(), "query": Discrete(num_codes)})
+
+    @property
+    def action_mask(self) -> np.ndarray:
+        """What was not yet looked at in this search, int8 (H, F)."""
+        is_open = self.search.is_open
+        mask = np.zeros((len(is_open), self.num_furniture), dtype=np.int8)
+        mask[:, : is_open.shape[1]] = is_open
+        return mask
 
     def start(self, home_seed: int | None) -> None:
         """Let the homes evolve by one step and ask for an object in each.
@@ -98,18 +109,48 @@ class SearchSeries:
             for graph, code in zip(graphs, self.search.codes, strict=True)
         ]
 
+    def compute_scores(self) -> np.ndarray:
+        """Ask the policy about the objects searched for, (H, F)."""
+        scores = self.search.scores()
+        padding = ((0, 0), (0, self.num_furniture - scores.shape[1]))
+        return np.pad(scores, padding, constant_values=-np.inf)
+
     def describe(self, home: int) -> str:
         """Spell out what is searched for in a home."""
         return self.rollout.homes.object_descriptions.text(int(self.search.codes[home]))
 
     def _draw(self, home_seed: int) -> None:
-        homes = self._make_homes(Streams(home_seed, "train", self._numbers))
+        group = self._choose_homes(home_seed)
+        homes = self._source.make(Streams(home_seed, "train", group.homes))
+        if self.num_furniture and homes.num_furniture > self.num_furniture:
+            raise ValueError(
+                f"max_furniture must be that of the largest home, got {self.num_furniture} and a "
+                f"home of {homes.num_furniture}. Raise it."
+            )
         make = self._policy
         policy = make_policy(make, homes) if isinstance(make, str) else make(homes)
         self.rollout = Rollout(homes, policy)
         self.num_searches = 0
+        self._max_searches = min(self._queries_per_home, group.num_steps or self._queries_per_home)
 
+    def _choose_homes(self, home_seed: int) -> Group:
+        """Choose which homes to draw: by chance, or the first ones where there is no end to them.
 
-def _sample_homes(streams: Streams) -> Homes:
-    """Sample homes from the shipped prior."""
-    return SampledHomes(PriorGraph.default(), HomeConfig(), streams)
+        Raises:
+            ValueError: if there are not so many to be played in lockstep.
+        """
+        count = self._source.num_homes
+        groups = self._source.list_groups(range(self._num_homes if count is None else count))
+        groups = [group for group in groups if len(group.homes) >= self._num_homes]
+        if not groups:
+            raise ValueError(
+                f"num_envs must be a number of homes that can be played in lockstep, got "
+                f"{self._num_homes}. Lower it, or use vectorization_mode='sync'."
+            )
+        if count is None:
+            return groups[0]
+        rng = np.random.default_rng(home_seed)
+        sizes = np.array([len(group.homes) for group in groups])
+        group = groups[rng.choice(len(groups), p=sizes / sizes.sum())]
+        homes = rng.choice(group.homes, self._num_homes, replace=False)
+        return Group(tuple(homes.tolist()), group.num_steps)

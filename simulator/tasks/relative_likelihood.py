@@ -51,13 +51,14 @@ class RelativeLikelihood(Task):
             slots = sample_queries(homes, self.num_queries)
             home = np.repeat(np.arange(homes.num_homes), self.num_queries)  # (H * K,)
             codes, queries = rollout.ask_for(home, slots.ravel())
-            scores = rollout.policy.scores(rollout.memory, queries)
+            scores = rollout.score(queries)
+            is_furniture = rollout.memory.is_furniture[home]
             uniform = homes.streams.rows("likelihood ties", self.num_queries).next().ravel()
-            choice = sample_best(scores, rollout.memory.is_furniture[home], uniform)
+            choice = sample_best(scores, is_furniture, uniform)
             answers = compute_answers(homes, codes, home)
             relevance = compute_relevance(homes, home, codes)
             self.on_answer(Answer(queries, answers, scores, choice, relevance=relevance))
-            ndcg = compute_ndcg(scores, relevance)
+            ndcg = compute_ndcg(scores, relevance, is_furniture)
             for furniture in list_looks(choice.reshape(slots.shape)):
                 rollout.look(furniture)
             yield ndcg.reshape(slots.shape).mean(axis=1)

@@ -72,6 +72,11 @@ class Rollout:
         types = self.homes.object_descriptions.type_of_code[codes]
         return self.memory.query(homes, codes, self._label_of_type[types], self._prior_type[types])
 
+    def score(self, queries: Queries) -> np.ndarray:
+        """Ask the policy; -inf at columns that are no furniture of the query's home, (Q, F)."""
+        scores = self.policy.scores(self.memory, queries)
+        return np.where(self.memory.is_furniture[queries.home], scores, -np.inf)
+
     def look(self, furniture: np.ndarray) -> Observation:
         """Fold one look per home into the memory; a negative index means no look there, (H,)."""
         memory = self.memory

@@ -48,7 +48,8 @@ class Search:
     """One search in each of H homes; each goes on until it is over, whatever the others do.
 
     The homes stand still meanwhile. Every look enters the memory, and no place is offered twice:
-    a second look at a place, by who chooses for himself, is counted and changes nothing.
+    a second look at a place, by who chooses for himself, is counted and changes nothing, as is a
+    look at a place that a home does not have.
 
     A search succeeds when the place looked at truly holds the object: the task knows, although the
     detector may miss the object there (docs/design.md, ruling 11). It ends without success after
@@ -107,8 +108,7 @@ class Search:
 
     def scores(self, homes: np.ndarray | None = None) -> np.ndarray:
         """Ask the policy about some homes (n,), or all of them; (n, F)."""
-        queries = self.queries if homes is None else self._select(homes)
-        return self.rollout.policy.scores(self.rollout.memory, queries)
+        return self.rollout.score(self.queries if homes is None else self._select(homes))
 
     def choose(self, order: SearchOrder) -> Answer:
         """Choose where every home that still searches looks next; n queries, one for each.
@@ -148,16 +148,19 @@ class Search:
         """
         self.gave_up[homes[furniture < 0]] = True
         homes, furniture = homes[furniture >= 0], furniture[furniture >= 0]
+        self.num_looks[homes] += 1
+        is_place = furniture < self.is_open.shape[1]
+        homes, furniture = homes[is_place], furniture[is_place]
         is_new = self.is_open[homes, furniture]
+        homes, furniture = homes[is_new], furniture[is_new]
         looked = np.full(len(self.codes), -1)
-        looked[homes[is_new]] = furniture[is_new]
+        looked[homes] = furniture
         seen = self.rollout.look(looked)
         self.is_open[homes, furniture] = False
-        self.num_looks[homes] += 1
         if self._ends_when_seen:
             self.is_found[seen.seen_home[seen.seen_code == self.codes[seen.seen_home]]] = True
         else:
-            self.is_found[homes] |= self.answers[homes, furniture]
+            self.is_found[homes] = self.answers[homes, furniture]
         return seen
 
     def _select(self, homes: np.ndarray) -> Queries:

@@ -7,6 +7,7 @@ from nep.players.calibration import Calibration, fit_calibration, measure_calibr
 from nep.players.searches import Decisions, find_absent, play_searches
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
 from simulator.policies import make_policy
+from simulator.policies.policy import Policy
 
 
 def sample_searches(truth: Calibration, count: int, seed: int) -> Decisions:
@@ -111,3 +112,23 @@ def test_the_same_homes_give_the_same_searches():
     one, other = play(), play()
     np.testing.assert_array_equal(one.scores, other.scores)
     np.testing.assert_array_equal(one.answers, other.answers)
+
+
+class NoOpinion(Policy):
+    """Says nothing about any place, not even that it is no place."""
+
+    def scores(self, memory, queries):
+        return np.zeros((len(queries.home), memory.num_furniture))
+
+
+def test_a_search_ends_when_all_of_a_small_home_was_looked_at():
+    """Nobody sees anything: 3 looks in a home of 3 places beside a home of 10."""
+    configs = [
+        HomeConfig(rooms=("kitchen",), furniture_per_room=size, detection_error=1.0)
+        for size in (3, 10)
+    ]
+    homes = SampledHomes(PriorGraph.default(), configs, Streams(0, "val", range(2)))
+    found = play_searches(homes, NoOpinion(), 5, max_looks=8)
+    # Decisions of a search: one per look, and a last one where no place was left before 8 looks.
+    assert len(found.scores) == 5 * (4 + 8)
+    assert found.is_absent.sum(axis=1).max() == 7

@@ -1,6 +1,6 @@
 """Find Object for Gymnasium: its checker, its rules, and the graphs that it shows."""
 
-from functools import partial
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,9 +8,9 @@ import pytest
 from simulator.policies import make_policy
 from simulator.tasks.find_object import FindObject
 from simulator.tasks.search import SearchOrder
-from simulator.trace import RecordedSource, record_homes
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
+from simulator.world.source import Group, SampledSource
 from simulator.world.streams import Streams
 
 gymnasium = pytest.importorskip("gymnasium")
@@ -26,16 +26,14 @@ EDGE = {name: column for column, name in enumerate(EDGE_FEATURES)}
 
 
 @pytest.fixture
-def make_homes(tiny_prior):
+def source(tiny_prior):
     """Homes of two rooms with three furniture nodes each."""
-    return partial(
-        SampledHomes, tiny_prior, HomeConfig(rooms=("kitchen", "bedroom"), furniture_per_room=3)
-    )
+    return SampledSource(tiny_prior, HomeConfig(rooms=("kitchen", "bedroom"), furniture_per_room=3))
 
 
 @pytest.fixture
-def env(make_homes):
-    return gymnasium.make(ENV, make_homes=make_homes, policy="ceiling", queries_per_home=20)
+def env(source):
+    return gymnasium.make(ENV, homes=source, policy="ceiling", queries_per_home=20)
 
 
 def choose(scores, mask):
@@ -49,16 +47,16 @@ class FirstBest(SearchOrder):
         return np.array([choose(*row) for row in zip(scores, is_open, strict=True)])
 
 
-def test_gymnasium_checks_it_without_a_warning(make_homes):
+def test_gymnasium_checks_it_without_a_warning(source):
     check_env(gymnasium.make(ENV).unwrapped)
-    check_env(gymnasium.make(ENV, make_homes=make_homes, max_looks=3).unwrapped)
+    check_env(gymnasium.make(ENV, homes=source, max_looks=3).unwrapped)
 
 
-def test_searches_are_those_of_the_task(env, make_homes):
+def test_searches_are_those_of_the_task(env, source):
     """Looks, memory and homes are those of `FindObject` with the same order."""
     _, info = env.reset(seed=11)
     home_seed = int(np.random.default_rng(11).integers(2**31))
-    homes = make_homes(Streams(home_seed, "train", [0]))
+    homes = source.make(Streams(home_seed, "train", [0]))
     task = FindObject(homes, make_policy("ceiling", homes), order=FirstBest())
     for episode in task.search(20):
         assert info["query"] == homes.object_descriptions.text(int(episode.codes[0]))
@@ -152,17 +150,17 @@ def test_a_second_look_costs_and_changes_nothing(env):
         env.step(0)
 
 
-def test_bad_values(make_homes, env):
+def test_bad_values(source, env):
     env.reset(seed=0)
     with pytest.raises(ValueError, match=r"from 0 to 5, got 6.*action_mask"):
         env.unwrapped.step(6)
     for name, value in (("max_looks", 0), ("queries_per_home", 0), ("num_envs", 0)):
         make = gymnasium.make_vec if name == "num_envs" else gymnasium.make
         with pytest.raises(ValueError, match=f"{name} must be at least 1, got 0. Raise it"):
-            make(ENV, make_homes=make_homes, **{name: value})
+            make(ENV, homes=source, **{name: value})
     with pytest.raises(ValueError, match="policy must be one of"):
         gymnasium.make(ENV, policy="nobody")
-    homes = gymnasium.make_vec(ENV, num_envs=2, make_homes=make_homes)
+    homes = gymnasium.make_vec(ENV, num_envs=2, homes=source)
     homes.reset(seed=0)
     with pytest.raises(ValueError, match="actions must be 2 furniture indices from 0 to 5"):
         homes.step(np.array([0, 6]))
@@ -172,8 +170,8 @@ def test_bad_values(make_homes, env):
         homes.reset(seed=[1, 2])
 
 
-def test_many_homes_in_lockstep(make_homes, env):
-    homes = gymnasium.make_vec(ENV, num_envs=4, make_homes=make_homes, policy="ceiling")
+def test_many_homes_in_lockstep(source, env):
+    homes = gymnasium.make_vec(ENV, num_envs=4, homes=source, policy="ceiling")
     assert homes.metadata["autoreset_mode"] is AutoresetMode.DISABLED
     observations, infos = homes.reset(seed=11)
     observation, info = env.reset(seed=11)
@@ -209,8 +207,8 @@ def test_many_homes_in_lockstep(make_homes, env):
         assert infos["query"][0] == info["query"]
 
 
-def test_independent_homes_reset_by_themselves(make_homes):
-    homes = gymnasium.make_vec(ENV, num_envs=2, make_homes=make_homes, vectorization_mode="sync")
+def test_independent_homes_reset_by_themselves(source):
+    homes = gymnasium.make_vec(ENV, num_envs=2, homes=source, vectorization_mode="sync")
     observations, infos = homes.reset(seed=0)
     assert len(observations["graph"]) == 2
     for _ in range(30):
@@ -219,15 +217,72 @@ def test_independent_homes_reset_by_themselves(make_homes):
     assert homes.observation_space.contains(observations)
 
 
-def test_recorded_homes_can_be_searched(tiny_prior, make_homes):
-    source = RecordedSource.from_traces(
-        record_homes(make_homes(Streams(0, "train", [0])), 5), tiny_prior
-    )
-    env = gymnasium.make(ENV, make_homes=source.make, queries_per_home=source.num_steps)
-    for search in range(12):  # 5 steps were recorded, then it starts again
-        _, info = env.reset(seed=0 if search == 0 else None)
-        assert env.unwrapped.searches.num_searches == search % 5 + 1
-        _, _, _, _, info = env.step(int(np.argmax(info["action_mask"])))
+class Few(SampledSource):
+    """Four homes, of which the first three were recorded for five steps together."""
+
+    num_homes = 4
+
+    def list_groups(self, homes):
+        return [Group((0, 1, 2), 5), Group((3,), 2)]
+
+
+def test_a_source_that_ends(source):
+    few = Few(source.prior, source.home)
+    env = gymnasium.make(ENV, homes=few)
+    drawn, searches = set(), []
+    for search in range(60):  # homes begin again when their steps are over
+        env.reset(seed=0 if search == 0 else None)
+        (home,) = env.unwrapped.searches.rollout.homes.streams.homes
+        drawn.add(home)
+        searches.append((home == 3, env.unwrapped.searches.num_searches))
+    assert drawn == {0, 1, 2, 3}
+    assert max(number for is_short, number in searches if is_short) == 2
+    assert max(number for is_short, number in searches if not is_short) == 5
+    homes = gymnasium.make_vec(ENV, num_envs=3, homes=few)
+    homes.reset(seed=1)
+    assert sorted(homes.unwrapped.searches.rollout.homes.streams.homes) == [0, 1, 2]
+    with pytest.raises(ValueError, match=r"played in lockstep, got 4\. Lower it"):
+        gymnasium.make_vec(ENV, num_envs=4, homes=few)
+
+
+def test_a_smaller_home_has_no_place_beyond_its_own(source):
+    env = gymnasium.make(ENV, homes=source, max_furniture=8)
+    _, info = env.reset(seed=0)
+    assert env.action_space.n == 8
+    assert info["action_mask"].tolist() == [1] * 6 + [0] * 2
+    assert env.unwrapped.compute_scores()[6:].tolist() == [-np.inf] * 2
+    _, reward, is_found, _, info = env.step(7)
+    assert (reward, is_found, info["num_looks"]) == (-1, False, 1)
+    assert info["action_mask"].tolist() == [1] * 6 + [0] * 2
+    with pytest.raises(ValueError, match=r"largest home, got 5 and a home of 6\. Raise it"):
+        gymnasium.make(ENV, homes=source, max_furniture=5)
+
+
+class Mixed(SampledSource):
+    """Every second home has one room of two furniture nodes."""
+
+    def make(self, streams):
+        small = replace(self.home, rooms=("kitchen",), furniture_per_room=2)
+        rules = [small if home % 2 else self.home for home in streams.homes]
+        return SampledHomes(self.prior, rules, streams)
+
+
+def test_homes_of_different_sizes_in_lockstep(source):
+    homes = gymnasium.make_vec(ENV, num_envs=4, homes=Mixed(source.prior, source.home))
+    rng = np.random.default_rng(0)
+    for search in range(6):
+        observations, infos = homes.reset(seed=3 if search == 0 else None)
+        assert infos["action_mask"].sum(axis=1).tolist() == [6, 2, 6, 2]
+        nodes = [graph.nodes for graph in observations["graph"]]
+        kinds = [(graph[:, NODE["kind"]] == 3).sum() for graph in nodes]
+        assert kinds == [6, 2, 6, 2]
+        is_over = np.zeros(4, dtype=bool)
+        while not is_over.all():
+            assert homes.observation_space.contains(observations)
+            actions = rng.integers(6, size=4)  # sometimes where a small home has no place
+            observations, _, terminations, truncations, infos = homes.step(actions)
+            is_over = terminations | truncations
+        assert (infos["num_looks"] <= 6).all()
 
 
 def test_the_package_says_what_it_needs(monkeypatch):

@@ -54,3 +54,13 @@ def test_ndcg_refuses_nan_and_other_shapes():
         compute_ndcg(np.array([[1.0, np.nan]]), np.ones((1, 2)))
     with pytest.raises(ValueError, match=r"shape of the scores \(1, 2\), got \(1, 3\)"):
         compute_ndcg(np.ones((1, 2)), np.ones((1, 3)))
+
+
+def test_what_is_no_place_is_not_ranked():
+    """Scores 5 and twice none at three places, and two columns that are no places."""
+    relevance = np.array([[1.0, 2.0, 3.0, 9.0, 9.0]])
+    is_place = np.array([[True, True, True, False, False]])
+    for beyond in (NO, 0.0, 99.0):
+        scores = np.array([[5.0, NO, NO, beyond, beyond]])
+        found = compute_ndcg(scores, relevance, is_place)
+        np.testing.assert_allclose(found, compute_ndcg(scores[:, :3], relevance[:, :3]))
