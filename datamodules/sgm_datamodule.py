@@ -118,6 +118,7 @@ class SGMDataModule(pl.LightningDataModule):
             task=task,
             seed=seed,
             belief=features is not None and features.belief,
+            evidence=features is not None and features.evidence,
             grades=grades,
         )
         self.val_config = replace(
@@ -168,7 +169,9 @@ class SGMDataModule(pl.LightningDataModule):
         described = json.dumps(config.homes.describe(), sort_keys=True).encode()
         digest = hashlib.sha256(described).hexdigest()[:8]
         name = f"{config.task}-{config.policy}-{config.steps}steps-seed{config.seed}"
-        extras = "-belief" * config.belief + "-grades" * config.grades
+        extras = (
+            "-belief" * config.belief + "-evidence" * config.evidence + "-grades" * config.grades
+        )
         return (
             self.data_dir
             / f"{name}-homes{digest}{extras}"

@@ -14,8 +14,10 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from tqdm import tqdm
 
+from simulator.evidence.features import compute_features
 from simulator.fan_out import add_worker_arguments, check_workers, fan_out
 from simulator.memory.memory_batch import Change
 from simulator.policies import POLICIES, check_policies, make_policy
@@ -56,6 +58,7 @@ class CollectConfig:
         split: "train", "val" or "test": their homes never coincide.
         seed: experiment seed.
         belief: whether each snapshot keeps what `HomeFilter` believes about its query object.
+        evidence: whether it keeps what the memory says about each place (`simulator.evidence`).
         grades: whether each snapshot keeps what every place is worth, if its task grades places.
     """
 
@@ -67,6 +70,7 @@ class CollectConfig:
     split: str = "train"
     seed: int = 0
     belief: bool = False
+    evidence: bool = False
     grades: bool = False
 
     def __post_init__(self) -> None:
@@ -105,7 +109,7 @@ class CollectConfig:
     def describe(self) -> dict[str, Any]:
         """Return everything that the bytes of a collection depend on, as JSON values."""
         settings = {field.name: getattr(self, field.name) for field in fields(self)}
-        for extra in ("belief", "grades"):
+        for extra in ("belief", "evidence", "grades"):
             if not settings[extra]:
                 del settings[extra]  # collections without it are what they were before it existed
         return {**settings, "homes": self.homes.describe(), "labels": list(self.homes.labels)}
@@ -186,7 +190,12 @@ def collect_homes(config: CollectConfig, homes: Sequence[int], out: Path) -> dic
             extras["belief"] = believer.follow(task.rollout.memory, answer.queries).stack()
         if config.grades and answer.relevance is not None:
             extras["relevance"] = answer.relevance
-        recorder.add_snapshot(answer.queries, answer.answers, extras)
+        question_extras = {}
+        if config.evidence:
+            evidence = compute_features(task.rollout.memory, answer.queries)
+            extras["evidence"] = evidence.place.astype(np.float16)
+            question_extras["evidence"] = evidence.question
+        recorder.add_snapshot(answer.queries, answer.answers, extras, question_extras)
 
     def record_change(change: Change) -> None:
         recorder.add_change(change)
@@ -285,6 +294,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         help="also keep what the home filter believes about each query object",
     )
     parser.add_argument(
+        "--evidence",
+        action="store_true",
+        help="also keep what the memory says about each place, for features.evidence",
+    )
+    parser.add_argument(
         "--grades", action="store_true", help="also keep what each place is worth, if the task says"
     )
     add_trace_arguments(parser)
@@ -300,7 +314,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             num_homes=(homes.num_homes or 100) if options.num_homes is None else options.num_homes,
             steps=(homes.num_steps or 100) if options.steps is None else options.steps,
             policy=options.policy, task=options.task, split=options.split, seed=options.seed,
-            belief=options.belief, grades=options.grades,
+            belief=options.belief, evidence=options.evidence, grades=options.grades,
         )  # fmt: skip
         collect(config, options.out, workers=options.workers, backend=options.backend)
     except (ValueError, OSError) as error:
