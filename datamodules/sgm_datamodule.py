@@ -189,6 +189,12 @@ class SGMDataModule(pl.LightningDataModule):
         self.train_dataset = self._load(self.train_config, self.train_snapshots)
         self.val_dataset = self._load(self.val_config, self.val_snapshots)
 
+    def transfer_batch_to_device(
+        self, batch: SGMBatch, device: torch.device, dataloader_idx: int
+    ) -> SGMBatch:
+        """Leave the batch: the model moves plain tensors, which needs no DGL for the device."""
+        return batch
+
     def train_dataloader(self) -> DataLoader[SGMBatch]:
         """Shuffled batches of training snapshots."""
         generator = torch.Generator().manual_seed(self.train_config.seed)

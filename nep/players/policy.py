@@ -96,7 +96,11 @@ class NEPPolicy(Policy):
             question_extras["evidence"] = evidence.question
         snapshots = take_snapshots(memory, queries, None, extras, question_extras)
         arrays = self._builder.build_arrays(snapshots)
-        graph = FlatGraph.from_arrays(arrays).to(self._module.device)
+        if self._module.predictor.encoder.reads_heterograph:
+            graph = FlatGraph.from_batch(arrays.make_batch())
+        else:  # a DGL graph of a single home takes longer to make than to read
+            graph = FlatGraph.from_arrays(arrays)
+        graph = graph.to(self._module.device)
         logits = self._module.predictor.score(graph).cpu().numpy()
         if was_training:
             self._module.train()

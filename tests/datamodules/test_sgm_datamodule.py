@@ -6,6 +6,7 @@ import torch
 
 from datamodules.batch import QUERY_EDGE_TYPES
 from datamodules.sgm_datamodule import SGMDataModule
+from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.world.config import HomeConfig
 
 
@@ -98,3 +99,10 @@ def test_values_out_of_range_are_refused(tmp_path, changes, message):
     with pytest.raises(ValueError, match=message):
         make_datamodule(tmp_path, **changes)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_batch_stays_where_it_is_until_the_model_flattens_it(tmp_path, collection):
+    """A CPU build of DGL cannot move a graph; Lightning would, to the device of the training."""
+    data = SGMDataModule(str(tmp_path), workers=1)
+    batch = SnapshotDataset(collection, data.builder)[0]
+    assert data.transfer_batch_to_device(batch, torch.device("cuda:0"), 0) is batch
