@@ -70,7 +70,7 @@ class HomeFilter(PriorFilter):
     def observe(self, memory: MemoryBatch, change: Change) -> None:
         """Note one look per home: where, and which objects were seen."""
         super().observe(memory, change)
-        self._mark_used(memory, change.edges[memory.edges["is_true"][change.edges]])
+        self._mark_used(memory, change.edges[change.is_seen])
 
     def follow(self, memory: MemoryBatch, queries: Queries) -> HomeBelief:
         """Return what is believed about the objects asked for, (Q, F)."""

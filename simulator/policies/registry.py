@@ -89,12 +89,3 @@ def check_policies(names: Iterable[str], source: HomeSource | None = None) -> No
                 f"policies must not need what nobody knows of the homes, got {name}, which reads "
                 f"their true {' and '.join(sorted(missing))}. Leave it out."
             )
-
-
-def check_policy(name: str) -> None:
-    """Check the name of a policy.
-
-    Raises:
-        ValueError: if there is no policy of that name.
-    """
-    find_policy(name)
