@@ -225,6 +225,8 @@ class SceneGraphMemory:
         """Fold one look at a furniture node into the memory.
 
         Every remembered edge of `furniture` is updated: seen ones become true, the others false.
+        What was not in view is not counted as absent: the parts of looks that do not show an object
+        are added up until they make most of a look (`MemoryBatch`).
         A look at another furniture node leaves them alone: an object that was seen at two places
         is believed at both until one of them is looked at again.
 
@@ -232,12 +234,13 @@ class SceneGraphMemory:
             furniture: id from `add_furniture`.
             seen: what was detected there; detection may have missed objects. Sightings of the
                 same description are several things of a kind.
-            coverage: share of the furniture that was in view.
+            coverage: share of the furniture that was in view, above 0 and at most 1; the detector
+                may have missed what was in view.
 
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
             TypeError: if `seen` holds something else than sightings.
-            ValueError: if the coverage is not above 0 and at most 1.
+            ValueError: if the coverage is out of range.
 
         Source: paper section 4.2, appendix B. Differs: negative evidence is counted (released
         code does not).
@@ -251,8 +254,8 @@ class SceneGraphMemory:
                 )
         if not 0 < coverage <= 1:
             raise ValueError(
-                f"coverage must lie above 0 and at most at 1, got {coverage} at "
-                f"{self.describe(furniture)}. Give the share of it that was in view."
+                f"coverage must be above 0 and at most 1, got {coverage!r} at "
+                f"{self.describe(furniture)}. Give the share in view, or leave out the look."
             )
         with self._lock:
             self._step.begin(self.batch)
@@ -262,6 +265,8 @@ class SceneGraphMemory:
                 np.array([self.furniture_ids.index(furniture)]),
                 np.array(rows, dtype=np.int64),
                 np.array([RELATIONS.index(sighting.relation) for sighting in seen], dtype=np.int64),
+                np.array([coverage], dtype=float),
+                np.array([sighting.confidence for sighting in seen], dtype=float),
             )
             self._step.add(StepLook(furniture, tuple(seen), coverage), Counter(rows))
             at_once = self.batch.objects["num_at_once"]
@@ -511,7 +516,7 @@ class SceneGraphMemory:
                 in_vain[position[furniture]] += count
         edges = self.batch.edges
         now = (edges["object"] == row_now) & (edges["last_true"] == self.time)
-        seen[edges["furniture"][now]] = 1.0
+        np.maximum.at(seen, edges["furniture"][now], edges["confidence"][now])
         for (name, furniture), (count, time) in self._sought.items():
             if name == words and time == self.time:
                 in_vain[position[furniture]] += count

@@ -27,7 +27,9 @@ class StepLook:
 
     def to_json(self) -> list[Any]:
         """Return JSON values, from which `from_json` makes the same look."""
-        seen = [[sighting.description, sighting.relation] for sighting in self.seen]
+        seen = [
+            [sighting.description, sighting.relation, sighting.confidence] for sighting in self.seen
+        ]
         return [self.furniture, self.coverage, seen]
 
     @classmethod
@@ -85,6 +87,6 @@ class StepLog:
         found = self.counts.get(row, {})
         in_vain: dict[int, float] = {}
         for look in self.looks:
-            if look.furniture not in found:
+            if look.furniture not in found:  # a sighting that is not sure says for itself
                 in_vain[look.furniture] = in_vain.get(look.furniture, 0.0) + look.coverage
         return in_vain
