@@ -35,7 +35,7 @@ ORDER = """
     simulator.tasks simulator.robot simulator.trace simulator.gym simulator.igridson
     simulator.collect simulator
     datamodules.text datamodules
-    nep.layers nep.encoders nep.model nep.players nep.report nep.robot nep.callbacks
+    nep.layers nep.encoders nep.model nep.players nep.report nep.kinds nep.robot nep.callbacks
     nep.fit nep.evaluate nep.paper nep
 """.split()
 COMMANDS = "commands"

@@ -29,13 +29,8 @@ def play_kind(kind: Kind, make: MakePolicy) -> dict[str, list[float]]:
     Returns:
         `HOME_COLUMNS`, a number per home each, and `SHARED_COLUMNS`, one number each.
     """
-    located, searched = (
-        _join([_play(kind, make, task, num_steps) for num_steps in (steps,)][0])
-        for task, steps in (
-            ("predict_location", kind.num_steps),
-            ("find_object", kind.num_searches),
-        )
-    )
+    located = _play(kind, make, "predict_location", kind.num_steps)
+    searched = _play(kind, make, "find_object", kind.num_searches)
     return {
         "accuracy": located.is_correct.mean(axis=1).tolist(),
         "nll": [compute_nll(row) for row in located.likelihood],
@@ -68,17 +63,14 @@ def play_all(
     return scores
 
 
-def _play(kind: Kind, make: MakePolicy, task: str, num_steps: int) -> list[TaskScores]:
+def _play(kind: Kind, make: MakePolicy, task: str, num_steps: int) -> TaskScores:
+    """Play a task in all homes of all sources with all seeds, one after the other."""
     parts = []
     for source in kind.sources:
         num_homes = source.num_homes or kind.num_homes
         for seed in kind.seeds:
             streams = Streams(seed, "test", range(num_homes))
             parts.append(evaluate_policy(make, source, streams, num_steps, task=task))
-    return parts
-
-
-def _join(parts: list[TaskScores]) -> TaskScores:
     sizes = np.cumsum([0, *(len(part.values) for part in parts)])
     homes = [range(first, end) for first, end in zip(sizes[:-1], sizes[1:], strict=True)]
     return TaskScores.join([list(own) for own in homes], parts)
