@@ -126,8 +126,9 @@ class PlaceFilter(Policy):
     Markov model, exact when there is one instance), and how many others to expect where (a
     Poisson density). Prediction: an object stays with 1 - move rate, else goes to another
     furniture node of its room in proportion to `moves`. Correction: an unseen object at a
-    furniture node looked at keeps the share `miss_rate` there. That an object is asked for makes
-    it likelier to have just moved (docs/design.md, ruling 9), and the filter knows that, too.
+    furniture node looked at keeps the share `miss_rate` there, and all of it out of view. That an
+    object is asked for makes it likelier to have just moved (docs/design.md, ruling 9), and the
+    filter knows that, too. Of sensing it knows the `detection_error` and what was in view.
 
     The belief about an object is brought up to date when it is asked for, from where it was when
     it was last asked for. Looks are kept in a log that is cut when it has grown too long
@@ -186,7 +187,7 @@ class PlaceFilter(Policy):
         seen = change.edges[change.is_seen]
         rows = memory.edges["object"][seen]
         keys = self._number_types(memory.objects["home"][rows], memory.objects["type"][rows])
-        self._log.add_looks(memory.time, change.home, change.furniture, rows, keys)
+        self._log.add_looks(memory.time, change.home, change.furniture, change.coverage, rows, keys)
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the expected number of objects asked for at each furniture node, (Q, F)."""
