@@ -45,7 +45,7 @@ class Chains:
             self._newest = np.pad(self._newest, (0, added), constant_values=-1)
 
     def append(
-        self, keys: np.ndarray, at: int, value: np.ndarray | int = 0, share: np.ndarray | float = 1
+        self, keys: np.ndarray, at: int, value: np.ndarray | int = 0, share: np.ndarray | int = 1
     ) -> None:
         """Add an entry for each key (n,); a key that stands there twice counts once.
 

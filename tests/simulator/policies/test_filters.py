@@ -3,11 +3,12 @@ import pytest
 
 from simulator.memory.memory_batch import Change
 from simulator.policies import make_policy
+from simulator.policies.belief import Rules
 from simulator.policies.filters import Ceiling, PriorFilter
 from simulator.policies.home_filter import HomeFilter
 from simulator.policies.kept_beliefs import KeptBeliefs
 from simulator.policies.look_log import LookLog
-from simulator.policies.place_filter import PlaceFilter, Rules
+from simulator.policies.place_filter import PlaceFilter
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig
