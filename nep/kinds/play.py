@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -72,5 +73,5 @@ def _play(kind: Kind, make: MakePolicy, task: str, num_steps: int) -> TaskScores
             streams = Streams(seed, "test", range(num_homes))
             parts.append(evaluate_policy(make, source, streams, num_steps, task=task))
     sizes = np.cumsum([0, *(len(part.values) for part in parts)])
-    homes = [range(first, end) for first, end in zip(sizes[:-1], sizes[1:], strict=True)]
-    return TaskScores.join([list(own) for own in homes], parts)
+    homes = [list(range(first, end)) for first, end in pairwise(sizes.tolist())]
+    return TaskScores.join(homes, parts)

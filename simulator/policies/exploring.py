@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 
 from simulator.memory.memory_batch import MemoryBatch, Queries
@@ -20,7 +22,7 @@ class Exploring(Adaptive):
     is asked and when, so that the same question to the same memory has the same answer.
     """
 
-    score_kind: ScoreKind = "logits"
+    score_kind: ClassVar[ScoreKind] = "logits"
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return logarithms of the belief with noise, (Q, F)."""
