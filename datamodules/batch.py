@@ -59,6 +59,8 @@ class SGMBatch:
             is, `relevance` float32 (E,) of the place of each query edge.
         text: float32 (L, 96), one text vector per label.
         num_snapshots: B.
+        question: what the memory says about each question, float32 (B, QUESTION_DIM), with
+            `features.evidence`; then furniture nodes have `evidence`, float32 (N, EVIDENCE_DIM).
 
     Source: paper section 4.2, appendix B.
     """
@@ -66,9 +68,13 @@ class SGMBatch:
     graph: dgl.DGLGraph
     text: Tensor
     num_snapshots: int
+    question: Tensor | None = None
 
     def to(self, device: Any, **kwargs: Any) -> SGMBatch:
         """Copy the batch to a device; keyword arguments are those of `dgl.DGLGraph.to`."""
         return replace(
-            self, graph=self.graph.to(device, **kwargs), text=self.text.to(device, **kwargs)
+            self,
+            graph=self.graph.to(device, **kwargs),
+            text=self.text.to(device, **kwargs),
+            question=None if self.question is None else self.question.to(device, **kwargs),
         )

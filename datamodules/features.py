@@ -7,6 +7,12 @@ from typing import Literal
 
 import numpy as np
 
+from simulator.evidence.columns import (
+    PLACE_COLUMNS,
+    PLACE_GROUP_COLUMNS,
+    QUESTION_COLUMNS,
+    QUESTION_GROUP_COLUMNS,
+)
 from simulator.memory.clock import DAY_SECONDS, compute_week_seconds
 from simulator.memory.memory_batch import NEVER
 from simulator.snapshots.snapshots import Snapshots
@@ -18,6 +24,7 @@ EDGE_SCALE = 500 / (100 * 10.0)
 # Columns of `compute_belief_features` and of `compute_clock_features`.
 BELIEF_DIM = 5
 CLOCK_DIM = 8
+EVIDENCE_DIM, QUESTION_DIM = len(PLACE_COLUMNS), len(QUESTION_COLUMNS)
 
 # Raise it when the meaning or order of features changes: checkpoints state theirs.
 FEATURE_SCHEMA_VERSION = 1
@@ -34,7 +41,8 @@ class FeatureConfig:
         semantic: text vectors of nodes and the cosine of an edge's two nodes.
         prior: prior probability of edges.
         candidates: where hypothetical edges lead: "prior" (places the prior deems possible) or
-            "random" (docs/design.md, ruling 13, the ablation without a prior).
+            "random" (docs/design.md, ruling 13, the ablation without a prior). With "all", every
+            furniture node has one query edge, whatever the prior and the memory say.
         threshold: prior weight above which a place gets a hypothetical edge.
         random_candidates: hypothetical edges per query with `candidates: random`.
         belief: what `HomeFilter` believes about the query object at the place of each query edge,
@@ -43,6 +51,9 @@ class FeatureConfig:
             sighting of every edge between an object and furniture, eight more columns
             (`compute_clock_features`). Needs homes of which it is known what time it is, recorded
             ones (docs/traces.md) or a memory with a clock. Not in the paper.
+        evidence: what the memory says about every furniture node and about the question as a whole
+            (`simulator.evidence`): scale-free, without knowledge of the rules. Not in the paper.
+        evidence_without: groups of it that are switched off (`simulator.evidence.columns`).
         text_pipeline: None for the shipped one, or "en_core_web_sm" (docs/design.md, ruling 21).
 
     Source: paper appendix B, Table 2; docs/design.md, rulings 12-14.
@@ -52,12 +63,28 @@ class FeatureConfig:
     temporal: bool = True
     semantic: bool = True
     prior: bool = True
-    candidates: Literal["prior", "random"] = "prior"
+    candidates: Literal["prior", "random", "all"] = "prior"
     threshold: float = 0.0
     random_candidates: int = 16
     belief: bool = False
     clock: bool = False
+    evidence: bool = False
+    evidence_without: tuple[str, ...] = ()
     text_pipeline: str | None = None
+
+    def __post_init__(self) -> None:
+        """Check the groups.
+
+        Raises:
+            ValueError: if there is no group of such a name.
+        """
+        known = {**PLACE_GROUP_COLUMNS, **QUESTION_GROUP_COLUMNS}
+        for name in self.evidence_without:
+            if name not in known:
+                raise ValueError(
+                    f"evidence_without must hold some of {', '.join(known)}, got {name!r}. "
+                    "Choose among these."
+                )
 
 
 def compute_furniture_temporal(snapshots: Snapshots, furniture: np.ndarray) -> np.ndarray:
@@ -181,6 +208,29 @@ def compute_clock_features(
     now = _compute_circles(compute_week_seconds(clock, time))
     seen = _compute_circles(compute_week_seconds(clock, last_true)) * was_seen[:, None]
     return np.concatenate([now, seen], axis=1).astype(np.float32)
+
+
+def take_evidence(snapshots: Snapshots, config: FeatureConfig) -> tuple[np.ndarray, np.ndarray]:
+    """Return what the memory says about places (NF, EVIDENCE_DIM) and questions (B, QUESTION_DIM).
+
+    Columns of groups that are switched off are zero.
+
+    Raises:
+        ValueError: if the snapshots hold no evidence.
+    """
+    if "evidence" not in snapshots.extras:
+        raise ValueError(
+            "snapshots must hold evidence for `features.evidence`, got none. Collect with "
+            "`--evidence true`, or switch the feature off."
+        )
+    parts = []
+    for values, columns in (
+        (snapshots.extras["evidence"], PLACE_COLUMNS),
+        (snapshots.question_extras["evidence"], QUESTION_COLUMNS),
+    ):
+        is_on = [name.partition(".")[0] not in config.evidence_without for name in columns]
+        parts.append((values * np.array(is_on)).astype(np.float32))
+    return parts[0], parts[1]
 
 
 def require_clock(clock: np.ndarray | None) -> np.ndarray:

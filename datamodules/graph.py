@@ -21,6 +21,7 @@ from datamodules.features import (
     compute_object_temporal,
     drop_features,
     require_clock,
+    take_evidence,
 )
 from datamodules.graph_arrays import GraphArrays
 from datamodules.object_edges import ObjectEdges
@@ -63,7 +64,8 @@ class GraphBuilder:
         if not self.config.memory:
             snapshots = forget(snapshots)
         text, cosine = self._get_text(snapshots.labels)
-        edges = ObjectEdges.from_snapshots(snapshots, self._propose(snapshots))
+        is_all = self.config.candidates == "all"
+        edges = ObjectEdges.from_snapshots(snapshots, self._propose(snapshots), is_all)
         pairs = Pairs.from_snapshots(snapshots, edges)
         kept = pairs.keep_all() if self.num_hops is None else pairs.keep_hops(edges, self.num_hops)
         node = np.flatnonzero(kept.nodes)
@@ -103,6 +105,10 @@ class GraphBuilder:
             feature = _append_belief(snapshots, feature, query_edge, furniture_row)
         if self.config.clock:
             feature = _append_clock(snapshots, feature, edges, number)
+        evidence = question = None
+        if self.config.evidence:
+            evidence, question = take_evidence(snapshots, self.config)
+            evidence = evidence[place]
         number_of_node = np.cumsum(kept.nodes) - 1
         degrees = pairs.compute_degrees()[node]
         first_furniture = snapshots.first_furniture
@@ -124,6 +130,8 @@ class GraphBuilder:
             query_relation=edges.relation[candidate],
             query_target=target,
             query_relevance=relevance,
+            evidence=evidence,
+            question=question,
             text=text,
             num_snapshots=snapshots.num_snapshots,
         )
@@ -152,6 +160,9 @@ class GraphBuilder:
         if self.config.candidates == "random":
             counts = np.diff(snapshots.first_furniture)
             return sample_places(counts, self.config.random_candidates, rng=self._rng)
+        if self.config.candidates == "all":  # where the prior puts it there, else on top
+            is_in = snapshots.query_prior[:, 0] > snapshots.query_prior[:, 1]
+            return np.stack([is_in, ~is_in], axis=1)
         return propose_rows(
             snapshots.query_prior,
             snapshots.furniture_snapshot,

@@ -40,6 +40,9 @@ class GraphArrays:
         query_relation: 0 "in", 1 "onTop", int64 (Q,).
         query_target: 1 or 0, nan where unknown, float32 (Q,).
         query_relevance: of its place, float32 (Q,); None where nobody said.
+        evidence: what the memory says about each furniture node, float32 (NF, EVIDENCE_DIM); None
+            where the model reads none.
+        question: what it says about each question, float32 (B, QUESTION_DIM), or None.
         text: float32 (L, 96), one text vector per label.
         num_snapshots: B.
     """
@@ -61,6 +64,8 @@ class GraphArrays:
     query_relation: np.ndarray
     query_target: np.ndarray
     query_relevance: np.ndarray | None
+    evidence: np.ndarray | None
+    question: np.ndarray | None
     text: np.ndarray
     num_snapshots: int
 
@@ -98,13 +103,16 @@ class GraphArrays:
                 {name: column[rows] for name, column in node_columns.items()}
             )
         graph.nodes["furniture"].data["index"] = torch.from_numpy(self.furniture_index)
+        if self.evidence is not None:
+            graph.nodes["furniture"].data["evidence"] = torch.from_numpy(self.evidence)
         for etype, rows in edges.items():
             graph.edges[etype].data["feature"] = torch.from_numpy(self.edge_feature[rows])
         columns = self._spread_queries()
         for etype in QUERY_EDGE_TYPES:
             for name, column in columns.items():
                 graph.edges[etype].data[name] = torch.from_numpy(column[edges[etype]])
-        return SGMBatch(graph, torch.from_numpy(self.text), self.num_snapshots)
+        question = None if self.question is None else torch.from_numpy(self.question)
+        return SGMBatch(graph, torch.from_numpy(self.text), self.num_snapshots, question)
 
     def _count_nodes(self) -> np.ndarray:
         """Count the nodes of each type and snapshot, (5, B)."""

@@ -103,6 +103,7 @@ class SGMDataModule(pl.LightningDataModule):
             home=HomeConfig(dynamic_nodes=dynamic_nodes),
             prior=prior,
             belief=features is not None and features.belief,
+            evidence=features is not None and features.evidence,
             grades=grades,
         )
         self.val_config = replace(self.train_config, split="val", num_homes=num_val_homes)
@@ -159,7 +160,9 @@ class SGMDataModule(pl.LightningDataModule):
             described = json.dumps(recordings.describe()).encode()
             nodes = f"trace{hashlib.sha256(described).hexdigest()[:8]}"
         name = f"{config.task}-{config.policy}-{nodes}-{config.steps}steps-seed{config.seed}"
-        extras = "-belief" * config.belief + "-grades" * config.grades
+        extras = (
+            "-belief" * config.belief + "-evidence" * config.evidence + "-grades" * config.grades
+        )
         return (
             self.data_dir
             / f"{name}-prior{prior}{extras}"

@@ -118,7 +118,7 @@ class EvaluateConfig:
     def describe(self) -> dict[str, Any]:
         """Return everything that the scores depend on, as JSON values."""
         recordings = self.load_recordings()
-        settings = asdict(self)
+        settings = {**asdict(self), "home": self.home.describe()}
         del settings["trace"]
         return {
             **settings,

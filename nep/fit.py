@@ -49,6 +49,7 @@ class FitCLI(LightningCLI):
         parser.add_lightning_class_args(OnlineEvaluation, "online")
         parser.link_arguments("data.features", "model.belief", compute_fn=_has_belief)
         parser.link_arguments("data.features", "model.clock", compute_fn=_has_clock)
+        parser.link_arguments("data.features", "model.evidence", compute_fn=_has_evidence)
         parser.link_arguments("model.num_hops", "data.num_hops", apply_on="instantiate")
 
     def parse_arguments(self, parser: LightningArgumentParser, args: ArgsType) -> None:
@@ -117,6 +118,10 @@ def _has_belief(features: Namespace | FeatureConfig | None) -> bool:
 
 def _has_clock(features: Namespace | FeatureConfig | None) -> bool:
     return _is_on("clock", features)
+
+
+def _has_evidence(features: Namespace | FeatureConfig | None) -> bool:
+    return _is_on("evidence", features)
 
 
 def _is_on(name: str, features: Namespace | FeatureConfig | None) -> bool:

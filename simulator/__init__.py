@@ -6,7 +6,6 @@ from simulator.policies import POLICIES, Bayesian, Policy, make_policy
 from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.world.config import HomeConfig
-from simulator.world.dynamics import evolve
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
 
@@ -22,6 +21,5 @@ __all__ = [
     "Sighting",
     "Streams",
     "evaluate_policy",
-    "evolve",
     "make_policy",
 ]

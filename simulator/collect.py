@@ -14,8 +14,10 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from tqdm import tqdm
 
+from simulator.evidence.features import compute_features
 from simulator.fan_out import add_worker_arguments, check_workers, fan_out
 from simulator.memory.memory_batch import Change
 from simulator.policies import POLICIES, make_policy
@@ -60,6 +62,7 @@ class CollectConfig:
         home: rules of the homes.
         prior: prior file; None for the shipped default.
         belief: whether each snapshot keeps what `HomeFilter` believes about its query object.
+        evidence: whether it keeps what the memory says about each place (`simulator.evidence`).
         grades: whether each snapshot keeps what every place is worth, if its task grades places.
         trace: recorded homes to play in, the first `homes` of them, by their own rules; None to
             sample homes.
@@ -74,6 +77,7 @@ class CollectConfig:
     home: HomeConfig = field(default_factory=HomeConfig)
     prior: str | None = None
     belief: bool = False
+    evidence: bool = False
     grades: bool = False
     trace: TraceConfig | None = None
 
@@ -203,7 +207,12 @@ def collect_homes(
             extras["belief"] = believer.follow(task.rollout.memory, answer.queries).stack()
         if config.grades and answer.relevance is not None:
             extras["relevance"] = answer.relevance
-        recorder.add_snapshot(answer.queries, answer.answers, extras)
+        question_extras = {}
+        if config.evidence:
+            evidence = compute_features(task.rollout.memory, answer.queries)
+            extras["evidence"] = evidence.place.astype(np.float16)
+            question_extras["evidence"] = evidence.question
+        recorder.add_snapshot(answer.queries, answer.answers, extras, question_extras)
 
     def record_change(change: Change) -> None:
         recorder.add_change(change)
@@ -235,14 +244,14 @@ def _describe_settings(
 ) -> dict[str, Any]:
     """Return everything that the bytes depend on, as JSON values."""
     settings = asdict(config)
-    for extra in ("belief", "grades"):
+    for extra in ("belief", "evidence", "grades"):
         if not settings[extra]:
             del settings[extra]  # collections without it are what they were before it existed
     if recordings is None:
         del settings["trace"]
     else:
         settings["trace"] = recordings.describe()
-    settings["home"]["rooms"] = list(config.home.rooms)
+    settings["home"] = config.home.describe()
     settings["prior"] = prior.checksum
     return {**settings, "labels": _make_homes(config, prior, [0], recordings).labels}
 
@@ -321,6 +330,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         help="also keep what the home filter believes about each query object",
     )
     parser.add_argument(
+        "--evidence",
+        action="store_true",
+        help="also keep what the memory says about each place, for features.evidence",
+    )
+    parser.add_argument(
         "--grades", action="store_true", help="also keep what each place is worth, if the task says"
     )
     add_trace_arguments(parser)
@@ -340,7 +354,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             num_homes=homes if options.num_homes is None else options.num_homes,
             steps=steps if options.steps is None else options.steps,
             policy=options.policy, task=options.task, split=options.split, seed=options.seed,
-            home=home, prior=options.prior, belief=options.belief, grades=options.grades,
+            home=home, prior=options.prior, belief=options.belief,
+            evidence=options.evidence, grades=options.grades,
             trace=trace,
         )  # fmt: skip
         collect(config, options.out, workers=options.workers, backend=options.backend)

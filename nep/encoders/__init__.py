@@ -6,5 +6,6 @@ from nep.encoders.han import HAN
 from nep.encoders.heat import HEAT
 from nep.encoders.hgt import HGT
 from nep.encoders.mlp import MLP
+from nep.encoders.sets import Sets
 
-__all__ = ["GCN", "HAN", "HEAT", "HGT", "MLP", "Encoder"]
+__all__ = ["GCN", "HAN", "HEAT", "HGT", "MLP", "Encoder", "Sets"]

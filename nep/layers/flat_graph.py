@@ -37,6 +37,8 @@ class FlatGraph:
         query_snapshot: (Q,) int64 in 0..B-1.
         query_target: (Q,) 1, 0, or nan where unknown.
         query_relevance: (Q,) of the place of each query edge; None where the task does not say.
+        evidence: (NF, EVIDENCE_DIM) of the furniture nodes; None where the model reads none.
+        question: (B, QUESTION_DIM), or None.
         text: (L, 96).
         num_snapshots: B.
     """
@@ -54,6 +56,8 @@ class FlatGraph:
     query_snapshot: Tensor
     query_target: Tensor
     query_relevance: Tensor | None
+    evidence: Tensor | None
+    question: Tensor | None
     text: Tensor
     num_snapshots: int
 
@@ -111,6 +115,8 @@ class FlatGraph:
             query_snapshot=torch.cat(query_snapshot),
             query_target=torch.cat(query_target),
             query_relevance=torch.cat(query_relevance) if query_relevance else None,
+            evidence=graph.nodes["furniture"].data.get("evidence"),
+            question=batch.question,
             text=batch.text,
             num_snapshots=batch.num_snapshots,
         )
@@ -133,6 +139,8 @@ class FlatGraph:
             query_snapshot=torch.from_numpy(arrays.query_snapshot),
             query_target=torch.from_numpy(arrays.query_target),
             query_relevance=None if relevance is None else torch.from_numpy(relevance),
+            evidence=None if arrays.evidence is None else torch.from_numpy(arrays.evidence),
+            question=None if arrays.question is None else torch.from_numpy(arrays.question),
             text=torch.from_numpy(arrays.text),
             num_snapshots=arrays.num_snapshots,
         )
@@ -152,6 +160,12 @@ class FlatGraph:
     def num_nodes(self) -> int:
         """N."""
         return sum(self.node_counts)
+
+    @property
+    def furniture(self) -> slice:
+        """The furniture nodes among all."""
+        first = sum(self.node_counts[: NODE_TYPES.index("furniture")])
+        return slice(first, first + self.node_counts[NODE_TYPES.index("furniture")])
 
     @property
     def num_edges(self) -> int:

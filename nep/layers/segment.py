@@ -61,3 +61,19 @@ def segment_softmax(logits: Tensor, segment: Tensor, num_segments: int) -> Tenso
     weight = (logits - peak.index_select(0, segment)).exp()
     total = segment_sum(weight, segment, num_segments)
     return weight / total.index_select(0, segment)
+
+
+def segment_max(values: Tensor, segment: Tensor, num_segments: int) -> Tensor:
+    """Return the largest value of each segment, each column on its own.
+
+    Args:
+        values: (E, D).
+        segment: (E,) int64, the segment of each row, in any order.
+        num_segments: S.
+
+    Returns:
+        (S, D); zero for a segment without rows.
+    """
+    index = segment.unsqueeze(1).expand_as(values)
+    zeros = values.new_zeros(num_segments, values.shape[1])
+    return zeros.scatter_reduce(0, index, values, "amax", include_self=False)

@@ -9,6 +9,7 @@ from datamodules.batch import SGMBatch
 from nep.encoders.encoder import Encoder
 from nep.layers.flat_graph import FlatGraph
 from nep.model.embedding import EdgeEmbedding, NodeEmbedding
+from nep.model.evidence_embedding import EvidenceEmbedding
 from nep.model.query_attention import QueryAttention
 
 
@@ -26,6 +27,9 @@ class NodeEdgePredictor(nn.Module):
         dropout: probability in those layers; PyTorch's default, which the paper keeps.
         belief: whether edges carry the belief features (`FeatureConfig.belief`).
         clock: whether edges carry the clock features (`FeatureConfig.clock`).
+        evidence: whether furniture nodes carry evidence (`FeatureConfig.evidence`), whose embedding
+            is added to theirs.
+        clock_dropout: see `EvidenceEmbedding`.
 
     Source: paper section 4.3 and appendix C.
     """
@@ -40,11 +44,14 @@ class NodeEdgePredictor(nn.Module):
         dropout: float = 0.1,
         belief: bool = False,
         clock: bool = False,
+        evidence: bool = False,
+        clock_dropout: float = 0.5,
     ) -> None:
         super().__init__()
         units = encoder.units
         self.node_embedding = NodeEmbedding(units)
         self.edge_embedding = EdgeEmbedding(units, belief, clock)
+        self.evidence_embedding = EvidenceEmbedding(units, clock_dropout) if evidence else None
         self.encoder = encoder
         self.query_attention = (
             QueryAttention(
@@ -71,6 +78,10 @@ class NodeEdgePredictor(nn.Module):
     def score(self, graph: FlatGraph) -> Tensor:
         """Score the query edges of an already flattened batch: logits (Q,) in query order."""
         node = self.node_embedding(graph)
+        if self.evidence_embedding is not None:
+            evidence, places = self.evidence_embedding(graph), graph.furniture
+            parts = [node[: places.start], node[places] + evidence, node[places.stop :]]
+            node = torch.cat(parts)
         if self.encoder.uses_edges:
             edge = self.edge_embedding(graph)
             query_edge = edge.index_select(0, graph.query_edge)

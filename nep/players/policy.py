@@ -12,6 +12,7 @@ from datamodules.graph import GraphBuilder
 from nep.layers.flat_graph import FlatGraph
 from nep.model.module import NEPModule
 from nep.players.checkpoints import load_trained
+from simulator.evidence.features import compute_features
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.policies import Policy
 from simulator.policies.home_filter import HomeFilter
@@ -90,7 +91,12 @@ class NEPPolicy(Policy):
         extras = {}
         if self._believer is not None:
             extras["belief"] = self._believer.follow(memory, queries).stack()
-        snapshots = take_snapshots(memory, queries, extras=extras)
+        question_extras = {}
+        if self._builder.config.evidence:
+            evidence = compute_features(memory, queries)
+            extras["evidence"] = evidence.place
+            question_extras["evidence"] = evidence.question
+        snapshots = take_snapshots(memory, queries, None, extras, question_extras)
         arrays = self._builder.build_arrays(snapshots)
         graph = FlatGraph.from_arrays(arrays).to(self._module.device)
         logits = self._module.predictor.score(graph).cpu().numpy()

@@ -21,13 +21,14 @@ class FilterSettings:
     Attributes:
         rate: at which objects leave, per hour; None for the object's own, from its counts.
         crossing: share of the moves that do not stay in the room; None for the home's own.
-        asks_moved: how likely an object that is asked for has moved in this step, if any has.
+        asks_moved: how likely an object that is asked for has moved in this step, if any has;
+            None if it surely has.
         hours: how much the hour of day at which it was seen matters for where it goes, 0 to 1.
     """
 
     rate: float | None = None
     crossing: float | None = None
-    asks_moved: float = 0.0
+    asks_moved: float | None = 0.0
     hours: float = 0.0
 
 
@@ -157,7 +158,7 @@ def compute_beliefs(
     for number, one in enumerate(filters):
         rate[:, number] = rates.own if one.rate is None else one.rate
         crossing[:, number] = rates.crossing if one.crossing is None else one.crossing
-        moved[:, number] = one.asks_moved * rates.any_moved
+        moved[:, number] = 1 if one.asks_moved is None else one.asks_moved * rates.any_moved
     return follow_looks(
         destinations, room, num_rooms, memory.history.look_times[home],
         memory.objects["last_furniture"][queries.object].astype(np.int64),

@@ -9,6 +9,7 @@ import numpy as np
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.memory.place_prior import PlacePrior
 from simulator.policies import Policy
+from simulator.policies.policy import mask_furniture
 from simulator.tasks.queries import sample_query
 from simulator.world.homes import Homes
 from simulator.world.sensing import Observation, observe
@@ -73,9 +74,8 @@ class Rollout:
         return self.memory.query(homes, codes, self._label_of_type[types], self._prior_type[types])
 
     def score(self, queries: Queries) -> np.ndarray:
-        """Ask the policy; -inf at columns that are no furniture of the query's home, (Q, F)."""
-        scores = self.policy.scores(self.memory, queries)
-        return np.where(self.memory.is_furniture[queries.home], scores, -np.inf)
+        """Ask the policy, (Q, F); columns that are no furniture of the query's home are -inf."""
+        return mask_furniture(self.memory, queries, self.policy.scores(self.memory, queries))
 
     def look(self, furniture: np.ndarray) -> Observation:
         """Fold one look per home into the memory; a negative index means no look there, (H,)."""

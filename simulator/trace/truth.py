@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -52,13 +52,11 @@ def fill_row(weights: Mapping[int, float], num_places: int) -> np.ndarray:
 
 def make_truth_json(truth: Truth) -> str:
     """Write the text of a `simulation.json`; numbers come back as the same float32."""
-    rules = asdict(truth.config)
-    rules["rooms"] = list(truth.config.rooms)
     data = {
         "version": TRUTH_VERSION,
         "step_seconds": truth.step_seconds,
         "num_slots": truth.num_slots,
-        "rules": rules,
+        "rules": truth.config.describe(),
         "transitions": truth.transitions,
         "place_weights": truth.place_weights,
     }
@@ -81,11 +79,8 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
         data = json.loads(path.read_text(encoding="utf-8"))
         if data["version"] != TRUTH_VERSION:
             raise ValueError(f"version {data['version']!r} instead of {TRUTH_VERSION}")
-        known = {field.name for field in fields(HomeConfig)}
-        rules = {name: value for name, value in data["rules"].items() if name in known}
-        rules["rooms"] = tuple(rules["rooms"])
         truth = Truth(
-            HomeConfig(**rules),
+            HomeConfig.from_json(data["rules"]),
             float(data["step_seconds"]),
             int(data["num_slots"]),
             _read_weights(data["transitions"], num_places),

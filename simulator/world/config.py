@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from simulator.world.dynamics import DYNAMICS, Dynamics
+from simulator.world.paper_dynamics import PaperDynamics
+from simulator.world.sensing import SENSING, ConstantMisses, Sensing
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +27,8 @@ class HomeConfig:
         dynamic_nodes: whether objects are added and removed.
         cross_room_moves: whether a move may lead to another room (docs/design.md, ruling 2: harder
             variant).
+        dynamics: how the home changes, see `simulator.world.dynamics`.
+        sensing: what a look shows, see `simulator.world.sensing`.
 
     Source: paper appendix A; docs/design.md, rulings 1-8 and 11.
     """
@@ -36,6 +43,8 @@ class HomeConfig:
     detection_error: float = 0.25
     dynamic_nodes: bool = True
     cross_room_moves: bool = False
+    dynamics: Dynamics = field(default_factory=PaperDynamics)
+    sensing: Sensing = field(default_factory=ConstantMisses)
 
     def __post_init__(self) -> None:
         """Check every value.
@@ -51,17 +60,22 @@ class HomeConfig:
                 f"furniture_per_room must be one number, or one for each of the {len(self.rooms)} "
                 f"rooms, got {len(sizes)}. Name as many as there are rooms."
             )
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name == "rooms":
-                continue
-            if field.name.endswith(("_room", "_furniture")):
-                lowest = min(sizes) if field.name == "furniture_per_room" else value
-                if lowest < 1:
-                    raise ValueError(f"{field.name} must be at least 1, got {value}. Raise it.")
-            elif not isinstance(value, bool) and not 0 <= value <= 1:
+        for name, lowest in (
+            ("furniture_per_room", min(sizes)),
+            ("objects_per_furniture", self.objects_per_furniture),
+        ):
+            if lowest < 1:
+                raise ValueError(f"{name} must be at least 1, got {lowest}. Raise it.")
+        for name, share in (
+            ("noise_zero_prob", self.noise_zero_prob),
+            ("noise_scale", self.noise_scale),
+            ("move_share", self.move_share),
+            ("count_slack", self.count_slack),
+            ("detection_error", self.detection_error),
+        ):
+            if not 0 <= share <= 1:
                 raise ValueError(
-                    f"{field.name} must lie in [0, 1], got {value}. Give a share or probability."
+                    f"{name} must lie in [0, 1], got {share}. Give a share or probability."
                 )
 
     @property
@@ -69,6 +83,35 @@ class HomeConfig:
         """Furniture nodes of every room, (R,)."""
         size = self.furniture_per_room
         return (size,) * len(self.rooms) if isinstance(size, int) else tuple(size)
+
+    def describe(self) -> dict[str, Any]:
+        """Return all rules as JSON values, from which `from_json` makes the same rules."""
+        size = self.furniture_per_room
+        return {
+            **{row.name: getattr(self, row.name) for row in fields(self)},
+            "rooms": list(self.rooms),
+            "furniture_per_room": size if isinstance(size, int) else list(size),
+            "dynamics": DYNAMICS.describe(self.dynamics),
+            "sensing": SENSING.describe(self.sensing),
+        }
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> HomeConfig:
+        """Read rules that a file has kept; what it does not say is the paper's.
+
+        Raises:
+            ValueError: if a value is out of range, or a part is none of `DYNAMICS` or `SENSING`.
+            TypeError, AttributeError: if a value is of the wrong kind.
+        """
+        rules = {row.name: data[row.name] for row in fields(cls) if row.name in data}
+        for name in ("rooms", "furniture_per_room"):
+            if isinstance(rules.get(name), list):
+                rules[name] = tuple(rules[name])
+        if "dynamics" in rules:
+            rules["dynamics"] = DYNAMICS.read(Dynamics, rules["dynamics"])  # type: ignore[type-abstract]
+        if "sensing" in rules:
+            rules["sensing"] = SENSING.read(Sensing, rules["sensing"])  # type: ignore[type-abstract]
+        return cls(**rules)
 
 
 def spread_configs(

@@ -1,81 +1,79 @@
-"""How homes change: one call evolves all homes by one step."""
+"""How homes change: what rules of one's own must offer, and the rules by name."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-if TYPE_CHECKING:  # homes evolve themselves with this module
+from simulator.memory.clock import Clock
+from simulator.world.parts import Part, Registry
+
+if TYPE_CHECKING:  # homes evolve themselves with dynamics
+    from typing_extensions import Self
+
     from simulator.world.sampled_homes import SampledHomes
 
+DYNAMICS = Registry("dynamics", paper="simulator.world.paper_dynamics.PaperDynamics")
 
-def evolve(homes: SampledHomes) -> None:
-    """Evolve every home by one step, in place: remove, then move, then add.
 
-    Source: algorithm 1, appendix A "Evolution of the environment"; docs/design.md, rulings 2, 7
-    and 8.
+class Dynamics(Part, ABC):
+    """Rules by which a home changes; a frozen dataclass of their numbers.
+
+    The homes of one lockstep group may have different dynamics. Those of one class are evolved
+    together, by what `start` returns.
     """
-    homes.object_moved[:] = False
-    if homes.is_dynamic.any():
-        remove_objects(homes)
-    move_objects(homes)
-    if homes.is_dynamic.any():
-        add_objects(homes)
+
+    __slots__ = ()
+
+    @property
+    def clock(self) -> Clock | None:
+        """What time it is at every step; None where no time of day means anything."""
+        return None
+
+    @classmethod
+    @abstractmethod
+    def start(cls, homes: SampledHomes, members: np.ndarray, rules: Sequence[Self]) -> Life:
+        """Begin the life of some homes of a group, whose objects have just been drawn.
+
+        It may put them elsewhere. Random numbers come from `homes.streams`, from rows of purposes
+        of its own that are taken for the members alone, as wide as each home needs: so a home does
+        not depend on those beside it.
+
+        Args:
+            homes: the group, at t = 0.
+            members: the homes with dynamics of this class, ascending, (n,).
+            rules: of each of them, (n,).
+        """
 
 
-def remove_objects(homes: SampledHomes) -> None:
-    """Let objects leave with their remove probability, never below the lower count bound."""
-    from simulator.compiled.dynamics import choose_below  # loads numba
+class Life(ABC):
+    """The homes of a group that have dynamics of one class, as they live on."""
 
-    uniform = homes.streams.rows("remove", homes.home_num_slots).next()
-    budget = np.where(homes.is_dynamic, np.maximum(homes.num_objects - homes.min_count, 0), 0)
-    home, slot = choose_below(uniform, homes.object_remove_prob, budget)
-    homes.empty_slots(home * homes.num_slots + slot)
+    @abstractmethod
+    def step(self) -> None:
+        """Let one time step pass in these homes and in no others.
+
+        `object_place` and what else `SampledHomes` says of objects change; `object_moved` is False
+        everywhere before, and becomes True where an object has moved to other furniture.
+        """
+
+    @abstractmethod
+    def transition_rows(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
+        """Return where objects of descriptions go, (n,), (n,) -> float32 (n, P).
+
+        What oracles know and rankings are measured by: the homes are some of these. A row sums to
+        one, or to zero for a description that no object has had.
+        """
 
 
-def move_objects(homes: SampledHomes) -> None:
-    """Move 5 % of the present objects to another furniture node, following T^i.
+def make_dynamics(name: str, **fields: Any) -> Dynamics:
+    """Make dynamics by their name in `DYNAMICS` or their import path.
 
-    Movers are drawn without replacement with weight `move_freq` (an exponential race: the
-    largest log(u) / weight win), among the objects that have somewhere else to go.
+    Raises:
+        ValueError: if there are none, or a value is out of range.
+        TypeError: if there is no such field.
     """
-    from simulator.compiled.dynamics import run_race  # loads numba
-
-    uniform = homes.streams.rows("move who", homes.home_num_slots).next()
-    num_moves = np.floor(homes.num_objects * homes.move_share + 0.5).astype(np.int64)
-    weight = homes.object_move_weight
-    home, slot, turn = run_race(uniform, weight, weight.sum(axis=1), num_moves)
-    objects = home * homes.num_slots + slot
-    where_to = homes.streams.rows("move where", _count_most_moves(homes)).next()
-    places, can_leave = homes.transitions.sample_moves(
-        homes.object_row.ravel()[objects],
-        home,
-        homes.object_place.ravel()[objects],
-        where_to[home, turn],
-    )
-    homes.place_objects(objects, places, can_leave)
-    homes.object_moved.ravel()[objects] = True
-
-
-def add_objects(homes: SampledHomes) -> None:
-    """Let each object type appear once with its add probability, up to the upper count bound."""
-    from simulator.compiled.dynamics import choose_below  # loads numba
-    from simulator.compiled.homes import find_empty_slots
-
-    # Three numbers per type: whether and when it comes, its description, its place.
-    numbers = homes.streams.rows("add", homes.type_add_prob.shape[1] * 3).claim()
-    budget = np.where(homes.is_dynamic, np.maximum(homes.max_count - homes.num_objects, 0), 0)
-    home, types = choose_below(numbers.fill(every=3), homes.type_add_prob, budget)
-    what, where_to = np.ascontiguousarray(numbers.read(home, types * 3 + 1, 2).T)
-    codes = homes.object_descriptions.sample(types, what)
-    objects = find_empty_slots(homes.object_place, home)
-    homes.fill_slots(objects, types, codes)
-    rows = homes.object_row.ravel()[objects]
-    places, can_leave = homes.transitions.sample_places(rows, home, where_to)
-    homes.place_objects(objects, places, can_leave)
-
-
-def _count_most_moves(homes: SampledHomes) -> np.ndarray:
-    """Return the most moves a step can have, (H,); fixed, so that streams keep their widths."""
-    return np.floor(homes.home_num_slots * homes.move_share + 0.5).astype(np.int64) + 1
+    return DYNAMICS.find(Dynamics, name)(**fields)  # type: ignore[type-abstract]

@@ -5,13 +5,16 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from simulator.priors.prior_graph import PriorGraph
-from simulator.world.config import HomeConfig
 from simulator.world.streams import Streams
+
+if TYPE_CHECKING:  # the rules name parts that look at homes
+    from simulator.world.config import HomeConfig
+    from simulator.world.sensing import Sensing
 
 NUM_RELATIONS = 2  # 0 "in", 1 "onTop"; place p of a home = furniture p // 2, relation p % 2
 
@@ -56,7 +59,7 @@ class Homes(ABC):
         object_place: the place it is at, -1 if the slot is empty, (H, C).
         object_moved: whether it moved in the last step, (H, C).
         clock: where in the week step 0 is and how long steps are (`Clock.row`), (H, 2), nan where
-            nobody knows; None for sampled homes, in which no time of day means anything.
+            nobody knows; None where no time of day means anything, as in the paper's homes.
     """
 
     prior: PriorGraph
@@ -117,6 +120,18 @@ class Homes(ABC):
     def detection_error(self) -> np.ndarray:
         """Probability that an object looked at is missed, by the rules of each home, (H,)."""
         return np.array([config.detection_error for config in self.configs])
+
+    @cached_property
+    def sensing(self) -> list[tuple[Sensing, np.ndarray]]:
+        """What looks show, and in which homes, bool (H,): each home has one of them."""
+        different: list[Sensing] = []
+        for config in self.configs:
+            if config.sensing not in different:
+                different.append(config.sensing)
+        return [
+            (sensing, np.array([config.sensing == sensing for config in self.configs]))
+            for sensing in different
+        ]
 
     @abstractmethod
     def get_place_weights(self) -> np.ndarray:

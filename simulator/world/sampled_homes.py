@@ -11,10 +11,11 @@ import numpy as np
 
 from simulator.arrays.grouped import compute_rank_in_group
 from simulator.arrays.ragged import pad_rows
+from simulator.memory.clock import make_clock_rows
 from simulator.priors.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig, spread_configs
 from simulator.world.descriptions import Adjectives, DescriptionTable
-from simulator.world.dynamics import evolve
+from simulator.world.dynamics import Life
 from simulator.world.homes import NUM_RELATIONS, Homes
 from simulator.world.initial_objects import compute_available_weights, sample_initial_objects
 from simulator.world.noise import compute_noisy_weights
@@ -25,7 +26,7 @@ _NOISE_NUMBERS = 1 << 20  # random numbers of noise worked on at once: 8 MB
 
 
 class SampledHomes(Homes):
-    """The true state of H homes, evolved together by `simulator.world.dynamics.evolve`.
+    """The true state of H homes, evolved together by their dynamics.
 
     The largest home has F furniture nodes, P = 2 F places (a furniture node with a relation) and
     up to C objects in slots; an empty slot has place -1.
@@ -44,7 +45,8 @@ class SampledHomes(Homes):
         object_row: its row of `transitions`, (H, C).
         object_move_weight: `move_freq`, or 0 where it has nowhere else to go, (H, C).
         object_remove_prob: `add_remove_prob`, or 0 where there is no object, (H, C).
-        transitions: T^i, a row per home and description that it has had; see `transition_rows`.
+        transitions: T^i, a row per home and description that it has had; see `read_transitions`.
+        lives: what evolves the homes, one for each class of dynamics.
         num_objects: objects present, (H,).
         initial_count: objects at t = 0, (H,).
         min_count, max_count: bounds of `num_objects`, (H,).
@@ -81,8 +83,6 @@ class SampledHomes(Homes):
         self.streams = streams
         self.num_homes = len(streams.homes)
         self.configs = spread_configs(config, self.num_homes)
-        self.move_share = np.array([config.move_share for config in self.configs])
-        self.is_dynamic = np.array([config.dynamic_nodes for config in self.configs])
         self._zero_prob = np.array([float(config.noise_zero_prob) for config in self.configs])
         self._noise_scale = np.array([float(config.noise_scale) for config in self.configs])
         self.room_labels = pad_rows([config.rooms for config in self.configs], "", object)
@@ -144,6 +144,15 @@ class SampledHomes(Homes):
         floor = np.ceil(self.initial_count * (1 - slack)).astype(np.int64)
         self.min_count = np.maximum(floor, 1)  # something to ask for is always left
         self.max_count = np.floor(self.initial_count * (1 + slack)).astype(np.int64)
+        self.clock = make_clock_rows([config.dynamics.clock for config in self.configs])
+        classes = [type(config.dynamics) for config in self.configs]
+        different = list(dict.fromkeys(classes))
+        self._life_of_home = np.array([different.index(own) for own in classes])
+        self.lives: list[Life] = []
+        for number, rules_class in enumerate(different):
+            members = np.flatnonzero(self._life_of_home == number)
+            rules = [self.configs[home].dynamics for home in members]
+            self.lives.append(rules_class.start(self, members, rules))
 
     def get_place_weights(self) -> np.ndarray:
         """Return `place_weights`, (H, O, P)."""
@@ -151,9 +160,21 @@ class SampledHomes(Homes):
 
     def evolve(self) -> None:
         """Let one time step pass in every home; see `simulator.world.dynamics`."""
-        evolve(self)
+        self.object_moved[:] = False
+        for life in self.lives:
+            life.step()
 
     def transition_rows(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
+        """Return where objects of descriptions go by the dynamics of each home."""
+        if len(self.lives) == 1:
+            return self.lives[0].transition_rows(homes, codes)
+        rows = np.empty((len(homes), self.num_places), dtype=np.float32)
+        for number, life in enumerate(self.lives):
+            own = np.flatnonzero(self._life_of_home[homes] == number)
+            rows[own] = life.transition_rows(homes[own], codes[own])
+        return rows
+
+    def read_transitions(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
         """Return the T^i rows of descriptions, (n,), (n,) -> (n, P); zero for unknown ones."""
         return self.transitions.read(self._row_of_code[homes, codes])
 

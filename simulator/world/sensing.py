@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from simulator.world.homes import NUM_RELATIONS, Homes
+from simulator.world.parts import Part, Registry
+
+SENSING = Registry(
+    "sensing",
+    constant_misses="simulator.world.sensing.ConstantMisses",
+    misses_per_type="simulator.world.sensing.MissesPerType",
+    misses_per_furniture="simulator.world.sensing.MissesPerFurniture",
+    partial_views="simulator.world.sensing.PartialViews",
+    confidences="simulator.world.confidences.Confidences",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,42 +29,256 @@ class Observation:
     Attributes:
         home: which homes looked, ascending, (n,).
         furniture: the furniture index each of them looked at, (n,).
-        seen_home: home of each detected object, (m,).
+        coverage: share of the furniture that was in view, in (0, 1], (n,).
+        seen_home: home of each detected object, ascending, (m,).
         seen_code: its description code, (m,).
         seen_relation: 0 "in", 1 "onTop", (m,).
+        seen_confidence: probability that such an object is there indeed, in [0, 1], (m,).
     """
 
     home: np.ndarray
     furniture: np.ndarray
+    coverage: np.ndarray
     seen_home: np.ndarray
     seen_code: np.ndarray
     seen_relation: np.ndarray
+    seen_confidence: np.ndarray
+
+
+class Sensing(Part, ABC):
+    """What looks show; a frozen dataclass of numbers."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def observe(self, homes: Homes, looking: np.ndarray, furniture: np.ndarray) -> Observation:
+        """Look at one furniture node in each of some homes.
+
+        Random numbers come from `homes.streams`, from rows taken for the homes that look alone, as
+        wide as each home needs: so a home does not depend on those beside it.
+
+        Args:
+            homes: the group.
+            looking: homes that look, ascending, (n,).
+            furniture: furniture index that each looks at, (n,).
+        """
+
+
+class Misses(Sensing):
+    """Objects are missed, each independently of the others; what is seen is there."""
+
+    __slots__ = ()
+
+    def observe(self, homes: Homes, looking: np.ndarray, furniture: np.ndarray) -> Observation:
+        """Look; see `Sensing.observe`."""
+        coverage = self.draw_coverage(homes, looking)
+        miss_rate = self.compute_miss_rates(homes, looking, furniture)
+        if coverage is not None:
+            miss_rate = 1 - coverage[:, None] * (1 - miss_rate)
+        # Only homes that look draw numbers: a home's numbers do not depend on its neighbours.
+        uniform = homes.streams.rows("detection", homes.home_num_slots).take(looking)  # (n, C)
+        places = homes.object_place[looking]
+        first = furniture[:, None] * NUM_RELATIONS
+        is_seen = (places >= first) & (places < first + NUM_RELATIONS)
+        is_seen &= uniform >= miss_rate
+        row, slot = np.divmod(np.flatnonzero(is_seen), homes.num_slots)
+        home = looking[row]
+        return Observation(
+            home=looking,
+            furniture=furniture,
+            coverage=np.ones(len(looking)) if coverage is None else coverage,
+            seen_home=home,
+            seen_code=homes.object_code[home, slot],
+            seen_relation=homes.object_place[home, slot] % NUM_RELATIONS,
+            seen_confidence=np.ones(len(home)),
+        )
+
+    @abstractmethod
+    def compute_miss_rates(
+        self, homes: Homes, looking: np.ndarray, furniture: np.ndarray
+    ) -> np.ndarray:
+        """Return the probability that an object in view is missed, (n, 1) or by slot (n, C)."""
+
+    def draw_coverage(self, homes: Homes, looking: np.ndarray) -> np.ndarray | None:
+        """Draw the share of the furniture that each look has in view, (n,); None for all of it."""
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantMisses(Misses):
+    """Every object is missed with the home's `detection_error`.
+
+    Source: appendix "Detection error"; docs/design.md, ruling 11.
+    """
+
+    def compute_miss_rates(
+        self, homes: Homes, looking: np.ndarray, furniture: np.ndarray
+    ) -> np.ndarray:
+        """Return the detection error of each home, (n, 1)."""
+        return homes.detection_error[looking, None]
+
+
+@dataclass(frozen=True, slots=True)
+class PartialViews(ConstantMisses):
+    """A look has a part of the furniture in view, and says how much of it.
+
+    Each object is in view with the coverage of the look, and is then missed with the home's
+    `detection_error`.
+
+    Attributes:
+        lowest: coverages are drawn from U(lowest, 1).
+    """
+
+    lowest: float = 0.25
+
+    def __post_init__(self) -> None:
+        """Check the lowest coverage.
+
+        Raises:
+            ValueError: if it is not in (0, 1].
+        """
+        if not 0 < self.lowest <= 1:
+            raise ValueError(
+                f"lowest must be above 0 and at most 1, got {self.lowest}. Give a share in view."
+            )
+
+    def draw_coverage(self, homes: Homes, looking: np.ndarray) -> np.ndarray:
+        """Draw a coverage per look, (n,)."""
+        uniform = homes.streams.rows("coverage", 1).take(looking)[:, 0]
+        return self.lowest + (1 - self.lowest) * uniform
+
+
+@dataclass(frozen=True, slots=True)
+class MissesPerType(Misses):
+    """How often an object is missed depends on what it is: keys more often than pillows.
+
+    Attributes:
+        rates: probability that an object in view is missed, by the label of its type; the home's
+            `detection_error` for others.
+    """
+
+    rates: Mapping[str, float] = field(default_factory=dict, hash=False)
+
+    def __post_init__(self) -> None:
+        """Check the rates.
+
+        Raises:
+            ValueError: if one is not in [0, 1].
+        """
+        _check_rates(self.rates)
+
+    def compute_miss_rates(
+        self, homes: Homes, looking: np.ndarray, furniture: np.ndarray
+    ) -> np.ndarray:
+        """Return the rate of the type of each object, (n, C).
+
+        Raises:
+            ValueError: if a label is no object type of these homes.
+        """
+        _check_labels("object types", self.rates, homes.object_labels)
+        own = _get_rates(self.rates, homes.object_labels)[homes.object_type[looking]]
+        return np.where(np.isnan(own), homes.detection_error[looking, None], own)
+
+
+@dataclass(frozen=True, slots=True)
+class MissesPerFurniture(Misses):
+    """How often objects are missed depends on where they are: in a wardrobe more than on a table.
+
+    Attributes:
+        rates: probability that an object in view is missed, by the label of the furniture; the
+            home's `detection_error` for others.
+    """
+
+    rates: Mapping[str, float] = field(default_factory=dict, hash=False)
+
+    def __post_init__(self) -> None:
+        """Check the rates.
+
+        Raises:
+            ValueError: if one is not in [0, 1].
+        """
+        _check_rates(self.rates)
+
+    def compute_miss_rates(
+        self, homes: Homes, looking: np.ndarray, furniture: np.ndarray
+    ) -> np.ndarray:
+        """Return the rate of the furniture that each home looks at, (n, 1).
+
+        Raises:
+            ValueError: if a label is no furniture of these homes or their prior.
+        """
+        known = {row.label for row in homes.prior.furniture}
+        if not known.issuperset(self.rates):
+            _check_labels("furniture", self.rates, known | set(homes.furniture_labels.ravel()))
+        own = _get_rates(self.rates, homes.furniture_labels[looking, furniture].tolist())
+        return np.where(np.isnan(own), homes.detection_error[looking], own)[:, None]
 
 
 def observe(homes: Homes, furniture: np.ndarray) -> Observation:
     """Look at one furniture node per home; a negative index means no look in that home.
 
-    Each object there is missed with probability `detection_error`, independently.
+    What is seen is up to the sensing of each home.
 
     Args:
         homes: the homes.
         furniture: furniture index per home, (H,).
-
-    Source: appendix "Detection error"; docs/design.md, ruling 11.
     """
     looking = np.flatnonzero(furniture >= 0)  # (n,)
-    # Only homes that look draw numbers: a home's numbers do not depend on its neighbours.
-    uniform = homes.streams.rows("detection", homes.home_num_slots).take(looking)  # (n, C)
-    places = homes.object_place[looking]
-    first = furniture[looking, None] * NUM_RELATIONS
-    is_seen = (places >= first) & (places < first + NUM_RELATIONS)
-    is_seen &= uniform >= homes.detection_error[looking, None]
-    row, slot = np.divmod(np.flatnonzero(is_seen), homes.num_slots)
-    home = looking[row]
+    parts = [
+        sensing.observe(homes, own, furniture[own])
+        for sensing, is_member in homes.sensing
+        if len(own := looking[is_member[looking]]) or len(homes.sensing) == 1
+    ]
+    return parts[0] if len(parts) == 1 else _merge(parts)
+
+
+def make_sensing(name: str, **fields: Any) -> Sensing:
+    """Make sensing by its name in `SENSING` or its import path.
+
+    Raises:
+        ValueError: if there is none, or a value is out of range.
+        TypeError: if there is no such field.
+    """
+    return SENSING.find(Sensing, name)(**fields)  # type: ignore[type-abstract]
+
+
+def _merge(parts: Sequence[Observation]) -> Observation:
+    """Put looks of different homes into one observation; no parts make one without looks."""
+    by_home = _join([part.home for part in parts], np.int64)
+    order = np.argsort(by_home)
+    seen_home = _join([part.seen_home for part in parts], np.int64)
+    seen = np.argsort(seen_home, kind="stable")
     return Observation(
-        home=looking,
-        furniture=furniture[looking],
-        seen_home=home,
-        seen_code=homes.object_code[home, slot],
-        seen_relation=homes.object_place[home, slot] % NUM_RELATIONS,
+        home=by_home[order],
+        furniture=_join([part.furniture for part in parts], np.int64)[order],
+        coverage=_join([part.coverage for part in parts], float)[order],
+        seen_home=seen_home[seen],
+        seen_code=_join([part.seen_code for part in parts], np.int64)[seen],
+        seen_relation=_join([part.seen_relation for part in parts], np.int64)[seen],
+        seen_confidence=_join([part.seen_confidence for part in parts], float)[seen],
     )
+
+
+def _join(arrays: Sequence[np.ndarray], dtype: type) -> np.ndarray:
+    return np.concatenate([np.zeros(0, dtype=dtype), *arrays]).astype(dtype)
+
+
+def _get_rates(rates: Mapping[str, float], labels: Sequence[str]) -> np.ndarray:
+    """Return the rate of each label, nan for those without, (n,)."""
+    return np.array([rates.get(label, np.nan) for label in labels], dtype=float)
+
+
+def _check_rates(rates: Mapping[str, float]) -> None:
+    for label, rate in rates.items():
+        if not 0 <= rate <= 1:
+            raise ValueError(
+                f"rate of {label!r} must lie in [0, 1], got {rate}. Give a probability."
+            )
+
+
+def _check_labels(what: str, rates: Mapping[str, float], known: Sequence[str] | set[str]) -> None:
+    unknown = sorted(set(rates).difference(known))
+    if unknown:
+        raise ValueError(
+            f"rates must be of {what} of the homes, got {', '.join(unknown)}. Check the labels."
+        )

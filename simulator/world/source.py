@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from simulator.priors.prior_graph import PriorGraph
@@ -165,11 +165,10 @@ class SampledSource(HomeSource):
 
     def describe(self) -> dict[str, Any]:
         """Return the rules and the checksum of the prior."""
-        rules = asdict(self.home)
         return {
             "homes": "sampled",
             "prior": self.prior.checksum,
-            "home": {**rules, "rooms": list(rules["rooms"])},
+            "home": self.home.describe(),
         }
 
     def make_title(self, num_homes: int, split: str) -> str:

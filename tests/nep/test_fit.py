@@ -123,7 +123,10 @@ def test_a_file_here_goes_before_the_packaged_one(folder):
 @pytest.mark.parametrize(
     ("args", "message"),
     [
-        (["--config", "heta.yaml"], "got 'heta.yaml'. Give a path, or a packaged config: gcn.yaml"),
+        (
+            ["--config", "heta.yaml"],
+            "got 'heta.yaml'. Give a path, or a packaged config: any_home.yaml",
+        ),
         (["--config", "heat.yaml", "--data.hauses", "3"], "--data.hauses"),
         (["--config", "heat.yaml", "--model.encoder.init_args.head", "3"], "head"),
         (["--config", "heat.yaml", "--model.encoder.init_args.heads", "3"], "got 3 heads for 64"),

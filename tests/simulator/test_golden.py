@@ -16,7 +16,6 @@ from simulator.snapshots.shards import get_shard_name, load_shard
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.registry import TASKS
 from simulator.world.config import HomeConfig
-from simulator.world.dynamics import evolve
 from simulator.world.streams import Streams
 
 STATE = ("object_type", "object_code", "object_place", "object_moved", "object_move_weight")
@@ -97,7 +96,7 @@ def test_homes_stay_what_they_were(make_default_homes, name, rules):
     homes = make_default_homes(3, seed=11, **rules)
     states = [homes.furniture_type, homes.furniture_code, homes.place_weights]
     for _ in range(40):  # past a block of random numbers
-        evolve(homes)
+        homes.evolve()
         states += [getattr(homes, column).copy() for column in STATE]
     home, slot = np.nonzero(homes.is_present)
     states.append(homes.transition_rows(home, homes.object_code[home, slot]))

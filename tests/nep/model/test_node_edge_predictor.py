@@ -11,7 +11,7 @@ from torch import nn
 from torch.nn import functional as F
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, RELATIONS
-from nep.encoders import GCN, HAN, HEAT, HGT, MLP
+from nep.encoders import GCN, HAN, HEAT, HGT, MLP, Sets
 from nep.layers.flat_graph import FlatGraph
 from nep.model.embedding import EdgeEmbedding, NodeEmbedding
 from nep.model.loss import balanced_bce
@@ -20,6 +20,7 @@ from nep.model.query_attention import QueryAttention
 
 ENCODERS = {
     "mlp": lambda: MLP(16),
+    "sets": lambda: Sets(16),
     "gcn": lambda: GCN(16),
     "gcn with residual": lambda: GCN(16, residual=True),
     "heat": lambda: HEAT(16),

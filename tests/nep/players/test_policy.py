@@ -14,6 +14,7 @@ from simulator.policies import make_policy
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
+from simulator.testing import check_policy
 
 
 def make_nep_policy(encoder) -> NEPPolicy:
@@ -53,6 +54,12 @@ def test_a_home_scores_the_same_alone_and_beside_others():
         rollout = Rollout(homes, policy)
         scores.append([step.scores[-1] for step in predict_locations(rollout, 6)])
     np.testing.assert_allclose(scores[0], scores[1], rtol=1e-4, atol=1e-5)
+
+
+@pytest.mark.parametrize("encoder", [MLP, GCN, HEAT, HGT, HAN])
+def test_a_network_keeps_the_contract_of_policies(encoder):
+    """In homes of different sizes, too."""
+    check_policy(lambda homes: make_nep_policy(encoder()), tolerance=1e-4)
 
 
 def test_scoring_leaves_the_model_in_training_mode():

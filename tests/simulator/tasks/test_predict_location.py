@@ -5,7 +5,6 @@ from simulator.policies.policy import Policy
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.queries import compute_answers, sample_query
 from simulator.tasks.rollout import Rollout
-from simulator.world.dynamics import evolve
 
 
 def test_half_of_the_queries_are_about_an_object_that_has_just_moved(make_default_homes):
@@ -16,7 +15,7 @@ def test_half_of_the_queries_are_about_an_object_that_has_just_moved(make_defaul
     found, expected = np.zeros(num_types), np.zeros(num_types)
     rows = np.arange(40)
     for _ in range(40):
-        evolve(homes)
+        homes.evolve()
         weight = np.where(homes.is_present, homes.move_freq[homes.object_type], 0.0)
         law = 0.5 * homes.object_moved / homes.object_moved.sum(axis=1, keepdims=True)
         law += 0.5 * weight / weight.sum(axis=1, keepdims=True)
@@ -63,7 +62,7 @@ def test_without_movers_the_frequency_decides(make_tiny_homes):
 def test_every_holder_of_the_description_is_an_answer(make_default_homes):
     homes = make_default_homes(5)
     for _ in range(10):
-        evolve(homes)
+        homes.evolve()
         slot = sample_query(homes)
         code = homes.object_code[np.arange(5), slot]
         answers = compute_answers(homes, code)

@@ -10,7 +10,6 @@ from simulator.tasks.relative_likelihood import (
     list_looks,
     sample_queries,
 )
-from simulator.world.dynamics import evolve
 
 
 class FromDynamics(Policy):
@@ -44,7 +43,7 @@ def test_each_home_is_asked_five_different_descriptions(make_default_homes):
     homes = make_default_homes(8)
     rows = np.arange(8)[:, None]
     for _ in range(30):
-        evolve(homes)
+        homes.evolve()
         slots = sample_queries(homes, 5)
         assert slots.shape == (8, 5)
         assert homes.is_present[rows, slots].all()

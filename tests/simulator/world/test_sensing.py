@@ -1,7 +1,6 @@
 import numpy as np
 from scipy import stats
 
-from simulator.world.dynamics import evolve
 from simulator.world.sensing import observe
 
 
@@ -22,7 +21,7 @@ def test_what_is_seen_is_there(make_default_homes):
     homes = make_default_homes(8)
     rng = np.random.default_rng(0)
     for _ in range(20):
-        evolve(homes)
+        homes.evolve()
         furniture = rng.integers(0, 32, 8)
         observation = observe(homes, furniture)
         np.testing.assert_array_equal(observation.home, np.arange(8))

@@ -3,7 +3,6 @@ import pytest
 from scipy import stats
 
 from simulator.compiled.dynamics import choose_below, run_race
-from simulator.world.dynamics import add_objects, evolve, move_objects, remove_objects
 from simulator.world.sampled_homes import SampledHomes
 
 STATE = ("object_type", "object_code", "object_place", "object_moved", "object_move_weight")
@@ -16,7 +15,7 @@ def test_rules_of_a_step_over_many_steps_and_seeds(make_default_homes):
         for _ in range(25):
             place_before = homes.object_place.copy()
             code_before = homes.object_code.copy()
-            evolve(homes)
+            homes.evolve()
             present, moved = homes.is_present, homes.object_moved
             count = present.sum(axis=1)
             assert ((count >= low) & (count <= high)).all()
@@ -45,20 +44,20 @@ def test_five_percent_of_the_present_objects_move(make_default_homes):
         # 5 % of 183 to 201 objects, rounded half up: 9.15 -> 9, 9.5 -> 10, 10.05 -> 10
         expected = np.floor(0.05 * homes.is_present.sum(axis=1) + 0.5)
         np.testing.assert_array_equal(homes.object_moved.sum(axis=1), expected)
-        add_objects(homes)
+        homes.lives[0].add_objects()
 
 
 def evolve_without_newcomers(homes: SampledHomes) -> None:
     homes.object_moved[:] = False
-    remove_objects(homes)
-    move_objects(homes)
+    homes.lives[0].remove_objects()
+    homes.lives[0].move_objects()
 
 
 def test_static_nodes_only_move(make_default_homes):
     homes = make_default_homes(3, dynamic_nodes=False)
     code, present = homes.object_code.copy(), homes.is_present.copy()
     for _ in range(10):
-        evolve(homes)
+        homes.evolve()
         np.testing.assert_array_equal(homes.object_code, code)
         np.testing.assert_array_equal(homes.is_present, present)
         assert (homes.object_moved.sum(axis=1) == 10).all()  # 9.6 rounded
@@ -69,7 +68,7 @@ def test_rooms_are_left_only_where_the_rules_say_so(make_default_homes):
     crossed = 0
     for _ in range(10):
         before = homes.object_place.copy()
-        evolve(homes)
+        homes.evolve()
         moved = homes.object_moved
         assert (before[moved] // 2 != homes.object_place[moved] // 2).all()
         rooms = homes.place_room[0]  # the same in all of them
@@ -80,8 +79,8 @@ def test_rooms_are_left_only_where_the_rules_say_so(make_default_homes):
 def test_a_home_changes_the_same_way_whatever_is_beside_it(make_default_homes):
     many, few = make_default_homes(7, seed=1), make_default_homes(homes=[5, 2], seed=1)
     for step in range(40):
-        evolve(many)
-        evolve(few)
+        many.evolve()
+        few.evolve()
         for name in STATE:
             for position, number in enumerate([5, 2]):
                 np.testing.assert_array_equal(
@@ -96,7 +95,7 @@ def test_what_cannot_go_anywhere_does_not_move(make_tiny_homes):
     layout = [("kitchen", "fridge"), ("bedroom", "bed")]
     homes = make_tiny_homes(3, layout=layout, dynamic_nodes=False)
     before = homes.object_place.copy()
-    evolve(homes)
+    homes.evolve()
     np.testing.assert_array_equal(homes.object_place, before)
     assert not homes.object_moved.any()
 
@@ -106,7 +105,7 @@ def test_objects_that_never_move_stay(make_tiny_homes, tiny_prior):
     lamp = homes.is_present & (homes.object_type == 3)  # move_freq 0
     assert lamp.any()
     for _ in range(30):
-        evolve(homes)
+        homes.evolve()
         assert not homes.object_moved[lamp].any()
 
 
@@ -118,7 +117,7 @@ def test_moves_follow_T(make_default_homes):
         quantiles = []
         for _ in range(12):
             before = homes.object_place.copy()
-            evolve(homes)
+            homes.evolve()
             for home, slot in np.argwhere(homes.object_moved):
                 code = homes.object_code[home, slot]
                 row = homes.transition_rows(np.array([home]), np.array([code]))[0].astype(float)
@@ -143,7 +142,7 @@ def test_moves_of_one_object_by_hand(make_tiny_homes):
         homes = make_tiny_homes(200, cross_room_moves=cross, **rules)
         is_source = homes.object_place == (5 if cross else 2)
         home, slot = np.nonzero((homes.object_type == 0) & is_source)
-        evolve(homes)
+        homes.evolve()
         targets[cross] = homes.object_place[home, slot]
     assert set(targets[False]) == {5}
     counts = np.bincount(targets[True], minlength=12)
@@ -160,7 +159,7 @@ def test_movers_follow_their_move_frequency(make_tiny_homes):
         weight = homes.object_move_weight.copy()
         share = weight / weight.sum(axis=1, keepdims=True)
         expected += np.bincount(homes.object_type.ravel(), share.ravel(), minlength=10)
-        evolve(homes)
+        homes.evolve()
         assert (homes.object_moved.sum(axis=1) == 1).all()
         found += np.bincount(homes.object_type[homes.object_moved], minlength=10)
     assert found[3] == expected[3] == 0  # lamps
@@ -171,7 +170,7 @@ def test_movers_follow_their_move_frequency(make_tiny_homes):
 def test_move_weight_is_the_frequency_of_the_type_or_zero_where_it_is_stuck(make_default_homes):
     homes = make_default_homes(3)
     for _ in range(5):
-        evolve(homes)
+        homes.evolve()
     for home, slot in np.argwhere(homes.is_present):
         code, place = homes.object_code[home, slot], homes.object_place[home, slot]
         row = homes.transition_rows(np.array([home]), np.array([code]))[0]
@@ -189,7 +188,7 @@ def test_move_weight_is_the_frequency_of_the_type_or_zero_where_it_is_stuck(make
 def test_each_object_leaves_with_its_remove_probability(make_tiny_homes, tiny_prior):
     homes = make_tiny_homes(400, count_slack=1)  # the bound never binds
     before = np.bincount(homes.object_type[homes.is_present], minlength=10)
-    remove_objects(homes)
+    homes.lives[0].remove_objects()
     after = np.bincount(homes.object_type[homes.is_present], minlength=10)
     for row, count, left in zip(tiny_prior.objects, before, before - after, strict=True):
         assert stats.binomtest(int(left), int(count), row.add_remove_prob).pvalue > 0.001, row
@@ -198,7 +197,7 @@ def test_each_object_leaves_with_its_remove_probability(make_tiny_homes, tiny_pr
 def test_each_type_appears_with_its_add_probability(make_tiny_homes, tiny_prior):
     homes = make_tiny_homes(500, count_slack=1)
     before = np.bincount(homes.object_type[homes.is_present], minlength=10)
-    add_objects(homes)
+    homes.lives[0].add_objects()
     after = np.bincount(homes.object_type[homes.is_present], minlength=10)
     for row, came in zip(tiny_prior.objects, after - before, strict=True):
         assert stats.binomtest(int(came), 500, row.add_remove_prob).pvalue > 0.001, row
@@ -208,7 +207,7 @@ def test_newcomers_follow_T_over_the_whole_home(make_tiny_homes):
     """Apples, without noise: fridge 0.4, table 0.4, desk 0.2, whatever the room."""
     homes = make_tiny_homes(500, count_slack=1, noise_zero_prob=0, noise_scale=0)
     was_empty = ~homes.is_present
-    add_objects(homes)
+    homes.lives[0].add_objects()
     is_new = was_empty & homes.is_present & (homes.object_type == 5)
     counts = np.bincount(homes.object_place[is_new], minlength=12)
     assert counts.sum() == counts[[0, 5, 11]].sum() > 100
@@ -222,14 +221,14 @@ def test_the_bounds_choose_whom_they_stop_at_random(make_tiny_homes):
     assert homes.num_slots == 25  # 24 x 1.05 = 25.2: one free slot
     homes.type_add_prob[:] = np.isin(np.arange(10), [0, 9])
     remove = homes.object_place.copy()
-    add_objects(homes)
+    homes.lives[0].add_objects()
     newcomers = homes.object_type[homes.is_present & (remove < 0)]
     counts = np.bincount(newcomers, minlength=10)
     assert counts.sum() == counts[[0, 9]].sum() == 600
     assert stats.binomtest(int(counts[0]), 600, 0.5).pvalue > 0.01
     # And with all 25 objects eager to leave, any two of them go: 24 x 0.95 = 22.8 -> 23 stay.
     homes.object_remove_prob[homes.is_present] = 1
-    remove_objects(homes)
+    homes.lives[0].remove_objects()
     assert (homes.is_present.sum(axis=1) == 23).all()
     assert stats.chisquare((~homes.is_present).sum(axis=0)).pvalue > 0.01
 
@@ -238,7 +237,7 @@ def test_the_last_object_never_leaves(make_tiny_homes):
     homes = make_tiny_homes(20, layout=[("kitchen", "table"), ("bedroom", "desk")],
                               objects_per_furniture=1, count_slack=1)  # fmt: skip
     homes.object_remove_prob[homes.is_present] = 1
-    remove_objects(homes)
+    homes.lives[0].remove_objects()
     assert (homes.is_present.sum(axis=1) == 1).all()
 
 
@@ -246,7 +245,7 @@ def test_the_last_object_never_leaves(make_tiny_homes):
 def test_none_or_all_may_move(make_tiny_homes, share):
     homes = make_tiny_homes(5, move_share=share, dynamic_nodes=False)
     can_move = homes.object_move_weight > 0
-    evolve(homes)
+    homes.evolve()
     np.testing.assert_array_equal(homes.object_moved, can_move if share else can_move & False)
 
 

@@ -1,0 +1,56 @@
+"""Places compared with each other as a set: no messages along edges."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+
+from nep.encoders.encoder import Encoder, check_num_convolutions
+from nep.layers.flat_graph import FlatGraph
+from nep.layers.segment import segment_max, segment_sum
+
+
+class Sets(Encoder):
+    """Rounds of mean and maximum over the furniture nodes of each snapshot.
+
+    Round k gives every furniture node i of a snapshot with the set S of them
+
+        h_i <- gelu(U_k gelu(W_k h_i + V_k [mean_S h, max_S h])),
+
+    and the last one adds h_i as it was before the first. Other nodes stay as they are. The order
+    of places is of no account, and their number may be anything.
+
+    Args:
+        units: width of the node and edge embeddings.
+        num_rounds: how often.
+
+    Source: Zaheer et al. 2017 (Deep Sets). Not in the paper.
+    """
+
+    num_hops = 0
+    uses_edges = False
+
+    def __init__(self, units: int = 64, num_rounds: int = 2) -> None:
+        super().__init__(units)
+        check_num_convolutions(num_rounds)
+        self.num_rounds = num_rounds
+        self.own = nn.ModuleList(nn.Linear(units, units) for _ in range(num_rounds))
+        self.shared = nn.ModuleList(
+            nn.Linear(2 * units, units, bias=False) for _ in range(num_rounds)
+        )
+        self.update = nn.ModuleList(nn.Linear(units, units) for _ in range(num_rounds))
+
+    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
+        """Encode the furniture nodes, (N, units) -> (N, units)."""
+        places = graph.furniture
+        first = hidden = node[places]
+        snapshot = graph.node_snapshot[places]
+        ones = hidden.new_ones(len(hidden), 1)
+        size = segment_sum(ones, snapshot, graph.num_snapshots).clamp(min=1)
+        for own, shared, update in zip(self.own, self.shared, self.update, strict=True):
+            mean = segment_sum(hidden, snapshot, graph.num_snapshots) / size
+            most = segment_max(hidden, snapshot, graph.num_snapshots)
+            pooled = shared(torch.cat([mean, most], dim=1))  # (B, units)
+            hidden = nn.functional.gelu(own(hidden) + pooled.index_select(0, snapshot))
+            hidden = nn.functional.gelu(update(hidden))
+        return torch.cat([node[: places.start], hidden + first, node[places.stop :]])

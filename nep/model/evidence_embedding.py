@@ -1,0 +1,63 @@
+"""Embedding of what the memory says about places and questions."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+
+from datamodules.features import EVIDENCE_DIM, QUESTION_DIM
+from nep.layers.flat_graph import FlatGraph
+from simulator.evidence.columns import CLOCK_GROUPS, PLACE_COLUMNS, QUESTION_COLUMNS
+
+_LEAST_VARIANCE = 4e-4  # of a column, so that one that hardly varies is not blown up
+_MOST = 8.0  # standard deviations
+
+
+class EvidenceEmbedding(nn.Module):
+    """Two layers over the evidence of a furniture node and of its question, GELU after each.
+
+    Columns are standardised by what training showed, and clipped.
+
+    Args:
+        units: width of both layers.
+        clock_dropout: share of the questions that hide the clock while training, so that one
+            network serves homes with and without one.
+    """
+
+    place_has_clock: Tensor
+    question_has_clock: Tensor
+
+    def __init__(self, units: int, clock_dropout: float = 0.5) -> None:
+        super().__init__()
+        self.clock_dropout = clock_dropout
+        # A plain average over all batches: no momentum to choose.
+        self.place_scale = nn.BatchNorm1d(EVIDENCE_DIM, _LEAST_VARIANCE, None, affine=False)
+        self.question_scale = nn.BatchNorm1d(QUESTION_DIM, _LEAST_VARIANCE, None, affine=False)
+        self.place = nn.Linear(EVIDENCE_DIM, units)
+        self.question = nn.Linear(QUESTION_DIM, units, bias=False)
+        self.second = nn.Linear(units, units)
+        for name, columns in (("place", PLACE_COLUMNS), ("question", QUESTION_COLUMNS)):
+            is_clock = [column.partition(".")[0] in CLOCK_GROUPS for column in columns]
+            self.register_buffer(f"{name}_has_clock", torch.tensor(is_clock), persistent=False)
+
+    def forward(self, graph: FlatGraph) -> Tensor:
+        """Embed the furniture nodes: (NF, units).
+
+        Raises:
+            ValueError: if the batch holds no evidence.
+        """
+        if graph.evidence is None or graph.question is None:
+            raise ValueError(
+                "batch must hold evidence for a model with evidence, got none. Build it with "
+                "features.evidence."
+            )
+        place, question = graph.evidence, graph.question
+        snapshot = graph.node_snapshot[graph.furniture]
+        if self.training and self.clock_dropout:
+            hides = torch.rand(len(question), 1, device=question.device) < self.clock_dropout
+            question = question.masked_fill(hides & self.question_has_clock, 0)
+            place = place.masked_fill(hides[snapshot] & self.place_has_clock, 0)
+        place = self.place_scale(place).clamp(-_MOST, _MOST)
+        question = self.question_scale(question).clamp(-_MOST, _MOST)
+        hidden = self.place(place) + self.question(question).index_select(0, snapshot)
+        return nn.functional.gelu(self.second(nn.functional.gelu(hidden)))

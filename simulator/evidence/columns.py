@@ -1,0 +1,155 @@
+"""Names of the features of an answer, by the group that can be switched off."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+PLACE_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
+    "sightings": (
+        "num_true",
+        "share",
+        "per_look",
+        "per_look_smooth",
+        "is_last",
+        "was_seen",
+        "share_rank",
+        "recency_rank",
+        "is_usual",
+        "is_usual_and_away",
+    ),
+    "looks": (
+        "absent_since_seen",
+        "absent_never_seen",
+        "looks",
+        "was_looked_at",
+        "looks_share",
+        "is_looked_at_since",
+    ),
+    "times": (
+        "hours_since_seen",
+        "home_moves_since_seen",
+        "own_moves_since_seen",
+        "hours_since_look",
+        "home_moves_since_look",
+        "own_moves_since_look",
+    ),
+    "prior": (
+        "prior",
+        "log_prior",
+        "prior_rank",
+        "is_possible",
+        "prior_in_room",
+        "posterior_0.5",
+        "posterior_2",
+        "posterior_8",
+    ),
+    "filters": (
+        "belief_anywhere",
+        "log_belief_anywhere",
+        "belief_in_room",
+        "log_belief_in_room",
+        "belief_learnt",
+        "log_belief_learnt",
+        "belief_slow",
+        "log_belief_slow",
+        "belief_fast",
+        "log_belief_fast",
+        "belief_moved",
+        "log_belief_moved",
+        "belief_moved_in_room",
+        "log_belief_moved_in_room",
+        "belief_asked",
+        "log_belief_asked",
+        "belief_rank",
+    ),
+    "places": (
+        "popularity",
+        "log_popularity",
+        "arrivals",
+        "log_arrivals",
+        "onward",
+        "log_onward",
+        "log_back",
+    ),
+    "others": (
+        "same_name",
+        "same_name_share",
+        "companions_now",
+        "companions_often",
+    ),
+    "rooms": (
+        "is_same_room",
+        "room_share",
+        "log_room_size",
+    ),
+    "hours": (
+        "hour_wide",
+        "log_hour_wide",
+        "hour_narrow",
+        "log_hour_narrow",
+    ),
+}
+
+QUESTION_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
+    "size": (
+        "log_num_places",
+        "log_num_rooms",
+        "num_known",
+        "sightings_per_object",
+        "age",
+        "log_step",
+    ),
+    "movement": (
+        "log_home_rate",
+        "log_own_rate",
+        "own_moves",
+        "hours_since_seen",
+        "home_moves_since_seen",
+        "own_moves_since_seen",
+        "any_moved",
+        "crossing",
+        "moves",
+        "miss_rate",
+    ),
+    "trust": (
+        "has_prior",
+        "known_share",
+        "num_placed",
+        "prior_lift",
+        "found",
+        "last_right",
+        "common_right",
+        "prior_right",
+    ),
+    "object": (
+        "was_seen",
+        "num_seen",
+        "num_seen_places",
+        "entropy",
+        "most",
+        "most_prior",
+        "is_usual_last",
+        "absent_at_last",
+        "same_name",
+        "log_room_size",
+        "room_fraction",
+        "most_believed",
+        "elsewhere",
+    ),
+    "hour": (
+        "has_clock",
+        "hour_sine",
+        "hour_cosine",
+        "away_at_this_hour",
+    ),
+}
+
+# Each "group.name", in the order of the last axis of `Features`.
+PLACE_COLUMNS = tuple(
+    f"{group}.{name}" for group, names in PLACE_GROUP_COLUMNS.items() for name in names
+)
+QUESTION_COLUMNS = tuple(
+    f"{group}.{name}" for group, names in QUESTION_GROUP_COLUMNS.items() for name in names
+)
+# What only a home with a clock can say.
+CLOCK_GROUPS = ("hours", "hour")

@@ -1,0 +1,44 @@
+"""The features of an answer: what a memory says about each place and about the question."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
+from simulator.evidence.place_features import PLACE_GROUPS
+from simulator.evidence.question import Question
+from simulator.evidence.question_features import QUESTION_GROUPS
+from simulator.memory.memory_batch import MemoryBatch, Queries
+
+
+@dataclass(frozen=True, slots=True)
+class Features:
+    """What a memory says about Q questions, see `simulator.evidence.columns`.
+
+    Attributes:
+        place: float32 (Q, F, D).
+        question: float32 (Q, C).
+    """
+
+    place: np.ndarray
+    question: np.ndarray
+
+
+def compute_features(memory: MemoryBatch, queries: Queries) -> Features:
+    """Compute the features of questions to memories, a home by itself or many at once."""
+    question = Question.gather(memory, queries)
+    place = _stack([group(question) for group in PLACE_GROUPS.values()], PLACE_COLUMNS)
+    place *= question.is_place[..., None]
+    about = _stack([group(question) for group in QUESTION_GROUPS.values()], QUESTION_COLUMNS)
+    return Features(place, about)
+
+
+def _stack(groups: list[dict[str, np.ndarray]], columns: tuple[str, ...]) -> np.ndarray:
+    """Stack the columns of all groups, float32 (..., D)."""
+    arrays = [column for group in groups for column in group.values()]
+    stacked = np.empty((*arrays[0].shape, len(columns)), dtype=np.float32)
+    for number, array in enumerate(arrays):
+        stacked[..., number] = array
+    return stacked

@@ -1,0 +1,202 @@
+"""What the memory says about each place where an object that is asked for may be.
+
+Shares, ranks and 1 - exp(-rate x time) mean the same in a home of eight places and of sixty, and
+where things move once an hour or once a month. Each function is a group that can be switched off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from simulator.evidence.adaptive_filter import weigh_hours
+from simulator.evidence.question import FILTERS, Question
+
+Columns = dict[str, np.ndarray]  # each (Q, F)
+
+_LEAST = 0.02  # of a share times the number of places, in logarithms
+
+
+def compute_sightings(question: Question) -> Columns:
+    """Where the object was seen, how often and in which order."""
+    counts = question.counts
+    seen = counts.num_true > 0
+    usual = question.is_at(question.usual) & question.was_seen
+    is_away = (question.usual != question.last)[:, None]
+    return {
+        "num_true": np.log1p(counts.num_true),
+        "share": question.share,
+        "per_look": counts.num_true / (question.looks + 1),
+        "per_look_smooth": (counts.num_true + 0.2) / (question.looks + 1),
+        "is_last": question.is_at(question.last),
+        "was_seen": seen,
+        "share_rank": np.where(seen, rank(counts.num_true), 0),
+        "recency_rank": np.where(seen, rank(counts.last_true), 0),
+        "is_usual": usual,
+        "is_usual_and_away": usual & is_away,
+    }
+
+
+def compute_looks(question: Question) -> Columns:
+    """Looks at the place, and those that missed the object since it was there."""
+    counts, looks = question.counts, question.looks
+    seen = counts.num_true > 0
+    absent = np.log1p(counts.num_absent)
+    total = np.maximum(looks.sum(axis=1, keepdims=True), 1)
+    return {
+        "absent_since_seen": np.where(seen, absent, 0),
+        "absent_never_seen": np.where(seen, 0, absent),
+        "looks": np.log1p(looks),
+        "was_looked_at": looks > 0,
+        "looks_share": looks / total * question.num_places / 4,
+        "is_looked_at_since": seen & (question.last_look > counts.last_true),
+    }
+
+
+def compute_times(question: Question) -> Columns:
+    """Time since the object was there and since the place was looked at, in hours and in moves."""
+    now, hours = question.memory.time, question.hours
+    seen, looked = question.counts.num_true > 0, question.last_look >= 0
+    since_seen = np.where(seen, now - question.counts.last_true, 0) * hours
+    since_look = np.where(looked, now - question.last_look, 0) * hours
+    home, own = question.rates.home[:, None], question.rates.own[:, None]
+    return {
+        "hours_since_seen": np.log1p(since_seen),
+        "home_moves_since_seen": -np.expm1(-home * since_seen),
+        "own_moves_since_seen": -np.expm1(-own * since_seen),
+        "hours_since_look": np.log1p(since_look),
+        "home_moves_since_look": -np.expm1(-home * since_look),
+        "own_moves_since_look": -np.expm1(-own * since_look),
+    }
+
+
+def compute_prior(question: Question) -> Columns:
+    """The prior, and posteriors that trust it as so many looks."""
+    prior, has_prior = question.prior, question.has_prior
+    in_room = sum_by_room(question, prior)
+    is_same_room = compute_is_same_room(question)
+    columns = {
+        "prior": prior,
+        "log_prior": np.where(has_prior, compute_log(prior, question), 0),
+        "prior_rank": np.where(has_prior, rank(prior), 0),
+        "is_possible": prior > 0,
+        "prior_in_room": np.where(is_same_room, prior / np.maximum(in_room, 1e-6), 0),
+    }
+    for strength in (0.5, 2, 8):
+        weight = question.counts.num_true + strength * prior
+        posterior = weight / (question.looks + strength)
+        total = np.maximum(posterior.sum(axis=1, keepdims=True), 1e-6)
+        columns[f"posterior_{strength:g}"] = posterior / total
+    return columns
+
+
+def compute_filters(question: Question) -> Columns:
+    """What the adaptive filters believe."""
+    columns: Columns = {}
+    for name in FILTERS:
+        belief = question.get_belief(name)
+        columns[f"belief_{name}"] = belief
+        columns[f"log_belief_{name}"] = compute_log(belief, question)
+    columns["belief_rank"] = rank(question.get_belief("asked"))
+    return columns
+
+
+def compute_places(question: Question) -> Columns:
+    """How much the place is used, and how often objects go there from where this one was."""
+    arrivals = question.moves.sum(axis=1)
+    total = arrivals.sum(axis=1, keepdims=True)
+    popularity = question.popularity / np.maximum(question.num_known, 1)
+    row, last = np.arange(len(question.last)), np.maximum(question.last, 0)
+    was_seen = question.was_seen
+    onward = np.where(was_seen, question.moves[row, last], 0)
+    back = np.where(was_seen, question.moves[row, :, last], 0)
+    num_places = question.num_places
+    return {
+        "popularity": popularity,
+        "log_popularity": np.log(popularity * num_places + 0.1),
+        "arrivals": arrivals / np.maximum(total, 1),
+        "log_arrivals": np.log((arrivals + 0.5) / (total + 0.5 * num_places) * num_places),
+        "onward": onward / np.maximum(onward.sum(axis=1, keepdims=True), 1),
+        "log_onward": np.log1p(onward),
+        "log_back": np.log1p(back),
+    }
+
+
+def compute_others(question: Question) -> Columns:
+    """Where things of the same name were seen, and where its companions are and tend to be."""
+    same, fresh = question.same, question.fresh
+    is_most = question.share >= question.share.max(axis=1, keepdims=True)
+    often = np.where(is_most, 0, question.often)
+    return {
+        "same_name": np.log1p(same),
+        "same_name_share": same / np.maximum(same.sum(axis=1, keepdims=True), 1),
+        "companions_now": fresh / np.maximum(fresh.sum(axis=1, keepdims=True), 0.5),
+        "companions_often": often / np.maximum(often.sum(axis=1, keepdims=True), 0.5),
+    }
+
+
+def compute_rooms(question: Question) -> Columns:
+    """The room of the place."""
+    size = sum_by_room(question, question.is_place.astype(float))
+    return {
+        "is_same_room": compute_is_same_room(question),
+        "room_share": sum_by_room(question, question.share),
+        "log_room_size": np.log(np.maximum(size, 1)),
+    }
+
+
+def compute_hours(question: Question) -> Columns:
+    """Where the object, and all objects, were seen at this hour of the day."""
+    columns: Columns = {}
+    hours = question.counts.hours
+    zeros = np.zeros(question.is_place.shape)
+    for name, width in (("wide", 3.0), ("narrow", 8.0)):
+        seen = zeros
+        if hours is not None:
+            seen = weigh_hours(question.memory, question.queries, hours, width)
+        total = np.maximum(seen.sum(axis=1, keepdims=True), 0.3)
+        columns[f"hour_{name}"] = seen / total
+        columns[f"log_hour_{name}"] = np.log1p(seen)
+    return columns
+
+
+PLACE_GROUPS: Mapping[str, Callable[[Question], Columns]] = {
+    "sightings": compute_sightings,
+    "looks": compute_looks,
+    "times": compute_times,
+    "prior": compute_prior,
+    "filters": compute_filters,
+    "places": compute_places,
+    "others": compute_others,
+    "rooms": compute_rooms,
+    "hours": compute_hours,
+}
+
+
+def rank(values: np.ndarray) -> np.ndarray:
+    """Return 1 / rank of each place, the highest value 1, ties in order, (Q, F) -> (Q, F)."""
+    order = np.argsort(-values, axis=1, kind="stable")
+    ranks = np.empty(values.shape)
+    np.put_along_axis(ranks, order, 1 / np.arange(1, values.shape[1] + 1)[None], axis=1)
+    return ranks
+
+
+def compute_log(share: np.ndarray, question: Question) -> np.ndarray:
+    """Return the logarithm of shares against all places alike, (Q, F) -> (Q, F)."""
+    return np.log(share * question.num_places + _LEAST)
+
+
+def compute_is_same_room(question: Question) -> np.ndarray:
+    """Mark the room where the object was last seen, bool (Q, F)."""
+    last_room = question.take_at(question.room, question.last)[:, None]
+    return (question.room == last_room) & question.was_seen & question.is_place
+
+
+def sum_by_room(question: Question, values: np.ndarray) -> np.ndarray:
+    """Return the sum over the room of each place, (Q, F) -> (Q, F)."""
+    num_rooms = question.memory.room_label.shape[1] + 1  # the last for what is no place
+    row = np.arange(len(values))[:, None]
+    total = np.zeros((len(values), num_rooms))
+    np.add.at(total, (row, question.room), values)
+    return total[row, question.room]

@@ -1,0 +1,157 @@
+"""All that is gathered once for a question, and read by its features."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.evidence.adaptive_filter import (
+    FilterSettings,
+    Rates,
+    compute_beliefs,
+    compute_destinations,
+)
+from simulator.evidence.object_counts import ObjectCounts, compute_hours_per_step
+from simulator.memory.memory_batch import MemoryBatch, Queries
+
+# Filters that the features show, by name; the network weighs them.
+FILTERS = {
+    "anywhere": FilterSettings(crossing=1.0),
+    "in_room": FilterSettings(crossing=0.0),
+    "learnt": FilterSettings(),
+    "slow": FilterSettings(rate=0.02, crossing=1.0),
+    "fast": FilterSettings(rate=0.15, crossing=1.0),
+    "moved": FilterSettings(asks_moved=None),
+    "moved_in_room": FilterSettings(asks_moved=None, crossing=0.0),
+    "asked": FilterSettings(asks_moved=0.5),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """Q questions at F furniture nodes; arrays are zero where a home has no furniture node.
+
+    Attributes:
+        memory: the memory that is asked.
+        queries: what is asked.
+        is_place: which columns are furniture, bool (Q, F).
+        num_places: furniture nodes of the home, (Q, 1).
+        counts: sightings by place.
+        rates: how objects move.
+        belief: of each of `FILTERS`, float64 (Q, K, F + 1), the last place is elsewhere.
+        hours: length of a time step, (Q, 1).
+        looks: at each furniture node, (Q, F).
+        last_look: when, -1 for never, (Q, F).
+        prior: share of each place, zero without a prior, (Q, F).
+        has_prior: bool (Q, 1).
+        last: where it was last seen, -1 for never, (Q,).
+        was_seen: bool (Q, 1).
+        num_seen: its sightings, (Q, 1).
+        share: of them at each place, (Q, F).
+        room: of each furniture node, -1 beyond, (Q, F).
+        popularity: how many objects were last seen at each place, (Q, F).
+        num_known: how many objects were ever seen, (Q, 1).
+        moves: from place to place, (Q, F, F).
+        same, fresh, often: from `gather_others`, (Q, F).
+    """
+
+    memory: MemoryBatch
+    queries: Queries
+    is_place: np.ndarray
+    num_places: np.ndarray
+    counts: ObjectCounts
+    rates: Rates
+    belief: np.ndarray
+    hours: np.ndarray
+    looks: np.ndarray
+    last_look: np.ndarray
+    prior: np.ndarray
+    has_prior: np.ndarray
+    last: np.ndarray
+    was_seen: np.ndarray
+    num_seen: np.ndarray
+    share: np.ndarray
+    room: np.ndarray
+    popularity: np.ndarray
+    num_known: np.ndarray
+    moves: np.ndarray
+    same: np.ndarray
+    fresh: np.ndarray
+    often: np.ndarray
+
+    @classmethod
+    def gather(cls, memory: MemoryBatch, queries: Queries) -> Question:
+        """Gather what the memory holds about the objects asked for."""
+        from simulator.compiled.others import gather_others  # loads numba
+
+        home, objects, edges = queries.home, memory.objects, memory.edges
+        counts = ObjectCounts.gather(memory, queries)
+        rates = Rates.estimate(memory, queries)
+        destinations = compute_destinations(memory, queries, counts)
+        hours = compute_hours_per_step(memory, home)
+        is_place = memory.is_furniture[home]
+        prior = queries.prior.sum(axis=2).astype(float)
+        total = prior.sum(axis=1, keepdims=True)
+        num_seen = counts.num_true.sum(axis=1, keepdims=True)
+        is_known = objects["last_furniture"] >= 0
+        known_home, known_place = objects["home"][is_known], objects["last_furniture"][is_known]
+        popularity = np.zeros((memory.num_homes, memory.num_furniture))
+        np.add.at(popularity, (known_home, known_place), 1)
+        num_known = np.bincount(known_home, minlength=memory.num_homes)
+        edge_counts = np.bincount(edges["home"], minlength=memory.num_homes)
+        same, fresh, often = gather_others(
+            home.astype(np.int64), queries.object.astype(np.int64), counts.num_true.astype(float),
+            rates.home * hours, memory.time,
+            objects["label"], objects["last_furniture"], objects["last_observed"],
+            np.argsort(edges["home"], kind="stable"), np.append(0, np.cumsum(edge_counts)),
+            edges["object"], edges["furniture"], edges["num_true"],
+        )  # fmt: skip
+        return cls(
+            memory=memory,
+            queries=queries,
+            is_place=is_place,
+            num_places=is_place.sum(axis=1, keepdims=True),
+            counts=counts,
+            rates=rates,
+            belief=compute_beliefs(
+                memory, queries, counts, rates, destinations, list(FILTERS.values())
+            ),
+            hours=hours[:, None],
+            looks=memory.furniture_num_observed[home],
+            last_look=memory.furniture_last_observed[home],
+            prior=np.divide(prior, total, out=np.zeros_like(prior), where=total > 1e-9),
+            has_prior=total > 1e-9,
+            last=objects["last_furniture"][queries.object],
+            was_seen=num_seen > 0,
+            num_seen=num_seen,
+            share=counts.num_true / np.maximum(num_seen, 1),
+            room=memory.furniture_room[home],
+            popularity=popularity[home],
+            num_known=num_known[home][:, None],
+            moves=memory.history.moves[home],
+            same=same,
+            fresh=fresh,
+            often=often,
+        )
+
+    def get_belief(self, name: str) -> np.ndarray:
+        """Return what a filter believes about the places, (Q, F)."""
+        return self.belief[:, list(FILTERS).index(name), :-1]
+
+    def get_elsewhere(self, name: str) -> np.ndarray:
+        """Return how likely a filter deems it at none of the places, (Q,)."""
+        return self.belief[:, list(FILTERS).index(name), -1]
+
+    def is_at(self, place: np.ndarray) -> np.ndarray:
+        """Mark one place per question, -1 for none, (Q,) -> bool (Q, F)."""
+        return np.arange(self.is_place.shape[1]) == place[:, None]
+
+    def take_at(self, values: np.ndarray, place: np.ndarray) -> np.ndarray:
+        """Return the values (Q, F) of one place per question, any one where it is -1, (Q,)."""
+        return values[np.arange(len(values)), np.maximum(place, 0)]
+
+    @property
+    def usual(self) -> np.ndarray:
+        """Where it was seen the most often, (Q,)."""
+        return self.counts.num_true.argmax(axis=1)

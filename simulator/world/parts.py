@@ -1,0 +1,101 @@
+"""Parts of a home that can be exchanged: classes by name, by import path, and as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+
+class Part:
+    """A frozen dataclass whose fields are the rules of one part of a home."""
+
+    __slots__ = ()
+
+    def describe(self) -> dict[str, Any]:
+        """Return the fields as JSON values, from which `from_json` makes the same part."""
+        fields: dict[str, Any] = json.loads(json.dumps(asdict(self)))  # type: ignore[call-overload]
+        return fields
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Self:
+        """Make a part from what `describe` returned; a part with nested fields overrides this.
+
+        Raises:
+            TypeError, ValueError: if a field is unknown or out of range.
+        """
+        return cls(**data)
+
+
+AnyPart = TypeVar("AnyPart", bound=Part)
+
+
+class Registry(dict[str, str]):
+    """Names of the parts of one kind, and the import path of each.
+
+    A part of one's own needs no entry: its import path is its name. With one, homes that were
+    recorded with it can be loaded: files name parts by their entries alone.
+    """
+
+    def __init__(self, what: str, **paths: str) -> None:
+        """Name the kind, for errors, and the parts."""
+        super().__init__(paths)
+        self._what = what
+
+    def find(self, base: type[AnyPart], name: str) -> type[AnyPart]:
+        """Return the class of a name or an import path, "package.module.Class".
+
+        Never give it a path that was read from a file: importing runs code.
+
+        Raises:
+            ValueError: if there is none, or it is no class of that kind.
+        """
+        module, _, attribute = self.get(name, name).rpartition(".")
+        found = None
+        if module:
+            try:
+                found = getattr(import_module(module), attribute, None)
+            except ImportError as error:
+                raise ValueError(f"{self._say(name)}: {error}. {self._remedy}") from None
+        if not (isinstance(found, type) and issubclass(found, base)):
+            raise ValueError(f"{self._say(name)}. {self._remedy}")
+        return found
+
+    def describe(self, part: Part) -> dict[str, Any]:
+        """Return the name of a part and its fields as JSON values."""
+        path = f"{type(part).__module__}.{type(part).__qualname__}"
+        name = next((name for name, own in self.items() if own == path), path)
+        return {"name": name, **part.describe()}
+
+    def read(self, base: type[AnyPart], data: Mapping[str, Any]) -> AnyPart:
+        """Make a part from what `describe` returned and a file has kept.
+
+        Raises:
+            ValueError: if its name has no entry here, or a field is unknown or out of range.
+        """
+        fields = dict(data)
+        name = fields.pop("name")
+        if name not in self:
+            raise ValueError(
+                f"{self._what} of a file must be one of {', '.join(self)}, got {name!r}. "
+                "Add it to the registry first."
+            )
+        try:
+            return self.find(base, name).from_json(fields)
+        except TypeError as error:
+            raise ValueError(f"{self._what} {name!r} has other fields: {error}") from None
+
+    def _say(self, name: str) -> str:
+        return (
+            f"{self._what} must be one of {', '.join(self)}, or the import path of a class, "
+            f"got {name!r}"
+        )
+
+    @property
+    def _remedy(self) -> str:
+        return "Choose one of these, or write package.module.Class."
