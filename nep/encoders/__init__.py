@@ -1,5 +1,7 @@
 """Node encoders: one file each, chosen by `class_path` in a config."""
 
+from nep.encoders.dgl_encoder import DGLEncoder
+from nep.encoders.dgl_hgt import DGLHGT
 from nep.encoders.encoder import Encoder
 from nep.encoders.gcn import GCN
 from nep.encoders.han import HAN
@@ -8,4 +10,4 @@ from nep.encoders.hgt import HGT
 from nep.encoders.mlp import MLP
 from nep.encoders.sets import Sets
 
-__all__ = ["GCN", "HAN", "HEAT", "HGT", "MLP", "Encoder", "Sets"]
+__all__ = ["DGLHGT", "GCN", "HAN", "HEAT", "HGT", "MLP", "DGLEncoder", "Encoder", "Sets"]

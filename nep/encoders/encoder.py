@@ -26,10 +26,13 @@ class Encoder(nn.Module, ABC):
             prunes the graph to this.
         uses_edges: whether `forward` reads the edge embeddings; if not, only query edges are
             embedded.
+        reads_heterograph: whether `forward` reads `FlatGraph.heterograph` (`DGLEncoder`), which is
+            not made for a single home unless it is needed.
     """
 
     num_hops: int
     uses_edges: bool
+    reads_heterograph: bool = False
 
     def __init__(self, units: int) -> None:
         super().__init__()

@@ -41,6 +41,8 @@ class FlatGraph:
         question: (B, QUESTION_DIM), or None.
         text: (L, 96).
         num_snapshots: B.
+        heterograph: the DGL graph that all this was taken from, on the device where it was made;
+            None for a graph that was never made.
     """
 
     node_counts: tuple[int, ...]
@@ -60,6 +62,7 @@ class FlatGraph:
     question: Tensor | None
     text: Tensor
     num_snapshots: int
+    heterograph: dgl.DGLGraph | None = None
 
     @classmethod
     def from_batch(cls, batch: SGMBatch) -> FlatGraph:
@@ -119,6 +122,7 @@ class FlatGraph:
             question=batch.question,
             text=batch.text,
             num_snapshots=batch.num_snapshots,
+            heterograph=graph,
         )
 
     @classmethod
@@ -146,7 +150,11 @@ class FlatGraph:
         )
 
     def to(self, device: torch.device) -> FlatGraph:
-        """Copy the tensors to a device; on the same device it is this graph."""
+        """Copy the tensors to a device; on the same device it is this graph.
+
+        The DGL graph stays where it is: moving it takes a build of DGL for the device, which only
+        an encoder that reads it needs.
+        """
         if self.label.device == device:
             return self
         tensors: dict[str, Any] = {

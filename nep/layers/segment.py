@@ -15,8 +15,9 @@ def segment_sum(values: Tensor, segment: Tensor, num_segments: int) -> Tensor:
         num_segments: S.
 
     Returns:
-        (S, D); zero for a segment without rows.
+        (S, D); zero for a segment without rows. Numbers of 16 bits are summed as float32.
     """
+    values = _widen(values)
     return values.new_zeros(num_segments, values.shape[1]).index_add(0, segment, values)
 
 
@@ -52,8 +53,9 @@ def segment_softmax(logits: Tensor, segment: Tensor, num_segments: int) -> Tenso
         num_segments: S.
 
     Returns:
-        (E, H), summing to one over each segment that has rows.
+        (E, H), summing to one over each segment that has rows; of logits of 16 bits as float32.
     """
+    logits = _widen(logits)
     index = segment.unsqueeze(1).expand_as(logits)
     # The maximum only keeps exp from overflowing; it cancels, so no gradient flows through it.
     peak = logits.new_full((num_segments, logits.shape[1]), -torch.inf)
@@ -77,3 +79,8 @@ def segment_max(values: Tensor, segment: Tensor, num_segments: int) -> Tensor:
     index = segment.unsqueeze(1).expand_as(values)
     zeros = values.new_zeros(num_segments, values.shape[1])
     return zeros.scatter_reduce(0, index, values, "amax", include_self=False)
+
+
+def _widen(values: Tensor) -> Tensor:
+    """Return numbers of 16 bits, of which sums soon stop growing, as float32."""
+    return values.float() if values.dtype.itemsize < 4 else values

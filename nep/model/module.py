@@ -147,9 +147,14 @@ class NEPModule(pl.LightningModule):
         }
 
     def _step(
-        self, batch: SGMBatch, stage: str, metrics: MetricCollection, hits_at_1: HitsAtOne
+        self,
+        batch: SGMBatch,
+        stage: str,
+        metrics: MetricCollection,
+        hits_at_1: HitsAtOne,
     ) -> Tensor:
-        graph = FlatGraph.from_batch(batch)
+        # Plain tensors go to any device, a DGL graph only where DGL was built for it.
+        graph = FlatGraph.from_batch(batch).to(self.device)
         logits = self.predictor.score(graph)
         loss = self._compute_loss(graph, logits)
         known = ~graph.query_target.isnan()

@@ -81,6 +81,7 @@ class HomeHistory:
         self,
         memory: MemoryBatch,
         looked: np.ndarray,
+        is_counted: np.ndarray,
         seen_object: np.ndarray,
         seen_again: np.ndarray,
         asked: Queries | None,
@@ -90,13 +91,14 @@ class HomeHistory:
         Args:
             memory: the memory.
             looked: furniture that each home looks at, -1 for none, (H,).
+            is_counted: whether the look is one at the furniture, having most of it in view, (H,).
             seen_object: rows of objects that were detected, (m,).
             seen_again: rows of edges that were known and are found true, (n,).
             asked: open questions; None if there are none.
         """
         objects, time = memory.objects, memory.time
         self._note_answers(memory, looked, seen_object, asked)
-        home = np.flatnonzero(looked >= 0)
+        home = np.flatnonzero((looked >= 0) & is_counted)
         column = memory.furniture_num_observed[home, looked[home]] % NUM_LOOKS_KEPT
         self.look_times[home, looked[home], column] = time
 

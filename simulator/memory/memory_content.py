@@ -14,6 +14,7 @@ from simulator.memory.home_layout import Furniture, HomeLayout
 from simulator.memory.memory_batch import (
     EDGE_COUNTERS,
     EDGE_HISTORY,
+    EDGE_MEASURES,
     FURNITURE_COUNTERS,
     NEVER,
     OBJECT_COUNTERS,
@@ -22,7 +23,8 @@ from simulator.memory.memory_batch import (
 from simulator.memory.words import read_words
 
 OBJECT_COLUMNS = (*OBJECT_COUNTERS, "last_furniture", *OBJECT_HISTORY)
-EDGE_COLUMNS = ("object", "furniture", "relation", *EDGE_COUNTERS, *EDGE_HISTORY)
+_EDGE_NUMBERS = ("object", "furniture", "relation", *EDGE_COUNTERS, *EDGE_HISTORY)
+EDGE_COLUMNS = (*_EDGE_NUMBERS, *EDGE_MEASURES)
 HOME_LABELS = ("house", "floor")  # of the two nodes above the rooms
 MAX_TIME = 2**31 - 2  # time stamps are 32-bit integers
 
@@ -141,8 +143,17 @@ class MemoryContent:
             "num_furniture_ever": self.layout.num_furniture_ever,
             "descriptions": list(self.descriptions),
             **{
-                part: {name: column.astype(int).tolist() for name, column in columns.items()}
+                part: {
+                    name: column.astype(int).tolist()
+                    for name, column in columns.items()
+                    if name not in EDGE_MEASURES
+                }
                 for part, columns in self._list_tables().items()
+            },
+            "edge_measures": {
+                name: self.edges[name].astype(float).tolist()
+                for name, column in _compute_measures(self.edges).items()
+                if (self.edges[name] != column).any()
             },
             "history": self.history.to_json(),
             "asked": self.asked,
@@ -159,7 +170,9 @@ class MemoryContent:
         try:
             clock = data.get("clock")
             objects = _read_table(_add_first_observed(data["objects"]), OBJECT_COLUMNS)
-            edges = _read_table(_add_num_absent(data["edges"]), EDGE_COLUMNS)
+            edges = _read_table(_add_num_absent(data["edges"]), _EDGE_NUMBERS)
+            measures = _compute_measures(edges)
+            measures |= _read_measures(data.get("edge_measures", {}))
             num_furniture, history = len(data["furniture"]), HomeHistory(1, len(data["furniture"]))
             if "history" in data:
                 history = HomeHistory.from_json(
@@ -178,7 +191,7 @@ class MemoryContent:
                 descriptions=tuple(data["descriptions"]),
                 furniture_counters=_read_table(data["furniture_counters"], FURNITURE_COUNTERS),
                 objects=objects,
-                edges=edges,
+                edges={**edges, **measures},
                 history=history,
                 asked=data["asked"],
                 clock=None if clock is None else Clock.from_json(clock),
@@ -214,7 +227,11 @@ class MemoryContent:
                     raise ValueError(f"{part} {name}: {len(column)} rows instead of {rows}")
                 is_time = name.startswith(("last", "first"))
                 low, high = (NEVER, self.time) if is_time else (0, MAX_TIME)
-                if name != "last_furniture":
+                if name in EDGE_MEASURES:
+                    highest = 1 if name == "confidence" else MAX_TIME
+                    if not ((column >= 0) & (column <= highest)).all():
+                        raise ValueError(f"{part} {name} must lie in 0 to {highest}")
+                elif name != "last_furniture":
                     _check_between(f"{part} {name}", column, low, high)
         _check_between("room ids", list(layout.rooms), 0, layout.num_rooms_ever - 1)
         _check_between("furniture ids", list(layout.furniture), 0, layout.num_furniture_ever - 1)
@@ -259,11 +276,27 @@ def _add_num_absent(edges: Mapping[str, list[int]]) -> Mapping[str, list[int]]:
     return {**edges, "num_absent": [0 if now else num - true for num, true, now in counts]}
 
 
+def _compute_measures(edges: Columns) -> dict[str, np.ndarray]:
+    """Return `EDGE_MEASURES` of edges where all looks were whole ones, and all sightings sure."""
+    return {
+        "missed": edges["num_absent"].astype(float),
+        "confidence": (edges["num_true"] > 0).astype(float),
+    }
+
+
 def _read_table(data: Mapping[str, list[int]], names: tuple[str, ...]) -> Columns:
     columns = {name: np.array(data[name] or np.zeros(0, dtype=np.int64)) for name in names}
     for name, column in columns.items():
         if column.ndim != 1 or column.dtype != np.int64:
             raise ValueError(f"{name} must be whole numbers")
+    return columns
+
+
+def _read_measures(data: Mapping[str, list[float]]) -> Columns:
+    columns = {name: np.array(data[name]) for name in EDGE_MEASURES if name in data}
+    for name, column in columns.items():
+        if column.ndim != 1 or column.dtype != np.float64:
+            raise ValueError(f"{name} must be numbers")
     return columns
 
 

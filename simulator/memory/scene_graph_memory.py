@@ -206,10 +206,12 @@ class SceneGraphMemory:
         """
         return self._layout.describe(furniture)
 
-    def observe(self, furniture: int, seen: Sequence[Sighting]) -> None:
+    def observe(self, furniture: int, seen: Sequence[Sighting], coverage: float = 1.0) -> None:
         """Fold one look at a furniture node into the memory.
 
         Every remembered edge of `furniture` is updated: seen ones become true, the others false.
+        What was not in view is not counted as absent: the parts of looks that do not show an object
+        are added up until they make most of a look (`MemoryBatch`).
         A look at another furniture node leaves them alone: an object that was seen at two places
         is believed at both until one of them is looked at again.
 
@@ -217,10 +219,13 @@ class SceneGraphMemory:
             furniture: id from `add_furniture`.
             seen: what was detected there; detection may have missed objects, and sightings of the
                 same description count once.
+            coverage: share of the furniture that was in view, above 0 and at most 1; the detector
+                may have missed what was in view.
 
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
             TypeError: if `seen` holds something else than sightings.
+            ValueError: if the coverage is out of range.
 
         Source: paper section 4.2, appendix B. Differs: negative evidence is counted (released
         code does not).
@@ -232,12 +237,19 @@ class SceneGraphMemory:
                     f"seen must hold Sighting objects, got {sighting!r} at "
                     f"{self.describe(furniture)}. Write Sighting('milk', relation='in')."
                 )
+        if not 0 < coverage <= 1:
+            raise ValueError(
+                f"coverage must be above 0 and at most 1, got {coverage!r} at "
+                f"{self.describe(furniture)}. Give the share in view, or leave out the look."
+            )
         rows = [self._ensure_object(sighting.description) for sighting in seen]
         self.batch.observe(
             _HOME,
             np.array([self.furniture_ids.index(furniture)]),
             np.array(rows, dtype=np.int64),
             np.array([RELATIONS.index(sighting.relation) for sighting in seen], dtype=np.int64),
+            np.array([coverage], dtype=float),
+            np.array([sighting.confidence for sighting in seen], dtype=float),
         )
 
     def step(self, num_steps: int = 1) -> None:

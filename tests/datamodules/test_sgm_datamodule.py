@@ -6,6 +6,8 @@ import torch
 
 from datamodules.batch import QUERY_EDGE_TYPES
 from datamodules.sgm_datamodule import SGMDataModule
+from datamodules.snapshot_dataset import SnapshotDataset
+from simulator.world.config import HomeConfig
 
 
 def make_datamodule(tmp_path, **changes) -> SGMDataModule:
@@ -75,7 +77,9 @@ def test_a_limit_draws_other_snapshots_once(tmp_path):
 def test_other_settings_get_another_folder(tmp_path):
     data = make_datamodule(tmp_path)
     folders = {data.get_folder(data.train_config), data.get_folder(data.val_config)}
-    for changes in ({"dynamic_nodes": False}, {"seed": 1}, {"steps": 7}, {"policy": "random"}):
+    for changes in (
+        {"home": HomeConfig(dynamic_nodes=False)}, {"seed": 1}, {"steps": 7}, {"policy": "random"}
+    ):  # fmt: skip
         other = make_datamodule(tmp_path, **changes)
         folders |= {other.get_folder(other.train_config), other.get_folder(other.val_config)}
     assert len(folders) == 10
@@ -95,3 +99,10 @@ def test_values_out_of_range_are_refused(tmp_path, changes, message):
     with pytest.raises(ValueError, match=message):
         make_datamodule(tmp_path, **changes)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_batch_stays_where_it_is_until_the_model_flattens_it(tmp_path, collection):
+    """A CPU build of DGL cannot move a graph; Lightning would, to the device of the training."""
+    data = SGMDataModule(str(tmp_path), workers=1)
+    batch = SnapshotDataset(collection, data.builder)[0]
+    assert data.transfer_batch_to_device(batch, torch.device("cuda:0"), 0) is batch

@@ -36,11 +36,12 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("name", "num_hops"), [("mlp", 0), ("gcn", 1), ("heat", 1), ("hgt", 1), ("han", 1)]
+    ("name", "num_hops"),
+    [("mlp", 0), ("gcn", 1), ("heat", 1), ("hgt", 1), ("dgl_hgt", 1), ("han", 1)],
 )
 def test_packaged_configs_build_the_papers_setting(name, num_hops, folder):
     cli = FitCLI(["--config", f"{name}.yaml"])
-    assert type(cli.model.predictor.encoder).__name__ == name.upper()
+    assert type(cli.model.predictor.encoder).__name__ == name.upper().replace("_", "")
     assert cli.model.num_hops == num_hops
     assert cli.config_init.data.builder.num_hops == num_hops
     assert cli.model.predictor.encoder.units == 64

@@ -11,7 +11,7 @@ from torch import nn
 from torch.nn import functional as F
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, RELATIONS
-from nep.encoders import GCN, HAN, HEAT, HGT, MLP, Sets
+from nep.encoders import DGLHGT, GCN, HAN, HEAT, HGT, MLP, Sets
 from nep.layers.flat_graph import FlatGraph
 from nep.model.embedding import EdgeEmbedding, NodeEmbedding
 from nep.model.loss import balanced_bce
@@ -26,6 +26,7 @@ ENCODERS = {
     "heat": lambda: HEAT(16),
     "hgt": lambda: HGT(16),
     "han": lambda: HAN(16),
+    "hgt by dgl": lambda: DGLHGT(16),
     "two hops of han without residual": lambda: HAN(16, num_convolutions=2, residual=False),
     "two hops of heat without residual": lambda: HEAT(16, num_convolutions=2, residual=False),
 }

@@ -1,0 +1,80 @@
+"""The base class of encoders that are written with DGL."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+import dgl
+import torch
+from torch import Tensor
+
+from datamodules.batch import EDGE_TYPES, NODE_TYPES
+from nep.encoders.encoder import Encoder
+from nep.layers.flat_graph import FlatGraph
+
+EdgeType = tuple[str, str, str]
+
+
+class DGLEncoder(Encoder):
+    """An encoder that gets the batch as a DGL heterograph, for `dgl.nn` and `update_all`.
+
+    A subclass defines `forward_graph`, `num_hops` and `uses_edges`, and keeps each argument of its
+    constructor as an attribute of the same name, as every encoder does (docs/research.md has an
+    example). Where speed matters, write against `FlatGraph` instead: benchmarks/dgl_encoder.py
+    compares the two.
+
+    Args:
+        units: D, width of the node and edge embeddings, in and out.
+    """
+
+    reads_heterograph = True
+
+    @abstractmethod
+    def forward_graph(
+        self, graph: dgl.DGLGraph, node: dict[str, Tensor], edge: dict[EdgeType, Tensor]
+    ) -> dict[str, Tensor]:
+        """Encode the nodes.
+
+        Args:
+            graph: the heterograph of `SGMBatch`, with its node and edge data; what is written to it
+                is gone afterwards.
+            node: embedded nodes of every node type, (N, D) each.
+            edge: embedded edges of every edge type, (E, D) each; empty unless `uses_edges`.
+
+        Returns:
+            (N, D) for each node type; the nodes of a type that is left out stay as they are.
+        """
+
+    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
+        """Hand the batch to `forward_graph`: (N, D), (E, D) -> (N, D)."""
+        heterograph = _move(graph.heterograph, node.device)
+        # DGL has no kernels for bfloat16 on a CPU.
+        with heterograph.local_scope(), torch.autocast(node.device.type, enabled=False):
+            nodes = dict(zip(NODE_TYPES, node.float().split(graph.node_counts), strict=True))
+            edges = {}
+            if edge is not None:
+                edges = dict(zip(EDGE_TYPES, edge.float().split(graph.edge_counts), strict=True))
+            encoded = self.forward_graph(heterograph, nodes, edges)
+        return torch.cat([encoded.get(ntype, nodes[ntype]) for ntype in NODE_TYPES])
+
+
+def _move(graph: dgl.DGLGraph | None, device: torch.device) -> dgl.DGLGraph:
+    """Return the graph on the device of the network.
+
+    Raises:
+        ValueError: if there is none, or this build of DGL does not reach the device.
+    """
+    if graph is None:
+        raise ValueError(
+            "batch of an encoder written with DGL must have its heterograph, got none. Make it "
+            "with FlatGraph.from_batch, not from_arrays."
+        )
+    if graph.device == device:
+        return graph
+    try:
+        return graph.to(device)
+    except (dgl.DGLError, RuntimeError) as error:
+        raise ValueError(
+            f"device of an encoder written with DGL must be one that DGL was built for, got "
+            f"{device}. Install such a build of DGL, or train with --trainer.accelerator cpu."
+        ) from error

@@ -1,0 +1,68 @@
+"""NEP-HGT written with DGL's own module: an example of an encoder against the heterograph."""
+
+from __future__ import annotations
+
+import dgl
+import torch
+from dgl.nn import HGTConv, TypedLinear
+from torch import Tensor, nn
+
+from datamodules.batch import EDGE_TYPES, NODE_TYPES
+from nep.encoders.dgl_encoder import DGLEncoder, EdgeType
+from nep.encoders.encoder import check_num_convolutions
+
+
+class DGLHGT(DGLEncoder):
+    """Convolutions of `dgl.nn.HGTConv`; equal to `nep.encoders.HGT` for equal weights.
+
+    Args:
+        units: width of the node and edge embeddings and of every convolution.
+        heads: attention heads of each convolution.
+        num_convolutions: 1, as the paper's appendix has for the other encoders.
+
+    Raises:
+        ValueError: if `units` is not a multiple of `heads`.
+
+    Source: Hu et al. 2020. Differs from DGL's layer: it has no dropout, and a ReLU before the last
+    projection, as the publication has (equation 5).
+    """
+
+    uses_edges = False
+
+    def __init__(self, units: int = 64, heads: int = 2, num_convolutions: int = 1) -> None:
+        super().__init__(units)
+        check_num_convolutions(num_convolutions)
+        if heads < 1 or units % heads:
+            raise ValueError(
+                f"heads of DGLHGT must divide its units, got {heads} heads for {units} units. "
+                "Choose for instance 1, 2 or 4 heads for 64 units."
+            )
+        self.heads = heads
+        self.num_convolutions = num_convolutions
+        self.num_hops = num_convolutions
+        self.convolutions = nn.ModuleList(
+            HGTConv(units, units // heads, heads, len(NODE_TYPES), len(EDGE_TYPES), dropout=0.0)
+            for _ in range(num_convolutions)
+        )
+        for convolution in self.convolutions:
+            convolution.linear_a = _ReluLinear(units, units, len(NODE_TYPES))
+
+    def forward_graph(
+        self, graph: dgl.DGLGraph, node: dict[str, Tensor], edge: dict[EdgeType, Tensor]
+    ) -> dict[str, Tensor]:
+        """Convolve `num_convolutions` times: (N, D) -> (N, D) for each node type."""
+        homogeneous = dgl.to_homogeneous(graph)  # sorted by node type and by edge type
+        ntype, etype = homogeneous.ndata[dgl.NTYPE], homogeneous.edata[dgl.ETYPE]
+        hidden = torch.cat([node[name] for name in graph.ntypes])
+        for convolution in self.convolutions:
+            hidden = convolution(homogeneous, hidden, ntype, etype, presorted=True)
+        parts = hidden.split([graph.num_nodes(name) for name in graph.ntypes])
+        return dict(zip(graph.ntypes, parts, strict=True))
+
+
+class _ReluLinear(TypedLinear):
+    """A matrix per type after ReLU."""
+
+    def forward(self, x: Tensor, x_type: Tensor, sorted_by_type: bool = False) -> Tensor:
+        """Project: (N, D) -> (N, D)."""
+        return super().forward(torch.relu(x), x_type, sorted_by_type)

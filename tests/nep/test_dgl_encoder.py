@@ -1,0 +1,121 @@
+"""Encoders written with DGL: equal to ours for equal weights, and clear where DGL cannot go."""
+
+from dataclasses import replace
+
+import dgl
+import pytest
+import torch
+from dgl.nn import GraphConv, HeteroGraphConv
+
+from datamodules.batch import EDGE_TYPES, NODE_TYPES
+from datamodules.features import FeatureConfig
+from datamodules.graph import GraphBuilder
+from nep.encoders import DGLHGT, HGT, DGLEncoder
+from nep.layers.flat_graph import FlatGraph
+from nep.model.module import NEPModule
+from nep.model.node_edge_predictor import NodeEdgePredictor
+from nep.players.policy import NEPPolicy
+from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
+from simulator.policies import Bayesian
+from simulator.snapshots.snapshots import take_snapshots
+from simulator.tasks.predict_location import predict_locations
+from simulator.tasks.rollout import Rollout
+
+
+def copy_weights(ours: HGT, theirs: DGLHGT, graph: dgl.DGLGraph) -> None:
+    """DGL numbers the types in its own order, and keeps the weights of each head apart."""
+    ntypes = [NODE_TYPES.index(ntype) for ntype in graph.ntypes]
+    etypes = [EDGE_TYPES.index(etype) for etype in graph.canonical_etypes]
+    with torch.no_grad():
+        for one, other in zip(ours.convolutions, theirs.convolutions, strict=True):
+            for name, weight in (
+                ("linear_k", one.key), ("linear_q", one.query), ("linear_v", one.value),
+                ("linear_a", one.output),
+            ):  # fmt: skip
+                getattr(other, name).W.copy_(weight[ntypes])
+            other.skip.copy_(one.skip[ntypes])
+            for head in range(one.heads):
+                other.relation_pri[head].copy_(one.importance[etypes, head])
+                other.relation_att[head].W.copy_(one.attend[etypes, head])
+                other.relation_msg[head].W.copy_(one.message[etypes, head])
+
+
+@pytest.mark.parametrize("num_convolutions", [1, 2])
+def test_dgl_hgt_equals_ours(random_batch, num_convolutions):
+    torch.manual_seed(0)
+    batch = random_batch(0)
+    graph = FlatGraph.from_batch(batch)
+    ours, theirs = (make(16, 4, num_convolutions) for make in (HGT, DGLHGT))
+    with torch.no_grad():
+        for convolution in ours.convolutions:
+            convolution.importance.uniform_(0.5, 2)
+            convolution.skip.normal_()
+    copy_weights(ours, theirs, batch.graph)
+    node = torch.randn(graph.num_nodes, 16)
+    found, expected = theirs(graph, node, None), ours(graph, node, None)
+    assert (expected - node).abs().max() > 0.1
+    torch.testing.assert_close(found, expected, rtol=1e-5, atol=1e-5)
+
+
+class MeanOfNeighbours(DGLEncoder):
+    """One graph convolution per edge type; it also reads the edges and the graph's own data."""
+
+    num_hops = 1
+    uses_edges = True
+
+    def __init__(self, units: int = 16) -> None:
+        super().__init__(units)
+        self.convolution = HeteroGraphConv(
+            {etype: GraphConv(units, units, allow_zero_in_degree=True) for etype in EDGE_TYPES}
+        )
+
+    def forward_graph(self, graph, node, edge):
+        """Sum over edge types; furniture gets the mean of its snapshot, too."""
+        assert edge.keys() == set(EDGE_TYPES)
+        graph.nodes["furniture"].data["x"] = node["furniture"]
+        mean = dgl.mean_nodes(graph, "x", ntype="furniture")
+        encoded = self.convolution(graph, node)
+        own = graph.nodes["furniture"].data["snapshot"]
+        return {**encoded, "furniture": encoded["furniture"] + mean[own]}
+
+
+def test_an_encoder_of_dgl_modules_plays_as_it_trains():
+    """The online path gives the logits of the batch, and nothing stays on the graph."""
+    torch.manual_seed(0)
+    homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", range(2)))
+    rollout = Rollout(homes, Bayesian())
+    for _ in predict_locations(rollout, 6):
+        pass
+    _, queries = rollout.ask()
+    module, builder = NEPModule(MeanOfNeighbours()).eval(), GraphBuilder(FeatureConfig(), 1)
+    batch = builder.build(take_snapshots(rollout.memory, queries))
+    logits = module(batch)
+    assert "x" not in batch.graph.nodes["furniture"].data
+    places = NEPPolicy(module, builder).score_places(rollout.memory, queries)
+    found = torch.from_numpy(places[places > -torch.inf]).float()
+    torch.testing.assert_close(found.sort().values, logits.detach().sort().values)
+
+
+def test_what_is_left_out_stays(random_batch):
+    class Furniture(DGLEncoder):
+        num_hops, uses_edges = 0, False
+
+        def forward_graph(self, graph, node, edge):
+            assert edge == {}
+            return {"furniture": node["furniture"] * 2}
+
+    graph = FlatGraph.from_batch(random_batch(0))
+    node = torch.randn(graph.num_nodes, 4)
+    factor = (Furniture(4)(graph, node, None) / node).split(graph.node_counts)
+    assert [float(part.mean().round()) for part in factor] == [1, 1, 1, 2, 1]
+
+
+def test_a_graph_that_was_never_made_is_named(random_batch):
+    graph = replace(FlatGraph.from_batch(random_batch(0)), heterograph=None)
+    with pytest.raises(ValueError, match=r"must have its heterograph, got none\. Make it with"):
+        NodeEdgePredictor(DGLHGT(16)).score(graph)
+
+
+def test_bad_heads_are_named():
+    with pytest.raises(ValueError, match="heads of DGLHGT must divide its units, got 3 heads"):
+        DGLHGT(16, 3)
