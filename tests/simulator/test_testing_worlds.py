@@ -8,7 +8,7 @@ import pytest
 from simulator.priors.prior_graph import PriorGraph
 from simulator.testing import SmallHomes, check_dynamics, check_homes, check_sensing
 from simulator.trace.record import record_homes
-from simulator.trace.recordings import Recordings
+from simulator.trace.source import RecordedSource
 from simulator.world.confidences import Confidences
 from simulator.world.dynamics import DYNAMICS
 from simulator.world.paper_dynamics import PaperDynamics, PaperLife
@@ -31,7 +31,7 @@ def test_recorded_homes_pass():
     traces = record_homes(SmallHomes().make(Streams(3, "train", range(3))), 8)
     bare = [replace(trace, truth=None) for trace in traces]
     for recorded in (traces, bare):
-        check_homes(Recordings(recorded, PriorGraph.default()).make_homes)
+        check_homes(RecordedSource.from_traces(recorded, PriorGraph.default()).make)
 
 
 @pytest.mark.parametrize("name", DYNAMICS)
