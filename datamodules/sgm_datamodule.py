@@ -106,10 +106,13 @@ class SGMDataModule(pl.LightningDataModule):
                 f" got trace {trace} and val_trace {val_trace}. Name folders for both."
             )
         rules = HomeConfig() if home is None else home
-        options = HomeOptions(homes, rules, prior, trace, step_seconds, by_day)
+        folders = tuple(trace or ())
+        options = HomeOptions(homes, rules, prior, folders, step_seconds, by_day)
         source = val_source = options.make()
         if val_trace is not None or val_homes is not None:
-            val_source = replace(options, homes=val_homes or homes, trace=val_trace).make()
+            val_source = replace(
+                options, homes=val_homes or homes, trace=tuple(val_trace or ())
+            ).make()
         self.train_config = CollectConfig(
             homes=source,
             num_homes=source.num_homes or num_homes,

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-import argparse
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from simulator.command_line import choose, make_parser, parse
+from simulator.home_options import HomeOptions
 from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from simulator.priors.prior_graph import load_prior
 from simulator.trace.importers import IMPORTERS
 from simulator.trace.layout import read_start
 from simulator.trace.memory import remember_trace
 from simulator.trace.record import record_homes
-from simulator.trace.source import RecordedSource
+from simulator.trace.source import RecordedSource, check_step_seconds
 from simulator.trace.trace import Trace, find_traces, load_trace, save_trace
-from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import SPLITS, Streams
+
+PROG = "python -m simulator.trace"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -27,82 +28,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit status: 0 if all is well, 1 on bad input.
     """
-    options = _make_parser().parse_args(arguments)
-    commands = {"record": _record, "check": _check, "import": _import}
-    try:
-        return commands[options.command](options)
-    except (ValueError, OSError, ModuleNotFoundError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
+    return choose(PROG, {"record": record, "check": check, "import": bring}, arguments)
 
 
-def _make_parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m simulator.trace", description="Recorded homes: docs/traces.md."
+def record(arguments: Sequence[str]) -> int:
+    """Simulate homes and write a trace of each."""
+    parser = make_parser(f"{PROG} record", "Simulate homes and write a trace of each.")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the traces")
+    parser.add_argument("--num_homes", type=int, default=1, help="number of homes")
+    parser.add_argument("--steps", type=int, default=100, help="time steps per home")
+    parser.add_argument("--split", type=str, default="test", help=", ".join(SPLITS))
+    parser.add_argument("--seed", type=int, default=0, help="of the homes")
+    parser.add_class_arguments(HomeOptions, skip={"trace", "step_seconds", "by_day"})
+    parser.add_argument(
+        "--step_seconds", type=float, default=DEFAULT_STEP_SECONDS, help="what a step stands for"
     )
-    commands = parser.add_subparsers(dest="command", required=True)
-    defaults = argparse.ArgumentDefaultsHelpFormatter
-
-    record = commands.add_parser(
-        "record", help="simulate homes and write a trace of each", formatter_class=defaults
-    )
-    record.add_argument("--out", type=Path, required=True, help="folder for the traces")
-    record.add_argument("--num_homes", type=int, default=1, help="number of homes")
-    record.add_argument("--steps", type=int, default=100, help="time steps per home")
-    record.add_argument("--split", default="test", help=", ".join(SPLITS))
-    record.add_argument("--seed", type=int, default=0, help="of the homes")
-    record.add_argument("--prior", help="prior file (JSON); the shipped one if left out")
-    record.add_argument(
-        "--dynamic-nodes",
-        action=argparse.BooleanOptionalAction,
-        default=True,
-        help="whether objects are added and removed",
-    )
-    record.add_argument(
-        "--step-seconds", type=float, default=DEFAULT_STEP_SECONDS, help="what a step stands for"
-    )
-    record.add_argument("--start", metavar="TIME", help="what t = 0 stands for: 2024-05-06T07:30")
-
-    check = commands.add_parser(
-        "check", help="read traces, report the first fault, say what is in them"
-    )
-    check.add_argument("traces", nargs="+", metavar="DIR", help="traces, or folders of traces")
-    check.add_argument("--step-seconds", type=float, help="length of a time step")
-    check.add_argument("--by-day", action="store_true", help="each day is a home of its own")
-    check.add_argument("--prior", help="prior file (JSON); the shipped one if left out")
-
-    bring = commands.add_parser(
-        "import",
-        help="make a trace or a memory of a home from another program",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="formats:\n" + "\n".join(f"  {name:10} {f.help}" for name, f in IMPORTERS.items()),
-    )
-    bring.add_argument("format", choices=list(IMPORTERS), metavar="FORMAT", help="see below")
-    bring.add_argument("file", type=Path, help="the file to read")
-    bring.add_argument("--out", type=Path, help="folder for the trace")
-    bring.add_argument(
-        "--furniture",
-        nargs="+",
-        default=[],
-        metavar="LABEL",
-        help="labels that are furniture besides those of the type table (docs/priors.md)",
-    )
-    bring.add_argument(
-        "--start", metavar="TIME", help="local date and time of the file's state: 2024-05-06T07:30"
-    )
-    bring.add_argument("--memory", type=Path, help="file for a memory that has seen all of it")
-    bring.add_argument("--prior", help="of the memory: prior file; the shipped one if left out")
-    return parser
-
-
-def _record(options: argparse.Namespace) -> int:
+    parser.add_argument("--start", type=str | None, help="what t = 0 stands for: 2024-05-06T07:30")
+    options = parse(parser, arguments)
     if options.steps < 1:
         raise ValueError(f"steps must be at least 1, got {options.steps}. Ask for more.")
-    if not options.step_seconds > 0:
-        raise ValueError(f"step must be a number of seconds > 0, got {options.step_seconds}.")
-    config = HomeConfig(dynamic_nodes=options.dynamic_nodes)
-    streams = Streams(options.seed, options.split, range(options.num_homes))
-    homes = SampledHomes(load_prior(options.prior), config, streams)
+    check_step_seconds(options.step_seconds)
+    source = HomeOptions(options.homes, options.home, options.prior).make()
+    homes = source.make(Streams(options.seed, options.split, range(options.num_homes)))
+    if not isinstance(homes, SampledHomes):
+        raise ValueError(
+            f"homes must be sampled for their truth to be recorded, got {type(homes).__name__}. "
+            "Take a source that samples."
+        )
     start = None if options.start is None else read_start(options.start)
     for trace in record_homes(homes, options.steps, options.step_seconds, start):
         save_trace(trace, options.out / trace.name)
@@ -110,7 +62,20 @@ def _record(options: argparse.Namespace) -> int:
     return 0
 
 
-def _check(options: argparse.Namespace) -> int:
+def check(arguments: Sequence[str]) -> int:
+    """Read traces, report the first fault, say what is in them."""
+    parser = make_parser(
+        f"{PROG} check", "Read traces, report the first fault, say what they hold."
+    )
+    parser.add_argument("traces", nargs="+", help="traces, or folders of traces")
+    parser.add_argument("--step_seconds", type=float | None, help="length of a time step")
+    parser.add_argument(
+        "--by_day", type=bool, default=False, help="whether each day is a home of its own"
+    )
+    parser.add_argument(
+        "--prior", type=str | None, help="prior file (JSON); the shipped one if left out"
+    )
+    options = parse(parser, arguments)
     traces = [load_trace(folder) for folder in find_traces(options.traces)]
     for trace in traces:
         print(f"{trace.name}: {summarise(trace)}")
@@ -125,10 +90,39 @@ def _check(options: argparse.Namespace) -> int:
     return 0
 
 
-def _import(options: argparse.Namespace) -> int:
+def bring(arguments: Sequence[str]) -> int:
+    """Make a trace or a memory of a home from another program."""
+    parser = make_parser(
+        f"{PROG} import",
+        "Make a trace or a memory of a home from another program. Formats: "
+        + "; ".join(f"{name}: {importer.help}" for name, importer in IMPORTERS.items()),
+    )
+    parser.add_argument("format", choices=list(IMPORTERS), metavar="FORMAT", help="see above")
+    parser.add_argument("file", type=Path, help="the file to read")
+    parser.add_argument("--out", type=Path | None, help="folder for the trace")
+    parser.add_argument(
+        "--furniture",
+        type=tuple[str, ...],
+        default=(),
+        help="labels that are furniture besides those of the type table (docs/priors.md)",
+    )
+    parser.add_argument(
+        "--start",
+        type=str | None,
+        help="local date and time of the file's state: 2024-05-06T07:30",
+    )
+    parser.add_argument(
+        "--memory", type=Path | None, help="file for a memory that has seen all of it"
+    )
+    parser.add_argument(
+        "--prior",
+        type=str | None,
+        help="of the memory: prior file; the shipped one if left out",
+    )
+    options = parse(parser, arguments)
     if options.out is None and options.memory is None:
         raise ValueError("import must make something, got neither. Give --out or --memory.")
-    trace, builder = IMPORTERS[options.format].read(options.file, options.furniture)
+    trace, builder = IMPORTERS[options.format].read(options.file, list(options.furniture))
     if options.start is not None:
         trace = replace(trace, layout=replace(trace.layout, start=read_start(options.start)))
     print(builder.summarise())
