@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -53,6 +54,10 @@ class HomeHistory:
         added = (0, num_added)
         self.look_times = np.pad(self.look_times, ((0, 0), added, (0, 0)), constant_values=_NEVER)
         self.moves = np.pad(self.moves, ((0, 0), added, added))
+
+    def copy(self) -> HomeHistory:
+        """Return the same counts, which can be changed alone."""
+        return copy.deepcopy(self)
 
     def take(self, furniture: np.ndarray, edges: np.ndarray) -> HomeHistory:
         """Return a copy that keeps some furniture (F,) and edges (E,), bool."""

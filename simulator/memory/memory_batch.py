@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -24,7 +25,7 @@ EDGE_COUNTERS = (
     "is_true",
 )  # fmt: skip
 # Counted beside the paper's counters, and in no snapshot: `simulator.evidence` reads them.
-OBJECT_HISTORY = ("first_observed",)
+OBJECT_HISTORY = ("first_observed", "num_at_once")
 EDGE_HISTORY = ("num_absent",)
 EDGE_MEASURES = ("missed", "confidence")  # float32
 
@@ -88,8 +89,9 @@ class MemoryBatch:
             or less furniture end with -1.
         furniture_num_observed, furniture_last_observed: looks so far and the last one, (H, F).
         objects: table of object nodes (home, key, label, type, num_observed, last_observed,
-            num_moved, last_moved, last_furniture, first_observed); `key` is the description,
-            `type` the prior's object type or -1.
+            num_moved, last_moved, last_furniture, first_observed, num_at_once); `key` is the
+            description, `type` the prior's object type or -1; `num_at_once` is the most things of
+            this description that a robot has seen in one time step (0 in simulated homes).
         edges: table of object-furniture edges (home, object, furniture, relation, prior,
             num_observed, num_true, num_changed, last_observed, last_changed, last_true,
             is_true, num_absent, missed, confidence); relation 0 "in", 1 "onTop"; `num_absent` is
@@ -177,6 +179,18 @@ class MemoryBatch:
     def home_num_rooms(self) -> np.ndarray:
         """Rooms of each home, the first columns of its row, (H,)."""
         return (self.room_label >= 0).sum(axis=1)
+
+    def copy(self) -> MemoryBatch:
+        """Return the same memories without open questions, which can be changed alone."""
+        copied = copy.copy(self)
+        copied.labels = list(self.labels)
+        copied.furniture_num_observed = self.furniture_num_observed.copy()
+        copied.furniture_last_observed = self.furniture_last_observed.copy()
+        copied.objects, copied.edges = self.objects.copy(), self.edges.copy()
+        copied.history = self.history.copy()
+        copied._row_of_key = self._row_of_key.copy()
+        copied._pending = None
+        return copied
 
     def set_layout(
         self,

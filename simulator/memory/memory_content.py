@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from simulator.memory.clock import Clock
 from simulator.memory.home_history import HomeHistory
-from simulator.memory.home_layout import Furniture, HomeLayout
+from simulator.memory.home_layout import Furniture, HomeLayout, read_position
 from simulator.memory.memory_batch import (
     EDGE_COUNTERS,
     EDGE_HISTORY,
@@ -20,6 +20,7 @@ from simulator.memory.memory_batch import (
     OBJECT_COUNTERS,
     OBJECT_HISTORY,
 )
+from simulator.memory.step_log import StepLook
 from simulator.memory.words import read_words
 
 OBJECT_COLUMNS = (*OBJECT_COUNTERS, "last_furniture", *OBJECT_HISTORY)
@@ -49,6 +50,9 @@ class MemoryContent:
         history: of the home as a whole.
         asked: position of the object asked for since the last step, None without one.
         clock: what time it is at every time step; None if nobody knows.
+        looks: of the present time step, in order; all else is as it was before them.
+        sought: by words of a description and furniture id, looks that were about this alone and
+            did not find it there: how many, weighed by what was in view, and when the last was.
     """
 
     time: int
@@ -62,6 +66,8 @@ class MemoryContent:
     history: HomeHistory
     asked: int | None
     clock: Clock | None = None
+    looks: tuple[StepLook, ...] = ()
+    sought: Mapping[tuple[str, int], tuple[float, int]] = field(default_factory=dict)
 
     @classmethod
     def empty(cls, prior: str, clock: Clock | None = None) -> MemoryContent:
@@ -126,6 +132,8 @@ class MemoryContent:
             },
             history=self.history.take(keep_furniture, keep_edge),
             asked=None,
+            looks=(),
+            sought={key: value for key, value in self.sought.items() if key[1] in kept},
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -137,6 +145,7 @@ class MemoryContent:
             "rooms": [[number, label] for number, label in self.layout.rooms.items()],
             "furniture": [
                 [number, node.label, node.room, node.description]
+                + ([] if node.position is None else [list(node.position)])
                 for number, node in self.layout.furniture.items()
             ],
             "num_rooms_ever": self.layout.num_rooms_ever,
@@ -158,6 +167,8 @@ class MemoryContent:
             "history": self.history.to_json(),
             "asked": self.asked,
             "clock": None if self.clock is None else self.clock.to_json(),
+            "looks": [look.to_json() for look in self.looks],
+            "sought": [[*key, *value] for key, value in self.sought.items()],
         }
 
     @classmethod
@@ -169,7 +180,7 @@ class MemoryContent:
         """
         try:
             clock = data.get("clock")
-            objects = _read_table(_add_first_observed(data["objects"]), OBJECT_COLUMNS)
+            objects = _read_table(_add_history(data["objects"]), OBJECT_COLUMNS)
             edges = _read_table(_add_num_absent(data["edges"]), _EDGE_NUMBERS)
             measures = _compute_measures(edges)
             measures |= _read_measures(data.get("edge_measures", {}))
@@ -184,7 +195,10 @@ class MemoryContent:
                 labels=tuple(data["labels"]),
                 layout=HomeLayout(
                     dict(data["rooms"]),
-                    {number: Furniture(*node) for number, *node in data["furniture"]},
+                    {
+                        number: Furniture(label, room, description, read_position(*position))
+                        for number, label, room, description, *position in data["furniture"]
+                    },
                     data["num_rooms_ever"],
                     data["num_furniture_ever"],
                 ),
@@ -195,6 +209,11 @@ class MemoryContent:
                 history=history,
                 asked=data["asked"],
                 clock=None if clock is None else Clock.from_json(clock),
+                looks=tuple(StepLook.from_json(look) for look in data.get("looks", ())),
+                sought={
+                    (str(words), furniture): (float(count), time)
+                    for words, furniture, count, time in data.get("sought", ())
+                },
             )
             content._check()
         except (KeyError, TypeError, AttributeError, OverflowError) as error:
@@ -240,6 +259,14 @@ class MemoryContent:
         _check_between("edge furniture", self.edges["furniture"], 0, num_furniture - 1)
         _check_between("relations", self.edges["relation"], 0, 1)
         _check_between("is_true", self.edges["is_true"], 0, 1)
+        for look in self.looks:
+            if look.furniture not in layout.furniture:
+                raise ValueError(f"there is no furniture {look.furniture}")
+        for (name, furniture), (count, time) in self.sought.items():
+            read_words("description", name)
+            _check_between("time of a look", [time], 0, self.time)
+            if furniture not in layout.furniture or not 0 < count < MAX_TIME:
+                raise ValueError(f"no {count!r} looks for {name!r} at furniture {furniture!r}")
         _check_between("asked", [] if self.asked is None else [self.asked], 0, num_objects - 1)
         texts = [*self.labels, *layout.rooms.values(), *self.descriptions]
         for node in layout.furniture.values():
@@ -260,12 +287,17 @@ def _number(keep: np.ndarray) -> np.ndarray:
     return np.append(np.where(keep, np.cumsum(keep) - 1, -1), -1)
 
 
-def _add_first_observed(objects: Mapping[str, list[int]]) -> Mapping[str, list[int]]:
-    """Take the start for the first sighting of what was saved before it was counted."""
-    if "first_observed" in objects:
-        return objects
+def _add_history(objects: Mapping[str, list[int]]) -> Mapping[str, list[int]]:
+    """Add what was not counted yet when a memory was saved.
+
+    The start stands for the first sighting, and of everything one was seen at once.
+    """
     counts = zip(objects["num_observed"], objects["last_observed"], strict=True)
-    return {**objects, "first_observed": [last if num < 2 else 0 for num, last in counts]}
+    added = {
+        "first_observed": [last if num < 2 else 0 for num, last in counts],
+        "num_at_once": [min(num, 1) for num in objects["num_observed"]],
+    }
+    return {**added, **objects}
 
 
 def _add_num_absent(edges: Mapping[str, list[int]]) -> Mapping[str, list[int]]:

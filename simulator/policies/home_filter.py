@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from simulator.arrays.padded import sum_rows
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.policies.belief import AsOf, Belief, Rules, Subjects
 from simulator.policies.filters import PriorFilter
-from simulator.policies.inventory import sum_furniture
-from simulator.policies.place_filter import AsOf, Belief, Rules, Subjects
 
 
 @dataclass(slots=True)
@@ -113,8 +113,8 @@ class HomeFilter(PriorFilter):
         type_possible[is_unknown] = own_possible[is_unknown] = 1.0
         expected = rules.initial * type_possible * own_possible
         num_furniture = self._num_furniture[subjects.home]
-        before = sum_furniture(rules.initial, num_furniture)
-        after = sum_furniture(expected, num_furniture)
+        before = sum_rows(rules.initial, num_furniture)
+        after = sum_rows(expected, num_furniture)
         scale = np.divide(before, after, out=np.ones_like(after), where=after > 0)
         return HomeBelief(
             last=np.zeros(expected.shape),

@@ -10,6 +10,7 @@ from simulator.policies.filters import Ceiling, PriorFilter
 from simulator.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
 from simulator.policies.home_filter import HomeFilter
 from simulator.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior, Oracle
+from simulator.policies.persistence import Persistence
 from simulator.policies.policy import Policy
 from simulator.world.homes import Homes
 from simulator.world.source import HomeSource
@@ -25,6 +26,7 @@ POLICIES: Mapping[str, type[Policy]] = {
     "last_seen_prior": LastSeenUnlessAbsentPrior,
     "prior_filter": PriorFilter,
     "home_filter": HomeFilter,
+    "persistence": Persistence,
     "adaptive": Adaptive,
     "oracle": Oracle,
     "ceiling": Ceiling,
