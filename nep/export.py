@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from jsonargparse import ArgumentParser, Namespace
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -32,6 +33,7 @@ from nep.report.results import list_versions
 from simulator.command_line import (
     add_home_arguments,
     make_parser,
+    normalise,
     one_line_errors,
     parse,
     pick,
@@ -44,6 +46,8 @@ from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import Streams
 
 CARD = "MODEL_CARD.md"
+
+_SIZES = ("num_homes", "steps", "seed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,16 +267,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 options.checkpoint,
                 options.folder,
                 config,
-                _write_command(arguments),
+                _write_command(parser, options, arguments),
                 lambda what: progress.update(bar, advance=1, description=what),
             )
     print(f"{options.folder}: {CONFIG}, {WEIGHTS}" + (f", {CARD}" if config.num_homes else ""))
 
 
-def _write_command(arguments: Sequence[str]) -> str:
+def _write_command(parser: ArgumentParser, options: Namespace, arguments: Sequence[str]) -> str:
     """Return the command line, with the names alone of files outside the working folder."""
-    words = [Path(word).name if Path(word).is_absolute() else word for word in arguments]
-    return shlex.join(["python", "-m", "nep.export", *words])
+    paths = [
+        path.name if path.is_absolute() else str(path)
+        for path in (options.checkpoint, options.folder)
+    ]
+    sizes = [f"--{name}={options[name]}" for name in _SIZES]
+    others = [
+        word
+        for word in normalise(parser, arguments)
+        if word.startswith("--") and word[2:].partition("=")[0] not in (*_SIZES, "threads")
+    ]
+    return shlex.join(["python", "-m", "nep.export", *paths, *sizes, *others])
 
 
 if __name__ == "__main__":

@@ -68,7 +68,7 @@ def find_searcher(name: str, known: Mapping[str, Searcher], look_cost: float) ->
         raise ValueError(
             f"policy must be one of {', '.join(known)}, got {name!r}. Choose one of these, with "
             f"'{TRAVEL}' at its end for a travel-aware search; a trained network is played by "
-            "`python -m nep.igridson`."
+            "`python -m nep.igridson --checkpoint CKPT`."
         )
     return replace(known[plain], is_travel_aware=name != plain, look_cost=look_cost)
 
