@@ -7,7 +7,8 @@ import sys
 from argparse import ArgumentError
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from types import UnionType
+from typing import TYPE_CHECKING, Any, Union, get_args, get_origin
 
 from simulator.fan_out import BACKENDS
 from simulator.home_options import SOURCES, HomeOptions
@@ -203,13 +204,11 @@ def _list_kinds(parser: ArgumentParser) -> dict[str, str]:
     """Tell of each option whether it takes several values, "list", or may have none, "flag"."""
     kinds = {}
     for action in parser._actions:
-        typehint = str(getattr(action, "_typehint", None))
-        kind = "value"
-        if typehint == "<class 'bool'>":
-            kind = "flag"
-        elif typehint.startswith(("collections.abc.Sequence", "list[", "tuple[")):
-            kind = "list"
-        kinds[action.dest] = kind
+        typehint = getattr(action, "_typehint", None)
+        is_union = get_origin(typehint) in (Union, UnionType)
+        parts = get_args(typehint) if is_union else (typehint,)
+        is_list = get_origin(parts[0]) in (list, tuple, Sequence)
+        kinds[action.dest] = "flag" if typehint is bool else "list" if is_list else "value"
     return kinds
 
 

@@ -8,7 +8,7 @@ import pytest
 from simulator import collect
 from simulator.snapshots.shards import load_manifest, load_shard
 from simulator.trace import load_trace
-from simulator.trace.command import main
+from simulator.trace.__main__ import main
 
 
 def test_record_and_check(tmp_path, capsys):
