@@ -13,9 +13,12 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("simulator", "datamodules", "nep")
 # What the commands of a recipe print: the thing itself, in its table.
 EXPECTED = {
+    "A model": r"own +0\.\d+",
     "A policy": r"most_seen:MostSeen +0\.\d+",
     "A task": r"Two Guesses",
-    "A metric": r"MRR",
+    "A metric": r"\| MRR \|",
+    "An importer of recorded homes": r"placed: 2 rooms, 3 furniture nodes, 4 objects",
+    "A prior source": r"diary: 12 read(.|\n)*kitchen",
 }
 
 
