@@ -75,6 +75,7 @@ def test_every_recipe_is_expected_to_show_something():
     assert RECIPES.keys() == EXPECTED.keys()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("title", RECIPES)
 def test_a_recipe_leads_to_its_table(tmp_path, title):
     for package in PACKAGES:  # with what Python and numba have compiled
