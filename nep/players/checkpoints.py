@@ -170,13 +170,14 @@ def load_exported(folder: Path) -> TrainedModel:
         features = _read_features(config["features"])
         module = _build_module(config["model"], folder)
         weights = (folder / WEIGHTS).read_bytes()
+        tensors = load_tensors(weights)
         checksum = hashlib.sha256(weights).hexdigest()
         if config.get("weights_sha256", checksum) != checksum:  # older exports do not name it
             raise ValueError(
                 f"{WEIGHTS} must be those of {CONFIG}, got others in {folder}: the export was "
                 "interrupted, or files of two were mixed. Export again."
             )
-        module.load_state_dict(load_tensors(weights))
+        module.load_state_dict(tensors)
         calibration = config["calibration"] and Calibration(**config["calibration"])
     except OSError as error:
         raise ValueError(
