@@ -42,6 +42,7 @@ SCORES = {
         "oracle": "de308fc03a5e8ec2",
         "prior_filter": "16e45a5669f36087",
         "home_filter": "8be2caa34c77f0ae",
+        "persistence": "b02a738085b5bdd5",
         "ceiling": "b5c6e2eedb5f0304",
     },
     "relative_likelihood": {
@@ -55,6 +56,7 @@ SCORES = {
         "oracle": "be78d304ee1318e6",
         "prior_filter": "a167ebc2520c8822",
         "home_filter": "dcaa872119357e06",
+        "persistence": "5fa819ab24f9ba00",
         "ceiling": "c8020c70d6651c9f",
     },
     "find_object": {
@@ -68,6 +70,7 @@ SCORES = {
         "oracle": "d6242a9c6a461b5b",
         "prior_filter": "3c81cc52607a2297",
         "home_filter": "901f3b0170932fe8",
+        "persistence": "05427719452d5905",
         "ceiling": "c2f6e6f2b9ccfd97",
     },
 }
