@@ -35,7 +35,8 @@ ORDER = """
     simulator.tasks simulator.robot simulator.trace simulator.realism simulator.gym
     simulator.igridson simulator.collect simulator.testing simulator
     datamodules.text datamodules
-    nep.importers nep.layers nep.encoders nep.model nep.players nep.report nep.robot nep.callbacks
+    nep.importers nep.layers nep.encoders nep.model nep.players nep.report nep.kinds nep.robot
+    nep.callbacks
     nep.fit nep.evaluate nep.paper nep
 """.split()
 COMMANDS = "commands"

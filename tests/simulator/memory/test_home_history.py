@@ -2,6 +2,7 @@
 
 import json
 import math
+from datetime import datetime
 
 import numpy as np
 import pytest
@@ -89,8 +90,6 @@ def test_only_the_latest_looks_are_kept(memory):
 @pytest.fixture
 def lived_in():
     """A home with a clock whose steps are half an hour from 07:00 on, and furniture removed."""
-    from datetime import datetime
-
     memory = SceneGraphMemory(clock=Clock(datetime(2026, 11, 16, 7), 1800.0))
     kitchen = memory.add_room("kitchen")
     shelf, table, sink = (memory.add_furniture(x, kitchen) for x in ("shelf", "table", "sink"))
