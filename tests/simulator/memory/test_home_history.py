@@ -128,7 +128,7 @@ def test_is_saved_and_goes_on(lived_in, tmp_path):
 
 
 def test_a_file_from_before_is_read(lived_in):
-    content = lived_in._get_content()
+    content = lived_in._state.get_content()
     data = content.to_json()
     del data["history"], data["objects"]["first_observed"], data["edges"]["num_absent"]
     old = type(content).from_json(data)
@@ -150,7 +150,7 @@ def test_a_file_from_before_is_read(lived_in):
     ],
 )
 def test_counts_that_do_not_fit_are_refused(lived_in, part, value, message):
-    content = lived_in._get_content()
+    content = lived_in._state.get_content()
     data = content.to_json()
     data["history"][part] = value
     with pytest.raises(ValueError, match=message):
