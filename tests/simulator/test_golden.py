@@ -44,6 +44,7 @@ SCORES = {
         "oracle": "1a32f29a5d826fc6",
         "prior_filter": "7eb2644df369f1cb",
         "home_filter": "dc58601554711479",
+        "persistence": "8cc7c3012a40cc01",
         "ceiling": "baf40cf8a4d22a13",
     },
     "relative_likelihood": {
@@ -57,6 +58,7 @@ SCORES = {
         "oracle": "be78d304ee1318e6",
         "prior_filter": "a167ebc2520c8822",
         "home_filter": "dcaa872119357e06",
+        "persistence": "5fa819ab24f9ba00",
         "ceiling": "c8020c70d6651c9f",
     },
     "find_object": {
@@ -70,6 +72,7 @@ SCORES = {
         "oracle": "d6242a9c6a461b5b",
         "prior_filter": "3c81cc52607a2297",
         "home_filter": "901f3b0170932fe8",
+        "persistence": "05427719452d5905",
         "ceiling": "c2f6e6f2b9ccfd97",
     },
 }
