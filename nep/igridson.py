@@ -26,6 +26,12 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument("--threads", type=int)
     options, rest = parser.parse_known_args(args)
     if options.threads is not None:
+        if options.threads < 1:
+            print(
+                f"error: threads must be at least 1, got {options.threads}. Raise it.",
+                file=sys.stderr,
+            )
+            return 2
         torch.set_num_threads(options.threads)
     searchers: dict[str, Searcher] = {}
     if options.checkpoint is not None:

@@ -11,7 +11,7 @@ from simulator.world.paper_dynamics import PaperDynamics
 from simulator.world.sensing import SENSING, ConstantMisses, Sensing
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class HomeConfig:
     """Rules that a sampled home obeys; the defaults are the paper's.
 

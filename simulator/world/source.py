@@ -73,6 +73,11 @@ class HomeSource(ABC):
         return False
 
     @property
+    def left_out(self) -> Sequence[str]:
+        """What was not taken of recorded homes, a line each."""
+        return ()
+
+    @property
     def knows(self) -> frozenset[str]:
         """What is known of the true homes, of what policies may need."""
         return frozenset((TRUE_TRANSITIONS, TRUE_PLACE_WEIGHTS))

@@ -8,7 +8,7 @@ import torch
 
 from nep.importers.homer import read_homer
 from simulator.trace import load_trace
-from simulator.trace.command import main
+from simulator.trace.__main__ import main
 
 # node, category
 NODES = [
