@@ -46,8 +46,8 @@ _CEILING = "`ceiling` knows how the home behaves; it is what an answer can be wo
 _KINDS = """
 ## Homes of every kind
 
-The network beside the best rule in each kind of home (`python -m nep.any_home`). It was trained in no
-recorded home.
+The network beside the best rule in each kind of home (`python -m nep.any_home`). It was trained in
+no recorded home.
 
 {}"""
 _RECORDED = {
