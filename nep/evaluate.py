@@ -16,7 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from nep.players.checkpoints import list_shipped
 from nep.players.contestants import Checkpoint, check_contestants, list_contestants
-from nep.players.policy import NEPPolicy
+from nep.players.own_encoders import add_encoder_argument
 from nep.report.figures import draw_over_steps
 from nep.report.results import Results, ScoreSummary, list_versions
 from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
@@ -84,7 +84,7 @@ class EvaluateConfig:
                 raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}. Raise it.")
         check_contestants(self.tasks, self.policies, self.checkpoints)
         recordings = self.load_recordings()
-        readers = [row.name for row in self.checkpoints if NEPPolicy.load(row.path).reads_clock]
+        readers = [row.name for row in self.checkpoints if row.load().reads_clock]
         if recordings is not None:
             recordings.check_steps(self.steps)
             check_policies(self.policies, recordings)
@@ -252,6 +252,7 @@ def _make_parser() -> argparse.ArgumentParser:
         help="a trained network, for all tasks or for one: a checkpoint, an exported folder or "
         f"one that ships with the package ({', '.join(list_shipped())}); may be repeated",
     )
+    add_encoder_argument(parser)
     parser.add_argument("--num_homes", type=int, default=defaults.num_homes, help="sampled homes")
     parser.add_argument("--steps", type=int, help="time steps; 100, or all recorded ones")
     parser.add_argument("--seed", type=int, default=defaults.seed, help="seed of the homes")
@@ -283,7 +284,9 @@ def _make_config(options: argparse.Namespace) -> EvaluateConfig:
     return EvaluateConfig(
         tasks=tuple(TASKS) if options.tasks == ["all"] else tuple(options.tasks),
         policies=policies.get(tuple(options.policies), tuple(options.policies)),
-        checkpoints=tuple(Checkpoint.parse(text) for text in options.checkpoint),
+        checkpoints=tuple(
+            Checkpoint.parse(text, options.encoder_module) for text in options.checkpoint
+        ),
         num_homes=homes,
         steps=steps if options.steps is None else options.steps,
         seed=options.seed,

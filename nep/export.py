@@ -23,6 +23,7 @@ from nep.players.checkpoints import (
     load_config,
     save_exported,
 )
+from nep.players.own_encoders import add_encoder_argument, import_encoders
 from nep.players.policy import NEPPolicy
 from nep.players.searches import Decisions, play_searches
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
@@ -183,6 +184,7 @@ def _make_parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     parser.add_argument("--steps", type=int, default=defaults.steps, help="time steps per home")
     parser.add_argument("--seed", type=int, default=defaults.seed, help="of the homes")
+    add_encoder_argument(parser)
     parser.add_argument("--threads", type=int, help="CPU threads; all cores if left out")
     return parser
 
@@ -203,6 +205,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         config = ExportConfig(options.homes, options.steps, options.seed)
         with Progress(*columns, console=console, transient=True) as progress:
             bar = progress.add_task("loading", total=config.count_steps())
+            import_encoders(options.encoder_module)
             export_model(
                 options.checkpoint,
                 options.folder,

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import torch
 
+from nep.players.own_encoders import add_encoder_argument, import_encoders
 from nep.players.policy import NEPPolicy
 from simulator.igridson import command
 from simulator.igridson.find_object import Searcher
@@ -24,12 +25,14 @@ def main(args: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog=PROG, add_help=False, allow_abbrev=False)
     parser.add_argument("--checkpoint")  # a name of one that ships with the package is no path
     parser.add_argument("--threads", type=int)
+    add_encoder_argument(parser)
     options, rest = parser.parse_known_args(args)
     if options.threads is not None:
         torch.set_num_threads(options.threads)
     searchers: dict[str, Searcher] = {}
     if options.checkpoint is not None:
         try:
+            import_encoders(options.encoder_module)
             policy = NEPPolicy.load(options.checkpoint)
         except (ValueError, OSError) as error:
             print(f"{PROG}: {error}", file=sys.stderr)

@@ -29,6 +29,7 @@ class Evaluation:
         checkpoint: the network; None for a policy.
         homes, steps, seed: of the test homes.
         path: the file.
+        encoder_modules: modules of encoders from outside the package.
     """
 
     setting: Setting
@@ -38,6 +39,7 @@ class Evaluation:
     steps: int
     seed: int
     path: Path
+    encoder_modules: tuple[str, ...] = ()
 
     def describe(self) -> dict[str, Any]:
         """Return everything that the scores depend on, as JSON values."""
@@ -69,7 +71,11 @@ class Evaluation:
         if self.is_done():
             return
         policies = [] if self.checkpoint else [self.contestant]
-        networks = [Checkpoint(self.contestant, self.checkpoint)] if self.checkpoint else []
+        networks = []
+        if self.checkpoint:
+            networks = [
+                Checkpoint(self.contestant, self.checkpoint, encoder_modules=self.encoder_modules)
+            ]
         (make,) = list_contestants(self.setting.task, policies, networks).values()
         scores = evaluate_policy(
             make,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -109,7 +110,7 @@ def load_checkpoint(path: Path) -> TrainedModel:
         # Checkpoints from before the schema was written down have the first one.
         check_feature_schema(data.get("feature_schema", 1), path)
         features = FeatureConfig(**data["features"])
-        module = NEPModule.load_from_checkpoint(path, map_location="cpu", weights_only=True)
+        module = _make_module(content["hyper_parameters"], content["state_dict"], path)
     except OSError as error:
         raise ValueError(
             f"checkpoint must be a file that can be read, got {error.strerror!r} for {path}. "
@@ -162,11 +163,9 @@ def load_exported(folder: Path) -> TrainedModel:
     config = load_config(folder)
     try:
         features = FeatureConfig(**config["features"])
-        hyperparameters = dict(config["model"])
-        encoder = hyperparameters.pop("encoder")
-        encoder_class = _find_encoder(encoder["class_path"], folder)
-        module = NEPModule(encoder_class(**encoder["init_args"]), **hyperparameters)
-        module.load_state_dict(load_tensors((folder / WEIGHTS).read_bytes()))
+        module = _make_module(
+            config["model"], load_tensors((folder / WEIGHTS).read_bytes()), folder
+        )
         calibration = config["calibration"] and Calibration(**config["calibration"])
     except OSError as error:
         raise ValueError(
@@ -248,6 +247,18 @@ def check_feature_schema(version: object, where: str | Path) -> None:
         )
 
 
+def _make_module(
+    hyperparameters: Mapping[str, Any], weights: Mapping[str, torch.Tensor], where: Path
+) -> NEPModule:
+    """Make a network of what a file says, of classes that are loaded already."""
+    settings = {name: value for name, value in hyperparameters.items() if name[0] != "_"}
+    encoder = settings.pop("encoder")
+    encoder_class = _find_encoder(encoder["class_path"], where)
+    module = NEPModule(encoder_class(**encoder["init_args"]), **settings)
+    module.load_state_dict(weights)
+    return module
+
+
 def _find_encoder(class_path: str, where: Path) -> type[Encoder]:
     """Find an encoder class among those that are loaded; a file never makes us import one."""
     found: dict[str, type[Encoder]] = {}
@@ -259,7 +270,7 @@ def _find_encoder(class_path: str, where: Path) -> type[Encoder]:
     if class_path not in found:
         raise ValueError(
             f"encoder must be one of {', '.join(sorted(found))}, got {class_path!r} in {where}. "
-            "Import your own encoder's module first."
+            "Name the module of an encoder of your own with --encoder_module, or import it first."
         )
     return found[class_path]
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import torch
 
 from nep.players.checkpoints import PRETRAINED, WEIGHTS, find_trained
+from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from simulator.files import compute_checksum
 from simulator.policies import POLICIES, Policy, check_policy, make_policy
@@ -27,14 +28,16 @@ class Checkpoint:
         name: in tables and figures.
         path: the checkpoint, or the exported folder.
         task: the task that it plays, None for all.
+        encoder_modules: modules of encoders from outside the package, see `import_encoders`.
     """
 
     name: str
     path: Path
     task: str | None = None
+    encoder_modules: tuple[str, ...] = ()
 
     @classmethod
-    def parse(cls, text: str) -> Checkpoint:
+    def parse(cls, text: str, encoder_modules: Sequence[str] = ()) -> Checkpoint:
         """Read `SOURCE`, `NAME=SOURCE` or `NAME@TASK=SOURCE`, where the source is a path or "heat".
 
         A path alone is named after its folder: `runs/heat/version_0/checkpoints/last.ckpt` is
@@ -46,11 +49,21 @@ class Checkpoint:
         name, separator, source = text.partition("=")
         if not separator or Path(text).exists():
             path = find_trained(text)
-            return cls(_name_after(path.absolute()), path)
+            return cls(_name_after(path.absolute()), path, None, tuple(encoder_modules))
         name, separator, task = name.partition("@")
         if separator:
             check_task(task)
-        return cls(name, find_trained(source), task if separator else None)
+        found = find_trained(source)
+        return cls(name, found, task if separator else None, tuple(encoder_modules))
+
+    def load(self) -> NEPPolicy:
+        """Load the network.
+
+        Raises:
+            ValueError: if it is no fit for this version of the package.
+        """
+        import_encoders(self.encoder_modules)
+        return NEPPolicy.load(self.path)
 
     def describe(self) -> dict[str, str | None]:
         """Return name, task, path and SHA-256 (of an exported folder's weights), as JSON values."""
@@ -101,7 +114,7 @@ def check_contestants(
                 "with --policies or --checkpoint."
             )
     for checkpoint in checkpoints:
-        NEPPolicy.load(checkpoint.path)
+        checkpoint.load()
 
 
 def list_contestants(
@@ -122,7 +135,7 @@ def list_contestants(
     players: dict[str, MakePolicy] = {name: partial(make, name) for name in policies}
     for point in checkpoints:
         if point.task in (None, task):
-            players[point.name] = partial(_load_network, point.path, threads)
+            players[point.name] = partial(_load_network, point, threads)
     return players
 
 
@@ -132,7 +145,7 @@ def _make_policy_beside_networks(name: str, homes: Homes) -> Policy:
     return make_policy(name, homes)
 
 
-def _load_network(path: Path, threads: int | None, homes: Homes) -> Policy:
+def _load_network(point: Checkpoint, threads: int | None, homes: Homes) -> Policy:
     if threads is not None:
         torch.set_num_threads(threads)
-    return NEPPolicy.load(path).with_rules(homes.prior, homes.configs)
+    return point.load().with_rules(homes.prior, homes.configs)
