@@ -15,9 +15,8 @@ import time
 from _measure import Benchmark, Measure, run
 
 from simulator.policies import POLICIES, make_policy
-from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.evaluation import evaluate_policy
-from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 FILTERS = ("prior_filter", "home_filter", "ceiling")
@@ -26,14 +25,11 @@ FILTERS = ("prior_filter", "home_filter", "ceiling")
 def prepare(tiny: bool) -> tuple[Measure, str]:
     """Choose the size."""
     num_homes, num_steps = (2, 3) if tiny else (100, 100)
-    prior = PriorGraph.default()
 
     def play(name: str) -> float:
         streams = Streams(0, "val", range(num_homes))
         start = time.perf_counter()
-        evaluate_policy(
-            lambda homes: make_policy(name, homes), prior, HomeConfig(), streams, num_steps
-        )
+        evaluate_policy(lambda homes: make_policy(name, homes), SampledSource(), streams, num_steps)
         return num_homes * num_steps / (time.perf_counter() - start)
 
     def measure() -> tuple[float, dict[str, float]]:

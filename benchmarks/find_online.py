@@ -10,21 +10,20 @@ from __future__ import annotations
 from _measure import Benchmark, Measure, rate, run
 from _network import make_policy
 
-from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.evaluation import evaluate_policy
-from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:
     """Make the policy."""
     num_homes, num_episodes = (2, 2) if tiny else (100, 5)
-    policy, prior = make_policy(), PriorGraph.default()
+    policy = make_policy()
 
     def work() -> int:
         streams = Streams(0, "val", range(num_homes))
         evaluate_policy(
-            lambda homes: policy, prior, HomeConfig(), streams, num_episodes, task="find_object"
+            lambda homes: policy, SampledSource(), streams, num_episodes, task="find_object"
         )
         return num_homes * num_episodes
 

@@ -150,6 +150,10 @@ class GraphBuilder:
         """Return the cosine of the text vectors of every pair of labels, float32 (L, L)."""
         return self._get_text(tuple(labels))[1]
 
+    def compare_labels(self, label: str, others: Sequence[str]) -> np.ndarray:
+        """Return the cosines of a label's text vector with those of others, float32 (n,)."""
+        return self._text.cosines([label, *others])[0, 1:]
+
     @property
     def text_name(self) -> str:
         """Name and version of the text vectors; a model fits the ones it was trained with."""

@@ -18,8 +18,9 @@ from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.collect import CollectConfig, collect
-from simulator.trace.recordings import Recordings, TraceConfig
+from simulator.home_options import HomeOptions, MakeSource
 from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 
 
 class SGMDataModule(pl.LightningDataModule):
@@ -39,7 +40,9 @@ class SGMDataModule(pl.LightningDataModule):
         val_snapshots: int | None = None,
         policy: str = "bayesian",
         task: str = "predict_location",
-        dynamic_nodes: bool = True,
+        homes: MakeSource = SampledSource,
+        val_homes: MakeSource | None = None,
+        home: HomeConfig | None = None,
         prior: str | None = None,
         seed: int = 0,
         batch_size: int = 100,
@@ -65,7 +68,10 @@ class SGMDataModule(pl.LightningDataModule):
             val_snapshots: the same for validation.
             policy: the policy that collects.
             task: the task it plays.
-            dynamic_nodes: whether objects are added and removed.
+            homes: where homes come from: gets the prior and the rules, as the class of a source
+                does.
+            val_homes: the same for validation; None for other homes of the same source.
+            home: rules of the homes; None for the paper's.
             prior: prior file; None for the shipped default.
             seed: of homes and collection, and of the shuffling.
             batch_size: snapshots per batch.
@@ -75,8 +81,8 @@ class SGMDataModule(pl.LightningDataModule):
             num_hops: prune graphs to this many hops around the query edges; None keeps all.
             workers: processes for collecting; None for one per core.
             trace: train in all recorded homes and steps of these traces, or folders of traces
-                (docs/traces.md), by their own rules; None to sample homes. `homes`, `steps`,
-                `num_val_homes` and `dynamic_nodes` are of sampled homes.
+                (docs/traces.md), by their own rules, instead of `homes`; `num_homes`, `steps`,
+                `num_val_homes` are then what was recorded.
             val_trace: the same for validation; other homes than `trace`.
             step_seconds: length of a step of recorded homes; None for an hour, or what they were
                 simulated with.
@@ -94,36 +100,35 @@ class SGMDataModule(pl.LightningDataModule):
         ):  # fmt: skip
             if value is not None and value < 1:
                 raise ValueError(f"{name} must be at least 1, got {value}. Raise it.")
+        if (trace is None) != (val_trace is None):
+            raise ValueError(
+                "trace and val_trace must come together, and step_seconds and by_day with them,"
+                f" got trace {trace} and val_trace {val_trace}. Name folders for both."
+            )
+        rules = HomeConfig() if home is None else home
+        options = HomeOptions(homes, rules, prior, trace, step_seconds, by_day)
+        source = val_source = options.make()
+        if val_trace is not None or val_homes is not None:
+            val_source = replace(options, homes=val_homes or homes, trace=val_trace).make()
         self.train_config = CollectConfig(
-            num_homes=num_homes,
-            steps=steps,
+            homes=source,
+            num_homes=source.num_homes or num_homes,
+            steps=source.num_steps or steps,
             policy=policy,
             task=task,
             seed=seed,
-            home=HomeConfig(dynamic_nodes=dynamic_nodes),
-            prior=prior,
             belief=features is not None and features.belief,
             evidence=features is not None and features.evidence,
             grades=grades,
         )
-        self.val_config = replace(self.train_config, split="val", num_homes=num_val_homes)
-        if (trace, val_trace, step_seconds, by_day) != (None, None, None, False):
-            if trace is None or val_trace is None:
-                raise ValueError(
-                    "trace and val_trace must come together, and step_seconds and by_day with them,"
-                    f" got trace {trace} and val_trace {val_trace}. Name folders for both."
-                )
-            recorded = TraceConfig(tuple(trace), step_seconds, by_day)
-            to_validate = replace(recorded, folders=tuple(val_trace))
-            self.train_config, recordings = _record(self.train_config, recorded)
-            self.val_config, val_recordings = _record(self.val_config, to_validate)
-            _check_recordings(recordings, val_recordings, features)
-        elif features is not None and features.clock:
-            raise ValueError(
-                "homes must have a clock for features.clock, got sampled homes, in which no time "
-                "of day means anything. Name recorded homes by trace and val_trace, or switch the "
-                "feature off."
-            )
+        self.val_config = replace(
+            self.train_config,
+            homes=val_source,
+            split="val",
+            num_homes=val_source.num_homes or num_val_homes,
+            steps=val_source.num_steps or steps,
+        )
+        self._check_sources(features)
         self.data_dir = Path(data_dir)
         self.batch_size = batch_size
         self.train_snapshots = train_snapshots
@@ -140,6 +145,7 @@ class SGMDataModule(pl.LightningDataModule):
                 "training": {
                     "num_homes": self.train_config.num_homes,
                     "steps": self.train_config.steps,
+                    "homes": source.describe(),
                     "is_recorded": trace is not None,
                     "task": task,
                     "policy": policy,
@@ -150,22 +156,25 @@ class SGMDataModule(pl.LightningDataModule):
             logger=False,
         )
 
+    def _check_sources(self, features: FeatureConfig | None) -> None:
+        """Check that homes to validate on are others, and have a clock if the features read one."""
+        train, val = self.train_config.homes, self.val_config.homes
+        if features is not None and features.clock:
+            train.check_clock()
+            val.check_clock()
+        train.check_disjoint(val)
+
     def get_folder(self, config: CollectConfig) -> Path:
         """Return the folder of a collection."""
-        prior = config.load_prior().checksum[:8]
-        recordings = config.load_recordings(config.load_prior())
-        if recordings is None:
-            nodes = "dynamic" if config.home.dynamic_nodes else "static"
-        else:
-            described = json.dumps(recordings.describe()).encode()
-            nodes = f"trace{hashlib.sha256(described).hexdigest()[:8]}"
-        name = f"{config.task}-{config.policy}-{nodes}-{config.steps}steps-seed{config.seed}"
+        described = json.dumps(config.homes.describe(), sort_keys=True).encode()
+        digest = hashlib.sha256(described).hexdigest()[:8]
+        name = f"{config.task}-{config.policy}-{config.steps}steps-seed{config.seed}"
         extras = (
             "-belief" * config.belief + "-evidence" * config.evidence + "-grades" * config.grades
         )
         return (
             self.data_dir
-            / f"{name}-prior{prior}{extras}"
+            / f"{name}-homes{digest}{extras}"
             / f"{config.split}-{config.num_homes}homes"
         )
 
@@ -212,28 +221,6 @@ class SGMDataModule(pl.LightningDataModule):
             shuffle=shuffle is not None,
             generator=shuffle,
             collate_fn=_keep,  # `SnapshotDataset.__getitems__` gives a whole batch
-        )
-
-
-def _record(config: CollectConfig, trace: TraceConfig) -> tuple[CollectConfig, Recordings]:
-    """Return what collects all homes and steps of traces instead of sampled homes, and these."""
-    recordings = trace.load(config.load_prior())
-    config = replace(
-        config, trace=trace, num_homes=recordings.num_homes, steps=recordings.num_steps
-    )
-    return config, recordings
-
-
-def _check_recordings(train: Recordings, val: Recordings, features: FeatureConfig | None) -> None:
-    """Check that homes to validate on are others, and have a clock if the features read one."""
-    if features is not None and features.clock:
-        train.check_clock()
-        val.check_clock()
-    names = {trace.checksum: trace.name for trace in val.traces}
-    for checksum in {trace.checksum for trace in train.traces} & names.keys():
-        raise ValueError(
-            f"homes to validate on must differ from those to train on, got {names[checksum]} in "
-            "trace and val_trace. Take it out of one."
         )
 
 

@@ -16,20 +16,20 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 if TYPE_CHECKING:
     from nep.robot.finder import ObjectFinder
-    from nep.robot.place import Place, Ranking
-    from nep.robot.search_plan import Look, SearchPlan
     from simulator.memory.clock import Clock
     from simulator.memory.scene_graph_memory import SceneGraphMemory
     from simulator.memory.sighting import SeenAt, Sighting
+    from simulator.robot.ranking import Place, Ranking
+    from simulator.robot.search_plan import Look, SearchPlan
 
 _MODULES = {
     "Clock": "simulator.memory.clock",
-    "Look": "nep.robot.search_plan",
+    "Look": "simulator.robot.search_plan",
     "ObjectFinder": "nep.robot.finder",
-    "Place": "nep.robot.place",
-    "Ranking": "nep.robot.place",
+    "Place": "simulator.robot.ranking",
+    "Ranking": "simulator.robot.ranking",
     "SceneGraphMemory": "simulator.memory.scene_graph_memory",
-    "SearchPlan": "nep.robot.search_plan",
+    "SearchPlan": "simulator.robot.search_plan",
     "SeenAt": "simulator.memory.sighting",
     "Sighting": "simulator.memory.sighting",
 }

@@ -6,8 +6,7 @@ import argparse
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
-from functools import partial
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -22,18 +21,15 @@ from nep.report.results import Results, ScoreSummary, list_versions
 from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
 from simulator.fan_out import add_worker_arguments, check_workers
 from simulator.files import write_whole
-from simulator.policies import POLICIES
-from simulator.priors.prior_graph import PriorGraph, load_prior
+from simulator.policies import POLICIES, check_policies, list_policies
+from simulator.priors.prior_graph import load_prior
 from simulator.tasks.evaluation import play_games
 from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.registry import TASKS
 from simulator.tasks.scores import TaskScores
 from simulator.trace.arguments import add_trace_arguments, read_trace_arguments
-from simulator.trace.recordings import Recordings, TraceConfig
-from simulator.trace.scores import check_policies, list_policies
 from simulator.world.config import HomeConfig
-from simulator.world.homes import Homes
-from simulator.world.sampled_homes import SampledHomes
+from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import SPLITS, Streams
 
 _LOG_WIDTH = 100
@@ -50,18 +46,17 @@ class EvaluateConfig:
     """What is played, by whom and where.
 
     Attributes:
+        homes: where homes come from.
         tasks: names of tasks.
         policies: names of policies.
         checkpoints: trained networks.
-        num_homes: homes, H, all in lockstep.
+        num_homes: homes, H, from number 0 on.
         steps: time steps per home, or searches of Find Object, T.
         seed: of the homes.
         split: "train", "val" or "test": their homes never coincide.
-        home: rules of the homes.
-        prior: prior file; None for the shipped default.
-        trace: recorded homes to play in, all of them and by their own rules; None to sample homes.
     """
 
+    homes: HomeSource = field(default_factory=SampledSource)
     tasks: tuple[str, ...] = tuple(TASKS)
     policies: tuple[str, ...] = tuple(POLICIES)
     checkpoints: tuple[Checkpoint, ...] = ()
@@ -69,9 +64,6 @@ class EvaluateConfig:
     steps: int = 100
     seed: int = 0
     split: str = "test"
-    home: HomeConfig = field(default_factory=HomeConfig)
-    prior: str | None = None
-    trace: TraceConfig | None = None
 
     def check(self) -> None:
         """Check everything that can be checked before anything runs.
@@ -83,48 +75,21 @@ class EvaluateConfig:
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}. Raise it.")
         check_contestants(self.tasks, self.policies, self.checkpoints)
-        recordings = self.load_recordings()
-        readers = [row.name for row in self.checkpoints if row.load().reads_clock]
-        if recordings is not None:
-            recordings.check_steps(self.steps)
-            check_policies(self.policies, recordings)
-            if readers:
-                recordings.check_clock()
-            return
-        if readers:
-            raise ValueError(
-                f"networks with features.clock must play in recorded homes, got {readers[0]} in "
-                "simulated ones, in which no time of day means anything. Give --trace."
-            )
+        self.homes.check_homes(range(self.num_homes))
+        self.homes.check_steps(self.steps)
+        check_policies(self.policies, self.homes)
+        if any(checkpoint.load().reads_clock for checkpoint in self.checkpoints):
+            self.homes.check_clock()
         # A prior without furniture for some room is noticed by the first home.
-        SampledHomes(self.load_prior(), self.home, Streams(self.seed, self.split, [0]))
-
-    def load_prior(self) -> PriorGraph:
-        """Load the prior graph that the homes are sampled from.
-
-        Raises:
-            ValueError: if the file cannot be read or is malformed.
-        """
-        return load_prior(self.prior)
-
-    def load_recordings(self) -> Recordings | None:
-        """Load the recorded homes; None if homes are sampled.
-
-        Raises:
-            ValueError: if a trace is missing or broken.
-        """
-        return None if self.trace is None else self.trace.load(self.load_prior())
+        self.homes.make(Streams(self.seed, self.split, [0]))
 
     def describe(self) -> dict[str, Any]:
         """Return everything that the scores depend on, as JSON values."""
-        recordings = self.load_recordings()
-        settings = {**asdict(self), "home": self.home.describe()}
-        del settings["trace"]
+        settings = {field.name: getattr(self, field.name) for field in fields(self)}
         return {
             **settings,
-            **({} if recordings is None else {"trace": recordings.describe()}),
+            "homes": self.homes.describe(),
             "checkpoints": [checkpoint.describe() for checkpoint in self.checkpoints],
-            "prior": self.load_prior().checksum,
         }
 
 
@@ -146,13 +111,6 @@ def evaluate(
         backend: where they work, see `fan_out`.
         threads: CPU threads of a worker; None to leave them as they are.
     """
-    recordings = config.load_recordings()
-    make_homes: Callable[[Streams], Homes]
-    if recordings is None:
-        make_homes = partial(SampledHomes, config.load_prior(), config.home)
-        groups: Sequence[Sequence[int]] = [range(config.num_homes)]
-    else:
-        make_homes, groups = recordings.make_homes, recordings.list_groups()
     players = {
         task: list_contestants(task, config.policies, config.checkpoints, threads)
         for task in config.tasks
@@ -160,7 +118,7 @@ def evaluate(
     names = [(task, name) for task in players for name in players[task]]
     scores = play_games(
         [(players[task][name], task) for task, name in names],
-        make_homes, groups, config.seed, config.split, config.steps,
+        config.homes, Streams(config.seed, config.split, range(config.num_homes)), config.steps,
         lambda game: on_step(*names[game]), workers, backend,
     )  # fmt: skip
     results: dict[str, dict[str, TaskScores]] = {task: {} for task in config.tasks}
@@ -219,12 +177,8 @@ def print_tables(config: EvaluateConfig, tables: Tables, console: Console) -> No
 
 
 def _make_title(config: EvaluateConfig, task: str) -> str:
-    nodes = "on" if config.home.dynamic_nodes else "off"
-    if config.trace is not None:
-        kind = f"{config.num_homes} recorded homes"
-    else:
-        kind = f"dynamic nodes {nodes}, {config.num_homes} {config.split} homes"
-    return f"{TASKS[task].title}, {kind} x {config.steps} steps"
+    homes = config.homes.make_title(config.num_homes, config.split)
+    return f"{TASKS[task].title}, {homes} x {config.steps} steps"
 
 
 def _make_parser() -> argparse.ArgumentParser:
@@ -274,26 +228,21 @@ def _make_parser() -> argparse.ArgumentParser:
 
 def _make_config(options: argparse.Namespace) -> EvaluateConfig:
     defaults = EvaluateConfig()
-    trace = read_trace_arguments(options)
-    everybody, homes, steps = tuple(POLICIES), options.num_homes, defaults.steps
-    if trace is not None:
-        recordings = trace.load(load_prior(options.prior))
-        everybody = list_policies(recordings)
-        homes, steps = recordings.num_homes, recordings.num_steps
-    policies = {("all",): everybody, ("none",): ()}
+    homes = read_trace_arguments(
+        options, load_prior(options.prior), HomeConfig(dynamic_nodes=options.dynamic_nodes)
+    )
+    policies = {("all",): list_policies(homes), ("none",): ()}
     return EvaluateConfig(
+        homes=homes,
         tasks=tuple(TASKS) if options.tasks == ["all"] else tuple(options.tasks),
         policies=policies.get(tuple(options.policies), tuple(options.policies)),
         checkpoints=tuple(
             Checkpoint.parse(text, options.encoder_module) for text in options.checkpoint
         ),
-        num_homes=homes,
-        steps=steps if options.steps is None else options.steps,
+        num_homes=homes.num_homes or options.num_homes,
+        steps=(homes.num_steps or defaults.steps) if options.steps is None else options.steps,
         seed=options.seed,
         split=options.split,
-        home=HomeConfig(dynamic_nodes=options.dynamic_nodes),
-        prior=options.prior,
-        trace=trace,
     )
 
 
@@ -322,8 +271,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     )  # fmt: skip
     with Progress(*columns, console=console, transient=True) as progress:
-        recordings = config.load_recordings()
-        num_groups = 1 if recordings is None else len(recordings.list_groups())
+        num_groups = len(config.homes.list_groups(range(config.num_homes)))
         bar = progress.add_task("", total=len(games) * config.steps * num_groups)
 
         def advance(task: str, name: str) -> None:

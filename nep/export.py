@@ -6,10 +6,12 @@ import argparse
 import shlex
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -29,12 +31,9 @@ from nep.players.searches import Decisions, play_searches
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
 from nep.report.results import list_versions
 from simulator.files import compute_checksum, write_whole
-from simulator.policies import Policy, make_policy
-from simulator.priors.prior_graph import PriorGraph
+from simulator.policies import find_policy, make_policy
 from simulator.tasks.evaluation import evaluate_policy
-from simulator.world.config import HomeConfig
-from simulator.world.homes import Homes
-from simulator.world.sampled_homes import SampledHomes
+from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import Streams
 
 CARD = "MODEL_CARD.md"
@@ -45,13 +44,16 @@ class ExportConfig:
     """What an exported network is calibrated on and scored in.
 
     Attributes:
-        homes: validation homes that probabilities are fitted to, and as many test homes that all
-            scores come from; 0 for neither.
+        homes: where homes come from. Of a limited number, the first half serves as validation
+            homes and the rest as test homes.
+        num_homes: validation homes that probabilities are fitted to, and as many test homes that
+            all scores come from; 0 for neither.
         steps: searches per home of the calibration, and time steps of the scores.
         seed: of the homes.
     """
 
-    homes: int = 100
+    homes: HomeSource = field(default_factory=SampledSource)
+    num_homes: int = 100
     steps: int = 100
     seed: int = 0
 
@@ -61,19 +63,36 @@ class ExportConfig:
         Raises:
             ValueError: if one is out of range.
         """
-        for name, least in (("homes", 0), ("steps", 1), ("seed", 0)):
+        for name, least in (("num_homes", 0), ("steps", 1), ("seed", 0)):
             if getattr(self, name) < least:
                 raise ValueError(f"{name} must be at least {least}, got {getattr(self, name)}.")
 
-    def make_homes(self, split: str) -> SampledHomes:
-        """Make the homes of a split."""
-        streams = Streams(self.seed, split, range(self.homes))
-        return SampledHomes(PriorGraph.default(), HomeConfig(), streams)
+    def get_streams(self, split: str) -> Streams:
+        """Return the streams of the homes of "val" or "test".
+
+        Raises:
+            ValueError: if there are fewer than two homes to share.
+        """
+        numbers: Sequence[int] = range(self.num_homes)
+        if self.homes.num_homes is not None:
+            if self.homes.num_homes < 2:
+                raise ValueError(
+                    "homes must be at least 2, to calibrate in one and score in another, got "
+                    f"{self.homes.num_homes}. Name more, or give --num_homes 0."
+                )
+            half = self.homes.num_homes // 2
+            numbers = range(half) if split == "val" else range(half, self.homes.num_homes)
+        return Streams(self.seed, split, numbers)
 
     def count_steps(self) -> int:
         """Return how often `export_model` calls `on_step`."""
         num_games = len(SCORED_TASKS) * (len(REFERENCES) + 1)
-        return (2 + num_games) * self.steps if self.homes else 0
+        if not self.num_homes:
+            return 0
+        num_val, num_test = (
+            len(self.homes.list_groups(self.get_streams(split).homes)) for split in ("val", "test")
+        )
+        return (num_val + num_test * (1 + num_games)) * self.steps
 
 
 def export_model(
@@ -98,10 +117,11 @@ def export_model(
         OSError: if the folder cannot be written.
     """
     model = load_checkpoint(checkpoint)
-    if config.homes and model.builder.config.clock:
+    if config.num_homes and model.builder.config.clock and not config.homes.has_clock:
         raise ValueError(
-            "network must read no clock to be calibrated in simulated homes, got features.clock in "
-            f"{checkpoint}. Give --homes 0: probabilities are then the softmax of its logits."
+            "network must read no clock to be calibrated in homes without one, got features.clock "
+            f"in {checkpoint}. Name recorded homes (--trace), or give --num_homes 0: probabilities "
+            "are then the softmax of its logits."
         )
     notes: dict[str, Any] = {
         "command": command,
@@ -110,10 +130,10 @@ def export_model(
         "num_parameters": sum(part.numel() for part in model.module.parameters()),
         "training": model.training,
     }
-    if config.homes:
+    if config.num_homes:
         model, notes["measured"] = measure_model(model, config, on_step)
     save_exported(folder, model, notes)
-    if config.homes:
+    if config.num_homes:
         card = make_card(folder.resolve().name, load_config(folder))
         write_whole(folder / CARD, card.encode())
 
@@ -132,40 +152,72 @@ def measure_model(
         The calibrated network, and what was measured as JSON values: the sizes, its calibration in
         test homes before and after, and the scores of it and of the references in two tasks.
     """
-
-    def make(homes: Homes) -> Policy:
-        policy = NEPPolicy(model.module.eval(), model.builder)
-        return policy.with_rules(homes.prior, homes.configs)
+    player = NEPPolicy(model.module.eval(), model.builder)
 
     def search(split: str) -> Decisions:
-        homes = config.make_homes(split)
-        what = f"searching {split} homes"
-        return play_searches(homes, make(homes), config.steps, on_search=lambda: on_step(what))
+        streams = config.get_streams(split)
+        groups = [group.homes for group in config.homes.list_groups(streams.homes)]
+        parts = []
+        for group in groups:
+            homes = config.homes.make(streams.select(group))
+            on_search = partial(on_step, f"searching {split} homes")
+            parts.append(
+                play_searches(homes, player.play_in(homes), config.steps, on_search=on_search)
+            )
+        return _join(parts, [len(group) for group in groups])
 
     def score(task: str, name: str) -> dict[str, float]:
-        streams = Streams(config.seed, "test", range(config.homes))
-        maker = make if name == "network" else lambda homes: make_policy(name, homes)
+        make = player.play_in if name == "network" else partial(make_policy, name)
         scores = evaluate_policy(
-            maker, PriorGraph.default(), HomeConfig(), streams, config.steps,
+            make, config.homes, config.get_streams("test"), config.steps,
             lambda: on_step(f"{name} in test homes"), task,
         ).home_values  # fmt: skip
         return {"mean": float(scores.mean()), "std": float(scores.std())}
 
+    able = [name for name in REFERENCES if find_policy(name).needs <= config.homes.knows]
     calibration = fit_calibration(search("val"))
     unseen = search("test")
     measured = {
-        "homes": config.homes,
+        "homes": len(config.get_streams("test").homes),
+        "source": config.homes.describe(),
         "steps": config.steps,
         "seed": config.seed,
         "num_decisions": len(unseen.scores),
         "before": measure_calibration(unseen, Calibration()),
         "after": measure_calibration(unseen, calibration),
         "scores": {
-            task: {name: score(task, name) for name in (*REFERENCES, "network")}
-            for task in SCORED_TASKS
+            task: {name: score(task, name) for name in (*able, "network")} for task in SCORED_TASKS
         },
     }
     return replace(model, calibration=calibration), measured
+
+
+def _join(parts: Sequence[Decisions], num_homes: Sequence[int]) -> Decisions:
+    """Put the searches of groups of homes together; places that a home has not are no candidates.
+
+    Args:
+        parts: searches of each group, equally many in each home.
+        num_homes: homes of each group.
+    """
+    width = max(part.scores.shape[1] for part in parts)
+
+    def widen(values: np.ndarray, fill: float | bool) -> np.ndarray:
+        return np.pad(values, ((0, 0), (0, width - values.shape[1])), constant_values=fill)
+
+    return Decisions(
+        scores=np.concatenate([widen(part.scores, -np.inf) for part in parts]),
+        is_absent=np.concatenate([widen(part.is_absent, False) for part in parts]),
+        answers=np.concatenate(
+            [
+                np.column_stack([widen(part.answers[:, :-1], False), part.answers[:, -1]])
+                for part in parts
+            ]
+        ),
+        num_looks=np.concatenate([part.num_looks for part in parts]),
+        elsewhere_share=float(
+            np.average([part.elsewhere_share for part in parts], weights=num_homes)
+        ),
+    )
 
 
 def _make_parser() -> argparse.ArgumentParser:
@@ -179,7 +231,7 @@ def _make_parser() -> argparse.ArgumentParser:
     parser.add_argument("checkpoint", metavar="CKPT", type=Path, help="written by nep.fit")
     parser.add_argument("folder", metavar="DIR", type=Path, help="made if needed")
     parser.add_argument(
-        "--homes", type=int, default=defaults.homes,
+        "--num_homes", type=int, default=defaults.num_homes,
         help="validation homes to calibrate on, and test homes to score in; 0 for neither",
     )  # fmt: skip
     parser.add_argument("--steps", type=int, default=defaults.steps, help="time steps per home")
@@ -202,7 +254,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             if options.threads < 1:
                 raise ValueError(f"threads must be at least 1, got {options.threads}. Raise it.")
             torch.set_num_threads(options.threads)
-        config = ExportConfig(options.homes, options.steps, options.seed)
+        config = ExportConfig(num_homes=options.num_homes, steps=options.steps, seed=options.seed)
         with Progress(*columns, console=console, transient=True) as progress:
             bar = progress.add_task("loading", total=config.count_steps())
             import_encoders(options.encoder_module)
@@ -215,7 +267,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             )
     except (ValueError, OSError) as error:
         parser.error(str(error))
-    print(f"{options.folder}: {CONFIG}, {WEIGHTS}" + (f", {CARD}" if config.homes else ""))
+    print(f"{options.folder}: {CONFIG}, {WEIGHTS}" + (f", {CARD}" if config.num_homes else ""))
 
 
 def _write_command(options: argparse.Namespace) -> str:
@@ -224,7 +276,11 @@ def _write_command(options: argparse.Namespace) -> str:
         path.name if path.is_absolute() else str(path)
         for path in (options.checkpoint, options.folder)
     ]
-    sizes = [f"--homes={options.homes}", f"--steps={options.steps}", f"--seed={options.seed}"]
+    sizes = [
+        f"--num_homes={options.num_homes}",
+        f"--steps={options.steps}",
+        f"--seed={options.seed}",
+    ]
     return shlex.join(["python", "-m", "nep.export", *paths, *sizes])
 
 

@@ -37,7 +37,7 @@ def main(args: Sequence[str] | None = None) -> int:
         except (ValueError, OSError) as error:
             print(f"{PROG}: {error}", file=sys.stderr)
             return 2
-        searchers["nep"] = Searcher(lambda homes: policy.with_rules(homes.prior, homes.configs))
+        searchers["nep"] = Searcher(policy.play_in)
     return command.main(rest, searchers, f"{PROG} [--checkpoint CKPT] [--threads N]")
 
 

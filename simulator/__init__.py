@@ -7,6 +7,7 @@ from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
+from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import Streams
 
 __all__ = [
@@ -14,9 +15,11 @@ __all__ = [
     "Bayesian",
     "Clock",
     "HomeConfig",
+    "HomeSource",
     "Policy",
     "PriorGraph",
     "SampledHomes",
+    "SampledSource",
     "SceneGraphMemory",
     "Sighting",
     "Streams",

@@ -8,9 +8,9 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +20,9 @@ from tqdm import tqdm
 from simulator.evidence.features import compute_features
 from simulator.fan_out import add_worker_arguments, check_workers, fan_out
 from simulator.memory.memory_batch import Change
-from simulator.policies import POLICIES, make_policy
+from simulator.policies import POLICIES, check_policies, make_policy
 from simulator.policies.home_filter import HomeFilter
-from simulator.priors.prior_graph import PriorGraph, load_prior
+from simulator.priors.prior_graph import load_prior
 from simulator.snapshots.recorder import Recorder
 from simulator.snapshots.shards import (
     MANIFEST,
@@ -35,11 +35,8 @@ from simulator.snapshots.shards import (
 from simulator.tasks.answer import Answer
 from simulator.tasks.registry import TASKS
 from simulator.trace.arguments import add_trace_arguments, read_trace_arguments
-from simulator.trace.recordings import Recordings, TraceConfig
-from simulator.trace.scores import check_policies
 from simulator.world.config import HomeConfig
-from simulator.world.homes import Homes
-from simulator.world.sampled_homes import SampledHomes
+from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import SPLITS, Streams
 
 _HOMES_PER_JOB = 100  # in lockstep, at most; also what a killed worker loses at most
@@ -53,33 +50,28 @@ class CollectConfig:
     """What to collect.
 
     Attributes:
-        num_homes: number of homes.
+        homes: where homes come from.
+        num_homes: how many, from number 0 on.
         steps: time steps per home, or searches of Find Object.
         policy: name of the collecting policy.
         task: name of the task it plays.
         split: "train", "val" or "test": their homes never coincide.
         seed: experiment seed.
-        home: rules of the homes.
-        prior: prior file; None for the shipped default.
         belief: whether each snapshot keeps what `HomeFilter` believes about its query object.
         evidence: whether it keeps what the memory says about each place (`simulator.evidence`).
         grades: whether each snapshot keeps what every place is worth, if its task grades places.
-        trace: recorded homes to play in, the first `homes` of them, by their own rules; None to
-            sample homes.
     """
 
+    homes: HomeSource = field(default_factory=SampledSource)
     num_homes: int = 100
     steps: int = 100
     policy: str = "bayesian"
     task: str = "predict_location"
     split: str = "train"
     seed: int = 0
-    home: HomeConfig = field(default_factory=HomeConfig)
-    prior: str | None = None
     belief: bool = False
     evidence: bool = False
     grades: bool = False
-    trace: TraceConfig | None = None
 
     def __post_init__(self) -> None:
         """Check every value.
@@ -94,35 +86,33 @@ class CollectConfig:
                 )
         if self.seed < 0:
             raise ValueError(f"seed must be non-negative, got {self.seed}. Choose 0 or more.")
-        for name, known in (("policy", POLICIES), ("task", TASKS), ("split", SPLITS)):
+        for name, known in (("task", TASKS), ("split", SPLITS)):
             if getattr(self, name) not in known:
                 raise ValueError(
                     f"{name} must be one of {', '.join(known)}, got {getattr(self, name)!r}. "
                     "Choose one of these."
                 )
 
-    def load_prior(self) -> PriorGraph:
-        """Load the prior graph that the homes are sampled from.
+        check_policies([self.policy])
+
+    def check_homes(self) -> None:
+        """Check that the homes are there, and can be played.
 
         Raises:
-            ValueError: if the file cannot be read or is malformed.
+            ValueError: if there are fewer homes or steps, or the policy needs what nobody knows
+                of them.
         """
-        return load_prior(self.prior)
+        self.homes.check_homes(range(self.num_homes))
+        self.homes.check_steps(self.steps)
+        check_policies([self.policy], self.homes)
 
-    def load_recordings(self, prior: PriorGraph) -> Recordings | None:
-        """Load the recorded homes; None if homes are sampled.
-
-        Raises:
-            ValueError: if a trace is broken or too short, or the policy needs what nobody knows of
-                a recorded home.
-        """
-        if self.trace is None:
-            return None
-        recordings = self.trace.load(prior)
-        recordings.list_groups(range(self.num_homes))  # are there so many?
-        recordings.check_steps(self.steps)
-        check_policies([self.policy], recordings)
-        return recordings
+    def describe(self) -> dict[str, Any]:
+        """Return everything that the bytes of a collection depend on, as JSON values."""
+        settings = {field.name: getattr(self, field.name) for field in fields(self)}
+        for extra in ("belief", "evidence", "grades"):
+            if not settings[extra]:
+                del settings[extra]  # collections without it are what they were before it existed
+        return {**settings, "homes": self.homes.describe(), "labels": list(self.homes.labels)}
 
 
 def collect(
@@ -150,16 +140,15 @@ def collect(
         OSError: if the disk is full; finished homes are kept.
     """
     check_workers(workers, backend)
-    prior = config.load_prior()
-    recordings = config.load_recordings(prior)
-    settings = _describe_settings(config, prior, recordings)
+    config.check_homes()
+    settings = config.describe()
     shards = _open_folder(out, settings)  # checksums of the finished ones
     missing = [home for home in range(config.num_homes) if get_shard_name(home) not in shards]
-    groups = [missing] if recordings is None else recordings.list_groups(missing)
+    groups = [group.homes for group in config.homes.list_groups(missing)]
     size = min(-(-len(missing) // workers), _HOMES_PER_JOB, _SNAPSHOTS_PER_JOB // config.steps)
     size = max(size, 1)
     jobs = [
-        (config, prior, group[first : first + size], out, recordings)
+        (config, group[first : first + size], out)
         for group in groups
         for first in range(0, len(group), size)
     ]
@@ -183,20 +172,14 @@ def collect(
                 save_manifest(out, settings, dict(sorted(shards.items())))
 
 
-def collect_homes(
-    config: CollectConfig,
-    prior: PriorGraph,
-    homes: Sequence[int],
-    out: Path,
-    recordings: Recordings | None = None,
-) -> dict[str, str]:
+def collect_homes(config: CollectConfig, homes: Sequence[int], out: Path) -> dict[str, str]:
     """Collect some homes in lockstep; write their shards and return the checksum of each."""
-    state = _make_homes(config, prior, homes, recordings)
+    state = config.homes.make(Streams(config.seed, config.split, homes))
     policy = make_policy(config.policy, state)
     task = TASKS[config.task](state, policy)
     recorder = Recorder(task.rollout.memory)
     # A collecting filter believes already; another policy is watched by one.
-    believer = policy if isinstance(policy, HomeFilter) else HomeFilter(prior, state.configs)
+    believer = policy if isinstance(policy, HomeFilter) else HomeFilter.make(state)
     watches = config.belief and believer is not policy
     if watches:
         believer.reset(task.rollout.memory)
@@ -229,33 +212,6 @@ def collect_homes(
         return dict(zip(names, pool.map(save_shard, paths, recorder.finish()), strict=True))
 
 
-def _make_homes(
-    config: CollectConfig, prior: PriorGraph, homes: Sequence[int], recordings: Recordings | None
-) -> Homes:
-    """Return some homes at t = 0, sampled or recorded."""
-    streams = Streams(config.seed, config.split, homes)
-    if recordings is None:
-        return SampledHomes(prior, config.home, streams)
-    return recordings.make_homes(streams)
-
-
-def _describe_settings(
-    config: CollectConfig, prior: PriorGraph, recordings: Recordings | None
-) -> dict[str, Any]:
-    """Return everything that the bytes depend on, as JSON values."""
-    settings = asdict(config)
-    for extra in ("belief", "evidence", "grades"):
-        if not settings[extra]:
-            del settings[extra]  # collections without it are what they were before it existed
-    if recordings is None:
-        del settings["trace"]
-    else:
-        settings["trace"] = recordings.describe()
-    settings["home"] = config.home.describe()
-    settings["prior"] = prior.checksum
-    return {**settings, "labels": _make_homes(config, prior, [0], recordings).labels}
-
-
 def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
     """Prepare the folder and return the checksum of every finished shard.
 
@@ -281,13 +237,12 @@ def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
             )
         save_manifest(out, settings, {})
     manifest = load_manifest(out)
-    for name, value in settings.items():
-        found = manifest["settings"].get(name)
-        if found != value and name != "labels":
-            raise ValueError(
-                f"output folder must hold a collection of the same settings, got {name} = {found} "
-                f"instead of {value} in {out}. Choose another folder or delete this one."
-            )
+    wanted = {name: value for name, value in settings.items() if name != "labels"}
+    for name, found, value in _find_differences(manifest["settings"], wanted):
+        raise ValueError(
+            f"output folder must hold a collection of the same settings, got {name} = {found} "
+            f"instead of {value} in {out}. Choose another folder or delete this one."
+        )
     for partial in out.glob("*.part"):
         partial.unlink()
     shards: dict[str, str] = manifest["shards"]
@@ -295,6 +250,15 @@ def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
     for name, checksum in finished.items():
         load_shard(out / name, checksum)
     return finished
+
+
+def _find_differences(found: Any, wanted: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
+    """Yield name, found and wanted value of each setting that differs, down to the innermost."""
+    if isinstance(found, dict) and isinstance(wanted, dict):
+        for key, value in wanted.items():
+            yield from _find_differences(found.get(key), value, f"{name}.{key}".lstrip("."))
+    elif found != wanted:
+        yield name, found, wanted
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -316,7 +280,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=defaults.seed, help="experiment seed")
     parser.add_argument("--prior", help="prior file (JSON); the shipped one if left out")
     parser.add_argument(
-        "--rooms", nargs="+", default=list(defaults.home.rooms), help="rooms of every home"
+        "--rooms", nargs="+", default=list(HomeConfig().rooms), help="rooms of every home"
     )
     parser.add_argument(
         "--dynamic-nodes",
@@ -341,22 +305,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     add_worker_arguments(parser, os.cpu_count() or 1)
     options = parser.parse_args(arguments)
     try:
-        home = replace(
-            defaults.home, rooms=tuple(options.rooms), dynamic_nodes=options.dynamic_nodes
+        rules = replace(
+            HomeConfig(), rooms=tuple(options.rooms), dynamic_nodes=options.dynamic_nodes
         )
-        trace = read_trace_arguments(options)
-        homes, steps = defaults.num_homes, defaults.steps
-        if trace is not None:
-            recordings = trace.load(load_prior(options.prior))
-            homes, steps = recordings.num_homes, recordings.num_steps
-            print(*recordings.left_out, sep="\n", end="\n" if recordings.left_out else "")
+        homes = read_trace_arguments(options, load_prior(options.prior), rules)
         config = CollectConfig(
-            num_homes=homes if options.num_homes is None else options.num_homes,
-            steps=steps if options.steps is None else options.steps,
+            homes=homes,
+            num_homes=(homes.num_homes or 100) if options.num_homes is None else options.num_homes,
+            steps=(homes.num_steps or 100) if options.steps is None else options.steps,
             policy=options.policy, task=options.task, split=options.split, seed=options.seed,
-            home=home, prior=options.prior, belief=options.belief,
-            evidence=options.evidence, grades=options.grades,
-            trace=trace,
+            belief=options.belief, evidence=options.evidence, grades=options.grades,
         )  # fmt: skip
         collect(config, options.out, workers=options.workers, backend=options.backend)
     except (ValueError, OSError) as error:

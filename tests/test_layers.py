@@ -32,7 +32,8 @@ FORBIDDEN = {
 ORDER = """
     simulator.arrays simulator.files simulator.fan_out simulator.compiled simulator.priors
     simulator.memory simulator.world simulator.evidence simulator.policies simulator.snapshots
-    simulator.tasks simulator.trace simulator.gym simulator.igridson simulator.collect simulator
+    simulator.tasks simulator.robot simulator.trace simulator.gym simulator.igridson
+    simulator.collect simulator
     datamodules.text datamodules
     nep.layers nep.encoders nep.model nep.players nep.report nep.robot nep.callbacks
     nep.fit nep.evaluate nep.paper nep

@@ -22,13 +22,12 @@ from nep.report.results import ScoreSummary
 from nep.report.statistics import compute_gap_closed
 from nep.report.tables import Row, compute_rows, make_markdown, make_rich_table
 from simulator.files import write_whole
-from simulator.policies import POLICIES, check_policy, make_policy
+from simulator.policies import POLICIES, check_policies, find_policy, make_policy
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.registry import TASKS
 from simulator.tasks.task import Task
-from simulator.trace.recordings import Recordings
-from simulator.trace.scores import evaluate_recordings, list_policies
+from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import Streams
 
 
@@ -76,10 +75,9 @@ class OnlineEvaluation(pl.Callback):
         self.every_n_epochs = every_n_epochs
         self.name = name
         self.policies = tuple(POLICIES if policies is None else policies)
-        for policy in self.policies:
-            check_policy(policy)
+        check_policies(self.policies)
         self.task: type[Task] = TASKS["predict_location"]
-        self.recordings: Recordings | None = None
+        self.homes: HomeSource = SampledSource()
         self.scores: dict[str, ScoreSummary] = {}
 
     def on_fit_start(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
@@ -87,9 +85,9 @@ class OnlineEvaluation(pl.Callback):
         self.scores = {}
         config = _get_datamodule(trainer).val_config
         self.task = TASKS[config.task]
-        self.recordings = config.load_recordings(config.load_prior())
-        if self.recordings is not None:
-            self.num_homes, self.steps = config.num_homes, config.steps
+        self.homes = config.homes
+        self.num_homes = self.homes.num_homes or self.num_homes
+        self.steps = self.homes.num_steps or self.steps
 
     def on_train_epoch_end(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         """Let the model play every few epochs."""
@@ -117,8 +115,8 @@ class OnlineEvaluation(pl.Callback):
         return compute_rows(self.task, self.scores, references=(self.name,))
 
     def _get_title(self) -> str:
-        kind = "unseen" if self.recordings is None else "recorded"
-        return f"{self.task.title}, {self.num_homes} {kind} homes x {self.steps} steps"
+        homes = self.homes.make_title(self.num_homes, "unseen")
+        return f"{self.task.title}, {homes} x {self.steps} steps"
 
     def _summarise(self) -> str:
         recall = f"candidate recall {self.scores[self.name].metrics['candidate_recall']:.3f}"
@@ -129,25 +127,14 @@ class OnlineEvaluation(pl.Callback):
         return "; ".join([recall, ", ".join(gaps)] if gaps else [recall])
 
     def _play(self, trainer: pl.Trainer, make: MakePolicy) -> ScoreSummary:
-        data = _get_datamodule(trainer)
-        config = data.val_config
-        if self.recordings is not None:
-            scores = evaluate_recordings(
-                make, self.recordings, config.seed, config.split, self.steps, task=config.task
-            )
-            return ScoreSummary.of(scores)
+        config = _get_datamodule(trainer).val_config
         streams = Streams(config.seed, config.split, range(self.num_homes))
-        scores = evaluate_policy(
-            make, config.load_prior(), config.home, streams, self.steps, task=config.task
-        )
+        scores = evaluate_policy(make, self.homes, streams, self.steps, task=config.task)
         return ScoreSummary.of(scores)
 
     def _play_heuristics(self, trainer: pl.Trainer) -> None:
         """Let the heuristics and oracles play, once, as late as possible: it takes seconds."""
-        policies = self.policies
-        if self.recordings is not None:
-            able = list_policies(self.recordings)
-            policies = tuple(name for name in policies if name in able)
+        policies = [name for name in self.policies if find_policy(name).needs <= self.homes.knows]
         if policies and trainer.progress_bar_callback is not None:
             rank_zero_info(
                 f"{len(policies)} heuristics and oracles play {self.num_homes} validation homes."
@@ -160,9 +147,7 @@ class OnlineEvaluation(pl.Callback):
         if not self.scores:
             self._play_heuristics(trainer)
         player = NEPPolicy(pl_module, _get_datamodule(trainer).builder)
-        scores = self.scores[self.name] = self._play(
-            trainer, lambda homes: player.with_rules(homes.prior, homes.configs)
-        )
+        scores = self.scores[self.name] = self._play(trainer, player.play_in)
         metrics = {
             f"online/{self._metric}": float(scores.home_values.mean()),
             "online/candidate_recall": scores.metrics["candidate_recall"],

@@ -14,6 +14,7 @@ from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.metrics import METRICS
 from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 SCORES_VERSION = 1  # raise it when the same settings give other scores
@@ -79,8 +80,7 @@ class Evaluation:
         (make,) = list_contestants(self.setting.task, policies, networks).values()
         scores = evaluate_policy(
             make,
-            PriorGraph.default(),
-            HomeConfig(dynamic_nodes=self.setting.dynamic_nodes),
+            SampledSource(home=HomeConfig(dynamic_nodes=self.setting.dynamic_nodes)),
             Streams(self.seed, "test", range(self.num_homes)),
             self.steps,
             task=self.setting.task,

@@ -63,7 +63,7 @@ class Training:
             f"--data.seed={self.seed}",
             *(f"--config={config}" for config in configs),
             f"--data.task={setting.task}",
-            f"--data.dynamic_nodes={str(setting.dynamic_nodes).lower()}",
+            f"--data.home.dynamic_nodes={str(setting.dynamic_nodes).lower()}",
             *self.options,
         ]
 

@@ -10,6 +10,7 @@ from scipy.special import expit, logit
 
 from nep.players.searches import Decisions
 from simulator.policies.probabilities import compute_probabilities
+from simulator.robot.finder import check_share
 from simulator.tasks.metrics import compute_calibration_error, compute_nll
 
 
@@ -68,18 +69,11 @@ class Calibration:
             share: of searches whose object is at no known place, above 0 and below 1.
 
         Raises:
-            ValueError: if the share is out of range, or this calibration was never fitted.
+            ValueError: if the share is out of range.
         """
-        if not 0 < share < 1:
-            raise ValueError(
-                f"elsewhere_share must lie above 0 and below 1, got {share}. Choose for example "
-                "0.1: one search in ten is for something that is at no known place."
-            )
-        if not 0 < self.elsewhere_share < 1:
-            raise ValueError(
-                "network must be calibrated for an elsewhere_share of one's own, got one that is "
-                "not. Calibrate it with `python -m nep.export`."
-            )
+        check_share(share)
+        if not 0 < self.elsewhere_share < 1:  # never fitted: before any look, as often as said
+            return replace(self, elsewhere_logit=float(logit(share)), elsewhere_share=share)
         shift = logit(share) - logit(self.elsewhere_share)
         return replace(
             self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 
 import torch
@@ -13,11 +13,13 @@ from nep.players.checkpoints import PRETRAINED, WEIGHTS, find_trained
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from simulator.files import compute_checksum
-from simulator.policies import POLICIES, Policy, check_policy, make_policy
+from simulator.policies import POLICIES, Policy, check_policies, make_policy
 from simulator.tasks.registry import TASKS, check_task
 from simulator.world.homes import Homes
 
 MakePolicy = Callable[[Homes], Policy]
+
+_NETWORKS_KEPT = 32  # of a process; a megabyte each
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,13 +59,15 @@ class Checkpoint:
         return cls(name, found, task if separator else None, tuple(encoder_modules))
 
     def load(self) -> NEPPolicy:
-        """Load the network.
+        """Load the network, once in a process as long as the file stays as it is.
 
         Raises:
             ValueError: if it is no fit for this version of the package.
         """
         import_encoders(self.encoder_modules)
-        return NEPPolicy.load(self.path)
+        file = self.path / WEIGHTS if self.path.is_dir() else self.path
+        state = file.stat() if file.exists() else None
+        return _load(self.path, state and (state.st_mtime_ns, state.st_size))
 
     def describe(self) -> dict[str, str | None]:
         """Return name, task, path and SHA-256 (of an exported folder's weights), as JSON values."""
@@ -94,8 +98,7 @@ def check_contestants(
     """
     for task in tasks:
         check_task(task)
-    for policy in policies:
-        check_policy(policy)
+    check_policies(policies)
     for what, names in (("tasks", tasks), ("policies", policies)):
         if len(set(names)) < len(names):
             raise ValueError(f"{what} must differ, got {', '.join(names)}. Name each one once.")
@@ -135,7 +138,7 @@ def list_contestants(
     players: dict[str, MakePolicy] = {name: partial(make, name) for name in policies}
     for point in checkpoints:
         if point.task in (None, task):
-            players[point.name] = partial(_load_network, point, threads)
+            players[point.name] = partial(_play_network, point, threads)
     return players
 
 
@@ -145,7 +148,12 @@ def _make_policy_beside_networks(name: str, homes: Homes) -> Policy:
     return make_policy(name, homes)
 
 
-def _load_network(point: Checkpoint, threads: int | None, homes: Homes) -> Policy:
+def _play_network(point: Checkpoint, threads: int | None, homes: Homes) -> Policy:
     if threads is not None:
         torch.set_num_threads(threads)
-    return point.load().with_rules(homes.prior, homes.configs)
+    return point.load().play_in(homes)
+
+
+@lru_cache(maxsize=_NETWORKS_KEPT)
+def _load(path: Path, version: tuple[int, int] | None) -> NEPPolicy:
+    return NEPPolicy.load(path)

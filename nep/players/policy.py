@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +15,8 @@ from simulator.evidence.features import compute_features
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.policies import Policy
 from simulator.policies.home_filter import HomeFilter
-from simulator.priors.prior_graph import PriorGraph
 from simulator.snapshots.snapshots import take_snapshots
-from simulator.world.config import HomeConfig
+from simulator.world.homes import Homes
 
 
 class NEPPolicy(Policy):
@@ -48,9 +46,9 @@ class NEPPolicy(Policy):
         """Whether the network must know what time it is in the homes it plays in."""
         return self._builder.config.clock
 
-    def with_rules(self, prior: PriorGraph, config: HomeConfig | Sequence[HomeConfig]) -> NEPPolicy:
-        """Return the same network with the rules of the homes, if it reads a filter's belief."""
-        believer = HomeFilter(prior, config) if self._builder.config.belief else None
+    def play_in(self, homes: Homes) -> NEPPolicy:
+        """Return the same network for some homes, whose rules it is told if it reads a belief."""
+        believer = HomeFilter.make(homes) if self._builder.config.belief else None
         return NEPPolicy(self._module, self._builder, believer)
 
     def reset(self, memory: MemoryBatch) -> None:

@@ -29,6 +29,13 @@ class Table:
         """Column names."""
         return tuple(self._columns)
 
+    def copy(self) -> Table:
+        """Return a table of the same rows that can be changed alone."""
+        copied = Table({})
+        copied._num_rows = self._num_rows
+        copied._columns = {name: column.copy() for name, column in self._columns.items()}
+        return copied
+
     def append(self, num_rows: int, **values: np.ndarray | int) -> np.ndarray:
         """Add rows; columns that are not given are zero. Returns the new row numbers."""
         start, end = self._num_rows, self._num_rows + num_rows

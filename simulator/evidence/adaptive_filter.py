@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.arrays.padded import sum_rows
 from simulator.evidence.object_counts import ObjectCounts, compute_hour, compute_hours_per_step
 from simulator.memory.home_history import NUM_HOURS
 from simulator.memory.memory_batch import MemoryBatch, Queries
@@ -87,17 +88,18 @@ def compute_destinations(
         hours: how much sightings at other hours of the day are discounted, 0 to 1.
     """
     is_place = memory.is_furniture[queries.home]
-    num_places = is_place.sum(axis=1, keepdims=True)
+    num_places = is_place.sum(axis=1)
     prior = queries.prior.sum(axis=2).astype(float)
-    total = prior.sum(axis=1, keepdims=True)
+    total = sum_rows(prior, num_places)[:, None]
     has_prior = total > 1e-9
     prior = np.divide(prior, total, out=np.zeros_like(prior), where=has_prior)
     seen = counts.num_true.astype(float)
     if hours > 0 and counts.hours is not None:
         seen = seen * (1 - hours) + hours * weigh_hours(memory, queries, counts.hours)
-    anywhere = (0.3 + ~has_prior) / num_places
-    weight = np.append((seen + prior + anywhere) * is_place, anywhere, axis=1)
-    return weight / weight.sum(axis=1, keepdims=True)
+    anywhere = (0.3 + ~has_prior) / num_places[:, None]
+    weight = (seen + prior + anywhere) * is_place
+    total = sum_rows(weight, num_places)[:, None] + anywhere
+    return np.append(weight, anywhere, axis=1) / total
 
 
 def weigh_hours(

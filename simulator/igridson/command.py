@@ -44,7 +44,9 @@ def main(
     Returns:
         The exit status: 0, or 2 if an argument is wrong.
     """
-    known = {name: Searcher(make) for name, make in POLICIES.items()} | dict(searchers or {})
+    known = {name: Searcher(policy.make) for name, policy in POLICIES.items()} | dict(
+        searchers or {}
+    )
     options = _make_parser(prog, known).parse_args(args)
     try:
         options.execute(options, known)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -54,6 +55,10 @@ class HomeHistory:
         self.look_times = np.pad(self.look_times, ((0, 0), added, (0, 0)), constant_values=_NEVER)
         self.moves = np.pad(self.moves, ((0, 0), added, added))
 
+    def copy(self) -> HomeHistory:
+        """Return the same counts, which can be changed alone."""
+        return copy.deepcopy(self)
+
     def take(self, furniture: np.ndarray, edges: np.ndarray) -> HomeHistory:
         """Return a copy that keeps some furniture (F,) and edges (E,), bool."""
         kept = HomeHistory(0, 0)
@@ -81,6 +86,7 @@ class HomeHistory:
         self,
         memory: MemoryBatch,
         looked: np.ndarray,
+        is_counted: np.ndarray,
         seen_object: np.ndarray,
         seen_again: np.ndarray,
         asked: Queries | None,
@@ -90,13 +96,14 @@ class HomeHistory:
         Args:
             memory: the memory.
             looked: furniture that each home looks at, -1 for none, (H,).
+            is_counted: whether the look is one at the furniture, having most of it in view, (H,).
             seen_object: rows of objects that were detected, (m,).
             seen_again: rows of edges that were known and are found true, (n,).
             asked: open questions; None if there are none.
         """
         objects, time = memory.objects, memory.time
         self._note_answers(memory, looked, seen_object, asked)
-        home = np.flatnonzero(looked >= 0)
+        home = np.flatnonzero((looked >= 0) & is_counted)
         column = memory.furniture_num_observed[home, looked[home]] % NUM_LOOKS_KEPT
         self.look_times[home, looked[home], column] = time
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -24,8 +25,11 @@ EDGE_COUNTERS = (
     "is_true",
 )  # fmt: skip
 # Counted beside the paper's counters, and in no snapshot: `simulator.evidence` reads them.
-OBJECT_HISTORY = ("first_observed",)
+OBJECT_HISTORY = ("first_observed", "num_at_once")
 EDGE_HISTORY = ("num_absent",)
+EDGE_MEASURES = ("missed", "confidence")  # float32
+
+SURE = 0.5  # from this confidence on, a sighting counts as true
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,12 +56,16 @@ class Change:
         furniture: furniture index looked at, (n,).
         objects: rows of `MemoryBatch.objects`.
         edges: rows of `MemoryBatch.edges`.
+        is_seen: whether the look found each of these edges true, bool, as long as `edges`.
+        coverage: share of the furniture that was in view, (n,).
     """
 
     home: np.ndarray
     furniture: np.ndarray
     objects: np.ndarray
     edges: np.ndarray
+    is_seen: np.ndarray
+    coverage: np.ndarray
 
 
 class MemoryBatch:
@@ -68,6 +76,12 @@ class MemoryBatch:
     false. An edge is remembered once it was observed, true or false: a hypothetical edge of the
     current query that is looked at and found false is remembered, too.
 
+    A look that had only a part of the furniture in view is a part of a look for what it did not
+    show. These parts are added up in `missed`; whenever their sum, since the edge was last true,
+    passes 1/2, 3/2, 5/2, ..., one look without the object is counted, and the edge is false. Whole
+    looks are counted one by one so. Likewise a sighting of confidence c: from c = 1/2 on it makes
+    the edge true, below it is a part 1 - c of a look that did not show the object.
+
     Attributes:
         time: the current time step, the same for all homes.
         labels: text of every label index.
@@ -75,20 +89,22 @@ class MemoryBatch:
             or less furniture end with -1.
         furniture_num_observed, furniture_last_observed: looks so far and the last one, (H, F).
         objects: table of object nodes (home, key, label, type, num_observed, last_observed,
-            num_moved, last_moved, last_furniture, first_observed); `key` is the description,
-            `type` the prior's object type or -1.
+            num_moved, last_moved, last_furniture, first_observed, num_at_once); `key` is the
+            description, `type` the prior's object type or -1; `num_at_once` is the most things of
+            this description that a robot has seen in one time step (0 in simulated homes).
         edges: table of object-furniture edges (home, object, furniture, relation, prior,
             num_observed, num_true, num_changed, last_observed, last_changed, last_true,
-            is_true, num_absent); relation 0 "in", 1 "onTop"; `num_absent` is the number of looks
-            at the furniture since the edge was last true, all of them if it never was.
+            is_true, num_absent, missed, confidence); relation 0 "in", 1 "onTop"; `num_absent` is
+            the number of looks at the furniture since the edge was last true, all of them if it
+            never was, `missed` the sum of their parts, `confidence` that of the last sighting, 0
+            without one.
         place_prior: the prior for these layouts.
         history: what is counted of each home as a whole.
         clock: where in the week step 0 of each home is, and how long its steps are
             (`Clock.row`), float64 (H, 2), nan for a home without; None if no home has one.
 
     Source: paper section 4.2, appendix B; docs/design.md, ruling 12. Differs: negative evidence
-    is counted
-    (the released code does not), so that what was not seen there counts, too.
+    is counted (the released code does not), so that what was not seen there counts, too.
     """
 
     def __init__(
@@ -133,7 +149,7 @@ class MemoryBatch:
                 ("home", "object", "furniture", "relation", "num_observed", "num_true",
                  "num_changed", "last_observed", "last_changed", "last_true", *EDGE_HISTORY),
                 np.int32,
-            ) | {"prior": np.float32, "is_true": np.bool_}
+            ) | dict.fromkeys(("prior", *EDGE_MEASURES), np.float32) | {"is_true": np.bool_}
         )  # fmt: skip
         self.history = HomeHistory(*furniture_label.shape)
         self._row_of_key = np.full((len(furniture_label), 64), -1, dtype=np.int32)
@@ -163,6 +179,18 @@ class MemoryBatch:
     def home_num_rooms(self) -> np.ndarray:
         """Rooms of each home, the first columns of its row, (H,)."""
         return (self.room_label >= 0).sum(axis=1)
+
+    def copy(self) -> MemoryBatch:
+        """Return the same memories without open questions, which can be changed alone."""
+        copied = copy.copy(self)
+        copied.labels = list(self.labels)
+        copied.furniture_num_observed = self.furniture_num_observed.copy()
+        copied.furniture_last_observed = self.furniture_last_observed.copy()
+        copied.objects, copied.edges = self.objects.copy(), self.edges.copy()
+        copied.history = self.history.copy()
+        copied._row_of_key = self._row_of_key.copy()
+        copied._pending = None
+        return copied
 
     def set_layout(
         self,
@@ -273,16 +301,22 @@ class MemoryBatch:
         furniture: np.ndarray,
         seen_object: np.ndarray,
         seen_relation: np.ndarray,
+        coverage: np.ndarray | None = None,
+        confidence: np.ndarray | None = None,
     ) -> Change:
         """Fold one look per home into the memories.
 
-        Every remembered edge of the furniture looked at is updated: seen -> true, else false.
+        Every remembered edge of the furniture looked at is updated: seen -> true, else false, as
+        far as it was in view. A look that had less than half of the furniture in view is not
+        counted as a look at it, and makes no hypothetical edge false.
 
         Args:
             home: homes that looked, each once, (n,).
             furniture: the furniture index that each looked at, (n,).
             seen_object: rows of `objects` that were detected there, (m,).
             seen_relation: 0 "in", 1 "onTop", (m,).
+            coverage: share of the furniture that was in view, in (0, 1], (n,); None for all of it.
+            confidence: probability that each detection is right, in [0, 1], (m,); None for 1.
 
         Returns:
             The rows that changed.
@@ -291,32 +325,52 @@ class MemoryBatch:
         """
         looked = np.full(self.num_homes, -1)
         looked[home] = furniture
+        look = _Look(self, home, coverage)
+        if confidence is not None and (confidence < 1).any():
+            seen_object, seen_relation = look.sort_out(seen_object, seen_relation, confidence)
         edges = self.edges
         touched = np.flatnonzero(looked[edges["home"]] == edges["furniture"])
         touched_key = edges["object"][touched] * 2 + edges["relation"][touched]
         num_keys = 2 * len(self.objects)
         is_seen_key = _mark(seen_object * 2 + seen_relation, num_keys)
-        again = touched[is_seen_key[touched_key]]
-        self.history.note_look(self, looked, seen_object, again, self._pending)
-        self._update_edges(touched, is_seen_key[touched_key])
+        is_seen = is_seen_key[touched_key]
+        again = touched[is_seen]
+        self.history.note_look(self, looked, look.is_counted, seen_object, again, self._pending)
+        self._update_edges(touched, is_seen, look.weigh(touched_key))
+        edges["confidence"][again] = look.get_confidence(touched_key[is_seen])
         is_new_false = self._mark_looked_up(looked, num_keys) & ~is_seen_key
         is_new_true = is_seen_key
         is_new_true[touched_key] = is_new_false[touched_key] = False
         new_true, new_false = np.flatnonzero(is_new_true), np.flatnonzero(is_new_false)
+        missed = look.weigh(new_false)
+        new_false, missed = new_false[missed >= 0.5], missed[missed >= 0.5]
         added = self._add_edges(looked, np.concatenate([new_true, new_false]), len(new_true))
+        edges["confidence"][added[: len(new_true)]] = look.get_confidence(new_true)
+        false = added[len(new_true) :]
+        edges["missed"][false] = edges["num_absent"][false] - 1 + missed
         if self.clock is not None:
             self._note_hours(np.concatenate([again, added[: len(new_true)]]))
 
-        self.furniture_num_observed[home, furniture] += 1
-        self.furniture_last_observed[home, furniture] = self.time
+        is_counted = look.is_counted[home]
+        self.furniture_num_observed[home, furniture] += is_counted
+        self.furniture_last_observed[home[is_counted], furniture[is_counted]] = self.time
         has_changed = _mark(seen_object, len(self.objects))
         self._update_objects(np.flatnonzero(has_changed), looked)
         has_changed[edges["object"][added]] = True
-        changed_edges = np.concatenate([touched, added])
-        return Change(home, furniture, np.flatnonzero(has_changed), changed_edges)
+        return Change(
+            home, furniture, np.flatnonzero(has_changed), np.concatenate([touched, added]),
+            np.concatenate([is_seen, np.arange(len(added)) < len(new_true)]), look.coverage[home],
+        )  # fmt: skip
 
-    def _update_edges(self, rows: np.ndarray, is_seen: np.ndarray) -> None:
+    def _update_edges(self, rows: np.ndarray, is_seen: np.ndarray, weight: np.ndarray) -> None:
+        """Update edges that are true, or were looked at for some part of a look, (n,) each."""
         edges = self.edges
+        before = edges["missed"][rows]
+        after = (before + weight).astype(np.float32)
+        edges["missed"][rows] = np.where(is_seen, 0, after)
+        is_counted = is_seen | (np.floor(after + 0.5) > np.floor(before + 0.5))
+        if not is_counted.all():
+            rows, is_seen = rows[is_counted], is_seen[is_counted]
         has_changed = edges["is_true"][rows] != is_seen
         edges["num_observed"][rows] += 1
         edges["num_true"][rows] += is_seen
@@ -378,6 +432,41 @@ class MemoryBatch:
         objects["num_moved"][has_moved] += 1
         objects["last_moved"][has_moved] = self.time
         objects["last_furniture"][rows] = here
+
+
+class _Look:
+    """How much of a look in each home counts, for what it showed and for what it did not.
+
+    A key is object * 2 + relation.
+    """
+
+    def __init__(self, memory: MemoryBatch, home: np.ndarray, coverage: np.ndarray | None) -> None:
+        self._memory = memory
+        self.coverage = np.zeros(memory.num_homes)  # (H,)
+        self.coverage[home] = 1.0 if coverage is None else coverage
+        self.is_counted = self.coverage >= 0.5
+        self._confidence: np.ndarray | None = None  # the highest by key, 0 for what was not seen
+
+    def sort_out(
+        self, seen_object: np.ndarray, seen_relation: np.ndarray, confidence: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Take note of confidences, and return objects and relations of the sure sightings."""
+        self._confidence = np.zeros(2 * len(self._memory.objects))
+        np.maximum.at(self._confidence, seen_object * 2 + seen_relation, confidence)
+        is_sure = confidence >= SURE
+        return seen_object[is_sure], seen_relation[is_sure]
+
+    def get_confidence(self, keys: np.ndarray) -> np.ndarray | float:
+        """Return the confidence of sightings, (n,) or one for all."""
+        return 1.0 if self._confidence is None else self._confidence[keys]
+
+    def weigh(self, keys: np.ndarray) -> np.ndarray:
+        """Return what part of a look counts against keys (n,), should they not be seen."""
+        weight = self.coverage[self._memory.objects["home"][keys // 2]]
+        if self._confidence is None:
+            return weight
+        found = self._confidence[keys]
+        return np.where(found > 0, 1 - found, weight)
 
 
 def _mark(rows: np.ndarray, num_rows: int) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,15 +14,18 @@ from simulator.memory.home_layout import Furniture, HomeLayout
 from simulator.memory.memory_batch import (
     EDGE_COUNTERS,
     EDGE_HISTORY,
+    EDGE_MEASURES,
     FURNITURE_COUNTERS,
     NEVER,
     OBJECT_COUNTERS,
     OBJECT_HISTORY,
 )
+from simulator.memory.step_log import StepLook
 from simulator.memory.words import read_words
 
 OBJECT_COLUMNS = (*OBJECT_COUNTERS, "last_furniture", *OBJECT_HISTORY)
-EDGE_COLUMNS = ("object", "furniture", "relation", *EDGE_COUNTERS, *EDGE_HISTORY)
+_EDGE_NUMBERS = ("object", "furniture", "relation", *EDGE_COUNTERS, *EDGE_HISTORY)
+EDGE_COLUMNS = (*_EDGE_NUMBERS, *EDGE_MEASURES)
 HOME_LABELS = ("house", "floor")  # of the two nodes above the rooms
 MAX_TIME = 2**31 - 2  # time stamps are 32-bit integers
 
@@ -47,6 +50,9 @@ class MemoryContent:
         history: of the home as a whole.
         asked: position of the object asked for since the last step, None without one.
         clock: what time it is at every time step; None if nobody knows.
+        looks: of the present time step, in order; all else is as it was before them.
+        sought: by words of a description and furniture id, looks that were about this alone and
+            did not find it there: how many, weighed by what was in view, and when the last was.
     """
 
     time: int
@@ -60,6 +66,8 @@ class MemoryContent:
     history: HomeHistory
     asked: int | None
     clock: Clock | None = None
+    looks: tuple[StepLook, ...] = ()
+    sought: Mapping[tuple[str, int], tuple[float, int]] = field(default_factory=dict)
 
     @classmethod
     def empty(cls, prior: str, clock: Clock | None = None) -> MemoryContent:
@@ -124,6 +132,8 @@ class MemoryContent:
             },
             history=self.history.take(keep_furniture, keep_edge),
             asked=None,
+            looks=(),
+            sought={key: value for key, value in self.sought.items() if key[1] in kept},
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -141,12 +151,23 @@ class MemoryContent:
             "num_furniture_ever": self.layout.num_furniture_ever,
             "descriptions": list(self.descriptions),
             **{
-                part: {name: column.astype(int).tolist() for name, column in columns.items()}
+                part: {
+                    name: column.astype(int).tolist()
+                    for name, column in columns.items()
+                    if name not in EDGE_MEASURES
+                }
                 for part, columns in self._list_tables().items()
+            },
+            "edge_measures": {
+                name: self.edges[name].astype(float).tolist()
+                for name, column in _compute_measures(self.edges).items()
+                if (self.edges[name] != column).any()
             },
             "history": self.history.to_json(),
             "asked": self.asked,
             "clock": None if self.clock is None else self.clock.to_json(),
+            "looks": [look.to_json() for look in self.looks],
+            "sought": [[*key, *value] for key, value in self.sought.items()],
         }
 
     @classmethod
@@ -158,8 +179,10 @@ class MemoryContent:
         """
         try:
             clock = data.get("clock")
-            objects = _read_table(_add_first_observed(data["objects"]), OBJECT_COLUMNS)
-            edges = _read_table(_add_num_absent(data["edges"]), EDGE_COLUMNS)
+            objects = _read_table(_add_history(data["objects"]), OBJECT_COLUMNS)
+            edges = _read_table(_add_num_absent(data["edges"]), _EDGE_NUMBERS)
+            measures = _compute_measures(edges)
+            measures |= _read_measures(data.get("edge_measures", {}))
             num_furniture, history = len(data["furniture"]), HomeHistory(1, len(data["furniture"]))
             if "history" in data:
                 history = HomeHistory.from_json(
@@ -178,10 +201,15 @@ class MemoryContent:
                 descriptions=tuple(data["descriptions"]),
                 furniture_counters=_read_table(data["furniture_counters"], FURNITURE_COUNTERS),
                 objects=objects,
-                edges=edges,
+                edges={**edges, **measures},
                 history=history,
                 asked=data["asked"],
                 clock=None if clock is None else Clock.from_json(clock),
+                looks=tuple(StepLook.from_json(look) for look in data.get("looks", ())),
+                sought={
+                    (str(words), furniture): (float(count), time)
+                    for words, furniture, count, time in data.get("sought", ())
+                },
             )
             content._check()
         except (KeyError, TypeError, AttributeError, OverflowError) as error:
@@ -214,7 +242,11 @@ class MemoryContent:
                     raise ValueError(f"{part} {name}: {len(column)} rows instead of {rows}")
                 is_time = name.startswith(("last", "first"))
                 low, high = (NEVER, self.time) if is_time else (0, MAX_TIME)
-                if name != "last_furniture":
+                if name in EDGE_MEASURES:
+                    highest = 1 if name == "confidence" else MAX_TIME
+                    if not ((column >= 0) & (column <= highest)).all():
+                        raise ValueError(f"{part} {name} must lie in 0 to {highest}")
+                elif name != "last_furniture":
                     _check_between(f"{part} {name}", column, low, high)
         _check_between("room ids", list(layout.rooms), 0, layout.num_rooms_ever - 1)
         _check_between("furniture ids", list(layout.furniture), 0, layout.num_furniture_ever - 1)
@@ -223,6 +255,14 @@ class MemoryContent:
         _check_between("edge furniture", self.edges["furniture"], 0, num_furniture - 1)
         _check_between("relations", self.edges["relation"], 0, 1)
         _check_between("is_true", self.edges["is_true"], 0, 1)
+        for look in self.looks:
+            if look.furniture not in layout.furniture:
+                raise ValueError(f"there is no furniture {look.furniture}")
+        for (name, furniture), (count, time) in self.sought.items():
+            read_words("description", name)
+            _check_between("time of a look", [time], 0, self.time)
+            if furniture not in layout.furniture or not 0 < count < MAX_TIME:
+                raise ValueError(f"no {count!r} looks for {name!r} at furniture {furniture!r}")
         _check_between("asked", [] if self.asked is None else [self.asked], 0, num_objects - 1)
         texts = [*self.labels, *layout.rooms.values(), *self.descriptions]
         for node in layout.furniture.values():
@@ -243,12 +283,17 @@ def _number(keep: np.ndarray) -> np.ndarray:
     return np.append(np.where(keep, np.cumsum(keep) - 1, -1), -1)
 
 
-def _add_first_observed(objects: Mapping[str, list[int]]) -> Mapping[str, list[int]]:
-    """Take the start for the first sighting of what was saved before it was counted."""
-    if "first_observed" in objects:
-        return objects
+def _add_history(objects: Mapping[str, list[int]]) -> Mapping[str, list[int]]:
+    """Add what was not counted yet when a memory was saved.
+
+    The start stands for the first sighting, and of everything one was seen at once.
+    """
     counts = zip(objects["num_observed"], objects["last_observed"], strict=True)
-    return {**objects, "first_observed": [last if num < 2 else 0 for num, last in counts]}
+    added = {
+        "first_observed": [last if num < 2 else 0 for num, last in counts],
+        "num_at_once": [min(num, 1) for num in objects["num_observed"]],
+    }
+    return {**added, **objects}
 
 
 def _add_num_absent(edges: Mapping[str, list[int]]) -> Mapping[str, list[int]]:
@@ -259,11 +304,27 @@ def _add_num_absent(edges: Mapping[str, list[int]]) -> Mapping[str, list[int]]:
     return {**edges, "num_absent": [0 if now else num - true for num, true, now in counts]}
 
 
+def _compute_measures(edges: Columns) -> dict[str, np.ndarray]:
+    """Return `EDGE_MEASURES` of edges where all looks were whole ones, and all sightings sure."""
+    return {
+        "missed": edges["num_absent"].astype(float),
+        "confidence": (edges["num_true"] > 0).astype(float),
+    }
+
+
 def _read_table(data: Mapping[str, list[int]], names: tuple[str, ...]) -> Columns:
     columns = {name: np.array(data[name] or np.zeros(0, dtype=np.int64)) for name in names}
     for name, column in columns.items():
         if column.ndim != 1 or column.dtype != np.int64:
             raise ValueError(f"{name} must be whole numbers")
+    return columns
+
+
+def _read_measures(data: Mapping[str, list[float]]) -> Columns:
+    columns = {name: np.array(data[name]) for name in EDGE_MEASURES if name in data}
+    for name, column in columns.items():
+        if column.ndim != 1 or column.dtype != np.float64:
+            raise ValueError(f"{name} must be numbers")
     return columns
 
 

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from simulator.memory.asking import Asked, Looks, list_looks_before
 from simulator.memory.clock import Clock, make_clock_rows
 from simulator.memory.home_view import list_home, list_places
 from simulator.memory.memory_batch import FURNITURE_COUNTERS, MemoryBatch, Queries
 from simulator.memory.memory_content import EDGE_COLUMNS, MAX_TIME, OBJECT_COLUMNS, MemoryContent
+from simulator.memory.names import NameIndex, Resolution, Similarity, read_name
 from simulator.memory.sighting import RELATIONS, SeenAt, Sighting
+from simulator.memory.step_log import StepLog, StepLook
 from simulator.memory.storage import load_content, save_content
 from simulator.memory.vocabulary import Vocabulary
 from simulator.memory.words import read_words
@@ -56,6 +61,8 @@ class SceneGraphMemory:
     _batch: MemoryBatch
     _is_layout_new: bool  # whether the batch has yet to take it over
     _asked: int | None  # row of the object whose hypothetical edges are open
+    _step: StepLog  # looks of the present time step
+    _sought: dict[tuple[str, int], tuple[float, int]]  # as in `MemoryContent`
 
     def __init__(self, prior: PriorGraph | None = None, clock: Clock | None = None) -> None:
         """Start with an empty home.
@@ -66,6 +73,8 @@ class SceneGraphMemory:
                 `features.clock`; the shipped one reads none.
         """
         self._prior = prior if prior is not None else PriorGraph.default()
+        self._lock = RLock()
+        self._names = NameIndex(row.label for row in self._prior.objects)
         self._set_content(MemoryContent.empty(self._prior.checksum, clock))
 
     @classmethod
@@ -107,7 +116,13 @@ class SceneGraphMemory:
             OSError: if the folder does not exist, or the disk does not take the file; an older
                 file is left as it was.
         """
-        save_content(path, self._get_content())
+        with self._lock:
+            content = self._get_content()
+            if self._step.before is not None:
+                content = replace(
+                    self._get_content(self._step.before), looks=tuple(self._step.looks)
+                )
+            save_content(path, content)
 
     @property
     def batch(self) -> MemoryBatch:
@@ -190,8 +205,8 @@ class SceneGraphMemory:
             KeyError: if this memory has no object of that description.
             ValueError: if the description is no name (`read_words`).
         """
-        row = self._rows.get(read_words("description", description))
-        if row is None:
+        row = self._find_row(description)
+        if row < 0:
             raise KeyError(
                 f"description must be one that was seen or asked for, got {description!r}; there "
                 f"are {len(self._descriptions)} objects. Check its words."
@@ -206,21 +221,26 @@ class SceneGraphMemory:
         """
         return self._layout.describe(furniture)
 
-    def observe(self, furniture: int, seen: Sequence[Sighting]) -> None:
+    def observe(self, furniture: int, seen: Sequence[Sighting], coverage: float = 1.0) -> None:
         """Fold one look at a furniture node into the memory.
 
         Every remembered edge of `furniture` is updated: seen ones become true, the others false.
+        What was not in view is not counted as absent: the parts of looks that do not show an object
+        are added up until they make most of a look (`MemoryBatch`).
         A look at another furniture node leaves them alone: an object that was seen at two places
         is believed at both until one of them is looked at again.
 
         Args:
             furniture: id from `add_furniture`.
-            seen: what was detected there; detection may have missed objects, and sightings of the
-                same description count once.
+            seen: what was detected there; detection may have missed objects. Sightings of the
+                same description are several things of a kind.
+            coverage: share of the furniture that was in view, above 0 and at most 1; the detector
+                may have missed what was in view.
 
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
             TypeError: if `seen` holds something else than sightings.
+            ValueError: if the coverage is out of range.
 
         Source: paper section 4.2, appendix B. Differs: negative evidence is counted (released
         code does not).
@@ -232,13 +252,53 @@ class SceneGraphMemory:
                     f"seen must hold Sighting objects, got {sighting!r} at "
                     f"{self.describe(furniture)}. Write Sighting('milk', relation='in')."
                 )
-        rows = [self._ensure_object(sighting.description) for sighting in seen]
-        self.batch.observe(
-            _HOME,
-            np.array([self.furniture_ids.index(furniture)]),
-            np.array(rows, dtype=np.int64),
-            np.array([RELATIONS.index(sighting.relation) for sighting in seen], dtype=np.int64),
-        )
+        if not 0 < coverage <= 1:
+            raise ValueError(
+                f"coverage must be above 0 and at most 1, got {coverage!r} at "
+                f"{self.describe(furniture)}. Give the share in view, or leave out the look."
+            )
+        with self._lock:
+            self._step.begin(self.batch)
+            rows = [self._ensure_object(sighting.description) for sighting in seen]
+            self.batch.observe(
+                _HOME,
+                np.array([self.furniture_ids.index(furniture)]),
+                np.array(rows, dtype=np.int64),
+                np.array([RELATIONS.index(sighting.relation) for sighting in seen], dtype=np.int64),
+                np.array([coverage], dtype=float),
+                np.array([sighting.confidence for sighting in seen], dtype=float),
+            )
+            self._step.add(StepLook(furniture, tuple(seen), coverage), Counter(rows))
+            at_once = self.batch.objects["num_at_once"]
+            for row in set(rows):
+                at_once[row] = max(at_once[row], self._step.count_at_once(row))
+                words = read_words("description", self._descriptions[row])
+                self._sought.pop((words, furniture), None)
+
+    def note_absent(self, furniture: int, description: str, coverage: float = 1.0) -> None:
+        """Note that a look for one thing did not find it, and say nothing of all others there.
+
+        Args:
+            furniture: id from `add_furniture`.
+            description: what was looked for, seen before or not.
+            coverage: share of the furniture that was in view.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+            ValueError: if the description is no name, or the coverage out of range.
+        """
+        self._layout.check_furniture(furniture)
+        key = (read_words("description", description), furniture)
+        if not 0 < coverage <= 1:
+            raise ValueError(
+                f"coverage must lie above 0 and at most at 1, got {coverage} at "
+                f"{self.describe(furniture)}. Give the share of it that was in view."
+            )
+        with self._lock:
+            count, time = self._sought.get(key, (0.0, self.time))
+            if time < self.time:  # from now on: what was in vain before is long ago
+                count = 0.0
+            self._sought[key] = (count + coverage, self.time)
 
     def step(self, num_steps: int = 1) -> None:
         """Let time pass.
@@ -261,9 +321,12 @@ class SceneGraphMemory:
                 "Choose a longer time step."
             )
         if num_steps:
-            self.batch.step()
-            self.batch.time += int(num_steps) - 1
-            self._asked = None
+            with self._lock:
+                self._forget_questions()
+                self.batch.step()
+                self.batch.time += int(num_steps) - 1
+                self._asked = None
+                self._step = StepLog()
 
     def query(self, description: str) -> Queries:
         """Ask for an object; until the next `step` its hypothetical edges are in the graph.
@@ -298,11 +361,90 @@ class SceneGraphMemory:
         Returns:
             (furniture id, score) for every furniture node; -inf where there is no opinion.
         """
-        query = self.query(description)
-        scores = policy.scores(self.batch, query)[0]
+        asked = self.ask([description], before_looks=False)
+        scores = policy.scores(asked.batch, asked.queries)[0]
         order = np.argsort(-scores, kind="stable")
-        ids = self.furniture_ids
-        return [(ids[furniture], float(scores[furniture])) for furniture in order]
+        return [(asked.furniture_ids[place], float(scores[place])) for place in order]
+
+    def resolve(self, description: str, similarity: Similarity | None = None) -> Resolution:
+        """Say which of the things that were seen a name means; `NameIndex` has the rules.
+
+        Args:
+            description: such as "the red mug".
+            similarity: how alike labels are; None to go by words alone.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`).
+        """
+        with self._lock:
+            self._names.update(self._descriptions)
+            return self._names.resolve(description, similarity)
+
+    def find_furniture(self, name: str) -> tuple[int, ...]:
+        """Return the ids of the furniture that a name means, such as "the fridge".
+
+        Raises:
+            ValueError: if the name is none (`read_words`).
+        """
+        index = NameIndex(node.label for node in self._layout.furniture.values())
+        index.update([node.description for node in self._layout.furniture.values()])
+        matches = set(index.resolve(name).matches)
+        return tuple(
+            number for number, node in self._layout.furniture.items() if node.description in matches
+        )
+
+    def ask(self, descriptions: Sequence[str], before_looks: bool = True) -> Asked:
+        """Ask for objects, and leave the memory as it is; safe beside a thread that observes.
+
+        Args:
+            descriptions: one or more, seen before or not; each means the object of that name.
+            before_looks: whether policies are asked of the memory before the looks of this step,
+                which then say for themselves what they say.
+
+        Raises:
+            ValueError: if a description is no name (`read_words`), or there is no furniture yet.
+        """
+        words = [read_words("description", description) for description in descriptions]
+        if not self._layout.furniture:
+            raise ValueError(
+                "memory must have furniture before a query, got none. Call add_furniture first."
+            )
+        with self._lock:
+            current, step = self.batch.copy(), self._step
+            batch, num_known = current.copy(), len(self._descriptions)
+            if before_looks and step.before is not None:
+                batch, num_known = step.before.copy(), step.num_objects
+            known = np.array([self._find_row(description) for description in descriptions])
+            vocabulary = Vocabulary(self._prior, batch.labels)
+            kinds = np.array([vocabulary.find_type(description) for description in descriptions])
+            batch.labels = vocabulary.labels
+            new = num_known + np.arange(len(words))
+            keys = np.where((known >= 0) & (known < num_known), known, new)
+            queries = batch.query(
+                np.zeros(len(words), dtype=np.int64), keys, kinds[:, 0], kinds[:, 1]
+            )
+            ids = self.furniture_ids
+            at_once = np.append(current.objects["num_at_once"], 0)
+            return Asked(
+                batch=batch,
+                queries=queries,
+                current=current,
+                rows=known,
+                descriptions=tuple(self._descriptions),
+                looks=tuple(
+                    self._list_looks(batch, key if key < num_known else -1, row, own)
+                    for key, row, own in zip(keys.tolist(), known.tolist(), words, strict=True)
+                ),
+                num_instances=np.maximum(at_once[known], 1),
+                sightings=tuple(
+                    sorted(
+                        (seen for row in known if row >= 0 for seen in self._list_places(row)),
+                        key=lambda seen: -seen.time,
+                    )
+                ),
+                furniture_ids=ids,
+                furniture_names=tuple(map(self._layout.describe, ids)),
+            )
 
     def places_of(self, description: str) -> list[SeenAt]:
         """Return every place where an object was ever seen, the latest sighting first.
@@ -310,8 +452,10 @@ class SceneGraphMemory:
         Raises:
             ValueError: if the description is no name (`read_words`).
         """
-        row = self._rows.get(read_words("description", description))
-        return [] if row is None else list_places(self.batch, self.furniture_ids, row)
+        matches = self.resolve(description).matches
+        rows = [self._find_row(match) for match in matches]
+        found = [seen for row in rows for seen in self._list_places(row)]
+        return sorted(found, key=lambda seen: -seen.time)
 
     def last_seen(self, description: str) -> SeenAt | None:
         """Return where and when an object was last seen; None if it never was.
@@ -335,7 +479,7 @@ class SceneGraphMemory:
         known = self._rows_as_written.get(description)
         if known is not None:  # most things are called the same every time
             return known
-        row = self._rows.setdefault(read_words("description", description), len(self._rows))
+        row = self._rows.setdefault(read_name(description), len(self._descriptions))
         if row == len(self._descriptions):
             self._descriptions.append(description)
         label, object_type = self._vocabulary.find_type(description)
@@ -345,6 +489,54 @@ class SceneGraphMemory:
         assert rows[0] == row
         self._rows_as_written[description] = row
         return row
+
+    def _find_row(self, description: str) -> int:
+        """Return the row of an object node, -1 if there is none of that name."""
+        return self._rows.get(read_name(description), -1)
+
+    def _list_places(self, row: int) -> list[SeenAt]:
+        return list_places(self.batch, self.furniture_ids, row)
+
+    def _list_looks(self, batch: MemoryBatch, row: int, row_now: int, words: str) -> Looks:
+        """List what all looks say about an object.
+
+        Args:
+            batch: the memory before the looks of this step.
+            row: of the object in it, -1 for what was not seen until then.
+            row_now: its row now.
+            words: of its description.
+        """
+        in_vain, seen = np.zeros((2, self.num_furniture))
+        steps_ago = list_looks_before(batch, row, self.time)
+        sought_ago = np.full(self.num_furniture, np.inf)
+        sought = np.zeros(self.num_furniture)
+        position = {number: index for index, number in enumerate(self.furniture_ids)}
+        if self._step.before is not None and batch.time == self.time:
+            for furniture, count in self._step.sum_in_vain(row_now).items():
+                in_vain[position[furniture]] += count
+        edges = self.batch.edges
+        now = (edges["object"] == row_now) & (edges["last_true"] == self.time)
+        np.maximum.at(seen, edges["furniture"][now], edges["confidence"][now])
+        for (name, furniture), (count, time) in self._sought.items():
+            if name == words and time == self.time:
+                in_vain[position[furniture]] += count
+            elif name == words:
+                sought[position[furniture]] = count
+                sought_ago[position[furniture]] = self.time - time
+        return Looks(
+            in_vain=in_vain,
+            steps_ago=np.column_stack([steps_ago, sought_ago]),
+            weight=np.column_stack([np.ones(steps_ago.shape), sought]),
+            seen=seen,
+        )
+
+    def _forget_questions(self) -> None:
+        """Leave out objects that were asked for in this step and neither seen nor looked for."""
+        is_there = self.batch.objects["num_observed"] > 0
+        is_there[self.batch.edges["object"]] = True
+        never = np.flatnonzero(~is_there)
+        if len(never):
+            self._set_content(self._get_content().remove(objects=never.tolist()))
 
     def _ask(self, row: int) -> Queries:
         objects = self.batch.objects
@@ -356,6 +548,7 @@ class SceneGraphMemory:
         self._vocabulary.number(label)  # now: labels are numbered in the order they come up
         self._is_layout_new = True
         self._asked = None
+        self._step = StepLog()  # what was looked at in another home says nothing of this one
 
     def _update_layout(self) -> None:
         arrays = self._layout.make_arrays(self._vocabulary, self._prior)
@@ -364,14 +557,15 @@ class SceneGraphMemory:
         )
         self._is_layout_new = False
 
-    def _get_content(self) -> MemoryContent:
-        batch = self.batch
+    def _get_content(self, batch: MemoryBatch | None = None) -> MemoryContent:
+        """Return what the memory holds, or held when a copy of its batch was made."""
+        batch = self.batch if batch is None else batch
         return MemoryContent(
             time=batch.time,
             prior=self._prior.checksum,
-            labels=tuple(self._vocabulary.labels),
+            labels=tuple(batch.labels),
             layout=self._layout,
-            descriptions=tuple(self._descriptions),
+            descriptions=tuple(self._descriptions[: len(batch.objects)]),
             furniture_counters={
                 name: getattr(batch, f"furniture_{name}")[0] for name in FURNITURE_COUNTERS
             },
@@ -380,6 +574,7 @@ class SceneGraphMemory:
             history=batch.history,
             asked=self._asked,
             clock=self.clock,
+            sought=dict(self._sought),
         )
 
     def _set_content(self, content: MemoryContent) -> None:
@@ -387,7 +582,7 @@ class SceneGraphMemory:
         self._vocabulary = Vocabulary(self._prior, content.labels)
         self._layout = content.layout
         self._descriptions: list[str] = []
-        self._rows: dict[str, int] = {}  # by the words of the description
+        self._rows: dict[tuple[str, ...], int] = {}  # by `read_name` of the description
         self._rows_as_written: dict[str, int] = {}
         arrays = self._layout.make_arrays(self._vocabulary, self._prior)
         self.clock = content.clock
@@ -411,3 +606,7 @@ class SceneGraphMemory:
         if content.asked is not None:
             self._ask(content.asked)
         batch.history = content.history  # now: to ask again is no new question
+        self._sought = dict(content.sought)
+        self._step = StepLog()
+        for look in content.looks:
+            self.observe(look.furniture, look.seen, look.coverage)

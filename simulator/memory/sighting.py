@@ -16,22 +16,31 @@ class Sighting:
     Attributes:
         description: what it is, such as "large red mug"; objects are told apart by its words alone.
         relation: "in" or "onTop" the furniture.
+        confidence: probability that it is right. Below one half it counts as if the object had
+            not been seen, the more so the lower it is.
     """
 
     description: str
     relation: str = "onTop"
+    confidence: float = 1.0
 
     def __post_init__(self) -> None:
         """Check the values.
 
         Raises:
-            ValueError: if the description is no name (`read_words`) or the relation unknown.
+            ValueError: if the description is no name (`read_words`), the relation unknown, or the
+                confidence no probability.
         """
         read_words("description", self.description)
         if self.relation not in RELATIONS:
             raise ValueError(
                 f"relation must be one of {', '.join(RELATIONS)}, got {self.relation!r} for "
                 f"{self.description!r}. Choose one of these."
+            )
+        if not 0 <= self.confidence <= 1:
+            raise ValueError(
+                f"confidence must lie in [0, 1], got {self.confidence} for {self.description!r}. "
+                "Give a probability."
             )
 
 

@@ -12,7 +12,7 @@ from simulator.memory.memory_content import MemoryContent
 
 FORMAT = "scene graph memory"
 FORMAT_VERSION = 3
-_FIRST_VERSION = 1  # without a clock; 2 without a history
+_FIRST_VERSION = 1  # without a clock; 2 without a history and partial looks
 
 
 def save_content(path: str | Path, content: MemoryContent) -> None:
@@ -27,7 +27,8 @@ def save_content(path: str | Path, content: MemoryContent) -> None:
             f"folder of a memory file must exist, got {str(path.parent)!r} for {path}. Make it."
         )
     data = content.to_json()
-    head = {"format": FORMAT, "version": FORMAT_VERSION, "checksum": _compute_checksum(data)}
+    checksum = _compute_checksum(FORMAT_VERSION, data)
+    head = {"format": FORMAT, "version": FORMAT_VERSION, "checksum": checksum}
     text = json.dumps({**head, "content": data}, ensure_ascii=False, separators=(",", ":"))
     write_whole(path, f"{text}\n".encode())
 
@@ -62,7 +63,7 @@ def load_content(path: str | Path) -> MemoryContent:
             f"{file.get('version')!r} for {path}. Install the version of the package that wrote it."
         )
     try:
-        if file.get("checksum") != _compute_checksum(file.get("content")):
+        if file.get("checksum") != _compute_checksum(file["version"], file.get("content")):
             raise ValueError("another checksum than the one it states")
         return MemoryContent.from_json(file["content"])
     except ValueError as error:
@@ -72,5 +73,7 @@ def load_content(path: str | Path) -> MemoryContent:
         ) from error
 
 
-def _compute_checksum(data: Any) -> str:
-    return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
+def _compute_checksum(version: int, data: Any) -> str:
+    """Return the checksum of a content; since version 3 it covers the version, too."""
+    covered = data if version < 3 else [version, data]
+    return hashlib.sha256(json.dumps(covered, sort_keys=True).encode()).hexdigest()

@@ -5,7 +5,6 @@ from simulator.policies.policy import Policy
 from simulator.policies.registry import (
     POLICIES,
     check_policies,
-    check_policy,
     find_policy,
     list_policies,
     make_policy,
@@ -16,7 +15,6 @@ __all__ = [
     "Bayesian",
     "Policy",
     "check_policies",
-    "check_policy",
     "find_policy",
     "list_policies",
     "make_policy",

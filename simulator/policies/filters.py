@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from simulator.memory.memory_batch import MemoryBatch, Queries
 from simulator.policies.place_filter import PlaceFilter, Rules, Subjects
 from simulator.world.homes import NUM_RELATIONS, Homes
 from simulator.world.source import TRUE_PLACE_WEIGHTS, TRUE_TRANSITIONS
+
+FilterT = TypeVar("FilterT", bound="PriorFilter")
 
 
 class PriorFilter(PlaceFilter):
@@ -20,7 +22,7 @@ class PriorFilter(PlaceFilter):
     """
 
     @classmethod
-    def make(cls, homes: Homes) -> PriorFilter:
+    def make(cls: type[FilterT], homes: Homes) -> FilterT:
         """Make the filter that knows the rules of the homes, not their state."""
         return cls(homes.prior, homes.configs)
 

@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from simulator.arrays.padded import sum_rows
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.policies.filters import PriorFilter
-from simulator.policies.inventory import sum_furniture
 from simulator.policies.place_filter import AsOf, Belief, Rules, Subjects
 
 
@@ -70,7 +70,7 @@ class HomeFilter(PriorFilter):
     def observe(self, memory: MemoryBatch, change: Change) -> None:
         """Note one look per home: where, and which objects were seen."""
         super().observe(memory, change)
-        self._mark_used(memory, change.edges[memory.edges["is_true"][change.edges]])
+        self._mark_used(memory, change.edges[change.is_seen])
 
     def follow(self, memory: MemoryBatch, queries: Queries) -> HomeBelief:
         """Return what is believed about the objects asked for, (Q, F)."""
@@ -113,8 +113,8 @@ class HomeFilter(PriorFilter):
         type_possible[is_unknown] = own_possible[is_unknown] = 1.0
         expected = rules.initial * type_possible * own_possible
         num_furniture = self._num_furniture[subjects.home]
-        before = sum_furniture(rules.initial, num_furniture)
-        after = sum_furniture(expected, num_furniture)
+        before = sum_rows(rules.initial, num_furniture)
+        after = sum_rows(expected, num_furniture)
         scale = np.divide(before, after, out=np.ones_like(after), where=after > 0)
         return HomeBelief(
             last=np.zeros(expected.shape),

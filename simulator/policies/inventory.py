@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from simulator.arrays.padded import sum_rows
 from simulator.priors.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.descriptions import DescriptionTable
@@ -49,7 +50,7 @@ class Inventory:
         share = np.divide(weights, total, out=np.zeros_like(weights), where=total > 0)
         per_furniture = np.array([config.objects_per_furniture for config in configs])
         self.expected = share * per_furniture[:, None, None]
-        self._count = sum_furniture(self.expected, num_furniture)  # (H, O)
+        self._count = sum_rows(self.expected, num_furniture)  # (H, O)
         move_share = np.array([config.move_share for config in configs])
         self._num_moves = move_share * self._count.sum(axis=1)
         self._total_weight = np.maximum((self._count * self._move_freq).sum(axis=1), 1e-12)
@@ -92,15 +93,3 @@ class Inventory:
             moves = (count * -np.expm1(-kappa[:, None] * self._move_freq)).sum(axis=1)
             low, high = np.where(moves < target, kappa, low), np.where(moves < target, high, kappa)
         return high
-
-
-def sum_furniture(values: np.ndarray, num_furniture: np.ndarray) -> np.ndarray:
-    """Sum over the furniture of homes, (n, ..., F), (n,) -> (n, ...).
-
-    Columns that are no furniture are left out: with them, rounding would depend on their number.
-    """
-    total = np.empty(values.shape[:-1])
-    for num in np.unique(num_furniture):
-        rows = num_furniture == num
-        total[rows] = np.ascontiguousarray(values[rows, ..., :num]).sum(axis=-1)
-    return total

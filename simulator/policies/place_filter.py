@@ -183,7 +183,7 @@ class PlaceFilter(Policy):
     def observe(self, memory: MemoryBatch, change: Change) -> None:
         """Note one look per home: where, and which objects were seen."""
         self._cut_log(memory)
-        seen = change.edges[memory.edges["is_true"][change.edges]]
+        seen = change.edges[change.is_seen]
         rows = memory.edges["object"][seen]
         keys = self._number_types(memory.objects["home"][rows], memory.objects["type"][rows])
         self._log.add_looks(memory.time, change.home, change.furniture, rows, keys)

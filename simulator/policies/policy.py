@@ -22,10 +22,13 @@ class Policy(ABC):
 
     Attributes:
         score_kind: what its scores mean as probabilities, see `compute_probabilities`.
+        knows_looks: whether its scores count every look in vain of earlier time steps by Bayes'
+            rule, as filters do.
         needs: what it must know of the true homes (`HomeSource.knows`); empty for all but oracles.
     """
 
     score_kind: ClassVar[ScoreKind] = "weights"
+    knows_looks: ClassVar[bool] = False
     needs: ClassVar[frozenset[str]] = frozenset()
 
     @classmethod

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from simulator.arrays.padded import sum_rows
 from simulator.policies.policy import ScoreKind
 
 
-def compute_probabilities(scores: np.ndarray, kind: ScoreKind) -> np.ndarray:
+def compute_probabilities(
+    scores: np.ndarray, kind: ScoreKind, is_furniture: np.ndarray | None = None
+) -> np.ndarray:
     """Turn scores into probabilities of the places, (Q, F), each row summing to one.
 
     The one place that says what the scores of a policy mean as probabilities:
@@ -23,12 +26,16 @@ def compute_probabilities(scores: np.ndarray, kind: ScoreKind) -> np.ndarray:
     Args:
         scores: (Q, F).
         kind: `Policy.score_kind`.
+        is_furniture: which columns are furniture of the home asked, bool (Q, F); None for all.
     """
     if kind == "logits":
         best = scores.max(axis=1, keepdims=True)
         weights = np.exp(scores - np.where(np.isfinite(best), best, 0.0))
     else:
         weights = np.maximum(scores, 0.0)
-    total = weights.sum(axis=1, keepdims=True)
-    even = np.full(scores.shape, 1 / scores.shape[1])
+    if is_furniture is None:
+        is_furniture = np.ones(scores.shape, dtype=bool)
+    count = is_furniture.sum(axis=1)
+    total = sum_rows(weights, count)[:, None]
+    even = is_furniture / count[:, None]
     return np.divide(weights, total, out=even, where=total > 0)

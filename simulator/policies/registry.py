@@ -10,6 +10,7 @@ from simulator.policies.filters import Ceiling, PriorFilter
 from simulator.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
 from simulator.policies.home_filter import HomeFilter
 from simulator.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior, Oracle
+from simulator.policies.persistence import Persistence
 from simulator.policies.policy import Policy
 from simulator.world.homes import Homes
 from simulator.world.source import HomeSource
@@ -25,6 +26,7 @@ POLICIES: Mapping[str, type[Policy]] = {
     "last_seen_prior": LastSeenUnlessAbsentPrior,
     "prior_filter": PriorFilter,
     "home_filter": HomeFilter,
+    "persistence": Persistence,
     "adaptive": Adaptive,
     "oracle": Oracle,
     "ceiling": Ceiling,
@@ -87,12 +89,3 @@ def check_policies(names: Iterable[str], source: HomeSource | None = None) -> No
                 f"policies must not need what nobody knows of the homes, got {name}, which reads "
                 f"their true {' and '.join(sorted(missing))}. Leave it out."
             )
-
-
-def check_policy(name: str) -> None:
-    """Check the name of a policy.
-
-    Raises:
-        ValueError: if there is no policy of that name.
-    """
-    find_policy(name)

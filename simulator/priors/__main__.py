@@ -131,12 +131,12 @@ def _build(options: argparse.Namespace) -> int:
 def _count_traces(options: argparse.Namespace) -> int:
     # Loaded when needed: the other commands do without the simulator.
     from simulator.trace.count_prior import count_prior
-    from simulator.trace.recordings import TraceConfig
+    from simulator.trace.source import check_step_seconds
     from simulator.trace.trace import find_traces, load_trace
 
-    config = TraceConfig(tuple(options.traces), options.step_seconds)
-    traces = [load_trace(folder) for folder in find_traces(config.folders)]
-    prior, left_out = count_prior(traces, config.step_seconds)
+    check_step_seconds(options.step_seconds)
+    traces = [load_trace(folder) for folder in find_traces(options.traces)]
+    prior, left_out = count_prior(traces, options.step_seconds)
     for line in left_out:
         print(f"left out: {line}")
     prior.save(options.out)

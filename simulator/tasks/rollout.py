@@ -85,7 +85,9 @@ class Rollout:
         rows = memory.ensure_objects(
             seen.seen_home, seen.seen_code, self._label_of_type[types], self._prior_type[types]
         )
-        change = memory.observe(seen.home, seen.furniture, rows, seen.seen_relation)
+        change = memory.observe(
+            seen.home, seen.furniture, rows, seen.seen_relation, seen.coverage, seen.seen_confidence
+        )
         self.policy.observe(memory, change)
         self.on_change(change)
         return seen

@@ -83,7 +83,8 @@ class AnswerLog:
         if answer.is_repeat:
             return
         scores, answers = answer.scores, answer.answers  # (Q, F) each
-        probability = compute_probabilities(scores, self._kind)
+        is_furniture = self._memory.is_furniture[answer.queries.home]
+        probability = compute_probabilities(scores, self._kind, is_furniture)
         best = np.where(answers, scores, -np.inf).max(axis=1, keepdims=True)
         row = {
             "is_correct": answer.is_correct,

@@ -5,8 +5,7 @@ from simulator.trace.events import Event
 from simulator.trace.layout import Furniture, Layout, Room
 from simulator.trace.record import TraceRecorder, record_homes
 from simulator.trace.recorded_homes import RecordedHomes
-from simulator.trace.recordings import Recordings, TraceConfig
-from simulator.trace.scores import evaluate_recordings
+from simulator.trace.source import RecordedSource
 from simulator.trace.trace import Trace, find_traces, load_trace, save_trace
 
 __all__ = [
@@ -15,12 +14,10 @@ __all__ = [
     "Furniture",
     "Layout",
     "RecordedHomes",
-    "Recordings",
+    "RecordedSource",
     "Room",
     "Trace",
-    "TraceConfig",
     "TraceRecorder",
-    "evaluate_recordings",
     "find_traces",
     "load_trace",
     "make_episode",

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from simulator.trace.recordings import TraceConfig
+from simulator.priors.prior_graph import PriorGraph
+from simulator.trace.source import RecordedSource
+from simulator.world.config import HomeConfig
+from simulator.world.source import HomeSource, SampledSource
 
 
 def add_trace_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,16 +30,20 @@ def add_trace_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def read_trace_arguments(options: argparse.Namespace) -> TraceConfig | None:
-    """Return which recorded homes were asked for; None for sampled ones.
+def read_trace_arguments(
+    options: argparse.Namespace, prior: PriorGraph, home: HomeConfig
+) -> HomeSource:
+    """Return the recorded homes that were asked for, or sampled ones.
 
     Raises:
-        ValueError: if a value is out of range, or given without --trace.
+        ValueError: if a value is out of range, or given without --trace, or a trace is broken.
     """
     if options.trace is not None:
-        return TraceConfig(tuple(options.trace), options.step_seconds, options.by_day)
+        source = RecordedSource(prior, home, options.trace, options.step_seconds, options.by_day)
+        print(*source.left_out, sep="\n", end="\n" if source.left_out else "")
+        return source
     if options.step_seconds is not None or options.by_day:
         raise ValueError(
             "--step-seconds and --by-day must come with --trace, got no trace. Name a folder."
         )
-    return None
+    return SampledSource(prior, home)

@@ -14,7 +14,7 @@ from simulator.trace.importers import IMPORTERS
 from simulator.trace.layout import read_start
 from simulator.trace.memory import remember_trace
 from simulator.trace.record import record_homes
-from simulator.trace.recordings import Recordings
+from simulator.trace.source import RecordedSource
 from simulator.trace.trace import Trace, find_traces, load_trace, save_trace
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
@@ -114,11 +114,13 @@ def _check(options: argparse.Namespace) -> int:
     traces = [load_trace(folder) for folder in find_traces(options.traces)]
     for trace in traces:
         print(f"{trace.name}: {summarise(trace)}")
-    recordings = Recordings(traces, load_prior(options.prior), options.step_seconds, options.by_day)
-    for line in recordings.left_out:
+    source = RecordedSource.from_traces(
+        traces, load_prior(options.prior), options.step_seconds, options.by_day
+    )
+    for line in source.left_out:
         print(f"left out: {line}")
-    print(f"{recordings.num_homes} homes of at least {recordings.num_steps} steps")
-    unknown = recordings.list_unknown_types()
+    print(f"{source.num_homes} homes of at least {source.num_steps} steps")
+    unknown = source.list_unknown_types()
     print(f"types that the prior does not know: {', '.join(unknown) or 'none'}")
     return 0
 

@@ -19,7 +19,7 @@ from simulator.priors.prior_graph import (
 )
 from simulator.priors.types import load_types
 from simulator.trace.episode import Episode
-from simulator.trace.recordings import Recordings
+from simulator.trace.source import RecordedSource
 from simulator.trace.trace import Trace
 from simulator.trace.types import RecordedTypes
 from simulator.world.homes import NUM_RELATIONS
@@ -84,9 +84,9 @@ def count_prior(
     """
     default = PriorGraph.default()
     types = RecordedTypes(default, traces)
-    recordings = Recordings(traces, default, step_seconds)
+    source = RecordedSource.from_traces(traces, default, step_seconds)
     counts: dict[str, TypeCounts] = defaultdict(TypeCounts)
-    for home, episode in enumerate(recordings.episodes):
+    for home, episode in enumerate(source.episodes):
         _HomeCounter(home, episode, types, counts).count()
     layouts = [[(room, label) for room, label in _list_layout(trace, types)] for trace in traces]
     rooms = list(dict.fromkeys(room for layout in layouts for room, _ in layout))
@@ -99,7 +99,7 @@ def count_prior(
         if (room, label) not in used
     ]
     kept_rooms = tuple(room for room in rooms if any(place == room for place, _ in used))
-    steps = sum(episode.num_steps for episode in recordings.episodes)
+    steps = sum(episode.num_steps for episode in source.episodes)
     prior = PriorGraph(
         rooms=kept_rooms,
         furniture=tuple(

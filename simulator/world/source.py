@@ -92,7 +92,10 @@ class HomeSource(ABC):
 
     @abstractmethod
     def describe(self) -> dict[str, Any]:
-        """Return all that the homes depend on besides their streams, as JSON values."""
+        """Return all that the homes depend on besides their streams, as JSON values.
+
+        Its "source" is a word for the kind of homes, as in "sampled homes".
+        """
 
     @abstractmethod
     def make_title(self, num_homes: int, split: str) -> str:
@@ -108,6 +111,18 @@ class HomeSource(ABC):
             raise ValueError(
                 f"home must be one of the {self.num_homes} that there are, got {max(homes)}. "
                 "Numbers start at 0."
+            )
+
+    def check_disjoint(self, other: HomeSource) -> None:
+        """Check that no home of a limited number is also one of another source.
+
+        Raises:
+            ValueError: if one is.
+        """
+        if self.num_homes is not None and self.describe() == other.describe():
+            raise ValueError(
+                f"homes to validate on must differ from those to train on, got the same "
+                f"{self.num_homes} for both. Name others."
             )
 
     def check_steps(self, num_steps: int) -> None:
@@ -132,9 +147,9 @@ class HomeSource(ABC):
         """
         if not self.has_clock:
             raise ValueError(
-                f"homes must have a clock for features.clock, got {self.make_title(1, 'any')}, in "
-                "which no time of day means anything. Take recorded homes (--trace), or switch the "
-                "feature off."
+                f"homes must have a clock for features.clock, got {self.describe()['source']} "
+                "homes, in which no time of day means anything. Name recorded homes (trace), or "
+                "switch the feature off."
             )
 
 
@@ -166,7 +181,7 @@ class SampledSource(HomeSource):
     def describe(self) -> dict[str, Any]:
         """Return the rules and the checksum of the prior."""
         return {
-            "homes": "sampled",
+            "source": "sampled",
             "prior": self.prior.checksum,
             "home": self.home.describe(),
         }

@@ -116,6 +116,10 @@ class Streams:
         self.homes = tuple(int(home) for home in homes)
         self._streams: dict[str, UniformStream] = {}
 
+    def select(self, homes: Sequence[int]) -> Streams:
+        """Return fresh streams of homes of the same seed and split."""
+        return Streams(self.seed, self.split, homes)
+
     def generator(self, purpose: str, position: int) -> np.random.Generator:
         """Return a fresh generator for one purpose of the home at `position`."""
         key = (SPLITS.index(self.split), self.homes[position], zlib.crc32(purpose.encode()))

@@ -8,9 +8,12 @@ import pytest
 from simulator.collect import CollectConfig, collect
 from simulator.snapshots.snapshots import Snapshots
 from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 
 SMALL = CollectConfig(
-    num_homes=3, steps=12, home=HomeConfig(furniture_per_room=3, objects_per_furniture=4)
+    num_homes=3,
+    steps=12,
+    homes=SampledSource(home=HomeConfig(furniture_per_room=3, objects_per_furniture=4)),
 )
 
 

@@ -128,10 +128,10 @@ def test_traces_that_cannot_be_trained_on(tmp_path):
     unknown = [str(write_trace(tmp_path / "unknown", None))]
     clock = FeatureConfig(clock=True)
     for changes, message in (
-        ({"features": clock}, r"got sampled homes, in which no time of day.*trace and val_trace"),
+        ({"features": clock}, r"got sampled homes, in which no time of day.*recorded homes"),
         ({"features": clock, "trace": known, "val_trace": unknown}, "layout.json of unknown. Add"),
         ({"trace": known}, r"must come together, .*and val_trace None. Name folders for both"),
-        ({"by_day": True}, "trace and val_trace must come together"),
+        ({"by_day": True}, "by_day must come with trace, got no trace. Name a folder"),
         ({"trace": known, "val_trace": known}, "must differ from those to train on, got known in"),
         ({"trace": known, "val_trace": []}, "traces must be one or more folders, got none"),
         ({"trace": ["nowhere"], "val_trace": known}, "trace must be a folder with layout.json"),

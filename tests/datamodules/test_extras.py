@@ -14,7 +14,7 @@ from simulator.policies import make_policy
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.tasks.registry import TASKS
 from simulator.world.config import HomeConfig
-from simulator.world.sampled_homes import SampledHomes
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 HOUSE = HomeConfig(furniture_per_room=3, objects_per_furniture=4)
@@ -30,10 +30,12 @@ def test_features_by_hand():
 @pytest.mark.parametrize("policy", ["bayesian", "home_filter"])
 @pytest.mark.parametrize("task", ["predict_location", "relative_likelihood", "find_object"])
 def test_a_collected_belief_is_what_a_live_filter_believes(task, policy, tmp_path):
-    config = CollectConfig(num_homes=2, steps=6, task=task, policy=policy, home=HOUSE, belief=True)
+    config = CollectConfig(
+        num_homes=2, steps=6, task=task, policy=policy, homes=SampledSource(home=HOUSE), belief=True
+    )
     collect(config, tmp_path, progress=False)
     dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig(belief=True)))
-    homes = SampledHomes(config.load_prior(), HOUSE, Streams(0, "train", range(2)))
+    homes = SampledSource(home=HOUSE).make(Streams(0, "train", range(2)))
     game = TASKS[task](homes, make_policy(policy, homes))
     filters = make_policy("home_filter", homes)
     filters.reset(game.rollout.memory)
@@ -55,7 +57,7 @@ def test_a_collected_belief_is_what_a_live_filter_believes(task, policy, tmp_pat
 def test_a_collection_without_belief_is_what_it_was(tmp_path):
     """Same bytes of every other column, and a clear error where a model asks for the belief."""
     for name, belief in (("with", True), ("without", False)):
-        config = CollectConfig(num_homes=1, steps=5, home=HOUSE, belief=belief)
+        config = CollectConfig(num_homes=1, steps=5, homes=SampledSource(home=HOUSE), belief=belief)
         collect(config, tmp_path / name, progress=False)
     with_belief, without = (
         SnapshotDataset(tmp_path / name, GraphBuilder(FeatureConfig())).take(np.arange(5))
@@ -72,7 +74,7 @@ def test_a_collection_without_belief_is_what_it_was(tmp_path):
 
 
 def test_belief_stands_on_its_query_edge_alone():
-    homes = SampledHomes(CollectConfig().load_prior(), HOUSE, Streams(0, "val", range(3)))
+    homes = SampledSource(home=HOUSE).make(Streams(0, "val", range(3)))
     game = TASKS["predict_location"](homes, make_policy("bayesian", homes))
     batches = []
 
@@ -103,11 +105,15 @@ def test_belief_stands_on_its_query_edge_alone():
 def test_relevance_is_the_true_rows_of_t(tmp_path):
     """Collected, read back and put on the query edges: the row of T of the object asked for."""
     config = CollectConfig(
-        num_homes=2, steps=4, task="relative_likelihood", home=HOUSE, grades=True
+        num_homes=2,
+        steps=4,
+        task="relative_likelihood",
+        homes=SampledSource(home=HOUSE),
+        grades=True,
     )
     collect(config, tmp_path, progress=False)
     dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig(), 0))
-    homes = SampledHomes(config.load_prior(), HOUSE, Streams(0, "train", range(2)))
+    homes = SampledSource(home=HOUSE).make(Streams(0, "train", range(2)))
     game = TASKS["relative_likelihood"](homes, make_policy("bayesian", homes))
     rows, home = [], []
 
@@ -135,7 +141,7 @@ def test_relevance_is_the_true_rows_of_t(tmp_path):
 
 
 def test_a_task_without_relevance_has_none(tmp_path):
-    config = CollectConfig(num_homes=1, steps=3, home=HOUSE, grades=True)
+    config = CollectConfig(num_homes=1, steps=3, homes=SampledSource(home=HOUSE), grades=True)
     collect(config, tmp_path, progress=False)
     dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig()))
     assert not dataset.take(np.arange(3)).extras

@@ -7,6 +7,7 @@ import torch
 from datamodules.batch import QUERY_EDGE_TYPES
 from datamodules.sgm_datamodule import SGMDataModule
 from datamodules.snapshot_dataset import SnapshotDataset
+from simulator.world.config import HomeConfig
 
 
 def make_datamodule(tmp_path, **changes) -> SGMDataModule:
@@ -76,7 +77,9 @@ def test_a_limit_draws_other_snapshots_once(tmp_path):
 def test_other_settings_get_another_folder(tmp_path):
     data = make_datamodule(tmp_path)
     folders = {data.get_folder(data.train_config), data.get_folder(data.val_config)}
-    for changes in ({"dynamic_nodes": False}, {"seed": 1}, {"steps": 7}, {"policy": "random"}):
+    for changes in (
+        {"home": HomeConfig(dynamic_nodes=False)}, {"seed": 1}, {"steps": 7}, {"policy": "random"}
+    ):  # fmt: skip
         other = make_datamodule(tmp_path, **changes)
         folders |= {other.get_folder(other.train_config), other.get_folder(other.val_config)}
     assert len(folders) == 10

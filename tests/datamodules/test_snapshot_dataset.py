@@ -14,7 +14,8 @@ from simulator.policies import make_policy
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
-from simulator.world.sampled_homes import SampledHomes
+from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 
@@ -29,11 +30,9 @@ def test_snapshots_on_disk_equal_the_live_memories(collection, builder):
     config = CollectConfig(
         num_homes=3,
         steps=12,
-        home=dataclasses.replace(
-            CollectConfig().home, furniture_per_room=3, objects_per_furniture=4
-        ),
+        homes=SampledSource(home=HomeConfig(furniture_per_room=3, objects_per_furniture=4)),
     )
-    homes = SampledHomes(config.load_prior(), config.home, Streams(0, "train", range(3)))
+    homes = config.homes.make(Streams(0, "train", range(3)))
     rollout = Rollout(homes, make_policy(config.policy, homes))
     for number, step in enumerate(predict_locations(rollout, config.steps)):
         live = take_snapshots(rollout.memory, step.queries)

@@ -15,17 +15,17 @@ from simulator.policies import make_policy
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.tasks.registry import TASKS
 from simulator.world.config import HomeConfig
-from simulator.world.sampled_homes import SampledHomes
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 
 @pytest.mark.parametrize("task", ["relative_likelihood", "find_object"])
 def test_snapshots_on_disk_equal_the_live_memories(task, tmp_path):
     home = HomeConfig(furniture_per_room=3, objects_per_furniture=4)
-    config = CollectConfig(num_homes=3, steps=8, task=task, home=home)
+    config = CollectConfig(num_homes=3, steps=8, task=task, homes=SampledSource(home=home))
     collect(config, tmp_path, progress=False)
     dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig()))
-    homes = SampledHomes(config.load_prior(), config.home, Streams(0, "train", range(3)))
+    homes = config.homes.make(Streams(0, "train", range(3)))
     game = TASKS[task](homes, make_policy(config.policy, homes))
     live, home_rows = [], []
 

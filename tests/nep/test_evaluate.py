@@ -58,8 +58,8 @@ def test_all_tasks_and_policies(tmp_path, checkpoint, capsys):
             assert np.shape(row["values"]) == (2, 4)
             assert row["mean"] == pytest.approx(np.mean(row["values"]), abs=1e-6)
     assert results["config"]["num_homes"] == 2
-    assert results["config"]["home"]["dynamic_nodes"]
-    assert len(results["config"]["prior"]) == 64
+    assert results["config"]["homes"]["home"]["dynamic_nodes"]
+    assert len(results["config"]["homes"]["prior"]) == 64
     assert results["config"]["checkpoints"][0]["name"] == "NEP-MLP"
     assert len(results["config"]["checkpoints"][0]["sha256"]) == 64
     build = results["versions"]["torch"]  # without the "+cpu" or "+cu130" of a build
@@ -142,7 +142,7 @@ def test_a_checkpoint_for_one_task_and_other_rules(tmp_path, checkpoint):
     results = read(tmp_path)
     assert set(results["tasks"]["find_object"]["policies"]) == {"N", "only"}
     assert set(results["tasks"]["predict_location"]["policies"]) == {"N"}
-    assert not results["config"]["home"]["dynamic_nodes"]
+    assert not results["config"]["homes"]["home"]["dynamic_nodes"]
     assert "dynamic nodes off, 2 val homes x 4 steps" in (tmp_path / "table.md").read_text()
 
 
@@ -160,7 +160,7 @@ def test_names_of_checkpoints(checkpoint, tmp_path):
 
 def test_exported_and_shipped_networks_play_like_their_checkpoint(checkpoint, tmp_path):
     exported = tmp_path / "exported"
-    export([str(checkpoint), str(exported), "--homes", "0"])
+    export([str(checkpoint), str(exported), "--num_homes", "0"])
     main(["--out", str(tmp_path), *SMALL, "--policies", "none", "--tasks", "predict_location",
           "--checkpoint", f"A={checkpoint}", "--checkpoint", str(exported),
           "--checkpoint", "heat"])  # fmt: skip

@@ -36,7 +36,7 @@ def test_everybody_who_can_plays_in_recorded_homes(home, tmp_path, capsys):
     main(["--trace", str(home), "--tasks", "find_object", "--out", str(out)])
     results = load_results(out)
     assert (results["config"]["num_homes"], results["config"]["steps"]) == (1, 6)
-    assert results["config"]["trace"]["step_seconds"] == [3600]
+    assert results["config"]["homes"]["step_seconds"] == [3600]
     for task in results["tasks"].values():
         assert "oracle" in task["policies"]
         assert "ceiling" not in task["policies"]  # nobody knows the true dynamics
@@ -55,13 +55,13 @@ def test_a_replay_ends_with_the_scores_of_the_simulated_homes(tmp_path):
     assert load_results(tmp_path / "c")["tasks"] == load_results(tmp_path / "a")["tasks"]
     replayed, played = load_results(tmp_path / "a"), load_results(tmp_path / "b")
     assert replayed["tasks"] == played["tasks"]
-    assert "trace" not in played["config"]
+    assert played["config"]["homes"]["source"] == "sampled"
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--policies", "ceiling"], "true dynamics of recorded homes, got ceiling. Leave it out"),
+        (["--policies", "ceiling"], "nobody knows of the homes, got ceiling, which reads"),
         (["--steps", "7"], "at most the 6 steps of 3600 s"),
         (["--step-seconds", "-1"], "step must be a number of seconds > 0, got -1.0"),
     ],

@@ -48,7 +48,7 @@ def checkpoint(tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def exported(checkpoint) -> Path:
     folder = checkpoint.parent / "exported"
-    main([str(checkpoint), str(folder), "--homes=0"])
+    main([str(checkpoint), str(folder), "--num_homes=0"])
     return folder
 
 
@@ -72,7 +72,7 @@ def play_both(one: NEPPolicy, other: NEPPolicy) -> None:
 @pytest.mark.parametrize("encoder", [HEAT(units=16, heads=4), GCN(units=8)])
 def test_logits_are_those_of_the_checkpoint(encoder, tmp_path):
     checkpoint = save_checkpoint(tmp_path / "last.ckpt", encoder, temporal=False)
-    main([str(checkpoint), str(tmp_path / "out"), "--homes=0"])
+    main([str(checkpoint), str(tmp_path / "out"), "--num_homes=0"])
     assert load_trained(tmp_path / "out").builder.config == FeatureConfig(temporal=False)
     play_both(NEPPolicy.load(checkpoint), NEPPolicy.load(tmp_path / "out"))
 
@@ -102,7 +102,7 @@ def test_the_card_of_a_network_from_recorded_homes_claims_no_simulated_ones():
 
 
 def test_a_small_export_is_calibrated_and_says_what_it_measured(checkpoint, tmp_path, capsys):
-    main([str(checkpoint), str(tmp_path / "net"), "--homes=2", "--steps=3", "--threads=1"])
+    main([str(checkpoint), str(tmp_path / "net"), "--num_homes=2", "--steps=3", "--threads=1"])
     assert capsys.readouterr().out.endswith("config.json, weights.safetensors, MODEL_CARD.md\n")
     config = load_config(tmp_path / "net")
     measured = config["notes"]["measured"]
@@ -114,7 +114,7 @@ def test_a_small_export_is_calibrated_and_says_what_it_measured(checkpoint, tmp_
         assert set(scores) >= {"network", "bayesian", "ceiling"}
     card = (tmp_path / "net" / "MODEL_CARD.md").read_text(encoding="utf-8")
     # Nothing of the machine: the path was absolute, so that its name alone is left.
-    assert "python -m nep.export last.ckpt net --homes=2 --steps=3 --seed=0" in card
+    assert "python -m nep.export last.ckpt net --num_homes=2 --steps=3 --seed=0" in card
     assert str(tmp_path) not in card
     assert (
         "all memories of 100 homes x 100 time steps, with the questions and looks of the task "
@@ -175,10 +175,10 @@ def test_missing_and_damaged_files_are_named(folder):
     ("options", "message"),
     [
         (["none.ckpt", "out"], r"checkpoint must be a file that can be read, got 'No such file"),
-        (["CKPT", "out", "--homes=-1"], "homes must be at least 0, got -1"),
+        (["CKPT", "out", "--num_homes=-1"], "homes must be at least 0, got -1"),
         (["CKPT", "out", "--steps=0"], "steps must be at least 1, got 0"),
         (["CKPT", "out", "--threads=0"], "threads must be at least 1, got 0"),
-        (["CKPT", "CKPT", "--homes=0"], "File exists"),
+        (["CKPT", "CKPT", "--num_homes=0"], "File exists"),
     ],
 )
 def test_a_wrong_command_ends_with_its_message(checkpoint, options, message, capsys, tmp_path):

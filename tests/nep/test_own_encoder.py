@@ -18,7 +18,7 @@ SMALL = {
     "nep.fit": "--data.num_homes 2 --data.steps 4 --data.num_val_homes 1 --data.batch_size 4 "
     "--trainer.max_epochs 1 --online.policies [] --online.num_homes 1 --online.steps 1 --threads 1",
     "nep.evaluate": "--policies none --tasks predict_location --num_homes 2 --steps 2 --workers 2",
-    "nep.export": "--homes 1 --steps 1 --threads 1",
+    "nep.export": "--num_homes 1 --steps 1 --threads 1",
     "nep.reproduce": "--table figure --tiny --jobs 1",
 }
 
@@ -56,8 +56,8 @@ def test_every_command_of_the_page(folder):
         done = run(folder, [*arguments, *SMALL[arguments[1]].split()])
         assert done.returncode == 0, (command, done.stdout[-2000:], done.stderr[-2000:])
     assert (folder / "exported" / "weights.safetensors").is_file()
-    assert "my_model" in (folder / "scores" / "results.md").read_text()
-    assert "my_model" in (folder / "results" / "table_1.md").read_text()
+    assert "my_model" in (folder / "scores" / "table.md").read_text()
+    assert (folder / "results" / "figure_4.png").is_file()
     # A file that names a module does not make us import it.
     checkpoint = folder / "runs/my_model/version_0/checkpoints/best.ckpt"
     (command,) = [line for line in list_commands() if "nep.evaluate" in line]

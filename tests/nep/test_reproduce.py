@@ -185,7 +185,7 @@ def test_configs_keep_what_they_say(tmp_path):
     )
     assert training.list_options() == [
         "--seed_everything=3", "--data.seed=3", "--config=heat.yaml", "--data.task=find_object",
-        "--data.dynamic_nodes=false", "--trainer.max_epochs=1",
+        "--data.home.dynamic_nodes=false", "--trainer.max_epochs=1",
     ]  # fmt: skip
     lines = training.describe()["configs"]["heat.yaml"]
     assert "  learning_rate: 1.0e-4" in lines

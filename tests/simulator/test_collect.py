@@ -13,6 +13,7 @@ from simulator import collect as collect_module
 from simulator.collect import CollectConfig, collect, main
 from simulator.snapshots.shards import load_manifest
 from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = CollectConfig(num_homes=5, steps=4, seed=3)
@@ -49,7 +50,7 @@ def test_one_shard_per_home_and_a_manifest_that_vouches_for_them(reference):
     settings = manifest["settings"]
     assert (settings["num_homes"], settings["steps"], settings["seed"]) == (5, 4, 3)
     assert (settings["policy"], settings["split"]) == ("bayesian", "train")
-    assert settings["home"]["detection_error"] == 0.25
+    assert settings["homes"]["home"]["detection_error"] == 0.25
     assert settings["labels"][:2] == ["house", "floor"]
     assert len({reference[name] for name in manifest["shards"]}) == 5
 
@@ -121,8 +122,13 @@ def test_a_truncated_or_altered_shard_is_named_and_kept(tmp_path, reference, dam
         (CollectConfig(num_homes=5, steps=4, seed=3, policy="random"), "policy = bayesian"),
         (CollectConfig(num_homes=5, steps=4, seed=3, split="val"), "split = train instead of val"),
         (
-            CollectConfig(num_homes=5, steps=4, seed=3, home=HomeConfig(dynamic_nodes=False)),
-            "home = .*'dynamic_nodes': True",
+            CollectConfig(
+                num_homes=5,
+                steps=4,
+                seed=3,
+                homes=SampledSource(home=HomeConfig(dynamic_nodes=False)),
+            ),
+            "homes.home.dynamic_nodes = True instead of False",
         ),
     ],
 )
@@ -139,12 +145,16 @@ def test_another_prior_is_another_setting(tmp_path, tiny_prior):
     prior = tmp_path / "tiny.json"
     tiny_prior.save(prior)
     home = HomeConfig(rooms=("kitchen", "bedroom"))
-    collect(CollectConfig(num_homes=1, steps=2, home=home), tmp_path / "data", progress=False)
-    other = CollectConfig(num_homes=1, steps=2, home=home, prior=str(prior))
-    with pytest.raises(ValueError, match=r"got prior = \w{64} instead of \w{64} in"):
+    collect(
+        CollectConfig(num_homes=1, steps=2, homes=SampledSource(home=home)),
+        tmp_path / "data",
+        progress=False,
+    )
+    other = CollectConfig(num_homes=1, steps=2, homes=SampledSource(tiny_prior, home))
+    with pytest.raises(ValueError, match=r"got homes.prior = \w{64} instead of \w{64} in"):
         collect(other, tmp_path / "data", progress=False)
     collect(other, tmp_path / "tiny", progress=False)
-    assert load_manifest(tmp_path / "tiny")["settings"]["prior"] == tiny_prior.checksum
+    assert load_manifest(tmp_path / "tiny")["settings"]["homes"]["prior"] == tiny_prior.checksum
 
 
 def test_a_folder_of_other_files_is_refused_and_kept(tmp_path):
@@ -172,7 +182,7 @@ def fail(tmp_path, capsys, *arguments: str) -> str:
         (["--steps", "-3"], "error: steps must be at least 1, got -3. Ask for more."),
         (["--workers", "0"], "error: workers must be at least 1, got 0. Ask for more."),
         (["--seed", "-1"], "error: seed must be non-negative, got -1. Choose 0 or more."),
-        (["--policy", "clever"], "got 'clever'. Choose one of these."),
+        (["--policy", "clever"], "got 'clever'. Choose one of these, or"),
         (["--task", "dance"], "relative_likelihood, find_object, got 'dance'. Choose one"),
         (["--split", "all"], "error: split must be one of train, val, test, got 'all'. Choose"),
         (["--rooms", "kitchen", "garage"], "got none for 'garage' in the prior"),
@@ -249,4 +259,4 @@ def test_the_module_runs_as_documented(tmp_path):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "collecting train snapshots" in done.stderr
-    assert not load_manifest(tmp_path / "data")["settings"]["home"]["dynamic_nodes"]
+    assert not load_manifest(tmp_path / "data")["settings"]["homes"]["home"]["dynamic_nodes"]

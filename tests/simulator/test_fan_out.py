@@ -12,7 +12,7 @@ from simulator.collect import CollectConfig, collect
 from simulator.fan_out import check_workers, fan_out
 from simulator.policies import POLICIES
 from simulator.tasks.evaluation import evaluate_policy
-from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -47,7 +47,7 @@ def test_workers_and_backend_are_checked(monkeypatch):
 @pytest.mark.parametrize(("policy", "task"), [("bayesian", "find_object"), ("oracle", None)])
 def test_evaluation_is_the_same_for_any_number_of_workers(default_prior, policy, task):
     task = task or "predict_location"
-    settings = (POLICIES[policy].make, default_prior, HomeConfig())
+    settings = (POLICIES[policy].make, SampledSource(default_prior))
     alone = evaluate_policy(*settings, Streams(0, "val", range(5)), 4, task=task)
     shared = evaluate_policy(*settings, Streams(0, "val", range(5)), 4, task=task, workers=2)
     for name in ("values", "is_correct", "has_candidate", "is_away", "confidence", "likelihood"):

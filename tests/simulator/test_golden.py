@@ -15,7 +15,7 @@ from simulator.policies import make_policy
 from simulator.snapshots.shards import get_shard_name, load_shard
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.registry import TASKS
-from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 STATE = ("object_type", "object_code", "object_place", "object_moved", "object_move_weight")
@@ -117,7 +117,7 @@ def test_scores_stay_what_they_were(default_prior, task):
     for name in SCORES[task]:
         scores = evaluate_policy(
             lambda homes, name=name: make_policy(name, homes),
-            default_prior, HomeConfig(), Streams(2, "test", range(3)), 8, task=task,
+            SampledSource(default_prior), Streams(2, "test", range(3)), 8, task=task,
         )  # fmt: skip
         # Rounded: a processor may add the terms of a sum in another order.
         found[name] = compute_digest(

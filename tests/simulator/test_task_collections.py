@@ -11,14 +11,14 @@ from simulator.policies import make_policy
 from simulator.snapshots.shards import load_shard
 from simulator.tasks.registry import TASKS
 from simulator.world.config import HomeConfig
-from simulator.world.sampled_homes import SampledHomes
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 HOUSE = HomeConfig(furniture_per_room=3, objects_per_furniture=4)
 
 
 def configure(task: str) -> CollectConfig:
-    return CollectConfig(num_homes=5, steps=6, seed=3, task=task, home=HOUSE)
+    return CollectConfig(num_homes=5, steps=6, seed=3, task=task, homes=SampledSource(home=HOUSE))
 
 
 def read_all(folder: Path) -> dict[str, bytes]:
@@ -35,7 +35,7 @@ def reference(request, tmp_path_factory) -> tuple[str, Path]:
 
 def test_one_snapshot_per_answer(reference):
     task, folder = reference
-    homes = SampledHomes(CollectConfig().load_prior(), HOUSE, Streams(3, "train", range(5)))
+    homes = SampledSource(home=HOUSE).make(Streams(3, "train", range(5)))
     game = TASKS[task](homes, make_policy("bayesian", homes))
     answered = []
     game.on_answer = answered.append

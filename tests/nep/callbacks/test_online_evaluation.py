@@ -12,9 +12,10 @@ from nep.fit import main
 from nep.players.policy import NEPPolicy
 from nep.report.figures import draw_over_steps
 from nep.report.results import ScoreSummary
-from simulator import HomeConfig, PriorGraph, Streams, evaluate_policy
+from simulator import HomeConfig, Streams, evaluate_policy
 from simulator.policies import POLICIES, make_policy
 from simulator.tasks.metrics import METRICS
+from simulator.world.source import SampledSource
 
 
 @pytest.fixture(scope="module")
@@ -69,9 +70,7 @@ def test_written_scores_are_those_of_the_checkpoint(run):
     written = json.loads((run / "online_evaluation.json").read_text())
     assert set(written) == {*POLICIES, "NEP-MLP"}
     policy = NEPPolicy.load(run / "checkpoints" / "last.ckpt")
-    again = evaluate_policy(
-        lambda homes: policy, PriorGraph.default(), HomeConfig(), Streams(0, "val", range(2)), 5
-    )
+    again = evaluate_policy(lambda homes: policy, SampledSource(), Streams(0, "val", range(2)), 5)
     assert written["NEP-MLP"]["accuracy_per_home"] == again.home_values.tolist()
     assert written["NEP-MLP"]["accuracy"] == pytest.approx(again.is_correct.mean())
 
@@ -131,7 +130,7 @@ def test_plays_the_task_of_the_data_beside_some_policies(tmp_path, monkeypatch, 
         ["--config", "mlp.yaml", "--trainer.max_epochs=1", "--data.num_homes=2", "--data.steps=4",
          "--data.num_val_homes=1", "--data.batch_size=8", "--data.workers=1",
          "--online.num_homes=2",
-         "--data.task=find_object", "--data.dynamic_nodes=false", "--online.steps=3",
+         "--data.task=find_object", "--data.home.dynamic_nodes=false", "--online.steps=3",
          "--online.policies=[bayesian, ceiling]", "--trainer.log_every_n_steps=1",
          "--trainer.enable_progress_bar=false"]
     )  # fmt: skip
@@ -145,7 +144,7 @@ def test_plays_the_task_of_the_data_beside_some_policies(tmp_path, monkeypatch, 
                 if name == "NEP-MLP"
                 else make_policy(name, homes)
             ),
-            PriorGraph.default(), HomeConfig(dynamic_nodes=False), Streams(0, "val", range(2)), 3,
+            SampledSource(home=HomeConfig(dynamic_nodes=False)), Streams(0, "val", range(2)), 3,
             task="find_object",
         )  # fmt: skip
         assert scores["looks_per_home"] == again.home_values.tolist()
@@ -160,7 +159,7 @@ def test_plays_the_task_of_the_data_beside_some_policies(tmp_path, monkeypatch, 
     events.Reload()
     assert "online/looks_over_steps" in events.Tags()["images"]
     text = " ".join(capsys.readouterr().out.split())
-    assert "Find Object, 2 unseen homes x 3 steps" in text
+    assert "Find Object, dynamic nodes off, 2 unseen homes x 3 steps" in text
     assert f"Bayesian-to-Ceiling gap closed {gap:.0%}" in text
     assert "Oracle" not in text
 

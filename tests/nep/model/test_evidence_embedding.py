@@ -19,7 +19,7 @@ from simulator.evidence.features import compute_features
 from simulator.policies import make_policy
 from simulator.tasks.registry import TASKS
 from simulator.world.config import HomeConfig
-from simulator.world.sampled_homes import SampledHomes
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 HOME = HomeConfig(furniture_per_room=3, objects_per_furniture=4)
@@ -29,15 +29,16 @@ FEATURES = FeatureConfig(temporal=False, semantic=False, candidates="all", evide
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory):
     folder = tmp_path_factory.mktemp("evidence")
-    config = CollectConfig(num_homes=3, steps=12, policy="adaptive", home=HOME, evidence=True)
+    config = CollectConfig(
+        num_homes=3, steps=12, policy="adaptive", homes=SampledSource(home=HOME), evidence=True
+    )
     collect(config, folder, progress=False)
     return SnapshotDataset(folder, GraphBuilder(FEATURES, num_hops=0))
 
 
 def play(policy, on_answer, homes=(0, 1, 2)):
     """Play the collection's game again."""
-    prior = CollectConfig().load_prior()
-    state = SampledHomes(prior, HOME, Streams(0, "train", homes))
+    state = SampledSource(home=HOME).make(Streams(0, "train", homes))
     game = TASKS["predict_location"](state, policy or make_policy("adaptive", state))
     game.on_answer = lambda answer: on_answer(game.rollout.memory, answer)
     for _ in game.run(12):

@@ -126,7 +126,7 @@ def test_a_network_that_reads_a_belief_follows_it_online(monkeypatch):
     home = HomeConfig(furniture_per_room=4)
     homes = SampledHomes(PriorGraph.default(), home, Streams(0, "val", range(2)))
     builder = GraphBuilder(FeatureConfig(belief=True), 0)
-    policy = NEPPolicy(module, builder).with_rules(homes.prior, home)
+    policy = NEPPolicy(module, builder).play_in(homes)
     believer = make_policy("home_filter", homes)
     seen, build = [], builder.build_arrays
     monkeypatch.setattr(

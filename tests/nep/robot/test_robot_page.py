@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from nep.robot.search_plan import EXACT_PLACES
+from simulator.robot.search_plan import EXACT_PLACES
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "robot.md").read_text(encoding="utf-8")
 

@@ -281,5 +281,5 @@ def test_looks_of_other_homes_do_not_matter(make_tiny_memory, tiny_prior):
     look(policy, memory, TABLE, True, home=1)
     np.testing.assert_array_equal(ask(policy, memory, home=0), before)
     none = np.zeros(0, dtype=int)
-    policy.observe(memory, Change(none, none, none, none))
+    policy.observe(memory, Change(none, none, none, none, none.astype(bool), none))
     np.testing.assert_array_equal(ask(policy, memory, home=0), before)

@@ -8,6 +8,7 @@ from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout, make_memory
 from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 FRIDGE, SHELF, TABLE, BED, BEDROOM_SHELF, DESK = range(6)
@@ -182,7 +183,7 @@ def test_profile_of_the_policies(default_prior, dynamic_nodes):
     for name in ["random", "priors", "myopic", "bayesian", "last_seen_prior", "ceiling"]:
         streams = Streams(0, "test", range(24))
         found[name] = evaluate_policy(
-            POLICIES[name].make, default_prior, config, streams, 60
+            POLICIES[name].make, SampledSource(default_prior, config), streams, 60
         ).home_values.mean()
     profile = {"random": 0.035, "priors": 0.18, "myopic": 0.235, "bayesian": 0.30,
                "last_seen_prior": 0.29, "ceiling": 0.425}  # fmt: skip

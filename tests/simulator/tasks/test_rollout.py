@@ -6,7 +6,7 @@ from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.metrics import METRICS
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout, make_memory
-from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 
@@ -101,8 +101,7 @@ def test_candidate_recall_is_near_one(default_prior):
     place of the prior."""
     ticks = []
     scores = evaluate_policy(
-        POLICIES["bayesian"].make, default_prior, HomeConfig(), Streams(2, "val", range(6)),
-        20,
+        POLICIES["bayesian"].make, SampledSource(default_prior), Streams(2, "val", range(6)), 20,
         on_step=lambda: ticks.append(1),
     )  # fmt: skip
     assert METRICS["candidate_recall"].compute(scores) > 0.99

@@ -7,7 +7,7 @@ from simulator.policies import POLICIES, make_policy
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.metrics import METRICS
 from simulator.tasks.registry import TASKS
-from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 
@@ -78,8 +78,7 @@ def test_a_search_is_answered_until_it_ends(make_default_homes):
 def test_scores_of_an_evaluation_fit_together(default_prior, task_name):
     ticks = []
     scores = evaluate_policy(
-        POLICIES["bayesian"].make, default_prior, HomeConfig(), Streams(2, "val", range(3)),
-        10,
+        POLICIES["bayesian"].make, SampledSource(default_prior), Streams(2, "val", range(3)), 10,
         on_step=lambda: ticks.append(1), task=task_name,
     )  # fmt: skip
     assert len(ticks) == 10
@@ -99,7 +98,7 @@ def test_scores_of_an_evaluation_fit_together(default_prior, task_name):
 def test_myopic_is_never_right_about_what_is_away(default_prior):
     """Where the object was last seen is the one place that it is not at."""
     scores = evaluate_policy(
-        POLICIES["myopic"].make, default_prior, HomeConfig(), Streams(1, "val", range(5)), 40
+        POLICIES["myopic"].make, SampledSource(default_prior), Streams(1, "val", range(5)), 40
     )
     assert scores.is_away.sum() > 20
     assert METRICS["away_accuracy"].compute(scores) == 0
@@ -110,6 +109,6 @@ def test_an_unknown_task_is_refused(default_prior):
         ValueError, match=r"predict_location, relative_likelihood, find_object, got"
     ):
         evaluate_policy(
-            POLICIES["random"].make, default_prior, HomeConfig(), Streams(0, "val", [0]), 1,
+            POLICIES["random"].make, SampledSource(default_prior), Streams(0, "val", [0]), 1,
             task="dance",
         )  # fmt: skip

@@ -55,7 +55,7 @@ def test_collecting_from_a_trace(write_home, tmp_path):
     manifest = load_manifest(out)
     assert manifest["settings"]["num_homes"] == 1
     assert manifest["settings"]["steps"] == 12
-    assert manifest["settings"]["trace"]["checksums"] == [load_trace(home).checksum]
+    assert manifest["settings"]["homes"]["checksums"] == [load_trace(home).checksum]
     assert str(tmp_path) not in json.dumps(manifest)
     shard = load_shard(out / "home_000000.safetensors")
     assert shard["snapshot_furniture_answers"].shape == (12, 3)
@@ -91,7 +91,7 @@ def test_collecting_a_simulated_home_again(tmp_path):
     ("arguments", "message"),
     [
         (["--by-day"], "--by-day must come with --trace"),
-        (["--trace", "{home}", "--policy", "ceiling"], "true dynamics of recorded homes"),
+        (["--trace", "{home}", "--policy", "ceiling"], "nobody knows of the homes, got ceiling"),
         (["--trace", "{home}", "--steps", "7"], "at most the 6 steps of 3600 s"),
         (["--trace", "{home}", "--step-seconds", "0"], "step must be a number of seconds > 0"),
         (["--trace", "{home}", "--by-day"], "must cover a day from midnight to midnight"),

@@ -14,7 +14,7 @@ from simulator.policies import make_policy
 from simulator.snapshots.shards import load_shard
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
-from simulator.trace import Recordings, TraceConfig, load_trace, make_episode, split_days
+from simulator.trace import RecordedSource, load_trace, make_episode, split_days
 from simulator.trace.command import main
 from simulator.trace.memory import remember_trace
 from simulator.world.streams import Streams
@@ -45,8 +45,8 @@ def test_episodes_have_a_clock(evening):
 def test_memories_tell_the_time_at_every_step(evening, tiny_prior):
     """Three homes in lockstep: one evening, and the two days that follow it."""
     for by_day, home, first in ((False, [0], [21]), (True, [0, 1], [24, 48])):  # hours of the week
-        recordings = Recordings([evening], tiny_prior, HOUR, by_day)
-        homes = recordings.make_homes(Streams(0, "test", home))
+        source = RecordedSource.from_traces([evening], tiny_prior, HOUR, by_day)
+        homes = source.make(Streams(0, "test", home))
         rollout = Rollout(homes, make_policy("bayesian", homes))
         for step, _ in enumerate(predict_locations(rollout, 20), start=1):
             now = compute_week_seconds(rollout.memory.clock, np.full(len(home), step))
@@ -55,11 +55,11 @@ def test_memories_tell_the_time_at_every_step(evening, tiny_prior):
 
 def test_a_home_without_a_start_stays_without(evening, tiny_prior, write_home):
     unknown = replace(evening, name="unknown", layout=replace(evening.layout, start=None))
-    both = Recordings([unknown, evening], tiny_prior)
-    clock = both.make_homes(Streams(0, "test", [0, 1])).clock
+    both = RecordedSource.from_traces([unknown, evening], tiny_prior)
+    clock = both.make(Streams(0, "test", [0, 1])).clock
     np.testing.assert_array_equal(clock, [[np.nan] * 2, [21 * HOUR, HOUR]])
-    assert both.make_homes(Streams(0, "test", [0])).clock is None
-    Recordings([evening], tiny_prior).check_clock()
+    assert both.make(Streams(0, "test", [0])).clock is None
+    RecordedSource.from_traces([evening], tiny_prior).check_clock()
     with pytest.raises(ValueError, match=r"got no start in the layout.json of unknown. Add a line"):
         both.check_clock()
     assert both.describe()["starts"] == [None, "2024-05-06T21:00:00"]
@@ -69,7 +69,9 @@ def test_shards_hold_the_clock(write_home, tmp_path):
     for name, more in (("a", {"start": MONDAY}), ("b", {})):
         write_home(events=EVENTS, name=name, **more)
     folders = (str(tmp_path / "a"), str(tmp_path / "b"))
-    config = CollectConfig(num_homes=2, steps=3, trace=TraceConfig(folders, 1800.5))
+    config = CollectConfig(
+        num_homes=2, steps=3, homes=RecordedSource(folders=folders, step_seconds=1800.5)
+    )
     collect(config, tmp_path / "out", progress=False)
     known, unknown = (
         load_shard(tmp_path / "out" / f"home_00000{home}.safetensors") for home in (0, 1)

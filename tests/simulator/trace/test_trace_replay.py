@@ -6,23 +6,21 @@ from functools import partial
 import numpy as np
 import pytest
 
-from simulator.policies import POLICIES, make_policy
+from simulator.policies import POLICIES, check_policies, list_policies, make_policy
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.registry import TASKS
 from simulator.tasks.rollout import Rollout
 from simulator.tasks.scores import TaskScores
 from simulator.trace import (
-    Recordings,
-    TraceConfig,
-    evaluate_recordings,
+    RecordedSource,
     load_trace,
     record_homes,
     save_trace,
 )
-from simulator.trace.scores import check_policies, list_policies
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
+from simulator.world.source import Group, SampledSource
 from simulator.world.streams import Streams
 
 STEPS = 12
@@ -42,7 +40,7 @@ def recorded(tiny_prior, tmp_path_factory):
     homes = SampledHomes(tiny_prior, make_config(), Streams(4, "test", HOMES))
     for trace in record_homes(homes, STEPS):
         save_trace(trace, folder / trace.name)
-    return TraceConfig((str(folder),)).load(tiny_prior)
+    return RecordedSource(tiny_prior, folders=[str(folder)])
 
 
 @pytest.mark.parametrize("task", TASKS)
@@ -50,8 +48,10 @@ def recorded(tiny_prior, tmp_path_factory):
 def test_replay_gives_the_same_scores_step_by_step(recorded, tiny_prior, policy, task):
     make = partial(make_policy, policy)
     streams = Streams(4, "test", HOMES)
-    played = evaluate_policy(make, tiny_prior, make_config(), streams, STEPS, task=task)
-    replayed = evaluate_recordings(make, recorded, 4, "test", STEPS, task=task)
+    played = evaluate_policy(
+        make, SampledSource(tiny_prior, make_config()), streams, STEPS, task=task
+    )
+    replayed = evaluate_policy(make, recorded, streams, STEPS, task=task)
     for field in fields(TaskScores):
         np.testing.assert_array_equal(getattr(played, field.name), getattr(replayed, field.name))
 
@@ -61,7 +61,7 @@ def test_replay_makes_the_same_choices(recorded, tiny_prior):
     played = Rollout(homes, make_policy("bayesian", homes))
     choices = np.array([step.choice for step in predict_locations(played, STEPS)])
     for home in HOMES:  # one at a time: lockstep changes nothing
-        replay = recorded.make_homes(Streams(4, "test", [home]))
+        replay = recorded.make(Streams(4, "test", [home]))
         rollout = Rollout(replay, make_policy("bayesian", replay))
         own = [int(step.choice[0]) for step in predict_locations(rollout, STEPS)]
         assert own == choices[:, home].tolist()
@@ -71,7 +71,7 @@ def test_every_step_of_a_replay_is_the_simulated_home(make_tiny_homes, tiny_prio
     """Slot by slot, with objects that leave and others that take their slots."""
     traces = record_homes(make_tiny_homes(3, seed=2), 40)
     homes = make_tiny_homes(3, seed=2)
-    replay = Recordings(traces, tiny_prior).make_homes(Streams(2, "train", range(3)))
+    replay = RecordedSource.from_traces(traces, tiny_prior).make(Streams(2, "train", range(3)))
     text = homes.object_descriptions.text
     for step in range(41):
         np.testing.assert_array_equal(homes.object_place, replay.object_place)
@@ -91,8 +91,8 @@ def test_every_step_of_a_replay_is_the_simulated_home(make_tiny_homes, tiny_prio
 
 def test_without_the_truth_dynamics_are_counted(write_home, tiny_prior):
     trace = load_trace(write_home())
-    recordings = Recordings([trace], tiny_prior, step_seconds=3600)
-    homes = recordings.make_homes(Streams(0, "test", [0]))
+    source = RecordedSource.from_traces([trace], tiny_prior, step_seconds=3600)
+    homes = source.make(Streams(0, "test", [0]))
     code = {homes.object_descriptions.text(c): c for c in range(4)}
     rows = homes.transition_rows(np.zeros(3, int), np.array([code["large red mug"], code["book"],
                                                               code["pen"]]))  # fmt: skip
@@ -106,19 +106,22 @@ def test_without_the_truth_dynamics_are_counted(write_home, tiny_prior):
     assert homes.configs[0].dynamic_nodes
     assert homes.configs[0].cross_room_moves
     assert homes.configs[0].detection_error == 0.25
-    assert list_policies(recordings) == tuple(name for name in POLICIES if name != "ceiling")
-    with pytest.raises(ValueError, match=r"true dynamics of recorded homes, got ceiling. Leave it"):
-        check_policies(["bayesian", "ceiling"], recordings)
+    assert list_policies(source) == tuple(name for name in POLICIES if name != "ceiling")
+    with pytest.raises(
+        ValueError,
+        match=r"nobody knows of the homes, got ceiling, which reads .*place weights. Leave it",
+    ):
+        check_policies(["bayesian", "ceiling"], source)
     with pytest.raises(ValueError, match="ceiling must play in simulated homes, got the recorded"):
         homes.get_place_weights()
 
 
 @pytest.mark.parametrize("task", TASKS)
 def test_recorded_homes_play_every_task(write_home, tiny_prior, task):
-    recordings = Recordings([load_trace(write_home())], tiny_prior, step_seconds=1200)
-    for policy in list_policies(recordings):
+    source = RecordedSource.from_traces([load_trace(write_home())], tiny_prior, step_seconds=1200)
+    for policy in list_policies(source):
         make = partial(make_policy, policy)
-        scores = evaluate_recordings(make, recordings, 0, "test", 18, task=task)
+        scores = evaluate_policy(make, source, Streams(0, "test", [0]), 18, task=task)
         assert scores.values.shape == (1, 18)
         assert np.isfinite(scores.values).all()
         assert scores.has_candidate.any()
@@ -136,9 +139,9 @@ def test_names_that_the_prior_does_not_know(write_home, tiny_prior):
     }
     rows = [f"{hour * 3600},old hamster,{('bed', 'bench')[hour % 2]},in" for hour in range(9)]
     events = "\n".join(["time_s,object,furniture,relation", *rows])
-    recordings = Recordings([load_trace(write_home(layout, events))], tiny_prior)
-    assert recordings.list_unknown_types() == ["hamster"]
-    homes = recordings.make_homes(Streams(0, "test", [0]))
+    source = RecordedSource.from_traces([load_trace(write_home(layout, events))], tiny_prior)
+    assert source.list_unknown_types() == ["hamster"]
+    homes = source.make(Streams(0, "test", [0]))
     assert homes.room_labels[0].tolist() == ["bedroom", "bedroom", "attic"]
     assert homes.move_freq[-1] == pytest.approx(np.mean([o.move_freq for o in tiny_prior.objects]))
     rollout = Rollout(homes, make_policy("bayesian", homes))
@@ -155,40 +158,42 @@ def test_names_that_the_prior_does_not_know(write_home, tiny_prior):
 def test_different_layouts_play_together(recorded, write_home, tiny_prior):
     traces = [*recorded.traces[:2], load_trace(write_home()), recorded.traces[2]]
     other = replace(traces[2], name="later")
-    recordings = Recordings([*traces, other], tiny_prior)
-    assert recordings.list_groups() == [[0, 1, 2, 3, 4]]
-    homes = recordings.make_homes(Streams(0, "test", range(5)))
-    own = recordings.make_homes(Streams(0, "test", [2]))
+    source = RecordedSource.from_traces([*traces, other], tiny_prior)
+    assert source.list_groups(range(5)) == [Group((0, 1, 2, 3, 4), 6)]
+    homes = source.make(Streams(0, "test", range(5)))
+    own = source.make(Streams(0, "test", [2]))
     assert homes.num_furniture > own.num_furniture
     assert homes.home_num_furniture[2] == own.num_furniture
     assert (
         homes.furniture_labels[2, : own.num_furniture].tolist() == own.furniture_labels[0].tolist()
     )
     make = partial(make_policy, "bayesian")
-    together = evaluate_recordings(make, recordings, 4, "test", 6)
-    alone = evaluate_recordings(make, Recordings(traces[:2], tiny_prior), 4, "test", 6)
+    together = evaluate_policy(make, source, Streams(4, "test", range(5)), 6)
+    alone = evaluate_policy(
+        make, RecordedSource.from_traces(traces[:2], tiny_prior), Streams(4, "test", range(2)), 6
+    )
     np.testing.assert_array_equal(together.values[:2], alone.values)
     with pytest.raises(ValueError, match=r"at most the 6 steps of 3600 s that home was recorded"):
-        recordings.check_steps(7)
+        source.check_steps(7)
     with pytest.raises(ValueError, match="must be one of the 5 that were recorded, got 5"):
-        recordings.make_homes(Streams(0, "test", [5]))
+        source.make(Streams(0, "test", [5]))
 
 
 def test_a_simulated_step_keeps_its_length(recorded, tiny_prior):
     with pytest.raises(ValueError, match=r"step must be the 3600 s that home_000000 was simulated"):
-        Recordings(recorded.traces, tiny_prior, step_seconds=60)
+        RecordedSource.from_traces(recorded.traces, tiny_prior, step_seconds=60)
     bare = [replace(trace, truth=None) for trace in recorded.traces]
-    assert Recordings(bare, tiny_prior, step_seconds=1800).num_steps == 2 * STEPS
+    assert RecordedSource.from_traces(bare, tiny_prior, step_seconds=1800).num_steps == 2 * STEPS
 
 
 def test_days_are_homes_of_their_own(write_home, tiny_prior):
     rows = [f"{hour * 3600},mug,{('table', 'shelf 1')[hour % 2]},in" for hour in range(49)]
     events = "\n".join(["time_s,object,furniture,relation", *rows])
-    recordings = TraceConfig((str(write_home(events=events)),), by_day=True).load(tiny_prior)
-    assert [episode.name for episode in recordings.episodes] == ["home 0", "home 1"]
-    assert (recordings.num_homes, recordings.num_steps) == (2, 24)
-    assert recordings.list_groups() == [[0, 1]]
-    homes = recordings.make_homes(Streams(0, "test", [0, 1]))
+    source = RecordedSource(tiny_prior, folders=[str(write_home(events=events))], by_day=True)
+    assert [episode.name for episode in source.episodes] == ["home 0", "home 1"]
+    assert (source.num_homes, source.num_steps) == (2, 24)
+    assert source.list_groups([0, 1]) == [Group((0, 1), 24)]
+    homes = source.make(Streams(0, "test", [0, 1]))
     for hour in range(24):
         assert homes.object_furniture[:, 0].tolist() == [hour % 2] * 2
         homes.evolve()
@@ -198,4 +203,4 @@ def test_days_are_homes_of_their_own(write_home, tiny_prior):
         ((("a",), float("inf")), "got inf"),
     ):
         with pytest.raises(ValueError, match=message):
-            TraceConfig(*values)
+            RecordedSource(None, None, *values)

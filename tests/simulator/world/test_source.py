@@ -30,7 +30,9 @@ def test_sampled_homes_have_no_end_and_no_clock(tiny_prior):
     source.check_steps(10**6)
     with pytest.raises(ValueError, match=r"steps must be at least 1, got 0. Play more"):
         source.check_steps(0)
-    with pytest.raises(ValueError, match=r"must have a clock for features.clock, got dynamic"):
+    with pytest.raises(
+        ValueError, match=r"must have a clock for features.clock, got sampled homes, in"
+    ):
         source.check_clock()
 
 

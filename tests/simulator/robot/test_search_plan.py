@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
-from nep.robot.evidence import Evidence
-from nep.robot.place import Place
-from nep.robot.search_plan import EXACT_PLACES, plan_search
+from simulator.robot.evidence import Evidence
+from simulator.robot.ranking import Place
+from simulator.robot.search_plan import EXACT_PLACES, plan_search
 
 
 def make_places(*probability: float) -> list[Place]:
@@ -94,11 +94,22 @@ def test_nowhere_to_look():
     assert (len(plan), plan.expected_cost, plan.found) == (0, 0, 0)
 
 
+def test_places_that_cannot_be_reached_are_left_out():
+    # From the door 1 to place 10 and 2 to place 12, none to 11; from 10 to 12 none but by the door.
+    cost = {("door", 10): 1.0, ("door", 11): np.inf, ("door", 12): 2.0}
+    plan = plan_search(
+        "mug", make_places(0.5, 0.3, 0.2), "door", lambda a, b: cost.get((a, b), np.inf), 0.0
+    )
+    assert [look.place.furniture for look in plan] == [10, 12]
+    assert plan.found == pytest.approx(0.7)
+    assert plan.expected_cost == pytest.approx(1 + 0.5 * (1 + 2))
+
+
 def test_bad_costs_are_named():
     with pytest.raises(ValueError, match=r"distance from 'door' to 10 must be .* got -1"):
         plan_search("mug", make_places(0.5), "door", lambda here, there: -1)
-    with pytest.raises(ValueError, match=r"distance from None to 10 must be a finite .* got inf"):
-        plan_search("mug", make_places(0.5), None, lambda here, there: float("inf"))
+    with pytest.raises(ValueError, match=r"distance from None to 10 must be a number, .* got nan"):
+        plan_search("mug", make_places(0.5), None, lambda here, there: float("nan"))
     with pytest.raises(ValueError, match=r"look_cost must be a finite number, 0 or more, got nan"):
         plan_search("mug", make_places(0.5), look_cost=float("nan"))
     with pytest.raises(ValueError, match=r"start must come with distances, got start='door' alone"):

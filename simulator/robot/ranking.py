@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from nep.robot.evidence import Evidence
+from simulator.memory.names import Resolution
 from simulator.memory.sighting import SeenAt
+from simulator.robot.evidence import Evidence
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +18,8 @@ class Place:
         furniture: id of the furniture node.
         name: for people, "white fridge in kitchen".
         relation: "in" or "onTop" it, the likelier one.
-        probability: that it is at this furniture.
+        probability: that it is at this furniture; of several things that were meant, that at least
+            one of them is.
         evidence: what the memory holds for and against it.
     """
 
@@ -49,16 +51,18 @@ class Ranking:
     Attributes:
         description: what was asked for.
         places: as many as were asked for, or fewer.
-        elsewhere: probability that it is at none of its candidate places: at furniture that the
-            memory does not know, at one that the prior rules out, or not in the home. The
-            probabilities of all places and this sum to one.
-        last_seen: where and when the object was last seen; None if it never was.
+        elsewhere: probability that it is at none of the places: at furniture that the memory does
+            not know, or not in the home. For a single thing, the probabilities of all places and
+            this sum to one.
+        last_seen: where and when it was last seen; None if it never was.
+        resolution: what the question was taken for, and what else it may have meant.
     """
 
     description: str
     places: tuple[Place, ...]
     elsewhere: float
     last_seen: SeenAt | None
+    resolution: Resolution
 
     def __iter__(self) -> Iterator[Place]:
         """Iterate over the places, the best first."""
@@ -74,5 +78,5 @@ class Ranking:
 
     def __str__(self) -> str:
         """Say one place per line."""
-        lines = [self.description, *(f"  {place}" for place in self.places)]
+        lines = [str(self.resolution), *(f"  {place}" for place in self.places)]
         return "\n".join([*lines, f"  {self.elsewhere:4.0%}  elsewhere"])

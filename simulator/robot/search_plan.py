@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nep.robot.place import Place
+from simulator.robot.ranking import Place
 from simulator.tasks.tour import compute_tour_costs, plan_tour
 
 # (from, to) -> cost of the way; `from` is the start or a furniture id, `to` a furniture id.
@@ -87,22 +87,33 @@ def plan_search(
         places: where it may be, with probabilities that sum to at most one.
         start: where the search starts, as `distance` understands it.
         distance: cost of the way, `distance(start, furniture)` and `distance(furniture, furniture)`
-            with furniture ids; None if only looks cost.
+            with furniture ids; infinite where there is no way: such places are left out; None if
+            only looks cost.
         look_cost: of one look, in the unit of the distances.
 
     Raises:
-        ValueError: if a cost is negative or not finite, or there is a start without distances.
+        ValueError: if a cost is negative or nan, or there is a start without distances.
     """
     if distance is None and start is not None:
         raise ValueError(
             f"start must come with distances, got start={start!r} alone. Give distance=, a "
             "function of (start or furniture id, furniture id)."
         )
-    _check_cost("look_cost", look_cost)
+    if not 0 <= look_cost < np.inf:
+        raise ValueError(
+            f"look_cost must be a finite number, 0 or more, got {look_cost}. Give the cost of a "
+            "look in the unit of the distances."
+        )
+    first_leg = np.array([_measure(distance, start, place.furniture) for place in places])  # (K,)
+    is_near = np.isfinite(first_leg)
+    places = [place for place, near in zip(places, is_near, strict=True) if near]
+    first_leg = first_leg[is_near]
     ids = [place.furniture for place in places]
-    first_leg = np.array([_measure(distance, start, to) for to in ids]) + look_cost  # (K,)
     legs = np.array([[_measure(distance, at, to) for to in ids] for at in ids])
-    legs = legs.reshape(len(ids), len(ids)) + look_cost  # (K, K)
+    legs = legs.reshape(len(ids), len(ids))  # (K, K)
+    back_and_on = first_leg[:, None] + first_leg  # where there is no direct way: by the start
+    legs = np.where(np.isfinite(legs), legs, back_and_on) + look_cost
+    first_leg = first_leg + look_cost
     prob = np.array([place.probability for place in places])
     orders = [_order_greedily(prob, first_leg, legs, [])]
     if distance is not None and ids:
@@ -139,14 +150,10 @@ def _order_greedily(
 def _measure(distance: Distance | None, start: Any, to: int) -> float:
     if distance is None:
         return 0.0
-    cost = distance(start, to)
-    _check_cost(f"distance from {start!r} to {to}", cost)
-    return float(cost)
-
-
-def _check_cost(what: str, cost: float) -> None:
-    if not np.isfinite(cost) or cost < 0:
+    cost = float(distance(start, to))
+    if not cost >= 0:  # nan, too
         raise ValueError(
-            f"{what} must be a finite number, 0 or more, got {cost}. Where there is no way, give a "
-            "cost that is never worth it, such as 1e6."
+            f"distance from {start!r} to {to} must be a number, 0 or more, got {cost}. Where there "
+            "is no way, give math.inf."
         )
+    return cost

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.memory.memory_batch import Queries
-from simulator.memory.scene_graph_memory import SceneGraphMemory
+from simulator.memory.asking import Asked
 from simulator.memory.sighting import SeenAt
 
 SIMILAR = 0.7  # cosine of the labels' text vectors: mug and cup .96, document and book .74
@@ -58,54 +56,62 @@ def _count(number: int, what: str) -> str:
 
 
 def gather_evidence(
-    memory: SceneGraphMemory,
-    sightings: Sequence[SeenAt],
-    query: Queries,
-    cosines: np.ndarray,
-    furniture: np.ndarray,
+    asked: Asked, cosines: np.ndarray | None, furniture: np.ndarray
 ) -> list[Evidence]:
-    """Gather what a memory holds about an object at some furniture nodes.
+    """Gather what a memory holds about what was asked for, at some furniture nodes.
 
     Args:
-        memory: the memory.
-        sightings: what `memory.places_of(description)` gave for what was asked for.
-        query: what `memory.query(description)` gave.
-        cosines: of the text vectors of every pair of labels, (L, L).
-        furniture: positions in `memory.furniture_ids`, (n,).
+        asked: what `memory.ask` gave.
+        cosines: of the text vectors of every pair of labels of `asked.batch`, (L, L); None to
+            leave similar objects out.
+        furniture: positions in `asked.furniture_ids`, (n,).
 
     Returns:
         One entry per furniture node, n of them.
     """
-    edges, objects = memory.batch.edges, memory.batch.objects
-    row, ids, descriptions = int(query.object[0]), memory.furniture_ids, memory.descriptions
+    edges, ids = asked.current.edges, asked.furniture_ids
     seen_at: dict[int | None, SeenAt] = {}
-    for sighting in sightings:  # the latest first
+    for sighting in asked.sightings:  # the latest first
         seen_at.setdefault(sighting.furniture, sighting)
-
-    is_own = edges["object"] == row
+    is_own = np.isin(edges["object"], asked.rows)
     own = np.flatnonzero(is_own)
     num_observed, num_true = np.zeros((2, len(ids)), dtype=np.int64)
     np.maximum.at(num_observed, edges["furniture"][own], edges["num_observed"][own])
     np.add.at(num_true, edges["furniture"][own], edges["num_true"][own])
-    num_absent = np.maximum(num_observed - num_true, 0).tolist()
-
-    is_similar = cosines[objects["label"], objects["label"][row]] >= SIMILAR
-    alike = np.flatnonzero(is_similar[edges["object"]] & ~is_own & (edges["num_true"] > 0))
-    alike = alike[np.argsort(-edges["last_true"][alike], kind="stable")]
-    # One entry per object, though it may have been seen both in and on top.
-    similar: dict[int, dict[str, None]] = {}
-    for place, other in zip(
-        edges["furniture"][alike].tolist(), edges["object"][alike].tolist(), strict=True
-    ):
-        similar.setdefault(place, {})[descriptions[other]] = None
-
-    prior = query.prior[0].sum(axis=1).tolist()  # (F,)
+    num_absent = np.maximum(num_observed - num_true, 0)
+    for looks in asked.looks:  # looks that no edge remembers
+        vain = np.ceil(looks.in_vain).astype(np.int64) + np.isfinite(looks.steps_ago).sum(axis=1)
+        num_absent = np.maximum(num_absent, np.where(num_true > 0, 0, vain))
+    similar = _list_similar(asked, cosines, is_own)
+    prior = asked.queries.prior.mean(axis=0).sum(axis=1)  # (F,)
     return [
         Evidence(
             seen=seen_at.get(ids[place]),
-            times_absent=num_absent[place],
+            times_absent=int(num_absent[place]),
             similar=tuple(similar.get(place, ())),
-            prior=prior[place],
+            prior=float(prior[place]),
         )
         for place in furniture.tolist()
     ]
+
+
+def _list_similar(
+    asked: Asked, cosines: np.ndarray | None, is_own: np.ndarray
+) -> dict[int, dict[str, None]]:
+    """List other objects with a similar label by furniture, each once, the latest first."""
+    similar: dict[int, dict[str, None]] = {}
+    if cosines is None:
+        return similar
+    edges = asked.current.edges
+    label = asked.current.objects["label"]
+    own_label = asked.batch.objects["label"][asked.queries.object[0]]
+    # Labels that came up in this very step have no vector yet.
+    is_known = label < len(cosines)
+    is_similar = is_known & (cosines[np.where(is_known, label, 0), own_label] >= SIMILAR)
+    alike = np.flatnonzero(is_similar[edges["object"]] & ~is_own & (edges["num_true"] > 0))
+    alike = alike[np.argsort(-edges["last_true"][alike], kind="stable")]
+    for place, other in zip(
+        edges["furniture"][alike].tolist(), edges["object"][alike].tolist(), strict=True
+    ):
+        similar.setdefault(place, {})[asked.descriptions[other]] = None
+    return similar

@@ -1,0 +1,18 @@
+"""Rows that are filled up to equal length."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def sum_rows(values: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Sum the first entries of rows, as many as each has, (n, ..., F), (n,) -> (n, ...).
+
+    The others may be zero, but not even they may be added: how a sum is rounded depends on the
+    length of the row, and so on the longest row beside it.
+    """
+    total = np.zeros(values.shape[:-1])
+    for length in np.unique(lengths):
+        rows = lengths == length
+        total[rows] = np.ascontiguousarray(values[rows, ..., :length]).sum(axis=-1)
+    return total

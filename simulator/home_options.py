@@ -1,0 +1,58 @@
+"""Which homes a command line or a data module asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from simulator.priors.prior_graph import PriorGraph, load_prior
+from simulator.trace.source import RecordedSource
+from simulator.world.config import HomeConfig
+from simulator.world.source import HomeSource, SampledSource
+
+# A source's class is one; its further arguments are options of the command line.
+MakeSource = Callable[[PriorGraph, HomeConfig], HomeSource]
+
+
+@dataclass(frozen=True, slots=True)
+class HomeOptions:
+    """Where homes come from.
+
+    Attributes:
+        homes: the source: a name, or the import path of a class of your own.
+        home: rules of the homes.
+        prior: prior file (JSON); the shipped one if left out.
+        trace: play in recorded homes: traces, or folders of traces (docs/traces.md).
+        step_seconds: length of a time step of recorded homes; an hour, or what the homes were
+            simulated with, if left out.
+        by_day: whether each recorded day is a home of its own, with an empty memory at first.
+    """
+
+    homes: MakeSource = SampledSource
+    home: HomeConfig = field(default_factory=HomeConfig)
+    prior: str | None = None
+    trace: Sequence[str] | None = None
+    step_seconds: float | None = None
+    by_day: bool = False
+
+    def __post_init__(self) -> None:
+        """Check that options of recorded homes come with some.
+
+        Raises:
+            ValueError: if there is no trace for them.
+        """
+        if self.trace is None and (self.step_seconds is not None or self.by_day):
+            raise ValueError(
+                "step_seconds and by_day must come with trace, got no trace. Name a folder."
+            )
+
+    def make(self) -> HomeSource:
+        """Make the source.
+
+        Raises:
+            ValueError: if a file cannot be read or is malformed, or an option is out of range.
+        """
+        prior = load_prior(self.prior)
+        if self.trace is not None:
+            return RecordedSource(prior, self.home, self.trace, self.step_seconds, self.by_day)
+        return self.homes(prior, self.home)

@@ -1,0 +1,1 @@
+"""What a robot asks of a memory: rankings, searches, plans; for any policy, without torch."""

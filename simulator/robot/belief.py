@@ -1,0 +1,109 @@
+"""What a look says about where a thing is: Bayes' rule over all places and "elsewhere"."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.memory.asking import Looks
+
+SEEN_NOW = 0.97  # a thing seen in this very step is there; detectors err, people walk by
+
+
+@dataclass(frozen=True, slots=True)
+class Detector:
+    """What is known of the robot's eyes, and of how fast the home changes.
+
+    Attributes:
+        miss_rate: probability that a look at a place does not show what is there.
+        leave_rate: share of the things that leave their place in a time step; a look in vain of
+            long ago says little.
+    """
+
+    miss_rate: float = 0.25
+    leave_rate: float = 0.05
+
+    def __post_init__(self) -> None:
+        """Check both.
+
+        Raises:
+            ValueError: if one is no probability, or the miss rate is 1: such looks say nothing.
+        """
+        for name, value in (("miss_rate", self.miss_rate), ("leave_rate", self.leave_rate)):
+            if not 0 <= value < 1:
+                raise ValueError(
+                    f"{name} must lie in [0, 1), got {value}. Give a probability: the paper's "
+                    "homes have 0.25 and 0.05."
+                )
+
+
+def compute_likelihood(looks: Looks, detector: Detector, knows_looks: bool) -> np.ndarray:
+    """Return how likely the looks in vain are if the object is at each place, (F,).
+
+    A look of this step: the miss rate. One of s steps ago: the object may have come since, so that
+    it is 1 - (1 - miss rate) (1 - leave rate)^s.
+
+    Args:
+        looks: at every place.
+        detector: how reliable they are.
+        knows_looks: whether the belief that they update was made from those of earlier steps.
+    """
+    now: np.ndarray = detector.miss_rate**looks.in_vain
+    if knows_looks:
+        return now
+    missed = detector.miss_rate**looks.weight
+    return now * np.prod(1 - (1 - missed) * (1 - detector.leave_rate) ** looks.steps_ago, axis=1)
+
+
+def update_belief(
+    places: np.ndarray,
+    elsewhere: float,
+    looks: Looks,
+    detector: Detector,
+    knows_looks: bool = False,
+) -> tuple[np.ndarray, float]:
+    """Update a belief about one object by what was seen and not seen.
+
+    Looks in vain multiply each place by their likelihood, and all is normalised with "elsewhere",
+    which they leave alone: Bayes' rule. What was seen in this step is there with its confidence, at
+    most `SEEN_NOW`; the rest keeps its proportions.
+
+    Args:
+        places: probability of each place, (F,); sums to 1 - elsewhere.
+        elsewhere: probability that it is at none of them.
+        looks: what was seen and not seen.
+        detector: how reliable that is.
+        knows_looks: whether the belief was made from the looks of earlier steps.
+
+    Returns:
+        Probability of each place, (F,), and of "elsewhere". They sum to one, unless several of the
+        kind were seen at once: then each place has the probability that one of them is there.
+    """
+    likely = places * compute_likelihood(looks, detector, knows_looks)
+    total = likely.sum() + elsewhere
+    if total > 0:
+        likely, elsewhere = likely / total, elsewhere / total
+    seen = np.minimum(looks.seen, SEEN_NOW)
+    if not seen.any():
+        return likely, float(elsewhere)
+    missing = float(np.prod(1 - seen))  # no sighting was right
+    rest = np.where(seen > 0, 0.0, likely)
+    left = rest.sum() + elsewhere
+    share = missing / left if left > 0 else 0.0
+    return np.where(seen > 0, seen, rest * share), float(elsewhere * share)
+
+
+def join_beliefs(places: np.ndarray, elsewhere: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return where any of K objects is, given where each of them may be.
+
+    Args:
+        places: probability of each place for each object, (K, F).
+        elsewhere: that an object is at none of them, (K,).
+
+    Returns:
+        Probability that at least one of them is at each place, (F,), and that none is at any.
+    """
+    if len(places) == 1:
+        return places[0], float(elsewhere[0])
+    return 1 - np.prod(1 - places, axis=0), float(np.prod(elsewhere))

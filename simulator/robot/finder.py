@@ -1,0 +1,250 @@
+"""Where to look for something, asked of a memory and any policy."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from threading import Lock
+from typing import Any
+
+import numpy as np
+
+from simulator.memory.asking import Asked
+from simulator.memory.names import Resolution, Similarity
+from simulator.memory.scene_graph_memory import SceneGraphMemory
+from simulator.memory.sighting import RELATIONS
+from simulator.policies.policy import Policy
+from simulator.policies.probabilities import compute_probabilities
+from simulator.robot.belief import Detector, join_beliefs, update_belief
+from simulator.robot.evidence import gather_evidence
+from simulator.robot.ranking import Place, Ranking
+from simulator.robot.search import ObjectSearch
+from simulator.robot.search_plan import Distance, SearchPlan, plan_search
+
+DEFAULT_SHARE = 0.1  # of what is asked for is at no known place
+_ANYWHERE = 0.05  # share of the belief that is spread over all furniture: no place is ruled out
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """Where what was asked for may be.
+
+    Attributes:
+        places: probability of each furniture node, in the order of `memory.furniture_ids`, (F,).
+        elsewhere: that it is at none of them.
+        relation: 0 "in", 1 "onTop", the likelier one at each, (F,).
+    """
+
+    places: np.ndarray
+    elsewhere: float
+    relation: np.ndarray
+
+
+class Finder:
+    """Answers where things are, from a `SceneGraphMemory` and a policy; needs no torch.
+
+    Asking is reading: nothing that was asked stays in the memory. Several threads may ask while one
+    observes.
+
+    Example:
+        >>> finder = Finder(Bayesian())
+        >>> print(finder.rank(memory, "the red mug", k=3))
+
+    Attributes:
+        detector: how often a look misses what is there, and how fast the home changes.
+        elsewhere_share: how often what is asked for is at no known place.
+    """
+
+    def __init__(
+        self,
+        policy: Policy,
+        detector: Detector | None = None,
+        elsewhere_share: float = DEFAULT_SHARE,
+    ) -> None:
+        """Ask a policy.
+
+        Args:
+            policy: who judges, such as `Bayesian()`; only oracles cannot.
+            detector: None for the detector of the paper's homes.
+            elsewhere_share: above 0 and below 1.
+
+        Raises:
+            ValueError: if the share is out of range.
+        """
+        check_share(elsewhere_share)
+        self.detector = detector or Detector()
+        self.elsewhere_share = elsewhere_share
+        self._policy = policy
+        self._lock = Lock()
+
+    def resolve(self, memory: SceneGraphMemory, description: str) -> Resolution:
+        """Say which remembered things a question means; see `NameIndex` for the rules.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`).
+        """
+        return memory.resolve(description, self._get_similarity())
+
+    def rank(
+        self,
+        memory: SceneGraphMemory,
+        description: str,
+        k: int | None = None,
+        exclude: Collection[int] = (),
+    ) -> Ranking:
+        """Rank the places where something may be.
+
+        Args:
+            memory: what was seen so far; it needs furniture.
+            description: what to look for, in words: "the red mug", seen before or not.
+            k: most places to return; None for all.
+            exclude: furniture ids to leave out; their probability is not given to others.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`), there is no furniture yet, or
+                `k` is below 1.
+        """
+        if k is not None and k < 1:
+            raise ValueError(f"k must be at least 1, got {k}. Leave it out for all places.")
+        resolution = self.resolve(memory, description)
+        asked = memory.ask(resolution.matches or (description,))
+        belief = self._compute_belief(asked)
+        order = np.argsort(-belief.places, kind="stable")
+        if exclude:
+            order = order[[asked.furniture_ids[place] not in exclude for place in order]]
+        chosen = order[:k]
+        evidence = gather_evidence(asked, self._get_cosines(asked), chosen)
+        return Ranking(
+            description=description,
+            places=tuple(
+                Place(
+                    furniture=asked.furniture_ids[place],
+                    name=asked.furniture_names[place],
+                    relation=RELATIONS[belief.relation[place]],
+                    probability=float(belief.places[place]),
+                    evidence=own,
+                )
+                for place, own in zip(chosen, evidence, strict=True)
+            ),
+            elsewhere=belief.elsewhere,
+            last_seen=asked.last_seen,
+            resolution=resolution,
+        )
+
+    def search_plan(
+        self,
+        memory: SceneGraphMemory,
+        description: str,
+        start: Any = None,
+        distance: Distance | None = None,
+        look_cost: float = 1.0,
+        k: int | None = None,
+        exclude: Collection[int] = (),
+    ) -> SearchPlan:
+        """Plan in which order to look, so that the expected cost until it is found is small.
+
+        The plan keeps today's probabilities; to search, use `search`, which learns from every look.
+
+        Args:
+            memory: what was seen so far.
+            description: what to look for.
+            start: where the search starts, as `distance` understands it.
+            distance: cost of the way, `distance(start, furniture)` and
+                `distance(furniture, furniture)` with furniture ids, in any unit; infinite where
+                there is no way; None if only looks cost.
+            look_cost: of one look, in the unit of the distances.
+            k: most places to plan over, the likeliest ones; None for all.
+            exclude: furniture ids not to visit.
+
+        Raises:
+            ValueError: as in `rank`; or if a cost is negative or nan, or a start is given without
+                distances.
+        """
+        places = self.rank(memory, description, k, exclude).places
+        return plan_search(description, places, start, distance, look_cost)
+
+    def search(
+        self,
+        memory: SceneGraphMemory,
+        description: str,
+        start: Any = None,
+        distance: Distance | None = None,
+        look_cost: float = 1.0,
+        exclude: Collection[int] = (),
+        give_up_at: float = 0.9,
+    ) -> ObjectSearch:
+        """Start a search: it says where to go next, and learns from what was seen there.
+
+        Args:
+            memory: what was seen so far; the search writes its looks into it.
+            description: what to look for.
+            start: where the search starts, as in `search_plan`.
+            distance: cost of the way, as in `search_plan`.
+            look_cost: of one look.
+            exclude: furniture ids not to visit.
+            give_up_at: probability of "elsewhere" from which on `next` gives up, once every
+                reachable place was looked at.
+
+        Raises:
+            ValueError: as in `search_plan`.
+        """
+        return ObjectSearch(
+            self, memory, description, start, distance, look_cost, frozenset(exclude), give_up_at
+        )
+
+    def _compute_belief(self, asked: Asked) -> Belief:
+        """Return where any of the things asked for is."""
+        with self._lock:  # policies keep caches
+            places, elsewhere = self._judge(asked)  # (K, F), (K,)
+        num_places = places.shape[1]
+        places = (1 - _ANYWHERE) * places + (_ANYWHERE / num_places) * places.sum(
+            axis=1, keepdims=True
+        )
+        beliefs = []
+        for row, looks in enumerate(asked.looks):
+            num_others = asked.num_instances[row] - np.count_nonzero(looks.seen)
+            variants = [looks]
+            if looks.seen.any():  # the others are where they were
+                variants += [looks.for_another()] * max(num_others, 0)
+            for own in variants:
+                beliefs.append(
+                    update_belief(
+                        places[row], float(elsewhere[row]), own, self.detector,
+                        self._policy.knows_looks,
+                    )
+                )  # fmt: skip
+        joined, left = join_beliefs(
+            np.stack([own for own, _ in beliefs]), np.array([gone for _, gone in beliefs])
+        )
+        return Belief(joined, left, asked.choose_relation())
+
+    def _judge(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
+        """Return probabilities before this step's looks: of places (K, F), of elsewhere (K,)."""
+        self._policy.reset(asked.batch)
+        scores = self._policy.scores(asked.batch, asked.queries)
+        places = compute_probabilities(scores, self._policy.score_kind)
+        has_opinion = places.sum(axis=1, keepdims=True) > 0
+        places = np.where(has_opinion, places, 1 / places.shape[1])
+        elsewhere = np.full(len(places), self.elsewhere_share)
+        return places * (1 - self.elsewhere_share), elsewhere
+
+    def _get_similarity(self) -> Similarity | None:
+        """Return how alike labels are; None without text vectors."""
+        return None
+
+    def _get_cosines(self, asked: Asked) -> np.ndarray | None:
+        """Return the cosines of all pairs of labels (L, L); None without text vectors."""
+        return None
+
+
+def check_share(share: float) -> None:
+    """Check how often things are elsewhere.
+
+    Raises:
+        ValueError: if it is no share above 0 and below 1.
+    """
+    if not 0 < share < 1:
+        raise ValueError(
+            f"elsewhere_share must lie above 0 and below 1, got {share}. Choose for example "
+            "0.1: one search in ten is for something that is at no known place."
+        )

@@ -1,0 +1,311 @@
+"""Recorded homes as a source: loaded, cut into steps, played in lockstep."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from simulator.memory.clock import DEFAULT_STEP_SECONDS
+from simulator.priors.prior_graph import PriorGraph
+from simulator.trace.episode import Episode, make_episode, split_days
+from simulator.trace.layout import LAYOUT_FILE
+from simulator.trace.recorded_homes import RecordedHomes
+from simulator.trace.trace import Trace, find_traces, load_trace
+from simulator.trace.types import RecordedTypes
+from simulator.world.config import HomeConfig
+from simulator.world.source import TRUE_TRANSITIONS, Group, HomeSource
+from simulator.world.streams import Streams
+
+_SOURCES_KEPT = 4  # of a worker: training and validation homes, and some to spare
+
+
+class RecordedSource(HomeSource):
+    """Recorded homes, by their own rules.
+
+    Any of them can be played in lockstep. What happens in a home does not depend on the others.
+    Workers are sent the names of the folders, and read each trace once.
+
+    Attributes:
+        traces: the recordings.
+        episodes: one per home.
+        left_out: what was not taken, a line each.
+    """
+
+    def __init__(
+        self,
+        prior: PriorGraph | None = None,
+        home: HomeConfig | None = None,
+        folders: Sequence[str] = (),
+        step_seconds: float | None = None,
+        by_day: bool = False,
+    ) -> None:
+        """Read traces and cut them into steps.
+
+        Args:
+            prior: what can be known of homes beforehand; None for the one that ships with the
+                package.
+            home: rules of sensing, where a trace does not come from simulated homes.
+            folders: traces, or folders of traces (docs/traces.md).
+            step_seconds: length of a step; None for an hour, or what the homes were simulated
+                with.
+            by_day: whether each day from midnight to midnight is a home of its own, with an empty
+                memory at first, instead of all days being one.
+
+        Raises:
+            ValueError: if there is no trace, one is broken (the file and the row are named) or too
+                short, has a step without objects, or was simulated with steps of another length.
+        """
+        if not folders:
+            raise ValueError("traces must be one or more folders, got none. Name a folder.")
+        check_step_seconds(step_seconds)
+        self._folders = tuple(str(Path(folder).absolute()) for folder in folders)
+        traces = [load_trace(folder) for folder in find_traces(self._folders)]
+        self._prepare(traces, prior, home, step_seconds, by_day)
+
+    @classmethod
+    def from_traces(
+        cls,
+        traces: Sequence[Trace],
+        prior: PriorGraph | None = None,
+        step_seconds: float | None = None,
+        by_day: bool = False,
+        home: HomeConfig | None = None,
+    ) -> RecordedSource:
+        """Cut traces that are loaded already into steps; see the constructor."""
+        check_step_seconds(step_seconds)
+        source = cls.__new__(cls)
+        source._folders = ()
+        source._prepare(traces, prior, home, step_seconds, by_day)
+        return source
+
+    def _prepare(
+        self,
+        traces: Sequence[Trace],
+        prior: PriorGraph | None,
+        home: HomeConfig | None,
+        step_seconds: float | None,
+        by_day: bool,
+    ) -> None:
+        super().__init__(prior, home)
+        self._cut = (step_seconds, by_day)
+        self.traces = list(traces)
+        self._types = RecordedTypes(self.prior, traces)
+        self.episodes: list[Episode] = []
+        self.left_out: list[str] = []
+        self._configs: list[HomeConfig] = []
+        for trace in traces:
+            seconds = _choose_step(trace, step_seconds)
+            whole = make_episode(trace, seconds)
+            episodes = [whole]
+            if by_day:
+                episodes, left_out = split_days(trace, seconds)
+                self.left_out += left_out
+            self.episodes += episodes
+            self._configs += [make_rules(whole, self.home)] * len(episodes)
+
+    def __reduce__(self) -> tuple[Callable[..., RecordedSource], tuple[Any, ...]]:
+        """Send a worker what it needs to have the same homes."""
+        if self._folders:
+            checksums = tuple(trace.checksum for trace in self.traces)
+            return _load, (checksums, self.prior, self.home, self._folders, *self._cut)
+        return RecordedSource.from_traces, (self.traces, self.prior, *self._cut, self.home)
+
+    @property
+    def num_homes(self) -> int:
+        """Number of homes."""
+        return len(self.episodes)
+
+    @property
+    def num_steps(self) -> int:
+        """Steps that all homes were recorded for."""
+        return min(episode.num_steps for episode in self.episodes)
+
+    @property
+    def labels(self) -> Sequence[str]:
+        """What the prior names, and what the traces do besides."""
+        return self._types.labels
+
+    @property
+    def has_clock(self) -> bool:
+        """Whether all layouts say when they start."""
+        return all(trace.layout.start is not None for trace in self.traces)
+
+    @property
+    def knows(self) -> frozenset[str]:
+        """Transitions, which are counted; all of the truth if all homes were simulated."""
+        if all(trace.truth is not None for trace in self.traces):
+            return super().knows
+        return frozenset((TRUE_TRANSITIONS,))
+
+    def check_clock(self) -> None:
+        """Check that it is known of all homes what time it is.
+
+        Raises:
+            ValueError: if the layout of some home does not say when it starts.
+        """
+        for trace in self.traces:
+            if trace.layout.start is None:
+                raise ValueError(
+                    f"recorded homes must have a clock for features.clock, got no start in the "
+                    f'{LAYOUT_FILE} of {trace.name}. Add a line like "start": "2024-05-06T07:30", '
+                    "or switch the feature off."
+                )
+
+    def list_unknown_types(self) -> list[str]:
+        """List the object types that the prior does not know."""
+        return self._types.object_labels[len(self.prior.objects) :]
+
+    def check_steps(self, num_steps: int) -> None:
+        """Check a number of steps.
+
+        Raises:
+            ValueError: if some home was recorded for fewer.
+        """
+        shortest = min(self.episodes, key=lambda episode: episode.num_steps)
+        if not 1 <= num_steps <= shortest.num_steps:
+            raise ValueError(
+                f"steps must be at least 1 and at most the {shortest.num_steps} steps of "
+                f"{shortest.step_seconds:g} s that {shortest.name} was recorded for, got "
+                f"{num_steps}. Play fewer, or take shorter steps."
+            )
+
+    def check_homes(self, homes: Sequence[int]) -> None:
+        """Check numbers of homes.
+
+        Raises:
+            ValueError: if there is no home of such a number.
+        """
+        if max(homes, default=0) >= self.num_homes:
+            raise ValueError(
+                f"home must be one of the {self.num_homes} that were recorded, got {max(homes)}. "
+                "Numbers start at 0."
+            )
+
+    def check_disjoint(self, other: HomeSource) -> None:
+        """Check that no trace is also one of another source.
+
+        Raises:
+            ValueError: if one is; names it.
+        """
+        if not isinstance(other, RecordedSource):
+            return
+        names = {trace.checksum: trace.name for trace in other.traces}
+        for checksum in {trace.checksum for trace in self.traces} & names.keys():
+            raise ValueError(
+                f"homes to validate on must differ from those to train on, got {names[checksum]} "
+                "in trace and val_trace. Take it out of one."
+            )
+
+    def list_groups(self, homes: Sequence[int]) -> list[Group]:
+        """Return all homes as one group.
+
+        Raises:
+            ValueError: if there is no home of such a number.
+        """
+        self.check_homes(homes)
+        steps = [self.episodes[home].num_steps for home in homes]
+        return [Group(tuple(homes), min(steps))] if steps else []
+
+    def make(self, streams: Streams) -> RecordedHomes:
+        """Return the homes that the streams are for, at t = 0.
+
+        Raises:
+            ValueError: if there is no home of such a number.
+        """
+        self.check_homes(streams.homes)
+        episodes = [self.episodes[home] for home in streams.homes]
+        configs = [self._configs[home] for home in streams.homes]
+        return RecordedHomes(episodes, self._types, configs, streams)
+
+    def describe(self) -> dict[str, Any]:
+        """Return everything that a replay depends on."""
+        clocks = [episode.clock for episode in self.episodes]
+        return {
+            "source": "recorded",
+            "prior": self.prior.checksum,
+            "checksums": [trace.checksum for trace in self.traces],
+            "step_seconds": [episode.step_seconds for episode in self.episodes],
+            "start_s": [episode.start_s for episode in self.episodes],
+            "starts": [None if clock is None else clock.start.isoformat() for clock in clocks],
+        }
+
+    def make_title(self, num_homes: int, split: str) -> str:
+        """Say how many homes were recorded."""
+        return f"{num_homes} recorded homes"
+
+
+def check_step_seconds(step_seconds: float | None) -> None:
+    """Check the length of a step.
+
+    Raises:
+        ValueError: if it is no positive number of seconds.
+    """
+    if step_seconds is not None and not 0 < step_seconds < float("inf"):
+        raise ValueError(f"step must be a number of seconds > 0, got {step_seconds}. Take 3600.")
+
+
+def make_rules(whole: Episode, home: HomeConfig | None = None) -> HomeConfig:
+    """Return the rules of a home: the simulator's, or what its whole recording says.
+
+    Counted are the share of objects that move in a step, the objects per furniture node at t = 0,
+    and whether objects come and go, or move to other rooms. Detection errs as in `home`.
+
+    Args:
+        whole: all of a trace.
+        home: what is not counted; None for the paper's.
+    """
+    layout = whole.trace.layout
+    truth = whole.trace.truth
+    if truth is not None:
+        return truth.config
+    num_initial = int(((whole.step == 0) & (whole.place >= 0)).sum())
+    return replace(
+        HomeConfig() if home is None else home,
+        rooms=layout.room_labels,
+        furniture_per_room=tuple(max(size, 1) for size in layout.room_sizes),
+        objects_per_furniture=max(round(num_initial / len(layout.furniture)), 1),
+        move_share=float(np.mean(whole.num_moves / whole.num_present)),
+        dynamic_nodes=whole.is_dynamic,
+        cross_room_moves=whole.crosses_rooms,
+    )
+
+
+@lru_cache(maxsize=_SOURCES_KEPT)
+def _load(
+    checksums: tuple[str, ...],
+    prior: PriorGraph,
+    home: HomeConfig,
+    folders: tuple[str, ...],
+    step_seconds: float | None,
+    by_day: bool,
+) -> RecordedSource:
+    """Read the homes of a command once more, in a worker.
+
+    Raises:
+        ValueError: if the files have changed since, or cannot be seen from here.
+    """
+    source = RecordedSource(prior, home, folders, step_seconds, by_day)
+    if tuple(trace.checksum for trace in source.traces) != checksums:
+        raise ValueError(
+            f"traces must stay as they are while they are played, got changed files in "
+            f"{', '.join(folders)}. Run the command again."
+        )
+    return source
+
+
+def _choose_step(trace: Trace, step_seconds: float | None) -> float:
+    if trace.truth is None:
+        return DEFAULT_STEP_SECONDS if step_seconds is None else step_seconds
+    own = trace.truth.step_seconds
+    if step_seconds not in (None, own):
+        raise ValueError(
+            f"step must be the {own:g} s that {trace.name} was simulated with, got "
+            f"{step_seconds:g} s. Leave it out, or delete simulation.json to replay the home like "
+            "a recorded one."
+        )
+    return own

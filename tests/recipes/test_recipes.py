@@ -1,0 +1,79 @@
+"""The recipes of CONTRIBUTING.md, followed word for word in a copy of the packages."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("simulator", "datamodules", "nep")
+# What the commands of a recipe print: the thing itself, in its table.
+EXPECTED = {
+    "A policy": r"most_seen:MostSeen +0\.\d+",
+    "A task": r"Two Guesses",
+    "A metric": r"MRR",
+}
+
+
+def read_recipes() -> dict[str, list[tuple[str, str]]]:
+    """Title of each recipe, and its blocks as (language, text)."""
+    page = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    section = page.split("## Add something\n")[1].split("\n## ")[0]
+    parts = re.split(r"^### (.*)$", section, flags=re.MULTILINE)[1:]
+    blocks = [re.findall(r"```(\w+)\n(.*?)```", text, re.DOTALL) for text in parts[1::2]]
+    return {title: found for title, found in zip(parts[::2], blocks, strict=True) if found}
+
+
+RECIPES = read_recipes()
+
+
+def apply_diff(folder: Path, text: str) -> None:
+    """Add the lines of a diff to a file; the others must be there, one after the other."""
+    name, _, body = text.removeprefix("--- ").partition("\n")
+    path = folder / name
+    content = path.read_text("utf-8")
+    for hunk in body.split("@@\n"):
+        lines = hunk.splitlines()
+        before = "".join(line[1:] + "\n" for line in lines if not line.startswith("+"))
+        after = "".join(line[1:] + "\n" for line in lines if not line.startswith("-"))
+        assert content.count(before) == 1, f"{name} must have these lines once:\n{before}"
+        content = content.replace(before, after)
+    path.write_text(content, "utf-8")
+
+
+def follow(folder: Path, language: str, text: str) -> str:
+    """Do what one block says; returns what its commands print."""
+    if language == "diff":
+        apply_diff(folder, text)
+        return ""
+    if language != "bash":
+        path = folder / re.match(r"# (\S+)\n", text).group(1)
+        assert path.parent.is_dir(), f"{path.parent} must be there, or be made by the recipe"
+        path.write_text(text.partition("\n")[2], "utf-8")
+        return ""
+    script = "set -e\npython() { " + sys.executable + ' "$@"; }\n' + text
+    environment = os.environ | {
+        "PYTHONPATH": str(folder), "OMP_NUM_THREADS": "1", "COLUMNS": "200",
+    }  # fmt: skip
+    done = subprocess.run(
+        ["bash", "-c", script], cwd=folder, env=environment, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_every_recipe_is_expected_to_show_something():
+    assert RECIPES.keys() == EXPECTED.keys()
+
+
+@pytest.mark.parametrize("title", RECIPES)
+def test_a_recipe_leads_to_its_table(tmp_path, title):
+    for package in PACKAGES:  # with what Python and numba have compiled
+        shutil.copytree(ROOT / package, tmp_path / package)
+    printed = "".join(follow(tmp_path, *block) for block in RECIPES[title])
+    assert re.search(EXPECTED[title], printed), printed

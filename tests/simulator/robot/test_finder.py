@@ -1,0 +1,133 @@
+"""Asking any policy: what was seen now, several of a kind, and questions that leave no trace."""
+
+import threading
+
+import pytest
+
+from simulator.memory.scene_graph_memory import SceneGraphMemory
+from simulator.memory.sighting import Sighting
+from simulator.policies.heuristics import Bayesian
+from simulator.robot.belief import Detector
+from simulator.robot.finder import Finder
+
+
+@pytest.fixture
+def finder():
+    return Finder(Bayesian())
+
+
+def test_in_plain_sight(make_home, finder):
+    """After a look at everything, nothing missed, each thing is where it is."""
+    home = make_home()
+    for furniture in home.furniture:
+        home.memory.observe(furniture, home.look(furniture))
+    for thing, place in home.at.items():
+        ranking = finder.rank(home.memory, thing)
+        assert ranking[0].furniture == home.furniture[place]
+        assert ranking[0].probability >= 0.95
+        assert ranking.elsewhere < 0.05
+
+
+def test_a_look_in_vain_is_bayes_rule(make_home):
+    """Exactly the miss rate against any other place, whatever the policy makes of it."""
+    home = make_home()
+    finder = Finder(Bayesian(), Detector(miss_rate=0.1))
+    before = {p.furniture: p.probability for p in finder.rank(home.memory, "wallet")}
+    best, other = sorted(before, key=before.__getitem__)[:-3:-1]
+    for times in (1, 2):
+        home.memory.observe(best, [])
+        after = {p.furniture: p.probability for p in finder.rank(home.memory, "wallet")}
+        odds = before[best] / before[other]
+        assert after[best] / after[other] == pytest.approx(odds * 0.1**times)
+
+
+def test_no_place_is_ruled_out(finder):
+    memory = SceneGraphMemory()
+    kitchen = memory.add_room("kitchen")
+    for label in ("fridge", "counter top", "gizmo stand"):
+        memory.add_furniture(label, kitchen)
+    ranking = finder.rank(memory, "milk")
+    assert len(ranking) == 3
+    assert min(place.probability for place in ranking) > 0
+
+
+def test_two_of_a_kind(finder):
+    memory = SceneGraphMemory()
+    room = memory.add_room("kitchen")
+    shelf, table, _ = (memory.add_furniture(label, room) for label in ("shelf", "table", "sink"))
+    memory.observe(shelf, [Sighting("mug"), Sighting("mug")])
+    memory.observe(table, [Sighting("mug")])
+    ranking = finder.rank(memory, "a mug")
+    both = {place.furniture: place.probability for place in ranking}
+    assert both[shelf] >= 0.95
+    assert both[table] >= 0.95
+    memory.step()
+    memory.observe(table, [Sighting("mug")])  # finding one does not move the others
+    after = {p.furniture: p.probability for p in finder.rank(memory, "mug")}
+    assert after[table] >= 0.95
+    assert after[shelf] > 0.5
+    single = SceneGraphMemory()
+    room = single.add_room("kitchen")
+    for label in ("shelf", "table", "sink"):
+        single.add_furniture(label, room)
+    single.observe(shelf, [Sighting("mug")])
+    single.step()
+    single.observe(table, [Sighting("mug")])
+    assert {p.furniture: p.probability for p in finder.rank(single, "mug")}[shelf] < 0.05
+
+
+def test_any_of_the_kind(make_home, finder):
+    home = make_home()
+    red = finder.rank(home.memory, "large red mug")
+    any_mug = finder.rank(home.memory, "mug")
+    assert any_mug.resolution.matches == ("large red mug", "small blue mug")
+    of = {place.furniture: place.probability for place in any_mug}
+    assert all(of[place.furniture] >= place.probability - 1e-9 for place in red)
+    assert any_mug.elsewhere < red.elsewhere
+
+
+def test_asking_is_reading(make_home, finder, tmp_path):
+    """300 questions for unknown things stayed in the memory and its file for good."""
+    home = make_home()
+    home.memory.save(tmp_path / "before.sgm")
+    for number in range(300):
+        finder.rank(home.memory, f"gadget {number}")
+        finder.search_plan(home.memory, f"gizmo {number}")
+    home.memory.save(tmp_path / "after.sgm")
+    assert (tmp_path / "after.sgm").read_bytes() == (tmp_path / "before.sgm").read_bytes()
+
+
+def test_threads_ask_beside_one_that_observes(make_home, finder):
+    home = make_home()
+    errors = []
+
+    def ask(worker):
+        try:
+            for number in range(40):
+                finder.rank(home.memory, f"new word {worker} {number}")
+                finder.rank(home.memory, "large red mug")
+        except Exception as error:  # pytest does not see those of threads
+            errors.append(error)
+
+    threads = [threading.Thread(target=ask, args=(worker,)) for worker in range(4)]
+    for thread in threads:
+        thread.start()
+    for number in range(60):
+        furniture = home.furniture[number % 18]
+        home.memory.observe(furniture, [*home.look(furniture), Sighting(f"thing {number}")])
+        if number % 7 == 0:
+            home.pass_time()
+    for thread in threads:
+        thread.join()
+    assert errors == []
+    assert not any(name.startswith("new word") for name in home.memory.descriptions)
+
+
+def test_last_seen_goes_by_the_same_names(make_home):
+    memory = make_home().memory
+    assert memory.last_seen("the red mug") == memory.last_seen("large red mug")
+    mugs = [memory.last_seen(name) for name in ("large red mug", "small blue mug")]
+    assert memory.last_seen("mugs") == max(mugs, key=lambda seen: seen.time)
+    assert memory.find_furniture("the fridge") == (0,)
+    assert len(memory.find_furniture("shelves")) == 2
+    assert memory.find_furniture("hammock") == ()
