@@ -52,7 +52,8 @@ class CollectConfig:
     Attributes:
         homes: where homes come from.
         num_homes: how many, from number 0 on.
-        steps: time steps per home, or searches of Find Object.
+        steps: time steps per home, or searches of Find Object; where a source says for how long a
+            home is lived in, so many of its steps are kept.
         policy: name of the collecting policy.
         task: name of the task it plays.
         split: "train", "val" or "test": their homes never coincide.
@@ -144,13 +145,13 @@ def collect(
     settings = config.describe()
     shards = _open_folder(out, settings)  # checksums of the finished ones
     missing = [home for home in range(config.num_homes) if get_shard_name(home) not in shards]
-    groups = [group.homes for group in config.homes.list_groups(missing)]
+    groups = config.homes.list_groups(missing)
     size = min(-(-len(missing) // workers), _HOMES_PER_JOB, _SNAPSHOTS_PER_JOB // config.steps)
     size = max(size, 1)
     jobs = [
-        (config, group[first : first + size], out)
+        (config, group.homes[first : first + size], out, group.play_steps)
         for group in groups
-        for first in range(0, len(group), size)
+        for first in range(0, len(group.homes), size)
     ]
     num_listed = len(shards)
     with tqdm(
@@ -172,8 +173,22 @@ def collect(
                 save_manifest(out, settings, dict(sorted(shards.items())))
 
 
-def collect_homes(config: CollectConfig, homes: Sequence[int], out: Path) -> dict[str, str]:
-    """Collect some homes in lockstep; write their shards and return the checksum of each."""
+def collect_homes(
+    config: CollectConfig, homes: Sequence[int], out: Path, play_steps: int | None = None
+) -> dict[str, str]:
+    """Collect some homes in lockstep; write their shards and return the checksum of each.
+
+    Args:
+        config: what to collect.
+        homes: their numbers.
+        out: folder for the shards.
+        play_steps: steps for which the homes are lived in; `config.steps` of them, evenly spread,
+            are kept. None to play and keep `config.steps`.
+    """
+    play_steps = config.steps if play_steps is None else play_steps
+    num_kept = min(config.steps, play_steps)
+    kept = set(np.linspace(0, play_steps - 1, num_kept).round().astype(int).tolist())
+    step = 0
     state = config.homes.make(Streams(config.seed, config.split, homes))
     policy = make_policy(config.policy, state)
     task = TASKS[config.task](state, policy)
@@ -185,6 +200,8 @@ def collect_homes(config: CollectConfig, homes: Sequence[int], out: Path) -> dic
         believer.reset(task.rollout.memory)
 
     def record(answer: Answer) -> None:
+        if step not in kept:
+            return
         extras = {}
         if config.belief:
             extras["belief"] = believer.follow(task.rollout.memory, answer.queries).stack()
@@ -204,8 +221,8 @@ def collect_homes(config: CollectConfig, homes: Sequence[int], out: Path) -> dic
 
     task.on_answer = record
     task.rollout.on_change = record_change
-    for _ in task.run(config.steps):
-        pass  # every answer was recorded
+    for _ in task.run(play_steps):
+        step += 1  # the answers of this one were recorded
     names = [get_shard_name(home) for home in homes]
     with ThreadPoolExecutor(_WRITERS) as pool:
         paths = [out / name for name in names]

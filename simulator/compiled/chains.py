@@ -7,14 +7,14 @@ import numpy as np
 from simulator.compiled.kernel import kernel
 
 # The arrays of `simulator.policies.look_log.Chains`: number of each key's newest entry, number of
-# the oldest entry kept, then `at`, `value` and `previous` of the entries kept.
-ChainArrays = tuple[np.ndarray, int, np.ndarray, np.ndarray, np.ndarray]
+# the oldest entry kept, then `at`, `value`, `share` and `previous` of the entries kept.
+ChainArrays = tuple[np.ndarray, int, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 @kernel
 def list_entries(chain: ChainArrays, key: int, since: int) -> np.ndarray:
     """Return the rows of a key's entries with `at` >= since, oldest first; none for key -1."""
-    newest, first, at, _, previous = chain
+    newest, first, at, _, _, previous = chain
     count = 0
     if key >= 0:
         entry = newest[key]

@@ -147,7 +147,9 @@ def follow_places(
                 next_seen += is_seen
                 was_seen |= is_seen
                 node = looks[3][look[next_look]]
-                correct_places(own_last, own_others, node, is_seen, miss_rate[query])
+                out_of_view = 1 - looks[4][look[next_look]]
+                miss = miss_rate[query] + out_of_view * (1 - miss_rate[query])
+                correct_places(own_last, own_others, node, is_seen, miss)
                 next_look += 1
             if time == now:
                 break

@@ -160,7 +160,7 @@ def follow_home(
     weight, move_rate, asked_move_rate, remove_rate, add_rate, miss_rate = rules
     for query in range(len(last)):
         num = num_nodes[query]
-        rooms, groups, miss = room[query, :num], group[query, :num], miss_rate[query]
+        rooms, groups = room[query, :num], group[query, :num]
         own_last, own_others = last[query, :num], others[query, :num]
         for_type, for_own = type_possible[query, :num], own_possible[query, :num]
         of_type = unseen[query, :num]
@@ -187,6 +187,8 @@ def follow_home(
                 )
                 next_type += is_type_seen
                 node = looks[3][look[next_look]]
+                out_of_view = 1 - looks[4][look[next_look]]
+                miss = miss_rate[query] + out_of_view * (1 - miss_rate[query])
                 update_class_noise(for_type, of_type, groups, node, is_type_seen, miss)
                 believed = own_last[node] + own_others[node]
                 update_instance_noise(for_own, for_type, believed, node, is_seen, miss)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -20,11 +22,13 @@ class Furniture:
         label: what it is, such as "fridge".
         room: id of its room.
         description: for people, such as "white fridge".
+        position: where one stands to look at it, in metres; None if nobody knows.
     """
 
     label: str
     room: int
     description: str
+    position: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,20 +72,47 @@ class HomeLayout:
         self.num_rooms_ever += 1
         return self.num_rooms_ever - 1
 
-    def add_furniture(self, label: str, room: int, description: str | None) -> int:
+    def add_furniture(
+        self,
+        label: str,
+        room: int,
+        description: str | None,
+        position: tuple[float, float] | None = None,
+    ) -> int:
         """Add a furniture node and return its id.
 
         Raises:
             KeyError: if there is no such room.
-            ValueError: if the label or the description is no name (`read_words`).
+            ValueError: if the label or the description is no name (`read_words`), or the position
+                no two numbers.
         """
         read_words("furniture label", label)
         description = label if description is None else description
         read_words("furniture description", description)
         self.check_room(room)
-        self.furniture[self.num_furniture_ever] = Furniture(label, int(room), description)
+        self.furniture[self.num_furniture_ever] = Furniture(
+            label, int(room), description, read_position(position)
+        )
         self.num_furniture_ever += 1
         return self.num_furniture_ever - 1
+
+    def move_furniture(
+        self, furniture: int, room: int | None, position: tuple[float, float] | None
+    ) -> None:
+        """Put a furniture node elsewhere, into another room or at another position.
+
+        Raises:
+            KeyError: if there is no such furniture node or room.
+            ValueError: if the position is no two numbers.
+        """
+        self.check_furniture(furniture)
+        node = self.furniture[furniture]
+        if room is not None:
+            self.check_room(room)
+            node = replace(node, room=int(room), position=None)
+        if position is not None:
+            node = replace(node, position=read_position(position))
+        self.furniture[furniture] = node
 
     def describe(self, furniture: int) -> str:
         """Return the description and room of a furniture node.
@@ -131,3 +162,22 @@ class HomeLayout:
                 f"furniture must be an id from add_furniture, got {furniture!r}; there are "
                 f"{len(self.furniture)} furniture nodes. Add it first."
             )
+
+
+def read_position(position: Any = None) -> tuple[float, float] | None:
+    """Return a position as two floats; None stays None.
+
+    Raises:
+        ValueError: if it is no two finite numbers.
+    """
+    if position is None:
+        return None
+    try:
+        x, y = (float(value) for value in position)
+    except (TypeError, ValueError):
+        x = y = math.nan
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise ValueError(
+            f"position must be two numbers, got {position!r}. Give metres, such as (1.5, 4)."
+        )
+    return x, y

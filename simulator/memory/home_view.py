@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -105,3 +105,21 @@ def list_home(
         ],
         "unplaced": unplaced,
     }
+
+
+def list_rows(home: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """List what `list_home` gave as one row for each object at each place."""
+    return [
+        {
+            "object": seen["description"],
+            "relation": seen["relation"],
+            "furniture": furniture["description"],
+            "room": room["label"],
+            **{
+                name: seen[name] for name in ("is_there", "last_seen", "times_seen", "times_looked")
+            },
+        }
+        for room in home["rooms"]
+        for furniture in room["furniture"]
+        for seen in furniture["objects"]
+    ]

@@ -10,7 +10,7 @@ import numpy as np
 
 from simulator.memory.clock import Clock
 from simulator.memory.home_history import HomeHistory
-from simulator.memory.home_layout import Furniture, HomeLayout
+from simulator.memory.home_layout import Furniture, HomeLayout, read_position
 from simulator.memory.memory_batch import (
     EDGE_COUNTERS,
     EDGE_HISTORY,
@@ -145,6 +145,7 @@ class MemoryContent:
             "rooms": [[number, label] for number, label in self.layout.rooms.items()],
             "furniture": [
                 [number, node.label, node.room, node.description]
+                + ([] if node.position is None else [list(node.position)])
                 for number, node in self.layout.furniture.items()
             ],
             "num_rooms_ever": self.layout.num_rooms_ever,
@@ -194,7 +195,10 @@ class MemoryContent:
                 labels=tuple(data["labels"]),
                 layout=HomeLayout(
                     dict(data["rooms"]),
-                    {number: Furniture(*node) for number, *node in data["furniture"]},
+                    {
+                        number: Furniture(label, room, description, read_position(*position))
+                        for number, label, room, description, *position in data["furniture"]
+                    },
                     data["num_rooms_ever"],
                     data["num_furniture_ever"],
                 ),

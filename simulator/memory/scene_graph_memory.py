@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING, Any
@@ -13,7 +15,7 @@ import numpy as np
 
 from simulator.memory.asking import Asked, Looks, list_looks_before
 from simulator.memory.clock import Clock, make_clock_rows
-from simulator.memory.home_view import list_home, list_places
+from simulator.memory.home_view import list_home, list_places, list_rows
 from simulator.memory.memory_batch import FURNITURE_COUNTERS, MemoryBatch, Queries
 from simulator.memory.memory_content import EDGE_COLUMNS, MAX_TIME, OBJECT_COLUMNS, MemoryContent
 from simulator.memory.names import NameIndex, Resolution, Similarity, read_name
@@ -24,7 +26,9 @@ from simulator.memory.vocabulary import Vocabulary
 from simulator.memory.words import read_words
 from simulator.priors.prior_graph import PriorGraph
 
-if TYPE_CHECKING:  # policies read memories; the memory only names their type
+if TYPE_CHECKING:  # pandas is an extra; policies read memories; the memory only names their type
+    from pandas import DataFrame
+
     from simulator.policies.policy import Policy
 
 _HOME = np.zeros(1, dtype=np.int64)  # the number of the only home of the batch
@@ -164,21 +168,72 @@ class SceneGraphMemory:
         self._note_new(label)
         return room
 
-    def add_furniture(self, label: str, room: int, description: str | None = None) -> int:
+    def add_furniture(
+        self,
+        label: str,
+        room: int,
+        description: str | None = None,
+        position: tuple[float, float] | None = None,
+    ) -> int:
         """Add a furniture node and return its id.
 
         Args:
             label: what it is, such as "fridge".
             room: id from `add_room`.
             description: for people, such as "white fridge"; the label if left out.
+            position: where one stands to look at it, in metres; with positions of all furniture,
+                searches and plans need no `distance`.
 
         Raises:
             KeyError: if `room` is not a room of this memory.
-            ValueError: if the label or the description is no name (`read_words`).
+            ValueError: if the label or the description is no name (`read_words`), or the position
+                no two numbers.
         """
-        furniture = self._layout.add_furniture(label, room, description)
+        furniture = self._layout.add_furniture(label, room, description, position)
         self._note_new(label)
         return furniture
+
+    def move_furniture(
+        self,
+        furniture: int,
+        room: int | None = None,
+        position: tuple[float, float] | None = None,
+    ) -> None:
+        """Note that a furniture node was moved; what was seen there moves with it.
+
+        Args:
+            furniture: id from `add_furniture`.
+            room: where it stands now; None for the same room.
+            position: as in `add_furniture`; None if it is as it was, or, in another room, unknown.
+
+        Raises:
+            KeyError: if there is no such furniture node or room.
+            ValueError: if the position is no two numbers.
+        """
+        with self._lock:
+            self._layout.move_furniture(furniture, room, position)
+            self._is_layout_new = True
+            self._asked = None
+            self._step = StepLog()
+
+    def get_position(self, furniture: int) -> tuple[float, float] | None:
+        """Return the position of a furniture node; None if it was not given.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+        """
+        self._layout.check_furniture(furniture)
+        return self._layout.furniture[furniture].position
+
+    def list_furniture(self, room: int) -> tuple[int, ...]:
+        """Return the ids of the furniture of a room, to leave out a closed one, for example.
+
+        Raises:
+            KeyError: if `room` is not a room of this memory.
+        """
+        self._layout.check_room(room)
+        furniture = self._layout.furniture.items()
+        return tuple(number for number, node in furniture if node.room == room)
 
     def remove_room(self, room: int) -> None:
         """Remove a room with all its furniture and what is remembered of it; objects stay.
@@ -328,6 +383,30 @@ class SceneGraphMemory:
                 self._asked = None
                 self._step = StepLog()
 
+    def step_to(self, time: datetime) -> None:
+        """Let time pass until a date and time: the last step that has begun by then.
+
+        Args:
+            time: local, not before the present step.
+
+        Raises:
+            ValueError: if the memory has no clock, or the time lies before the present step.
+        """
+        if self.clock is None:
+            raise ValueError(
+                "memory must have a clock for step_to, got none. Make it with "
+                "SceneGraphMemory(clock=Clock(datetime.now(), step_seconds=600))."
+            )
+        seconds = (time - self.clock.start).total_seconds()
+        num_steps = math.floor(seconds / self.clock.step_seconds + 1e-9) - self.time
+        if num_steps < 0:
+            raise ValueError(
+                f"time must not be before the present step, got {time} at "
+                f"{self.clock.shift(self.time * self.clock.step_seconds).start}. Time only goes "
+                "forward."
+            )
+        self.step(num_steps)
+
     def query(self, description: str) -> Queries:
         """Ask for an object; until the next `step` its hypothetical edges are in the graph.
 
@@ -473,6 +552,15 @@ class SceneGraphMemory:
         furniture that was removed.
         """
         return list_home(self.batch, self._layout, self._descriptions)
+
+    def to_frame(self) -> DataFrame:
+        """Return a table of every object at every place where it was ever seen (needs pandas).
+
+        Columns: object, relation, furniture, room, is_there, last_seen, times_seen, times_looked.
+        """
+        from pandas import DataFrame  # an extra: only this needs it
+
+        return DataFrame(list_rows(self.to_dict()))
 
     def _ensure_object(self, description: str) -> int:
         """Return the row of an object node, adding the node if it is new."""

@@ -7,6 +7,24 @@ from dataclasses import dataclass
 from simulator.memory.words import read_words
 
 RELATIONS = ("in", "onTop")
+_SPELLINGS = {"in": "in", "inside": "in", "ontop": "onTop", "on": "onTop", "": "onTop"}
+
+
+def read_relation(relation: str) -> str:
+    """Return "in" or "onTop", however it is written: "IN", "inside", "on", "on top", "onTop".
+
+    Raises:
+        ValueError: if it is none of these.
+    """
+    known = None
+    if isinstance(relation, str):
+        known = _SPELLINGS.get(relation.casefold().replace(" ", "").replace("_", ""))
+    if known is None:
+        raise ValueError(
+            f"relation must be one of {', '.join(RELATIONS)}, got {relation!r}. "
+            "Choose one of these; empty means onTop."
+        )
+    return known
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +33,7 @@ class Sighting:
 
     Attributes:
         description: what it is, such as "large red mug"; objects are told apart by its words alone.
-        relation: "in" or "onTop" the furniture.
+        relation: "in" or "onTop" the furniture, spelled as `read_relation` reads it.
         confidence: probability that it is right. Below one half it counts as if the object had
             not been seen, the more so the lower it is.
     """
@@ -32,11 +50,7 @@ class Sighting:
                 confidence no probability.
         """
         read_words("description", self.description)
-        if self.relation not in RELATIONS:
-            raise ValueError(
-                f"relation must be one of {', '.join(RELATIONS)}, got {self.relation!r} for "
-                f"{self.description!r}. Choose one of these."
-            )
+        object.__setattr__(self, "relation", read_relation(self.relation))
         if not 0 <= self.confidence <= 1:
             raise ValueError(
                 f"confidence must lie in [0, 1], got {self.confidence} for {self.description!r}. "

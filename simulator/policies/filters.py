@@ -8,7 +8,8 @@ from typing import ClassVar, TypeVar
 import numpy as np
 
 from simulator.memory.memory_batch import MemoryBatch, Queries
-from simulator.policies.place_filter import PlaceFilter, Rules, Subjects
+from simulator.policies.belief import Rules, Subjects
+from simulator.policies.place_filter import PlaceFilter
 from simulator.world.homes import NUM_RELATIONS, Homes
 from simulator.world.source import TRUE_PLACE_WEIGHTS, TRUE_TRANSITIONS
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from simulator.arrays.padded import sum_rows
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.policies.belief import AsOf, Belief, Rules, Subjects
 from simulator.policies.filters import PriorFilter
-from simulator.policies.place_filter import AsOf, Belief, Rules, Subjects
 
 
 @dataclass(slots=True)

@@ -15,7 +15,8 @@ if TYPE_CHECKING:  # loads numba
 class Chains:
     """Entries in the order they came; each knows the one before it that has the same key.
 
-    Entries are numbered from 0 and keep their number when older ones are dropped.
+    What an entry says is `value`, a whole number, and `share`, a number in [0, 1]. Entries are
+    numbered from 0 and keep their number when older ones are dropped.
     """
 
     def __init__(self, num_keys: int) -> None:
@@ -32,7 +33,8 @@ class Chains:
         """What compiled functions read, see `simulator.compiled.chains`."""
         entries = self._entries
         return (
-            self._newest, self._first, entries["at"], entries["value"], entries["previous"]
+            self._newest, self._first, entries["at"], entries["value"], entries["share"],
+            entries["previous"],
         )  # fmt: skip
 
     def fit(self, num_keys: int) -> None:
@@ -42,15 +44,19 @@ class Chains:
             added = max(missing, len(self._newest))
             self._newest = np.pad(self._newest, (0, added), constant_values=-1)
 
-    def append(self, keys: np.ndarray, at: int, value: np.ndarray | int = 0) -> None:
+    def append(
+        self, keys: np.ndarray, at: int, value: np.ndarray | int = 0, share: np.ndarray | int = 1
+    ) -> None:
         """Add an entry for each key (n,); a key that stands there twice counts once.
 
         Args:
             keys: (n,).
             at: when, no less than that of the entries before.
             value: (n,).
+            share: (n,).
         """
-        rows = self._entries.append(len(keys), at=at, value=value, previous=self._newest[keys])
+        previous = self._newest[keys]
+        rows = self._entries.append(len(keys), at=at, value=value, share=share, previous=previous)
         self._newest[keys] = self._first + rows
 
     def drop(self, until: int) -> None:
@@ -64,7 +70,7 @@ class Chains:
 
 
 def _make_entries() -> Table:
-    return Table({"at": np.int64, "value": np.int64, "previous": np.int64})
+    return Table({"at": np.int64, "value": np.int64, "share": np.float64, "previous": np.int64})
 
 
 class LookLog:
@@ -76,7 +82,7 @@ class LookLog:
     Attributes:
         start: what has happened up to this time is not in the log any more.
         num_rounds: rounds so far, those dropped as well.
-        looks: by home: round, furniture.
+        looks: by home: round, furniture, and the share of it that was in view.
         sightings: by object row: round.
         type_sightings: by home * num_types + type: round.
         questions: by object row: time.
@@ -111,7 +117,7 @@ class LookLog:
         return self._rounds["time"]
 
     def add_looks(
-        self, time: int, homes: np.ndarray, furniture: np.ndarray,
+        self, time: int, homes: np.ndarray, furniture: np.ndarray, coverage: np.ndarray,
         objects: np.ndarray, type_keys: np.ndarray,
     ) -> None:  # fmt: skip
         """Note a round of looks.
@@ -120,11 +126,12 @@ class LookLog:
             time: when.
             homes: homes that looked, each once, (n,).
             furniture: where, (n,).
+            coverage: share of it that was in view, (n,).
             objects: rows of the objects that were seen, (m,).
             type_keys: home * num_types + type of each of them, (m,).
         """
         self._rounds.append(1, time=time)
-        self.looks.append(homes, self.num_rounds, furniture)
+        self.looks.append(homes, self.num_rounds, furniture, coverage)
         self.sightings.fit(int(objects.max(initial=-1)) + 1)
         self.sightings.append(objects, self.num_rounds)
         self.type_sightings.append(type_keys, self.num_rounds)
@@ -133,7 +140,7 @@ class LookLog:
     def add_questions(self, time: int, objects: np.ndarray) -> None:
         """Note which objects (n,) are asked for; those of the same step count once."""
         self.questions.fit(int(objects.max(initial=-1)) + 1)
-        newest, first, at, _, _ = self.questions.arrays
+        newest, first, at, *_ = self.questions.arrays
         rows = newest[objects] - first
         is_new = rows < 0
         is_new[~is_new] = at[rows[~is_new]] != time

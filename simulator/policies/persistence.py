@@ -93,11 +93,13 @@ class Persistence(Policy):
         """Update the pairs of the furniture looked at, and the rates of the homes."""
         self._add_pairs(memory)
         rows, number = np.unique(self._pair_of_edge[change.edges], return_inverse=True)
-        is_true = memory.edges["is_true"][change.edges]
-        is_seen = np.bincount(number, weights=is_true, minlength=len(rows)) > 0  # "in" or "onTop"
-        self._update_pairs(rows, memory.time, is_seen)
+        times_seen = np.bincount(number, weights=change.is_seen, minlength=len(rows))
+        is_seen = times_seen > 0  # "in" or "onTop"
+        miss = self._miss.copy()
+        miss[change.home] += (1 - change.coverage) * (1 - miss[change.home])  # what is out of view
+        self._update_pairs(rows, memory.time, is_seen, miss)
         left = self._compute_left(change.home, change.furniture, memory.time)
-        self._left[change.home, change.furniture] = left * self._miss[change.home][:, None]
+        self._left[change.home, change.furniture] = left * miss[change.home][:, None]
         self._left_time[change.home, change.furniture] = memory.time
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
@@ -166,12 +168,14 @@ class Persistence(Policy):
         pairs["presence"] = pairs["prior"][:, None] * self._left[home, furniture]
         self._pairs.append(len(added), pair=pairs)
 
-    def _update_pairs(self, rows: np.ndarray, time: int, is_seen: np.ndarray) -> None:
-        """Fold looks at pairs (n,) in that saw the object or not, (n,)."""
+    def _update_pairs(
+        self, rows: np.ndarray, time: int, is_seen: np.ndarray, miss_rate: np.ndarray
+    ) -> None:
+        """Fold in looks at pairs (n,) that saw the object or not, (n,), with miss rates (H,)."""
         pairs = self._pairs["pair"][rows]
         home = pairs["home"]
         leave, come = self._compute_rates(pairs)
-        miss = self._miss[home]
+        miss = miss_rate[home]
         steps = time - pairs["time"]
         found = follow_interval(
             pairs["presence"], leave, come, steps[:, None],

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
 from typing import ClassVar
 
 import numpy as np
 
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.policies.belief import AsOf, Belief, CompiledRules, Rules, Subjects
 from simulator.policies.inventory import Inventory
 from simulator.policies.kept_beliefs import KeptBeliefs
 from simulator.policies.look_log import LookLog
@@ -17,106 +17,7 @@ from simulator.policies.policy import Policy, mask_furniture
 from simulator.priors.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 
-# What compiled functions read of `Rules`, in this order.
-CompiledRules = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-
 _ROWS_AT_ONCE = 8192  # beliefs that are carried on together: some 30 MB
-
-
-@dataclass(frozen=True, slots=True)
-class Subjects:
-    """What beliefs are about: an object, or whatever of a type was neither seen nor asked for.
-
-    Attributes:
-        home: (Q,).
-        object: row of `MemoryBatch.objects`, -1 for what was neither seen nor asked for, (Q,).
-        type: the prior's object type, or -1, (Q,).
-        moves: weight of each furniture node when it moves, zeros if nobody knows, (Q, F).
-    """
-
-    home: np.ndarray
-    object: np.ndarray
-    type: np.ndarray
-    moves: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.home)
-
-    def take(self, rows: np.ndarray) -> Subjects:
-        """Return rows (n,)."""
-        return Subjects(self.home[rows], self.object[rows], self.type[rows], self.moves[rows])
-
-
-@dataclass(frozen=True, slots=True)
-class Rules:
-    """What the filter takes for the dynamics of each subject.
-
-    Attributes:
-        moves: weight of each furniture node when the object moves, sums to one, (Q, F).
-        initial: expected number of such objects at each furniture node at t = 0, (Q, F).
-        move_rate: probability that one moves in a step, (Q,).
-        asked_move_rate: the same, given that the object is asked for in that step, (Q,).
-        remove_rate: probability that one leaves in a step, (Q,).
-        add_rate: expected number that appear in a step, (Q,).
-        miss_rate: probability that a look misses one, (Q,).
-    """
-
-    moves: np.ndarray
-    initial: np.ndarray
-    move_rate: np.ndarray
-    asked_move_rate: np.ndarray
-    remove_rate: np.ndarray
-    add_rate: np.ndarray
-    miss_rate: np.ndarray
-
-    def take(self, rows: np.ndarray) -> Rules:
-        """Return rows (n,)."""
-        return Rules(*(getattr(self, field.name)[rows] for field in fields(self)))
-
-
-@dataclass(slots=True)
-class Belief:
-    """What a filter believes about each subject.
-
-    Attributes:
-        last: probability that the instance that was seen last is at each furniture node, (Q, F).
-        others: expected number of other instances at each furniture node, (Q, F).
-    """
-
-    last: np.ndarray
-    others: np.ndarray
-
-    @classmethod
-    def get_names(cls) -> tuple[str, ...]:
-        """Return the names of the columns."""
-        return tuple(field.name for field in fields(cls))
-
-    @property
-    def columns(self) -> dict[str, np.ndarray]:
-        """Every column by its name, (Q, F) each."""
-        return {name: getattr(self, name) for name in self.get_names()}
-
-    def take(self, rows: np.ndarray) -> Belief:
-        """Return a copy of rows (n,)."""
-        return type(self)(**{name: column[rows] for name, column in self.columns.items()})
-
-    def put(self, rows: np.ndarray, some: Belief) -> None:
-        """Replace rows (n,) by those of another belief."""
-        for name, column in some.columns.items():
-            getattr(self, name)[rows] = column
-
-
-@dataclass(slots=True)
-class AsOf:
-    """Up to where each belief knows what happened.
-
-    Attributes:
-        time: (Q,).
-        num_rounds: rounds of looks, (Q,).
-    """
-
-    time: np.ndarray
-    num_rounds: np.ndarray
 
 
 class PlaceFilter(Policy):
@@ -126,8 +27,9 @@ class PlaceFilter(Policy):
     Markov model, exact when there is one instance), and how many others to expect where (a
     Poisson density). Prediction: an object stays with 1 - move rate, else goes to another
     furniture node of its room in proportion to `moves`. Correction: an unseen object at a
-    furniture node looked at keeps the share `miss_rate` there. That an object is asked for makes
-    it likelier to have just moved (docs/design.md, ruling 9), and the filter knows that, too.
+    furniture node looked at keeps the share `miss_rate` there, and all of it out of view. That an
+    object is asked for makes it likelier to have just moved (docs/design.md, ruling 9), and the
+    filter knows that, too. Of sensing it knows the `detection_error` and what was in view.
 
     The belief about an object is brought up to date when it is asked for, from where it was when
     it was last asked for. Looks are kept in a log that is cut when it has grown too long
@@ -186,7 +88,7 @@ class PlaceFilter(Policy):
         seen = change.edges[change.is_seen]
         rows = memory.edges["object"][seen]
         keys = self._number_types(memory.objects["home"][rows], memory.objects["type"][rows])
-        self._log.add_looks(memory.time, change.home, change.furniture, rows, keys)
+        self._log.add_looks(memory.time, change.home, change.furniture, change.coverage, rows, keys)
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the expected number of objects asked for at each furniture node, (Q, F)."""

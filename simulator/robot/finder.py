@@ -19,7 +19,7 @@ from simulator.robot.belief import Detector, join_beliefs, update_belief
 from simulator.robot.evidence import gather_evidence
 from simulator.robot.ranking import Place, Ranking
 from simulator.robot.search import ObjectSearch
-from simulator.robot.search_plan import Distance, SearchPlan, plan_search
+from simulator.robot.search_plan import Distance, SearchPlan, find_distance, plan_search
 
 DEFAULT_SHARE = 0.1  # of what is asked for is at no known place
 _ANYWHERE = 0.05  # share of the belief that is spread over all furniture: no place is ruled out
@@ -151,7 +151,8 @@ class Finder:
             start: where the search starts, as `distance` understands it.
             distance: cost of the way, `distance(start, furniture)` and
                 `distance(furniture, furniture)` with furniture ids, in any unit; infinite where
-                there is no way; None if only looks cost.
+                there is no way; None for the straight line, where all furniture has a position
+                and the start is one, else only looks cost.
             look_cost: of one look, in the unit of the distances.
             k: most places to plan over, the likeliest ones; None for all.
             exclude: furniture ids not to visit.
@@ -161,6 +162,7 @@ class Finder:
                 distances.
         """
         places = self.rank(memory, description, k, exclude).places
+        distance = distance or find_distance(memory, start)
         return plan_search(description, places, start, distance, look_cost)
 
     def search(
@@ -188,6 +190,7 @@ class Finder:
         Raises:
             ValueError: as in `search_plan`.
         """
+        distance = distance or find_distance(memory, start)
         return ObjectSearch(
             self, memory, description, start, distance, look_cost, frozenset(exclude), give_up_at
         )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.robot.ranking import Place
 from simulator.tasks.tour import compute_tour_costs, plan_tour
 
@@ -131,6 +133,25 @@ def plan_search(
         for place, leg, needed in zip(order, cost, prob_needed, strict=True)
     ]
     return SearchPlan(description, tuple(looks), float(cost @ prob_needed), float(prob.sum()))
+
+
+def find_distance(memory: SceneGraphMemory, start: Any) -> Distance | None:
+    """Return the straight line in metres, if the start and all furniture have positions.
+
+    Args:
+        memory: with the positions of its furniture.
+        start: (x, y) in metres, or a furniture id; None for no start.
+    """
+    at = {number: memory.get_position(number) for number in memory.furniture_ids}
+    if start is None or None in at.values():
+        return None
+
+    def measure(origin: Any, furniture: int) -> float:
+        here: Any = at.get(origin, origin) if isinstance(origin, int) else origin
+        there: Any = at[furniture]
+        return math.dist(here, there)
+
+    return measure
 
 
 def _order_greedily(

@@ -20,12 +20,14 @@ def make_memory(homes: Homes) -> MemoryBatch:
     labels = homes.labels
     index = {label: i for i, label in enumerate(labels)} | {"": -1}  # beyond a smaller home
     rooms, furniture = homes.room_labels.tolist(), homes.furniture_labels.tolist()
+    place_prior = PlacePrior(homes.prior, rooms, furniture, homes.furniture_room)
+    place_prior.weights = homes.view_prior(place_prior.weights)
     return MemoryBatch(
         labels,
         np.array([[index[label] for label in row] for row in rooms]),
         np.array([[index[label] for label in row] for row in furniture]),
         homes.furniture_room,
-        PlacePrior(homes.prior, rooms, furniture, homes.furniture_room),
+        place_prior,
         clock=homes.clock,
     )
 
@@ -47,9 +49,7 @@ class Rollout:
         self.policy = policy
         policy.reset(self.memory)
         index = {label: i for i, label in enumerate(self.memory.labels)}
-        self._label_of_type = np.array([index[label] for label in homes.object_labels])
-        types = np.arange(len(homes.object_labels))
-        self._prior_type = np.where(types < len(homes.prior.objects), types, -1)
+        self._type_label = np.array([[index[text] for text in row] for row in homes.type_labels])
         self._homes = np.arange(homes.num_homes)
         self.on_change: Callable[[Change], None] = lambda change: None
 
@@ -71,7 +71,8 @@ class Rollout:
     def query(self, homes: np.ndarray, codes: np.ndarray) -> Queries:
         """Ask for description codes (Q,) in homes (Q,), whether such an object is there or not."""
         types = self.homes.object_descriptions.type_of_code[codes]
-        return self.memory.query(homes, codes, self._label_of_type[types], self._prior_type[types])
+        labels = self._type_label[homes, types]
+        return self.memory.query(homes, codes, labels, self.homes.prior_types[homes, types])
 
     def score(self, queries: Queries) -> np.ndarray:
         """Ask the policy, (Q, F); columns that are no furniture of the query's home are -inf."""
@@ -83,7 +84,10 @@ class Rollout:
         seen = observe(self.homes, furniture)
         types = self.homes.object_descriptions.type_of_code[seen.seen_code]
         rows = memory.ensure_objects(
-            seen.seen_home, seen.seen_code, self._label_of_type[types], self._prior_type[types]
+            seen.seen_home,
+            seen.seen_code,
+            self._type_label[seen.seen_home, types],
+            self.homes.prior_types[seen.seen_home, types],
         )
         change = memory.observe(
             seen.home, seen.furniture, rows, seen.seen_relation, seen.coverage, seen.seen_confidence

@@ -7,11 +7,12 @@ import io
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
-from simulator.memory.sighting import RELATIONS
+from simulator.memory.sighting import RELATIONS, read_relation
 from simulator.memory.words import read_words
-from simulator.trace.layout import Layout, get_label
+from simulator.trace.layout import LAYOUT_FILE, Layout, get_label, read_start
 
 EVENTS_FILE = "events.csv"
 COLUMNS = ("time_s", "object", "furniture", "relation", "description")
@@ -118,7 +119,7 @@ def _read_row(
     known: Mapping[str, Event],
     last: float,
 ) -> Event:
-    time = _read_time(row["time_s"], last)
+    time = _read_time(row["time_s"], last, layout.start)
     name = row["object"].strip()
     before = known.get(read_words("object", name))
     description = (row.get("description") or "").strip()
@@ -147,14 +148,15 @@ def _read_row(
             f"furniture must be in layout.json, got {row['furniture']!r}. "
             f"Add it there, or mend its name; known: {names}."
         )
-    return Event(time, name, description, place, _read_relation(row["relation"]))
+    return Event(time, name, description, place, RELATIONS.index(read_relation(row["relation"])))
 
 
-def _read_time(text: str, last: float) -> float:
+def _read_time(text: str, last: float, start: datetime | None) -> float:
+    """Read seconds since the start, or a date and time such as 2024-05-06T07:30."""
     try:
         time = float(text)
     except ValueError:
-        time = math.nan
+        time = _read_date(text, start)
     if not math.isfinite(time) or time < 0:
         raise ValueError(f"time_s must be a number of seconds >= 0, got {text!r}. Mend the row.")
     if time < last:
@@ -162,15 +164,17 @@ def _read_time(text: str, last: float) -> float:
     return time
 
 
-def _read_relation(text: str) -> int:
-    words = text.strip().lower()
-    if words in ("in", "inside"):
-        return RELATIONS.index("in")
-    if words in ("", "ontop", "on"):
-        return RELATIONS.index("onTop")
-    raise ValueError(
-        f"relation must be one of {', '.join(RELATIONS)}, got {text!r}. Empty means onTop."
-    )
+def _read_date(text: str, start: datetime | None) -> float:
+    try:
+        date = read_start(text.strip())
+    except ValueError:
+        return math.nan
+    if start is None:
+        raise ValueError(
+            f"time_s must be in seconds where {LAYOUT_FILE} has no start, got {text!r}. Add a line "
+            'like "start": "2024-05-06T07:30".'
+        )
+    return (date - start).total_seconds()
 
 
 def _differ(one: str, other: str) -> bool:

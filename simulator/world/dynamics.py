@@ -16,7 +16,11 @@ if TYPE_CHECKING:  # homes evolve themselves with dynamics
 
     from simulator.world.sampled_homes import SampledHomes
 
-DYNAMICS = Registry("dynamics", paper="simulator.world.paper_dynamics.PaperDynamics")
+DYNAMICS = Registry(
+    "dynamics",
+    paper="simulator.world.paper_dynamics.PaperDynamics",
+    routine="simulator.world.routine.dynamics.RoutineDynamics",
+)
 
 
 class Dynamics(Part, ABC):

@@ -122,6 +122,25 @@ class Homes(ABC):
         return np.array([config.detection_error for config in self.configs])
 
     @cached_property
+    def type_labels(self) -> np.ndarray:
+        """What each object type is called in each home, object (H, T); each is in `labels`."""
+        return np.tile(np.array(self.object_labels, dtype=object), (self.num_homes, 1))
+
+    @cached_property
+    def prior_types(self) -> np.ndarray:
+        """As which type of the prior an agent takes each type in each home, -1 for none, (H, T)."""
+        types = np.arange(len(self.object_labels))
+        return np.tile(np.where(types < len(self.prior.objects), types, -1), (self.num_homes, 1))
+
+    def view_prior(self, weights: np.ndarray) -> np.ndarray:
+        """Return the prior of the layouts as the agents of these homes know it, (H, O, F, 2).
+
+        Args:
+            weights: what the true prior says, `PlacePrior.weights`.
+        """
+        return weights
+
+    @cached_property
     def sensing(self) -> list[tuple[Sensing, np.ndarray]]:
         """What looks show, and in which homes, bool (H,): each home has one of them."""
         different: list[Sensing] = []

@@ -25,10 +25,13 @@ class Group:
     Attributes:
         homes: their numbers.
         num_steps: steps that can be played in all of them; None for as many as wanted.
+        play_steps: steps for which they are lived in when snapshots are collected: the questions
+            that are kept are spread over them; None to keep every question.
     """
 
     homes: tuple[int, ...]
     num_steps: int | None = None
+    play_steps: int | None = None
 
 
 class HomeSource(ABC):

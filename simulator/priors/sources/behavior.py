@@ -38,7 +38,7 @@ def count_behavior(folder: Path | None = None, *, skip_bad: bool = False) -> Pla
     for path in sorted((folder / "activity_definitions").glob("*/*.bddl")):
         where = f"{path.parent.name}/{path.name}"
         try:
-            places = _find_places(path.read_text(encoding="utf-8"), counts)
+            places = find_places(path.read_text(encoding="utf-8"), counts)
         except ValueError as error:
             problem = f"activity must be a balanced definition, got {error} in {where}"
             if not skip_bad:
@@ -74,10 +74,10 @@ def parse_expression(text: str) -> Expression:
     return stack[0][0]
 
 
-def _find_places(text: str, counts: PlacementCounts) -> set[PlaceKey]:
+def find_places(text: str, counts: PlacementCounts) -> set[PlaceKey]:
     """Distinct (room, furniture, object, relation) of one activity, in our names."""
     names = load_names("behavior")
-    facts = list(_walk(parse_expression(text)))
+    facts = list(walk_facts(parse_expression(text)))
     rooms: dict[str, set[str]] = {}
     for fact in facts:
         if fact[0] == "inroom" and len(fact) == 3:
@@ -85,29 +85,29 @@ def _find_places(text: str, counts: PlacementCounts) -> set[PlaceKey]:
             if room is None:
                 counts.outside["rooms"][fact[2]] += 1
             else:
-                for key in (fact[1], _find_synset(fact[1])):
+                for key in (fact[1], find_synset(fact[1])):
                     rooms.setdefault(key, set()).add(room)
     places: set[PlaceKey] = set()
     for fact in facts:
         if fact[0] not in RELATIONS or len(fact) != 3:
             continue
         item, parent = fact[1:]
-        parent_rooms = rooms.get(parent) or rooms.get(_find_synset(parent), set())
+        parent_rooms = rooms.get(parent) or rooms.get(find_synset(parent), set())
         if not parent_rooms:
             continue  # lies in another object, or outside the four rooms
-        furniture = names.find_furniture(_find_synset(parent))
-        label = names.find_object(_find_synset(item))
+        furniture = names.find_furniture(find_synset(parent))
+        label = names.find_object(find_synset(item))
         if furniture is None:
-            counts.outside["furniture"][_find_synset(parent)] += 1
+            counts.outside["furniture"][find_synset(parent)] += 1
         elif label is None:
-            counts.outside["objects"][_find_synset(item)] += 1
+            counts.outside["objects"][find_synset(item)] += 1
         else:
             relation = load_types().furniture[furniture].relation
             places.update((room, furniture, label, relation) for room in parent_rooms)
     return places
 
 
-def _walk(expression: Expression) -> Iterator[list[str]]:
+def walk_facts(expression: Expression) -> Iterator[list[str]]:
     """Yield the flat facts of an expression; what stands under `not` is left out."""
     if isinstance(expression, str) or not expression or expression[0] == "not":
         return
@@ -115,10 +115,10 @@ def _walk(expression: Expression) -> Iterator[list[str]]:
         yield [str(part) for part in expression]
         return
     for part in expression:
-        yield from _walk(part)
+        yield from walk_facts(part)
 
 
-def _find_synset(term: str) -> str:
+def find_synset(term: str) -> str:
     """`mug.n.04_1`, `mug.n.04_*` and `?mug.n.04` are all of synset `mug.n.04`."""
     return re.sub(r"_(\d+|\*)$", "", term).removeprefix("?")
 

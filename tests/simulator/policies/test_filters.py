@@ -2,8 +2,13 @@ import numpy as np
 import pytest
 
 from simulator.memory.memory_batch import Change
+from simulator.policies import make_policy
+from simulator.policies.belief import Rules
 from simulator.policies.filters import Ceiling, PriorFilter
-from simulator.policies.place_filter import PlaceFilter, Rules
+from simulator.policies.home_filter import HomeFilter
+from simulator.policies.kept_beliefs import KeptBeliefs
+from simulator.policies.look_log import LookLog
+from simulator.policies.place_filter import PlaceFilter
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig
@@ -39,9 +44,11 @@ def make_rules(moves, initial=None, move=0.2, asked=0.5, remove=0.0, add=0.0, mi
     )  # fmt: skip
 
 
-def look(policy, memory, furniture, is_seen, home=0):
+def look(policy, memory, furniture, is_seen, home=0, coverage=1.0):
     row = memory.ensure_objects(*(np.array([value]) for value in (home, 7, 11, 0)))[: int(is_seen)]
-    change = memory.observe(np.array([home]), np.array([furniture]), row, np.ones(len(row), int))
+    change = memory.observe(
+        np.array([home]), np.array([furniture]), row, np.ones(len(row), int), np.array([coverage])
+    )
     policy.observe(memory, change)
 
 
@@ -140,6 +147,22 @@ def test_a_sighting_elsewhere_may_be_another_instance(make_tiny_memory, tiny_pri
     look(policy, memory, TABLE, True)
     memory.step()
     np.testing.assert_allclose(ask(policy, memory), [0, 0, 1.075, 1.05, 0, 0])
+
+
+def test_what_was_out_of_view_is_not_missed(make_tiny_memory, tiny_prior):
+    """On the table or the shelf, 0.5 each; 40 % of the table is in view, a look misses 1/4 of that.
+
+    Not seen: 0.6 + 0.4 x 0.25 = 0.7 of the half is left: 0.35 / 0.85 there, 0.5 / 0.85 elsewhere.
+    """
+    memory = make_tiny_memory()
+    rules = make_rules([0, 0.5, 0.5, 0, 0, 0], move=0.5, asked=0)
+    policy = FixedFilter(tiny_prior, HomeConfig(rooms=("kitchen", "bedroom")), rules)
+    policy.reset(memory)
+    look(policy, memory, TABLE, True)
+    memory.step()
+    look(policy, memory, TABLE, False, coverage=0.4)
+    memory.step()
+    np.testing.assert_allclose(ask(policy, memory), [0, 0.5 / 0.85, 0.35 / 0.85, 0, 0, 0])
 
 
 def follow_plainly(rules, cross_room, events, asked_times, miss=0.25):
@@ -283,3 +306,94 @@ def test_looks_of_other_homes_do_not_matter(make_tiny_memory, tiny_prior):
     none = np.zeros(0, dtype=int)
     policy.observe(memory, Change(none, none, none, none, none.astype(bool), none))
     np.testing.assert_array_equal(ask(policy, memory, home=0), before)
+
+
+def play_beside(homes, policies, num_steps):
+    """Look at random places and ask three policies the same: their beliefs by step."""
+    rollout = Rollout(homes, policies[0])
+    for policy in policies[1:]:
+        policy.reset(rollout.memory)
+    rollout.on_change = lambda change: [
+        policy.observe(rollout.memory, change) for policy in policies[1:]
+    ]
+    rng = np.random.default_rng(0)
+    found = []
+    for _ in range(num_steps):
+        _, queries = rollout.ask()
+        found.append([policy.follow(rollout.memory, queries) for policy in policies])
+        rollout.look(rng.integers(0, homes.num_furniture, homes.num_homes))
+    return found
+
+
+class Replay(PriorFilter):
+    """Keeps no belief: every question plays the whole past again."""
+
+    def follow(self, memory, queries):
+        names = self.belief_type.get_names()
+        self._kept = KeptBeliefs(names, memory.num_furniture, self.num_basis)
+        return super().follow(memory, queries)
+
+
+def test_a_cut_log_and_kept_beliefs_change_nothing(make_default_homes):
+    """To the last bit: kept beliefs, a log that is cut every 20 steps, and the whole past."""
+    homes = make_default_homes(3, seed=2)
+    policies = [cls(homes.prior, homes.configs) for cls in (PriorFilter, Replay, PriorFilter)]
+    original = policies[2].reset
+
+    def reset(memory):
+        original(memory)
+        policies[2]._log.max_length = 40
+
+    policies[2].reset = reset
+    for kept, replayed, cut in play_beside(homes, policies, 150):
+        np.testing.assert_array_equal(kept.last, replayed.last)
+        np.testing.assert_array_equal(kept.others, replayed.others)
+        np.testing.assert_array_equal(cut.last, replayed.last)
+        np.testing.assert_array_equal(cut.others, replayed.others)
+    assert policies[2]._log.start > 100
+
+
+def test_a_long_life_costs_no_more_than_a_short_one(make_tiny_homes, monkeypatch):
+    """What a filter keeps: the log, beliefs of the objects, and nothing that grows with time."""
+    monkeypatch.setattr(LookLog, "max_length", 64)
+    homes = make_tiny_homes(2)
+    for name in ("prior_filter", "home_filter", "ceiling"):
+        policy = make_policy(name, homes)
+        rollout = Rollout(homes, policy)
+        sizes = []
+        for _ in predict_locations(rollout, 400):
+            log = policy._log
+            chains = (log.looks, log.sightings, log.type_sightings, log.questions)
+            sizes.append([len(log.round_time), *(len(chain) for chain in chains)])
+            assert memory_time_is_covered(log, rollout.memory.time)
+        half = len(sizes) // 2
+        assert (np.max(sizes[half:], axis=0) <= 1.2 * np.max(sizes[:half], axis=0)).all()
+        assert len(policy._kept._entries) <= len(rollout.memory.objects)
+
+
+def memory_time_is_covered(log, time):
+    return log.start < time <= log.start + log.max_length
+
+
+def test_rules_are_those_of_each_home(make_tiny_memory, tiny_prior):
+    """Two homes of unequal rules: each as if both had its own."""
+    configs = [
+        HomeConfig(rooms=("kitchen", "bedroom"), detection_error=0.1, move_share=0.2),
+        HomeConfig(rooms=("kitchen", "bedroom"), dynamic_nodes=False, cross_room_moves=True,
+                   objects_per_furniture=2, noise_zero_prob=0.5),
+    ]  # fmt: skip
+    for cls in (PriorFilter, HomeFilter):
+        answers = []
+        for rules in (configs, configs[0], configs[1]):
+            memory = make_tiny_memory(2)
+            policy = cls(tiny_prior, rules)
+            policy.reset(memory)
+            for time in range(6):
+                memory.step()
+                for home in range(2):
+                    look(policy, memory, time, time == 1, home)
+            memory.step()
+            answers.append([ask(policy, memory, home) for home in range(2)])
+        np.testing.assert_array_equal(answers[0][0], answers[1][0])
+        np.testing.assert_array_equal(answers[0][1], answers[2][1])
+        assert not np.allclose(answers[0][0], answers[0][1])

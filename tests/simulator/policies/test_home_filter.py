@@ -8,8 +8,8 @@ from simulator.compiled.home_filter import (
 )
 from simulator.memory.memory_batch import Queries
 from simulator.policies import make_policy
+from simulator.policies.belief import Subjects
 from simulator.policies.home_filter import HomeFilter
-from simulator.policies.place_filter import Subjects
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig

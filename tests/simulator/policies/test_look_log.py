@@ -50,7 +50,7 @@ def test_chains_agree_with_lists(seed):
 def look(log, time, home, furniture, objects=()):
     objects = np.array(objects, dtype=int)
     keys = np.full(len(objects), home * log._num_types)
-    log.add_looks(time, np.array([home]), np.array([furniture]), objects, keys)
+    log.add_looks(time, np.array([home]), np.array([furniture]), np.ones(1), objects, keys)
 
 
 def test_the_log_is_cut_before_the_newest_step():

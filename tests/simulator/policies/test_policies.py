@@ -8,7 +8,7 @@ from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout, make_memory
 from simulator.world.config import HomeConfig
-from simulator.world.source import SampledSource
+from simulator.world.source import TRUE_PLACE_WEIGHTS, TRUE_TRANSITIONS, SampledSource
 from simulator.world.streams import Streams
 
 FRIDGE, SHELF, TABLE, BED, BEDROOM_SHELF, DESK = range(6)
@@ -162,6 +162,51 @@ def test_only_oracles_hold_the_true_homes(make_tiny_homes):
         if any(value is homes for value in vars(make_policy(name, homes)).values())
     }
     assert holders == {"oracle", "ceiling"}
+
+
+class MyPolicy(Random):
+    """A policy from outside."""
+
+
+def test_a_policy_of_ones_own_is_named_by_its_import_path(make_tiny_homes):
+    policy = make_policy(f"{MyPolicy.__module__}:MyPolicy", make_tiny_homes())
+    assert type(policy).__name__ == "MyPolicy"
+    assert not policy.needs
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("no_such_module:MyPolicy", r"module that can be imported, got 'no_such_module:MyPolicy'"),
+        ("simulator.policies.policy:Nothing", r"a subclass of simulator.policies.Policy, got 'sim"),
+        ("simulator.policies.policy:np", r"a subclass of .*Derive it from Policy"),
+    ],
+)
+def test_an_import_path_that_leads_to_no_policy_is_refused(make_tiny_homes, name, message):
+    with pytest.raises(ValueError, match=message):
+        make_policy(name, make_tiny_homes())
+
+
+def test_what_policies_need_is_what_they_read(make_tiny_homes):
+    """A source that knows nothing of the true homes: all but oracles play in them."""
+    needs = {name: policy.needs for name, policy in POLICIES.items() if policy.needs}
+    assert needs == {
+        "oracle": {TRUE_TRANSITIONS},
+        "ceiling": {TRUE_TRANSITIONS, TRUE_PLACE_WEIGHTS},
+    }
+
+    class Secret(type(make_tiny_homes())):
+        def transition_rows(self, homes, codes):
+            raise AssertionError("read by a policy that does not say so")
+
+        get_place_weights = transition_rows
+
+    for name in POLICIES.keys() - needs.keys():
+        homes = make_tiny_homes(2)
+        homes.__class__ = Secret
+        rollout = Rollout(homes, make_policy(name, homes))
+        for _ in predict_locations(rollout, 3):
+            pass
 
 
 def test_an_unknown_policy_is_refused(make_tiny_homes):

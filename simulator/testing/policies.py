@@ -1,8 +1,4 @@
-"""Checks that a part of one's own keeps the contract of its interface; for tests of any kind.
-
-They play in small simulated homes, need nothing but this package, and raise an `AssertionError`
-that says what must hold.
-"""
+"""Check that a policy keeps the contract of `Policy`."""
 
 from __future__ import annotations
 

@@ -1,0 +1,297 @@
+"""Households of HOMER and HOMER+ as traces: days of scene graphs at steps of some minutes.
+
+Source: Patel and Chernova, "Proactive Robot Assistance via Spatio-Temporal Object Modeling"
+(CoRL 2022), and the folders published with it; the successor HOMER+ stores the same in other files.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter, defaultdict
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from simulator.memory.clock import DAY_SECONDS
+from simulator.memory.sighting import RELATIONS
+from simulator.priors.types import load_types
+from simulator.trace import Event, Furniture, Layout, Room, Trace
+
+# Days have no date; they are laid on one clock from a Monday.
+FIRST_DAY = datetime(2024, 5, 6)
+
+
+@dataclass(frozen=True, slots=True)
+class _Day:
+    """One day: minutes since midnight (T,), and the parent of every node, -1 for none, (T, N)."""
+
+    minutes: np.ndarray
+    parent: np.ndarray
+
+
+@dataclass(slots=True)
+class _Nodes:
+    """The nodes of a household, (N,) each.
+
+    Attributes:
+        names: class names.
+        is_room: whether a node is a room.
+        is_object: whether it is something that lies about.
+    """
+
+    names: list[str]
+    is_room: np.ndarray
+    is_object: np.ndarray
+
+
+@dataclass(slots=True)
+class Summary:
+    """What was read and what was left out, for the command line."""
+
+    num_days: int
+    num_places: int
+    num_objects: int
+    left_out: dict[str, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))
+
+    def summarise(self) -> str:
+        """Say what was placed and what was not, a line each."""
+        lines = [
+            f"placed: {self.num_objects} objects at {self.num_places} places, {self.num_days} days"
+        ]
+        for reason, names in self.left_out.items():
+            counts = ", ".join(f"{name} x {count}" for name, count in names.most_common())
+            lines.append(f"not placed, {reason}: {counts}")
+        return "\n".join(lines)
+
+
+def read_homer(folder: Path, furniture_labels: Collection[str] = ()) -> tuple[Trace, Summary]:
+    """Read a household: `common_data.json` with `train/NNN.pt` and `test/NNN.pt`, or HOMER+.
+
+    What lies in an object is at that object's place; a room that holds things itself has a place
+    named "floor". Days follow each other, those of `train` first; at night nothing is recorded,
+    and each day begins as its own first snapshot says. Nodes that never hold an object are left
+    out. A file of HOMER is a list of four tensors: edges (T, N, N), row = child, column = parent;
+    nodes; activity; minutes since midnight (T,). A file of HOMER+ is a dictionary with `edges`,
+    `times`, `node_ids` and `class_names`, whose tree has the root "home".
+
+    Args:
+        folder: the household's folder.
+        furniture_labels: labels of nodes that are furniture although the source says otherwise.
+
+    Raises:
+        ValueError: if a file is missing or broken; it is named.
+    """
+    files = [path for part in ("train", "test") for path in sorted((folder / part).glob("*.pt"))]
+    if not files:
+        raise ValueError(
+            f"household must be a folder with train/*.pt or test/*.pt, got none in {folder}. "
+            "Name the folder of one household, such as .../household0/processed."
+        )
+    contents = [_load(path) for path in files]
+    if isinstance(contents[0], dict):
+        nodes, days = _read_dictionaries(contents, files)
+    else:
+        nodes, days = _read_tensors(folder, contents, files)
+    wanted = {label.replace("_", " ").lower() for label in furniture_labels}
+    nodes.is_object &= np.array([name not in wanted for name in nodes.names])
+    return _build(folder, nodes, days)
+
+
+def _load(path: Path) -> Any:
+    try:
+        return torch.load(path, map_location="cpu", weights_only=True)
+    except Exception as error:
+        raise ValueError(
+            f"day must be a file of tensors, got {type(error).__name__} in {path}. Copy it again."
+        ) from None
+
+
+def _read_tensors(
+    folder: Path, contents: Sequence[Any], files: Sequence[Path]
+) -> tuple[_Nodes, list[_Day]]:
+    """Read the files of HOMER."""
+    path = folder / "common_data.json"
+    try:
+        common = json.loads(path.read_text(encoding="utf-8"))
+        names, categories = common["node_classes"], common["node_categories"]
+        if len(names) != len(categories):
+            raise ValueError(f"{len(names)} classes and {len(categories)} categories")
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ValueError(
+            f"common data must be JSON with node_classes and node_categories, got "
+            f"{type(error).__name__}: {error} in {path}. Copy the household again."
+        ) from None
+    days = []
+    for content, file in zip(contents, files, strict=True):
+        try:
+            edges, _, _, minutes = content
+        except (TypeError, ValueError):
+            raise ValueError(
+                f"day must be a list of four tensors, got {type(content).__name__} in {file}. "
+                "Copy it again."
+            ) from None
+        days.append(_make_day(edges, minutes, len(names), file))
+    is_room = np.array([category == "Rooms" for category in categories])
+    is_object = np.array([category == "placable_objects" for category in categories])
+    return _Nodes(_clean(names), is_room, (is_object | _find_movers(days)) & ~is_room), days
+
+
+def _read_dictionaries(contents: Sequence[Any], files: Sequence[Path]) -> tuple[_Nodes, list[_Day]]:
+    """Read the files of HOMER+: rooms are what hangs on "home", furniture what stays in a room."""
+    days, names = [], [str(name) for name in contents[0].get("class_names", ())]
+    for content, file in zip(contents, files, strict=True):
+        try:
+            edges, minutes = content["edges"], content["times"]
+            own = [str(name) for name in content["class_names"]]
+        except (TypeError, KeyError) as error:
+            raise ValueError(
+                f"day must be a dictionary with edges, times and class_names, got {error} in "
+                f"{file}. Copy it again."
+            ) from None
+        if own != names:
+            raise ValueError(
+                f"days must have equal class_names, got others in {file}. Copy it again."
+            )
+        days.append(_make_day(edges, minutes, len(names), file))
+    if "home" not in names:
+        raise ValueError(f"tree must have the root 'home', got none in {files[0]}. Copy it again.")
+    root = names.index("home")
+    first = days[0].parent[0]
+    is_room = first == root
+    depth_two = np.isin(first, np.flatnonzero(is_room))
+    is_object = (~depth_two & ~is_room) | _find_movers(days)
+    is_object[root] = is_room[root] = False
+    return _Nodes(_clean(names), is_room, is_object & ~is_room), days
+
+
+def _make_day(edges: Any, minutes: Any, num_nodes: int, file: Path) -> _Day:
+    edges, minutes = np.asarray(edges), np.asarray(minutes, dtype=float)
+    if edges.shape != (len(minutes), num_nodes, num_nodes) or not len(minutes):
+        raise ValueError(
+            f"edges must be times x nodes x nodes, ({len(minutes)}, {num_nodes}, {num_nodes}), got "
+            f"{edges.shape} in {file}. Copy it again."
+        )
+    return _Day(minutes, np.where(edges.any(axis=2), edges.argmax(axis=2), -1))
+
+
+def _find_movers(days: Sequence[_Day]) -> np.ndarray:
+    """Mark the nodes whose parent ever changes, within a day or between days, bool (N,)."""
+    first = days[0].parent[0]
+    return np.any([(day.parent != first).any(axis=0) for day in days], axis=0)
+
+
+def _clean(names: Sequence[str]) -> list[str]:
+    return [re.sub(r"^food ", "", name.replace("_", " ").lower().strip()) for name in names]
+
+
+def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Summary]:
+    """Put places, rooms and events together."""
+    places = [np.stack([_find_places(nodes, row) for row in day.parent]) for day in days]
+    objects = np.flatnonzero(nodes.is_object)
+    used = np.unique(np.concatenate([place[:, objects].ravel() for place in places]))
+    used = used[used >= 0]
+    if not len(used):
+        raise ValueError(
+            f"household must hold an object at a place, got none in {folder}. Check it."
+        )
+    room_of = {int(node): _find_room(nodes, days[0].parent[0], int(node)) for node in used}
+    summary = Summary(len(days), 0, 0)
+    for outside in [key for key, room in room_of.items() if room < 0]:
+        summary.left_out["in no room"][nodes.names[outside]] += 1
+        del room_of[outside]
+    rooms = sorted(set(room_of.values()))
+    order = sorted(room_of, key=lambda node: (rooms.index(room_of[node]), node))
+    room_names = _number([nodes.names[room] for room in rooms])
+    labels = ["floor" if nodes.is_room[node] else nodes.names[node] for node in order]
+    names = [
+        f"{room_names[rooms.index(room_of[node])]} floor" if nodes.is_room[node] else None
+        for node in order
+    ]
+    others = iter(_number([label for label, name in zip(labels, names, strict=True) if not name]))
+    layout = Layout(
+        tuple(Room(name, nodes.names[room]) for name, room in zip(room_names, rooms, strict=True)),
+        tuple(
+            Furniture(name or next(others), label, rooms.index(room_of[node]), label)
+            for node, name, label in zip(order, names, labels, strict=True)
+        ),
+        FIRST_DAY,
+        len(days) * DAY_SECONDS,
+    )
+    index = {node: number for number, node in enumerate(order)}
+    relations = [_find_relation(label) for label in labels]
+    texts = _number([nodes.names[node] for node in objects])
+    events = []
+    for text, item in zip(texts, objects.tolist(), strict=True):
+        events += _list_events(text, nodes.names[item], item, days, places, index, relations)
+    events.sort(key=lambda event: event.time_s)
+    summary.num_places = len(order)
+    summary.num_objects = len({event.object for event in events})
+    unseen = set(texts) - {event.object for event in events}
+    summary.left_out["never at a place"].update(sorted(unseen))
+    if not unseen:
+        del summary.left_out["never at a place"]
+    return Trace(folder.resolve().name, layout, tuple(events)), summary
+
+
+def _list_events(
+    name: str,
+    label: str,
+    node: int,
+    days: Sequence[_Day],
+    places: Sequence[np.ndarray],
+    index: dict[int, int],
+    relations: Sequence[int],
+) -> list[Event]:
+    """List where an object is put, whenever that changes; the first snapshot is at time 0."""
+    events: list[Event] = []
+    at = -1
+    for number, (day, place) in enumerate(zip(days, places, strict=True)):
+        for step, parent in enumerate(place[:, node]):
+            now = index.get(int(parent), -1)
+            if now >= 0 and now != at:
+                is_first = number == step == 0
+                time = 0.0 if is_first else number * DAY_SECONDS + day.minutes[step] * 60
+                events.append(Event(float(time), name, label, now, relations[now]))
+                at = now
+    return events
+
+
+def _find_places(nodes: _Nodes, parent: np.ndarray) -> np.ndarray:
+    """Return the place of every node: its nearest ancestor that is no object, or -1, (N,)."""
+    place = parent.copy()
+    for _ in range(len(parent)):  # a chain has no more links than there are nodes
+        is_in_object = (place >= 0) & nodes.is_object[np.maximum(place, 0)]
+        if not is_in_object.any():
+            return place
+        place[is_in_object] = parent[place[is_in_object]]
+    return np.where(nodes.is_object[np.maximum(place, 0)], -1, place)  # a circle of objects
+
+
+def _find_room(nodes: _Nodes, parent: np.ndarray, node: int) -> int:
+    """Return the room that a place is in, itself if it is one, -1 if it is in none."""
+    for _ in range(len(parent)):
+        if node < 0 or nodes.is_room[node]:
+            return node
+        node = int(parent[node])
+    return -1
+
+
+def _find_relation(label: str) -> int:
+    """Return the usual relation of furniture: the source does not tell "in" from "on"."""
+    known = load_types().furniture.get(label)
+    return RELATIONS.index("onTop" if known is None else known.relation)
+
+
+def _number(labels: Sequence[str]) -> list[str]:
+    """Name things by their label, those that share one with a number."""
+    total, count, names = Counter(labels), Counter[str](), []
+    for label in labels:
+        count[label] += 1
+        names.append(label if total[label] == 1 else f"{label} {count[label]}")
+    return names

@@ -1,0 +1,155 @@
+"""What is measured of a home that was looked at every hour."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.world.homes import Homes
+
+OUT = -1  # the place of an object that is out of the home and comes back
+NOT_THERE = -2  # before an object is in the home for the first time, and after the last
+
+# What is reported of a home, by attribute of `Behaviour`.
+MEASURES: Mapping[str, str] = {
+    "changes_per_hour": "objects that change place, per hour",
+    "changes_per_waking_hour": "the same from 7:00 to 24:00",
+    "moves_per_day": "changes of place per object and day",
+    "ever_moves": "objects that ever move",
+    "places": "places that an object is seen at",
+    "entropy": "entropy of an object's places, bits",
+    "at_usual": "snapshots at the object's most frequent place",
+    "at_usual_by_hour": "the same, knowing the hour of the day",
+    "median_absence": "length of an absence from it, median, hours",
+    "long_absence": "the same, 90 % are shorter, hours",
+    "with_company": "changes in the same hour as another one",
+    "same_way": "changes from and to the same places as another one in that hour",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Behaviour:
+    """What was measured of one home; see `MEASURES`."""
+
+    changes_per_hour: float
+    changes_per_waking_hour: float
+    moves_per_day: float
+    ever_moves: float
+    places: float
+    entropy: float
+    at_usual: float
+    at_usual_by_hour: float
+    median_absence: float
+    long_absence: float
+    with_company: float
+    same_way: float
+
+
+def follow_homes(homes: Homes, num_steps: int) -> list[np.ndarray]:
+    """Let homes live and note the furniture at which every object is, home by home.
+
+    An object is told by its slot and its description: one that leaves and comes back is the same.
+
+    Returns:
+        For every home (N, T + 1): furniture index, `OUT` between two stays, `NOT_THERE` otherwise.
+    """
+    furniture, codes = [homes.object_furniture.copy()], [homes.object_code.copy()]
+    for _ in range(num_steps):
+        homes.evolve()
+        furniture.append(homes.object_furniture.copy())
+        codes.append(homes.object_code.copy())
+    at, code = np.stack(furniture, axis=2), np.stack(codes, axis=2)  # (H, C, T + 1)
+    return [_list_objects(*home) for home in zip(at, code, strict=True)]
+
+
+def measure_behaviour(at: np.ndarray, hour: np.ndarray) -> Behaviour:
+    """Measure one home.
+
+    Args:
+        at: furniture index of every object at every hour, `OUT` or `NOT_THERE`, (N, T + 1).
+        hour: hour of the day of each of them, (T + 1,).
+
+    Raises:
+        ValueError: if there is no object, or fewer than two hours.
+    """
+    if len(at) == 0 or at.shape[1] < 2:
+        raise ValueError(
+            f"home must hold objects for at least two hours, got {len(at)} objects and "
+            f"{at.shape[1]} hours. Look at it for longer."
+        )
+    is_there = at != NOT_THERE
+    has_changed = (at[:, 1:] != at[:, :-1]) & is_there[:, 1:] & is_there[:, :-1]
+    num_steps = (is_there[:, 1:] & is_there[:, :-1]).sum()
+    is_waking = hour[1:] >= 7
+    entropies, places, usual, by_hour, absences = [], [], 0, 0, []
+    for row in at:
+        own = row[row != NOT_THERE]
+        share = np.unique(own, return_counts=True)[1] / len(own)
+        entropies.append(-(share * np.log2(share)).sum())
+        places.append(len(share))
+        most = _find_mode(own)
+        usual += (own == most).sum()
+        hours = hour[row != NOT_THERE]
+        by_hour += sum(_count_mode(own[hours == h]) for h in np.unique(hours))
+        absences += _measure_runs(own != most)
+    company, same_way = _count_company(at, has_changed)
+    num_changes = max(int(has_changed.sum()), 1)
+    return Behaviour(
+        changes_per_hour=has_changed.sum() / num_steps,
+        changes_per_waking_hour=float(has_changed[:, is_waking].sum())
+        / max(float((is_there[:, 1:] & is_there[:, :-1])[:, is_waking].sum()), 1.0),
+        moves_per_day=24 * has_changed.sum() / num_steps,
+        ever_moves=float(has_changed.any(axis=1).mean()),
+        places=float(np.mean(places)),
+        entropy=float(np.mean(entropies)),
+        at_usual=usual / is_there.sum(),
+        at_usual_by_hour=by_hour / is_there.sum(),
+        median_absence=float(np.median(absences)) if absences else 0.0,
+        long_absence=float(np.quantile(absences, 0.9)) if absences else 0.0,
+        with_company=company / num_changes,
+        same_way=same_way / num_changes,
+    )
+
+
+def _list_objects(at: np.ndarray, code: np.ndarray) -> np.ndarray:
+    """List the objects of a home, a row each, (C, T + 1), (C, T + 1) -> (N, T + 1)."""
+    rows = []
+    for places, codes in zip(at, code, strict=True):
+        for own in np.unique(codes[places >= 0]):
+            is_here = np.flatnonzero((codes == own) & (places >= 0))
+            row = np.full(len(places), NOT_THERE)
+            row[is_here[0] : is_here[-1] + 1] = OUT
+            row[is_here] = places[is_here]
+            rows.append(row)
+    return np.array(rows)
+
+
+def _find_mode(values: np.ndarray) -> int:
+    found, count = np.unique(values, return_counts=True)
+    return int(found[count.argmax()])
+
+
+def _count_mode(values: np.ndarray) -> int:
+    return int(np.unique(values, return_counts=True)[1].max())
+
+
+def _measure_runs(is_on: np.ndarray) -> list[int]:
+    """Return the lengths of the runs of true values."""
+    edges = np.diff(np.concatenate([[0], is_on.astype(np.int8), [0]]))
+    return (np.flatnonzero(edges == -1) - np.flatnonzero(edges == 1)).tolist()
+
+
+def _count_company(at: np.ndarray, has_changed: np.ndarray) -> tuple[int, int]:
+    """Count changes that come with another one in the step, and with one the same way."""
+    company = same_way = 0
+    for step in np.flatnonzero(has_changed.any(axis=0)):
+        ways: dict[tuple[int, int], int] = defaultdict(int)
+        for row in np.flatnonzero(has_changed[:, step]):
+            ways[int(at[row, step]), int(at[row, step + 1])] += 1
+        total = sum(ways.values())
+        company += total if total > 1 else 0
+        same_way += sum(count for count in ways.values() if count > 1)
+    return company, same_way

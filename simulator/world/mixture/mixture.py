@@ -1,0 +1,153 @@
+"""The distribution of a mixture of homes: what is drawn for each of them, within which bounds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from datetime import datetime, timedelta
+
+import numpy as np
+
+from simulator.memory.clock import Clock
+from simulator.world.config import HomeConfig
+from simulator.world.mixture.views import NOISY, NONE, OTHER_HOME, TRUE, UNKNOWN_WORDS, VIEWS
+from simulator.world.routine.dynamics import RoutineDynamics
+from simulator.world.sensing import ConstantMisses, PartialViews
+
+_ROOM_KINDS = ("kitchen", "living room", "bedroom", "bathroom")
+_MORE_ROOMS = (0.05, 0.2, 0.5, 0.25)  # of which kind a fifth room and those after it are
+_EARLIEST = datetime(2024, 1, 1)
+
+
+def _default_views() -> dict[str, float]:
+    return {TRUE: 0.3, NOISY: 0.25, UNKNOWN_WORDS: 0.25, OTHER_HOME: 0.1, NONE: 0.1}
+
+
+@dataclass(frozen=True)
+class Mixture:
+    """A distribution over homes; every home is drawn from it with its own stream.
+
+    Counts and rates are drawn evenly on a logarithmic scale, so that small homes and seldom moves
+    are as frequent as large ones and many.
+
+    Attributes:
+        max_rooms: a home has 1 to so many rooms, each number equally likely; from the fifth on
+            there are several of one kind.
+        min_places, max_places: bounds of the number of furniture nodes.
+        min_objects, max_objects: bounds of the number of objects at first.
+        routine_share: share of the homes that people with routines live in; in the others objects
+            move as in the paper's homes.
+        clock_share: share of these others whose agents know some time of day.
+        min_moves, max_moves: bounds of the share of objects that move in a step in these others.
+        coming_share: share of the homes in which objects come and go.
+        crossing_share: share of the paper-like homes in which a move may lead to another room.
+        max_miss: a look misses an object with a probability between 0 and so much, evenly.
+        partial_share: share of the homes in which a look has a part of the furniture in view.
+        step_seconds: lengths of steps, each equally likely.
+        lives: numbers of steps for which a home is lived in, each equally likely.
+        views: weight of each way in which an agent may know the prior (`VIEWS`).
+    """
+
+    max_rooms: int = 8
+    min_places: int = 4
+    max_places: int = 60
+    min_objects: int = 5
+    max_objects: int = 300
+    routine_share: float = 0.5
+    clock_share: float = 0.5
+    min_moves: float = 0.002
+    max_moves: float = 0.2
+    coming_share: float = 0.5
+    crossing_share: float = 0.3
+    max_miss: float = 0.4
+    partial_share: float = 0.3
+    step_seconds: tuple[float, ...] = (600, 1200, 1800, 3600, 7200, 14400, 43200, 86400)
+    lives: tuple[int, ...] = (10, 30, 100, 300, 1000)
+    views: Mapping[str, float] = field(default_factory=_default_views)
+
+    def __post_init__(self) -> None:
+        """Check every value.
+
+        Raises:
+            ValueError: if one is out of range; it is named.
+        """
+        for name in ("places", "objects", "moves"):
+            least, most = getattr(self, f"min_{name}"), getattr(self, f"max_{name}")
+            if not 0 < least <= most:
+                raise ValueError(
+                    f"min_{name} must be above 0 and at most max_{name}, got {least} and {most}. "
+                    "Correct the bounds."
+                )
+        if self.max_rooms < 1:
+            raise ValueError(f"max_rooms must be at least 1, got {self.max_rooms}. Raise it.")
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if each.name.endswith(("_share", "_moves", "_miss")) and not 0 <= value <= 1:
+                raise ValueError(f"{each.name} must lie in [0, 1], got {value}. Give a share.")
+        if not self.step_seconds or min(self.step_seconds) <= 0:
+            raise ValueError(
+                f"step_seconds must be one or more lengths above 0, got {self.step_seconds}. "
+                "Take 3600."
+            )
+        if not self.lives or min(self.lives) < 1:
+            raise ValueError(
+                f"lives must be one or more numbers of steps above 0, got {self.lives}. Take 100."
+            )
+        if not set(self.views) <= set(VIEWS) or not sum(self.views.values()) > 0:
+            raise ValueError(
+                f"views must have weights for some of {', '.join(VIEWS)}, got {dict(self.views)}. "
+                "Correct the names, or give one a weight above 0."
+            )
+
+    def draw_home(
+        self, rng: np.random.Generator, rules: HomeConfig
+    ) -> tuple[HomeConfig, Clock | None]:
+        """Draw the rules of a home, and what time it is there; None if nobody knows.
+
+        Args:
+            rng: the home's own.
+            rules: those that are not drawn.
+        """
+        num_rooms = int(rng.integers(1, self.max_rooms + 1))
+        num_places = max(_draw_count(rng, self.min_places, self.max_places), num_rooms)
+        rooms = [*rng.permutation(_ROOM_KINDS), *rng.choice(_ROOM_KINDS, 8, p=_MORE_ROOMS)]
+        rooms = sorted((str(room) for room in rooms[:num_rooms]), key=_ROOM_KINDS.index)
+        sizes = 1 + rng.multinomial(num_places - num_rooms, rng.dirichlet(np.full(num_rooms, 4.0)))
+        least = max(self.min_objects, num_places)  # one each, as a rule
+        num_objects = _draw_count(rng, least, max(self.max_objects, least))
+        step_seconds = float(rng.choice(self.step_seconds))
+        start = _EARLIEST + timedelta(hours=int(rng.integers(0, 366 * 24)))
+        is_routine = rng.random() < self.routine_share
+        has_clock = is_routine or rng.random() < self.clock_share
+        config = replace(
+            rules,
+            rooms=tuple(rooms),
+            furniture_per_room=tuple(int(size) for size in sizes),
+            objects_per_furniture=max(
+                min(round(num_objects / num_places), self.max_objects // num_places),
+                math.ceil(self.min_objects / num_places),
+                1,
+            ),
+            move_share=_draw_rate(rng, self.min_moves, self.max_moves),
+            detection_error=float(rng.uniform(0, self.max_miss)),
+            dynamic_nodes=bool(rng.random() < self.coming_share),
+            cross_room_moves=bool(rng.random() < self.crossing_share),
+            sensing=PartialViews() if rng.random() < self.partial_share else ConstantMisses(),
+        )
+        if is_routine:
+            dynamics = RoutineDynamics(start_time=start.isoformat(), step_seconds=step_seconds)
+            return replace(config, dynamics=dynamics), dynamics.clock
+        return config, Clock(start, step_seconds) if has_clock else None
+
+    def draw_num_steps(self, rng: np.random.Generator) -> int:
+        """Draw for how many steps a home is lived in."""
+        return int(rng.choice(self.lives))
+
+
+def _draw_rate(rng: np.random.Generator, least: float, most: float) -> float:
+    return float(np.exp(rng.uniform(math.log(least), math.log(most))))
+
+
+def _draw_count(rng: np.random.Generator, least: int, most: int) -> int:
+    return min(int(_draw_rate(rng, least, most + 1)), most)

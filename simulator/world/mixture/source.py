@@ -1,0 +1,95 @@
+"""The source of mixed homes."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from simulator.memory.clock import make_clock_rows
+from simulator.priors.prior_graph import PriorGraph
+from simulator.world.config import HomeConfig
+from simulator.world.mixture.mixture import Mixture
+from simulator.world.mixture.views import MixedHomes, draw_views, list_labels
+from simulator.world.source import TRUE_PLACE_WEIGHTS, Group, HomeSource
+from simulator.world.streams import Streams
+
+
+class MixtureSource(HomeSource):
+    """Homes of all sizes, rules and lengths, drawn from one distribution, as many as wanted.
+
+    Homes of training, validation and test share no stream; test homes use words and a view of the
+    prior that no other home has. For how long a home is lived in is drawn from its number.
+    """
+
+    def __init__(
+        self,
+        prior: PriorGraph | None = None,
+        home: HomeConfig | None = None,
+        mixture: Mixture | None = None,
+    ) -> None:
+        """Keep the distribution.
+
+        Args:
+            prior: what homes look like; None for the prior that ships with the package.
+            home: the rules that the mixture does not draw: noise of the prior.
+            mixture: the distribution; None for the default one.
+        """
+        super().__init__(prior, home)
+        self.mixture = Mixture() if mixture is None else mixture
+
+    @property
+    def has_clock(self) -> bool:
+        """Whether it is known of all homes what time it is: it is known of most."""
+        return True
+
+    @property
+    def knows(self) -> frozenset[str]:
+        """What is known of the true homes: transitions, of which oracles make use."""
+        return super().knows - {TRUE_PLACE_WEIGHTS}
+
+    @property
+    def labels(self) -> list[str]:
+        """House, floor, all that the prior names, and every word that a home may use instead."""
+        return list_labels(self.prior)
+
+    def list_groups(self, homes: Sequence[int]) -> list[Group]:
+        """Share homes out by how long they are lived in."""
+        groups: dict[int, list[int]] = defaultdict(list)
+        for home in homes:
+            groups[self.mixture.draw_num_steps(np.random.default_rng(home))].append(home)
+        return [
+            Group(tuple(own), play_steps=num_steps) for num_steps, own in sorted(groups.items())
+        ]
+
+    def make(self, streams: Streams) -> MixedHomes:
+        """Draw homes at t = 0.
+
+        Raises:
+            ValueError: if the prior has nothing for a room.
+        """
+        drawn = [
+            self.mixture.draw_home(streams.generator("mixture", i), self.home)
+            for i in range(len(streams.homes))
+        ]
+        homes = MixedHomes(self.prior, [config for config, _ in drawn], streams)
+        homes.clock = make_clock_rows([clock for _, clock in drawn])
+        homes.set_views(draw_views(streams, dict(self.mixture.views)))
+        return homes
+
+    def describe(self) -> dict[str, Any]:
+        """Return the distribution and the checksum of the prior."""
+        return {
+            "homes": "mixed",
+            "prior": self.prior.checksum,
+            "home": self.home.describe(),
+            "mixture": json.loads(json.dumps(asdict(self.mixture))),
+        }
+
+    def make_title(self, num_homes: int, split: str) -> str:
+        """Say how many homes of which split."""
+        return f"{num_homes} {split} homes of a mixture"

@@ -1,0 +1,114 @@
+"""The prior as the agent of a home knows it: right, blurred, wrong, in other words, or not."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simulator.priors.prior_graph import PriorGraph
+from simulator.world.mixture.words import list_words, load_words
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
+
+TRUE = "true"  # as the homes were drawn
+NOISY = "noisy"  # weights blurred, and some forgotten
+UNKNOWN_WORDS = "unknown words"  # part of the labels are words that the prior does not know
+OTHER_HOME = "other home"  # the weights of other types: confident and wrong
+NONE = "none"  # no weights
+BLENDED = "blended"  # half the true weights, half those of other types; in test homes alone
+VIEWS = (TRUE, NOISY, UNKNOWN_WORDS, OTHER_HOME, NONE, BLENDED)
+
+_UNKNOWN_SHARE = 0.4  # of the labels of a home with unknown words
+_STRANGER_SHARE = 0.5  # of these: names of other things; the others are synonyms
+_FORGOTTEN_SHARE = 0.3  # of the weights of a noisy prior
+_NOISE = 1.0  # standard deviation of the logarithm of the others
+
+
+class MixedHomes(SampledHomes):
+    """Sampled homes whose agents know the prior each in their own way.
+
+    The true homes follow the true prior. What an agent does not know by its word has no prior
+    weight anywhere; where it is called by a word of its own, all of its type in the home are.
+
+    Attributes:
+        views: one of `VIEWS` for each home, (H,).
+    """
+
+    views: tuple[str, ...]
+
+    @property
+    def labels(self) -> list[str]:
+        """House, floor, all that the prior names, and every word that a home may use instead."""
+        return list_labels(self.prior)
+
+    def set_views(self, views: tuple[str, ...]) -> None:
+        """Say how the agent of each home knows the prior, (H,); once, before a memory is made."""
+        self.views = views
+        for home, view in enumerate(views):
+            if view == UNKNOWN_WORDS:
+                self._rename(home)
+
+    def view_prior(self, weights: np.ndarray) -> np.ndarray:
+        """Return the prior of the layouts as the agents of these homes know it, (H, O, F, 2)."""
+        seen = weights.copy()
+        for home, view in enumerate(self.views):
+            own = seen[home, :, : self.home_num_furniture[home]]
+            rng = self.streams.generator("prior view", home)
+            if view == NONE:
+                own[:] = 0
+            if view == NOISY:
+                own[rng.random(own.shape) < _FORGOTTEN_SHARE] = 0
+                own *= np.exp(rng.normal(0, _NOISE, own.shape))
+            if view in (OTHER_HOME, BLENDED):
+                others = own[rng.permutation(len(own))]
+                own[:] = others if view == OTHER_HOME else (own + others) / 2
+        total = seen.sum(axis=(2, 3), keepdims=True)
+        return np.divide(seen, total, out=np.zeros_like(seen), where=total > 0)
+
+    def _rename(self, home: int) -> None:
+        """Give part of the types and of the furniture of a home other words."""
+        words = load_words(self.streams.split)
+        rng = self.streams.generator("words", home)
+        free = list(rng.permutation(words.strangers))
+        furniture = self.furniture_labels[home]
+        labels = dict.fromkeys([*self.type_labels[home], *furniture[furniture != ""]])
+        new = {}
+        for label in labels:
+            chance, kind, which = rng.random(3)
+            synonyms = words.synonyms.get(label, ())
+            if chance >= _UNKNOWN_SHARE:
+                continue
+            if kind < _STRANGER_SHARE or not synonyms:
+                if free:
+                    new[label] = str(free.pop())
+            else:
+                new[label] = synonyms[int(which * len(synonyms))]
+        for number, label in enumerate(self.type_labels[home]):
+            if label in new:
+                self.type_labels[home, number] = new[label]
+                self.prior_types[home, number] = -1
+        self.furniture_labels[home] = [new.get(label, label) for label in furniture]
+
+
+def list_labels(prior: PriorGraph) -> list[str]:
+    """List every label of mixed homes once, the same whatever homes are there."""
+    furniture = [row.label for row in prior.furniture]
+    objects = [row.label for row in prior.objects]
+    own = ["house", "floor", *prior.rooms, *furniture, *objects, *list_words()]
+    return list(dict.fromkeys(own))
+
+
+def draw_views(streams: Streams, shares: dict[str, float]) -> tuple[str, ...]:
+    """Draw how the agent of each home knows the prior, (H,), with the given weights.
+
+    In test homes, half of those that would have a noisy prior have a blended one.
+    """
+    names = list(shares)
+    weights = np.array([shares[name] for name in names])
+    summed = np.cumsum(weights) / weights.sum()
+    views = []
+    for home in range(len(streams.homes)):
+        rng = streams.generator("view", home)
+        view = names[int(np.searchsorted(summed, rng.random(), side="right"))]
+        is_blended = rng.random() < 0.5 and streams.split == "test" and view == NOISY
+        views.append(BLENDED if is_blended else view)
+    return tuple(views)

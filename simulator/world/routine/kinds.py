@@ -1,0 +1,97 @@
+"""Kinds of activity: what people take for them, and where in a home they do them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import resources
+
+import numpy as np
+
+from simulator.priors.types import load_types
+
+
+@dataclass(frozen=True, slots=True)
+class ActivityKind:
+    """One kind of activity.
+
+    Attributes:
+        name: such as "cooking".
+        objects: how often an activity of the kind uses an object type, by label.
+        places: how often something lies on the furniture then, by room and furniture label.
+
+    Source: `simulator.priors.sources.activities` counts the activity definitions of BEHAVIOR
+    (package bddl 3.6.0); rows of `assumed_activities.csv` are ours, because BEHAVIOR has no phone,
+    no remote control, and hardly a place to read or to dress at. Where both name a type or a place,
+    the larger weight holds.
+    """
+
+    name: str
+    objects: Mapping[str, float]
+    places: Mapping[tuple[str, str], float]
+
+
+@lru_cache(maxsize=1)
+def load_kinds() -> Mapping[str, ActivityKind]:
+    """Read `activities.json`: every kind by its name."""
+    text = resources.files(__package__).joinpath("activities.json").read_text(encoding="utf-8")
+    kinds = {}
+    for name, table in json.loads(text)["kinds"].items():
+        objects = dict(table["objects"])
+        for label, weight in table["assumed_objects"].items():
+            objects[label] = max(objects.get(label, 0.0), weight)
+        places: dict[tuple[str, str], float] = {}
+        for room, label, weight in table["places"] + table["assumed_places"]:
+            places[room, label] = max(places.get((room, label), 0.0), float(weight))
+        kinds[name] = ActivityKind(name, objects, places)
+    return kinds
+
+
+def compute_object_weights(labels: Sequence[str], move_freq: np.ndarray) -> np.ndarray:
+    """Return how readily each kind of activity takes an object of each type, float64 (K, T).
+
+    A type that shares the placements of another one in the type table (`alias_of`) is used like
+    it. A type that no activity names is used by every kind, a tenth as readily as what it needs.
+    Square roots of the products of both weights: what has a use at all is used by somebody.
+
+    Args:
+        labels: of the object types, (T,).
+        move_freq: weight with which the prior lets a type move, (T,).
+    """
+    types = load_types().objects
+    weights = np.zeros((len(load_kinds()), len(labels)))
+    for column, label in enumerate(labels):
+        alias = types[label].alias_of if label in types else None
+        for row, kind in enumerate(load_kinds().values()):
+            weights[row, column] = kind.objects.get(label, kind.objects.get(alias or "", 0.0))
+    unknown = ~weights.any(axis=0)
+    weights[:, unknown] = 0.1 * weights.sum(axis=1, keepdims=True) / max((~unknown).sum(), 1)
+    return np.sqrt(weights * move_freq)
+
+
+def compute_spot_weights(
+    room_labels: Sequence[str], furniture_labels: Sequence[str], furniture_room: np.ndarray
+) -> np.ndarray:
+    """Return how readily each kind of activity is done at each furniture node, float64 (K, F).
+
+    A home without the furniture that a kind is done at has it anywhere in the same rooms, else
+    anywhere at all.
+
+    Args:
+        room_labels: of the home, (R,).
+        furniture_labels: of the home, (F,).
+        furniture_room: room index of each furniture node, (F,).
+    """
+    rooms = [room_labels[room] for room in furniture_room]
+    weights = np.zeros((len(load_kinds()), len(rooms)))
+    for row, kind in enumerate(load_kinds().values()):
+        own = [kind.places.get(key, 0.0) for key in zip(rooms, furniture_labels, strict=True)]
+        if not any(own):
+            in_room: dict[str, float] = {}
+            for (room, _), weight in kind.places.items():
+                in_room[room] = in_room.get(room, 0.0) + weight
+            own = [in_room.get(room, 0.0) for room in rooms]
+        weights[row] = own if any(own) else 1.0
+    return weights

@@ -1,0 +1,331 @@
+"""The life of homes with routines: their residents' habits, drawn, and then lived."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from simulator.world.dynamics import Life
+from simulator.world.homes import NUM_RELATIONS
+from simulator.world.routine.dynamics import RoutineDynamics
+from simulator.world.routine.kinds import compute_object_weights, compute_spot_weights, load_kinds
+from simulator.world.routine.occasions import ROLES
+
+if TYPE_CHECKING:
+    from simulator.compiled.routine import Customs, Habits, Roles, State
+    from simulator.world.sampled_homes import SampledHomes
+
+_LATER_PLACES = 4  # of an object: its usual place, a second one, two that may become usual
+
+
+class RoutineLife(Life):
+    """The residents of some homes of a group; changes `object_place` of these homes alone.
+
+    A home's numbers come from its own streams "routine", "routine places" and "routine outlook",
+    and depend on no other home.
+    """
+
+    def __init__(
+        self, homes: SampledHomes, members: np.ndarray, rules: Sequence[RoutineDynamics]
+    ) -> None:
+        """Draw residents, habits and usual places, and live up to the first step.
+
+        Args:
+            homes: the group; its objects are drawn already.
+            members: the homes with routines, (n,).
+            rules: of each of them, (n,).
+        """
+        from simulator.compiled.routine import draw_habits  # loads numba
+
+        self._homes = homes
+        self._members = members
+        self._outlook: np.ndarray | None = None
+        self._outlook_hours = np.array([24 * rule.outlook_days for rule in rules])
+        self._step = np.array([rule.step_seconds for rule in rules])
+        self._start = np.array([rule.clock.row[0] for rule in rules])
+        self._num_steps = 0
+        self._rules = np.zeros(homes.num_homes, dtype=_get_rules_type())
+        for home, rule in zip(members, rules, strict=True):
+            for name, value in _list_rules(rule, homes, home).items():
+                self._rules[name][home] = value
+        self._roles = _make_roles()
+        self.habits = _make_habits(homes, members, rules)
+        self.state = _make_state(homes, members, rules)
+        _draw_own_places(homes, members, rules, self.habits.own_place)
+        homes.object_place[members] = np.where(
+            homes.object_place[members] >= 0, self.habits.own_place[members, :, 0], -1
+        )
+        draw_habits(self._rules, _tabulate(homes, members, rules), self.habits, self.state)
+        warm_up = np.array([rule.warm_up_days for rule in rules])
+        day = 86_400.0
+        four = 4 * 3600.0
+        self.state.day_end[members] = (np.floor((self._start - four) / day) - warm_up) * day + four
+        self._live(self.state, self.habits, homes.object_place, members, self._start)
+
+    @property
+    def num_residents(self) -> np.ndarray:
+        """Residents of each home, (n,)."""
+        return self.state.num_residents[self._members]
+
+    def step(self) -> None:
+        """Let one time step pass."""
+        homes = self._homes
+        before = homes.object_place[self._members]
+        self._num_steps += 1
+        until = self._start + self._num_steps * self._step
+        self._live(self.state, self.habits, homes.object_place, self._members, until)
+        after = homes.object_place[self._members]
+        has_moved = before // NUM_RELATIONS != after // NUM_RELATIONS
+        homes.object_moved[self._members] = has_moved & (after >= 0)
+        homes.num_objects[self._members] = (after >= 0).sum(axis=1)
+
+    def compute_shares(self) -> np.ndarray:
+        """Return the share of time that every object spends at each place, float32 (H, C, P).
+
+        Found by living `outlook_days` on in a copy of the homes as they were when this was first
+        asked for, with random numbers of its own, and looking every hour. Time out of the home
+        does not count.
+        """
+        from simulator.compiled.routine import count_places  # loads numba
+
+        if self._outlook is None:
+            homes = self._homes
+            state = type(self.state)(*(array.copy() for array in self.state))
+            habits = self.habits._replace(own_place=self.habits.own_place.copy())
+            place = homes.object_place.copy()
+            for home in self._members:
+                state.random[home] = _draw_seed(homes.streams.generator("routine outlook", home))
+            num_places = homes.num_furniture * NUM_RELATIONS
+            counts = np.zeros((*place.shape, num_places), dtype=np.float32)
+            now = state.now[self._members]
+            for hour in range(1, self._outlook_hours.max() + 1):
+                is_on = hour <= self._outlook_hours
+                until = now[is_on] + 3600.0 * hour
+                self._live(state, habits, place, self._members[is_on], until)
+                count_places(place, self._members[is_on], counts)
+            total = counts.sum(axis=2, keepdims=True)
+            self._outlook = np.divide(counts, total, out=counts, where=total > 0)
+        return self._outlook
+
+    def transition_rows(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
+        """Return the share of time at each place of objects of descriptions, (n,), (n,) -> (n, P).
+
+        Objects of one description in a home count together; see `compute_shares`.
+        """
+        shares = self.compute_shares()
+        is_such = self._homes.object_code[homes] == codes[:, None]  # (n, C)
+        is_such &= shares[homes].any(axis=2)
+        rows, slots = np.nonzero(is_such)
+        found = np.zeros((len(homes), shares.shape[2]), dtype=np.float32)
+        np.add.at(found, rows, shares[homes[rows], slots])
+        total = found.sum(axis=1, keepdims=True)
+        return np.divide(found, total, out=found, where=total > 0)
+
+    def _live(
+        self,
+        state: State,
+        habits: Habits,
+        place: np.ndarray,
+        members: np.ndarray,
+        until: np.ndarray,
+    ) -> None:
+        from simulator.compiled.routine import live  # loads numba
+
+        live(self._rules, self._roles, habits, state, place, members, until)
+
+
+def _get_rules_type() -> np.dtype:
+    from simulator.compiled.routine import RULES  # loads numba
+
+    return RULES
+
+
+def _list_rules(rule: RoutineDynamics, homes: SampledHomes, home: int) -> Mapping[str, float]:
+    """Return the fields of `RULES` for a home; times in seconds."""
+    return {
+        "person_spread": rule.person_spread_hours * 3600,
+        "habit_spread": rule.habit_spread_hours * 3600,
+        "omission_spread": rule.omission_spread,
+        "drift_spread": rule.drift_hours * 3600,
+        "drift_kept": math.exp(-1 / rule.drift_days),
+        "jitter": rule.jitter_hours * 3600,
+        "min_use": rule.min_use,
+        "max_use": rule.max_use,
+        "static_share": rule.static_share,
+        "elsewhere_share": rule.elsewhere_share,
+        "extra_share": rule.extra_share,
+        "left_share": rule.left_share,
+        "second_share": rule.second_share,
+        "new_share": rule.new_share,
+        "collect_share": rule.collect_share,
+        "tidy_share": rule.tidy_share,
+        "tidy_time": rule.tidy_hour * 3600,
+        "can_carry_out": float(homes.configs[home].dynamic_nodes),
+        "max_things": _count_most_things(rule, homes, home),
+        "own_spot_share": rule.own_spot_share,
+        "other_use": rule.other_use,
+        "together": rule.together,
+        "left_habit": rule.left_habit,
+    }
+
+
+def _count_most_things(rule: RoutineDynamics, homes: SampledHomes, home: int) -> int:
+    return max(round(rule.max_things_share * int(homes.num_objects[home])), 1)
+
+
+def _make_roles() -> Roles:
+    """Return what is special about kinds of activity."""
+    from simulator.compiled.routine import Roles  # loads numba
+
+    names = list(load_kinds())
+    collects = np.zeros((len(names), len(names)), dtype=bool)
+    for left_by in ("cooking", "eating"):
+        collects[names.index("washing up"), names.index(left_by)] = True
+    is_named = {kind: np.array([name == kind for name in names]) for kind in names}
+    return Roles(is_named["leaving"], collects, is_named["cleaning"])
+
+
+def _make_habits(
+    homes: SampledHomes, members: np.ndarray, rules: Sequence[RoutineDynamics]
+) -> Habits:
+    """Return habits in which nothing but weights of objects and furniture is known yet."""
+    from simulator.compiled.routine import Habits  # loads numba
+
+    num_homes, num_slots = homes.object_place.shape
+    num_kinds = len(load_kinds())
+    num_residents = max(rule.max_residents for rule in rules)
+    num_occasions = max(len(rule.occasions) for rule in rules)
+    most = [
+        _count_most_things(rule, homes, home) for rule, home in zip(rules, members, strict=True)
+    ]
+    size = (num_homes, num_residents, num_occasions)
+    habits = Habits(
+        kind=np.full((num_homes, num_occasions), -1, dtype=np.int32),
+        after=np.full((num_homes, num_occasions), -1, dtype=np.int32),
+        seconds=np.zeros((num_homes, num_occasions)),
+        hour=np.zeros((*size, 2)),
+        share=np.zeros((*size, 2)),
+        shared_spot=np.zeros((num_homes, num_kinds), dtype=np.int32),
+        spot=np.zeros((num_homes, num_residents, num_kinds), dtype=np.int32),
+        item=np.full((*size, max(most)), -1, dtype=np.int32),
+        use=np.zeros((*size, max(most))),
+        left=np.zeros((*size, max(most))),
+        own_place=np.full((num_homes, num_slots, _LATER_PLACES), -1, dtype=np.int32),
+        object_weight=np.zeros((num_homes, num_kinds, num_slots), dtype=np.float32),
+        spot_weight=np.zeros((num_homes, num_kinds, homes.num_furniture), dtype=np.float32),
+        spot_place=np.zeros((num_homes, homes.num_furniture), dtype=np.int32),
+    )
+    object_weights = compute_object_weights(homes.object_labels, homes.move_freq)
+    # Things are put in or on furniture, wherever the prior has more of them.
+    relation_of_type = np.argmax(homes.prior.weights.sum(axis=0), axis=1)
+    for home, rule in zip(members, rules, strict=True):
+        names = [occasion.name for occasion in rule.occasions]
+        for n, occasion in enumerate(rule.occasions):
+            habits.kind[home, n] = list(load_kinds()).index(occasion.kind)
+            habits.after[home, n] = names.index(occasion.after) if occasion.after else -1
+            habits.seconds[home, n] = occasion.minutes * 60
+        is_present = homes.object_place[home] >= 0
+        habits.object_weight[home] = object_weights[:, homes.object_type[home]] * is_present
+        own = homes.furniture_room[home] >= 0
+        weights = compute_spot_weights(
+            homes.room_labels[home], homes.furniture_labels[home, own],
+            homes.furniture_room[home, own],
+        )  # fmt: skip
+        habits.spot_weight[home, :, own] = weights.T
+        relations = relation_of_type[homes.furniture_type[home, own]]
+        habits.spot_place[home, own] = np.flatnonzero(own) * NUM_RELATIONS + relations
+    np.cumsum(habits.spot_weight, axis=2, out=habits.spot_weight)
+    return habits
+
+
+def _make_state(
+    homes: SampledHomes, members: np.ndarray, rules: Sequence[RoutineDynamics]
+) -> State:
+    """Return the state before the first day, with the number of residents drawn."""
+    from simulator.compiled.routine import State  # loads numba
+
+    num_homes, num_slots = homes.object_place.shape
+    num_residents = max(rule.max_residents for rule in rules)
+    num_occurrences = num_residents * max(len(rule.occasions) for rule in rules)
+    state = State(
+        random=np.zeros(num_homes, dtype=np.uint64),
+        now=np.zeros(num_homes),
+        day_end=np.zeros(num_homes),
+        num_residents=np.zeros(num_homes, dtype=np.int32),
+        drift=np.zeros((num_homes, num_residents)),
+        event_time=np.zeros((num_homes, 2 * num_occurrences + 1)),
+        event=np.zeros((num_homes, 2 * num_occurrences + 1), dtype=np.int32),
+        num_events=np.zeros(num_homes, dtype=np.int32),
+        next_event=np.zeros(num_homes, dtype=np.int32),
+        errand=np.full((num_homes, num_residents), -1, dtype=np.int32),
+        is_on=np.zeros((num_homes, num_occurrences), dtype=bool),
+        spot=np.zeros((num_homes, num_occurrences), dtype=np.int32),
+        first_held=np.full((num_homes, num_occurrences), -1, dtype=np.int32),
+        next_held=np.full((num_homes, num_slots), -1, dtype=np.int32),
+        holder=np.full((num_homes, num_slots), -1, dtype=np.int32),
+        left_share=np.zeros((num_homes, num_slots)),
+        left_by=np.full((num_homes, num_slots), -1, dtype=np.int32),
+    )
+    for home, rule in zip(members, rules, strict=True):
+        rng = homes.streams.generator("routine", home)
+        state.random[home] = _draw_seed(rng)
+        state.num_residents[home] = rng.integers(rule.min_residents, rule.max_residents + 1)
+    return state
+
+
+def _draw_seed(rng: np.random.Generator) -> np.uint64:
+    return rng.integers(0, 2**64, dtype=np.uint64)
+
+
+def _draw_own_places(
+    homes: SampledHomes,
+    members: np.ndarray,
+    rules: Sequence[RoutineDynamics],
+    own_place: np.ndarray,
+) -> None:
+    """Draw the places of every object from its row of T^i, in place, (H, C, 4).
+
+    An object without a place in its row stays where it was put at first.
+    """
+    from simulator.compiled.routine import draw_own_places  # loads numba
+
+    for home, rule in zip(members, rules, strict=True):
+        num_slots = int(homes.home_num_slots[home])
+        uniform = homes.streams.generator("routine places", home).random((num_slots, 5))
+        slots = np.flatnonzero(homes.object_place[home, :num_slots] >= 0)
+        weights = homes.transitions.read(homes.object_row[home, slots])
+        none = ~weights.any(axis=1)
+        weights[none, homes.object_place[home, slots[none]]] = 1
+        own_place[home, slots] = draw_own_places(
+            weights, uniform[slots], float(rule.gathering), rule.second_place_share
+        )
+
+
+def _tabulate(
+    homes: SampledHomes, members: np.ndarray, rules: Sequence[RoutineDynamics]
+) -> Customs:
+    """Return what people usually do, by the rules of each home."""
+    from simulator.compiled.routine import Customs  # loads numba
+
+    num_occasions = max(len(rule.occasions) for rule in rules)
+    size = (homes.num_homes, num_occasions)
+    customs = Customs(
+        role_share=np.zeros((homes.num_homes, len(ROLES))),
+        num_occasions=np.zeros(homes.num_homes, dtype=np.int64),
+        hour=np.zeros((*size, 2)),
+        share=np.zeros((*size, 2)),
+        role=np.full(size, -1),
+        num_slots=homes.home_num_slots,
+    )
+    for home, rule in zip(members, rules, strict=True):
+        works = rule.away_share, rule.home_office_share
+        customs.role_share[home] = works[0], sum(works), 1
+        customs.num_occasions[home] = len(rule.occasions)
+        for n, occasion in enumerate(rule.occasions):
+            customs.hour[home, n] = occasion.weekday_hour * 3600, occasion.weekend_hour * 3600
+            customs.share[home, n] = occasion.weekday_share, occasion.weekend_share
+            customs.role[home, n] = ROLES.index(occasion.role) if occasion.role else -1
+    return customs
