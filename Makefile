@@ -2,7 +2,8 @@
 #   make fit                                 train NEP-HEAT with the paper's setting
 #   make fit ARGS="--trainer.max_epochs 2"   the same, with options passed on
 #   make reproduce                           train and play what the paper's tables need; goes on where it stopped
-#   make test | make check | make bench      tests | ruff and mypy | benchmarks
+#   make test | make quick                   all tests | those that are not slow
+#   make check | make bench                  ruff and mypy | benchmarks
 #   make docs                                pages of the API, built from the docstrings
 #   make fit PYTHON=/path/to/python3.11      choose the Python that .venv is made from
 
@@ -13,10 +14,10 @@ ARGS ?=
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help install fit reproduce test check bench docs clean
+.PHONY: help install fit reproduce test quick check bench docs clean
 
 help:
-	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 7
+	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 8
 
 install: $(STAMP)
 
@@ -26,8 +27,14 @@ fit: $(STAMP)
 reproduce: $(STAMP)
 	$(PY) -m nep.reproduce --table all --out results $(ARGS)
 
+# Two processes; all tests of a file go to one of them, as they share what it makes ready.
+PYTEST := $(PY) -m pytest -n 2 --dist loadfile
+
 test: $(STAMP)
-	$(PY) -m pytest $(ARGS)
+	$(PYTEST) $(ARGS)
+
+quick: $(STAMP)
+	$(PYTEST) -m "not slow" $(ARGS)
 
 check: $(STAMP)
 	$(PY) -m ruff check .

@@ -22,6 +22,8 @@ from simulator.home_options import HomeOptions, MakeSource
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
 
+_PAPER = HomeConfig()
+
 
 class SGMDataModule(pl.LightningDataModule):
     """Snapshots of training and validation homes.
@@ -42,7 +44,7 @@ class SGMDataModule(pl.LightningDataModule):
         task: str = "predict_location",
         homes: MakeSource = SampledSource,
         val_homes: MakeSource | None = None,
-        home: HomeConfig | None = None,
+        home: HomeConfig = _PAPER,
         prior: str | None = None,
         seed: int = 0,
         batch_size: int = 100,
@@ -71,7 +73,7 @@ class SGMDataModule(pl.LightningDataModule):
             homes: where homes come from: gets the prior and the rules, as the class of a source
                 does.
             val_homes: the same for validation; None for other homes of the same source.
-            home: rules of the homes; None for the paper's.
+            home: rules of the homes.
             prior: prior file; None for the shipped default.
             seed: of homes and collection, and of the shuffling.
             batch_size: snapshots per batch.
@@ -105,11 +107,13 @@ class SGMDataModule(pl.LightningDataModule):
                 "trace and val_trace must come together, and step_seconds and by_day with them,"
                 f" got trace {trace} and val_trace {val_trace}. Name folders for both."
             )
-        rules = HomeConfig() if home is None else home
-        options = HomeOptions(homes, rules, prior, trace, step_seconds, by_day)
+        folders = tuple(trace or ())
+        options = HomeOptions(homes, home, prior, folders, step_seconds, by_day)
         source = val_source = options.make()
         if val_trace is not None or val_homes is not None:
-            val_source = replace(options, homes=val_homes or homes, trace=val_trace).make()
+            val_source = replace(
+                options, homes=val_homes or homes, trace=tuple(val_trace or ())
+            ).make()
         self.train_config = CollectConfig(
             homes=source,
             num_homes=source.num_homes or num_homes,

@@ -50,7 +50,7 @@ def measure_noise(prior: PriorGraph) -> str:
     zeroed = [
         compute_noisy_weights(
             weights[rows, places], rows, places, rng.random((len(rows), 2)),
-            np.zeros(len(weights), dtype=np.int64), place_room[None],
+            np.zeros(len(weights), dtype=np.int64), place_room[None], np.array([len(place_room)]),
             zero_prob=np.array([0.25]), scale=np.array([0.25]),
         ) == 0
         for _ in range(200)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -10,27 +9,33 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from jsonargparse import ArgumentParser, Namespace
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from nep.players.checkpoints import list_shipped
 from nep.players.contestants import Checkpoint, check_contestants, list_contestants
-from nep.players.own_encoders import add_encoder_argument
 from nep.report.figures import draw_over_steps
 from nep.report.results import Results, ScoreSummary, list_versions
 from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
-from simulator.fan_out import add_worker_arguments, check_workers
+from simulator.command_line import (
+    add_home_arguments,
+    add_worker_arguments,
+    make_parser,
+    one_line_errors,
+    parse,
+    pick,
+)
+from simulator.fan_out import check_workers
 from simulator.files import write_whole
+from simulator.home_options import HomeOptions
 from simulator.policies import POLICIES, check_policies, list_policies
-from simulator.priors.prior_graph import load_prior
 from simulator.tasks.evaluation import play_games
 from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.registry import TASKS
 from simulator.tasks.scores import TaskScores
-from simulator.trace.arguments import add_trace_arguments, read_trace_arguments
-from simulator.world.config import HomeConfig
 from simulator.world.source import HomeSource, SampledSource
-from simulator.world.streams import SPLITS, Streams
+from simulator.world.streams import Streams
 
 _LOG_WIDTH = 100
 
@@ -181,66 +186,61 @@ def _make_title(config: EvaluateConfig, task: str) -> str:
     return f"{TASKS[task].title}, {homes} x {config.steps} steps"
 
 
-def _make_parser() -> argparse.ArgumentParser:
-    defaults = EvaluateConfig()
-    parser = argparse.ArgumentParser(
-        prog="python -m nep.evaluate",
-        description="Let policies and trained networks play tasks in the same unseen homes.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+def _make_parser() -> ArgumentParser:
+    parser = make_parser(
+        "python -m nep.evaluate",
+        "Let policies and trained networks play tasks in the same unseen homes.",
     )
     parser.add_argument("--out", type=Path, required=True, help="folder for tables and figures")
     parser.add_argument(
-        "--tasks", nargs="+", default=["all"], help="all, or some of " + ", ".join(TASKS)
+        "--tasks",
+        type=tuple[str, ...],
+        default=("all",),
+        help="all, or some of " + ", ".join(TASKS),
     )
     parser.add_argument(
         "--policies",
-        nargs="+",
-        default=["all"],
-        help="all, none, or some of " + ", ".join(POLICIES),
+        type=tuple[str, ...],
+        default=("all",),
+        help=f"all, none, or some of {', '.join(POLICIES)}, or your own: my_module:MyPolicy",
     )
     parser.add_argument(
         "--checkpoint",
-        action="append",
-        default=[],
-        metavar="[NAME[@TASK]=]SOURCE",
-        help="a trained network, for all tasks or for one: a checkpoint, an exported folder or "
-        f"one that ships with the package ({', '.join(list_shipped())}); may be repeated",
+        type=tuple[str, ...],
+        default=(),
+        help="[NAME[@TASK]=]SOURCE: a trained network, for all tasks or for one: a checkpoint, an "
+        f"exported folder or one that ships ({', '.join(list_shipped())}); may be repeated",
     )
-    add_encoder_argument(parser)
-    parser.add_argument("--num_homes", type=int, default=defaults.num_homes, help="sampled homes")
-    parser.add_argument("--steps", type=int, help="time steps; 100, or all recorded ones")
-    parser.add_argument("--seed", type=int, default=defaults.seed, help="seed of the homes")
-    parser.add_argument("--split", default=defaults.split, help=", ".join(SPLITS))
-    parser.add_argument("--prior", help="prior file (JSON); the shipped one if left out")
     parser.add_argument(
-        "--dynamic-nodes",
-        action=argparse.BooleanOptionalAction,
-        default=True,
-        help="whether objects are added and removed",
+        "--encoders",
+        type=tuple[str, ...],
+        default=(),
+        help="modules of your own with the encoders of exported networks",
     )
-    add_trace_arguments(parser)
+    parser.add_argument("--steps", type=int | None, help="time steps; 100, or all that there are")
+    parser.add_class_arguments(
+        EvaluateConfig, skip={"homes", "tasks", "policies", "checkpoints", "steps"}
+    )
+    add_home_arguments(parser)
     add_worker_arguments(parser, workers=1)
     parser.add_argument(
-        "--threads", type=int, help="CPU threads of a worker; all cores, shared out, if left out"
+        "--threads",
+        type=int | None,
+        help="CPU threads of a worker; all cores, shared out, if left out",
     )
     return parser
 
 
-def _make_config(options: argparse.Namespace) -> EvaluateConfig:
-    defaults = EvaluateConfig()
-    homes = read_trace_arguments(
-        options, load_prior(options.prior), HomeConfig(dynamic_nodes=options.dynamic_nodes)
-    )
+def _make_config(options: Namespace) -> EvaluateConfig:
+    homes = HomeOptions(**pick(options, HomeOptions)).make()
     policies = {("all",): list_policies(homes), ("none",): ()}
     return EvaluateConfig(
         homes=homes,
-        tasks=tuple(TASKS) if options.tasks == ["all"] else tuple(options.tasks),
-        policies=policies.get(tuple(options.policies), tuple(options.policies)),
-        checkpoints=tuple(
-            Checkpoint.parse(text, options.encoder_module) for text in options.checkpoint
-        ),
+        tasks=tuple(TASKS) if options.tasks == ("all",) else options.tasks,
+        policies=policies.get(options.policies, options.policies),
+        checkpoints=tuple(Checkpoint.parse(text, options.encoders) for text in options.checkpoint),
         num_homes=homes.num_homes or options.num_homes,
-        steps=(homes.num_steps or defaults.steps) if options.steps is None else options.steps,
+        steps=homes.num_steps or 100 if options.steps is None else options.steps,
         seed=options.seed,
         split=options.split,
     )
@@ -249,19 +249,16 @@ def _make_config(options: argparse.Namespace) -> EvaluateConfig:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
     arguments = sys.argv[1:] if arguments is None else list(arguments)
-    parser = _make_parser()
-    options = parser.parse_args(arguments)
     # Where there is no terminal, in a log, lines are as long as the table needs.
     console = Console() if sys.stdout.isatty() else Console(width=_LOG_WIDTH)
-    try:
+    with one_line_errors(status=2):
+        options = parse(_make_parser(), arguments)
         if options.threads is not None and options.threads < 1:
             raise ValueError(f"threads must be at least 1, got {options.threads}. Raise it.")
         check_workers(options.workers, options.backend)
         config = _make_config(options)
         config.check()
         options.out.mkdir(parents=True, exist_ok=True)
-    except (ValueError, OSError) as error:
-        parser.error(str(error))
     games = [
         (task, name)
         for task in config.tasks

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import shlex
 import sys
 from collections.abc import Callable, Sequence
@@ -13,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from jsonargparse import ArgumentParser, Namespace
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -25,18 +25,29 @@ from nep.players.checkpoints import (
     load_config,
     save_exported,
 )
-from nep.players.own_encoders import add_encoder_argument, import_encoders
+from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from nep.players.searches import Decisions, play_searches
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
 from nep.report.results import list_versions
+from simulator.command_line import (
+    add_home_arguments,
+    make_parser,
+    normalise,
+    one_line_errors,
+    parse,
+    pick,
+)
 from simulator.files import compute_checksum, write_whole
+from simulator.home_options import HomeOptions
 from simulator.policies import find_policy, make_policy
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import Streams
 
 CARD = "MODEL_CARD.md"
+
+_SIZES = ("num_homes", "steps", "seed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,68 +231,60 @@ def _join(parts: Sequence[Decisions], num_homes: Sequence[int]) -> Decisions:
     )
 
 
-def _make_parser() -> argparse.ArgumentParser:
-    defaults = ExportConfig()
-    parser = argparse.ArgumentParser(
-        prog="python -m nep.export",
-        description=f"Write a trained network as {WEIGHTS} and {CONFIG}, without pickle, with "
-        f"calibrated probabilities and a {CARD}. `ObjectFinder.load(DIR)` reads it.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    parser = make_parser(
+        "python -m nep.export",
+        f"Write a trained network as {WEIGHTS} and {CONFIG}, without pickle, with calibrated "
+        f"probabilities and a {CARD}. `ObjectFinder.load(DIR)` reads it.",
     )
     parser.add_argument("checkpoint", metavar="CKPT", type=Path, help="written by nep.fit")
     parser.add_argument("folder", metavar="DIR", type=Path, help="made if needed")
+    parser.add_class_arguments(ExportConfig, skip={"homes"})
+    add_home_arguments(parser)
     parser.add_argument(
-        "--num_homes", type=int, default=defaults.num_homes,
-        help="validation homes to calibrate on, and test homes to score in; 0 for neither",
-    )  # fmt: skip
-    parser.add_argument("--steps", type=int, default=defaults.steps, help="time steps per home")
-    parser.add_argument("--seed", type=int, default=defaults.seed, help="of the homes")
-    add_encoder_argument(parser)
-    parser.add_argument("--threads", type=int, help="CPU threads; all cores if left out")
-    return parser
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line."""
-    parser = _make_parser()
-    options = parser.parse_args(sys.argv[1:] if arguments is None else list(arguments))
+        "--encoders", type=tuple[str, ...], default=(), help="modules of your own with encoders"
+    )
+    parser.add_argument("--threads", type=int | None, help="CPU threads; all cores if left out")
     console = Console()
     columns = (
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     )  # fmt: skip
-    try:
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    with one_line_errors(status=2):
+        options = parse(parser, arguments)
         if options.threads is not None:
             if options.threads < 1:
                 raise ValueError(f"threads must be at least 1, got {options.threads}. Raise it.")
             torch.set_num_threads(options.threads)
-        config = ExportConfig(num_homes=options.num_homes, steps=options.steps, seed=options.seed)
+        import_encoders(options.encoders)
+        homes = HomeOptions(**pick(options, HomeOptions)).make()
+        config = ExportConfig(**pick(options, ExportConfig) | {"homes": homes})
         with Progress(*columns, console=console, transient=True) as progress:
             bar = progress.add_task("loading", total=config.count_steps())
-            import_encoders(options.encoder_module)
             export_model(
                 options.checkpoint,
                 options.folder,
                 config,
-                _write_command(options),
+                _write_command(parser, options, arguments),
                 lambda what: progress.update(bar, advance=1, description=what),
             )
-    except (ValueError, OSError) as error:
-        parser.error(str(error))
     print(f"{options.folder}: {CONFIG}, {WEIGHTS}" + (f", {CARD}" if config.num_homes else ""))
 
 
-def _write_command(options: argparse.Namespace) -> str:
+def _write_command(parser: ArgumentParser, options: Namespace, arguments: Sequence[str]) -> str:
     """Return the command line, with the names alone of files outside the working folder."""
     paths = [
         path.name if path.is_absolute() else str(path)
         for path in (options.checkpoint, options.folder)
     ]
-    sizes = [
-        f"--num_homes={options.num_homes}",
-        f"--steps={options.steps}",
-        f"--seed={options.seed}",
+    sizes = [f"--{name}={options[name]}" for name in _SIZES]
+    others = [
+        word
+        for word in normalise(parser, arguments)
+        if word.startswith("--") and word[2:].partition("=")[0] not in (*_SIZES, "threads")
     ]
-    return shlex.join(["python", "-m", "nep.export", *paths, *sizes])
+    return shlex.join(["python", "-m", "nep.export", *paths, *sizes, *others])
 
 
 if __name__ == "__main__":

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import sys
 import warnings
+from argparse import ArgumentParser
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import torch
 from jsonargparse import Namespace
 from jsonargparse.typing import PositiveInt
+from lightning.fabric.plugins import CheckpointIO
 from lightning.pytorch import Trainer
 from lightning.pytorch.callbacks import Callback, ModelCheckpoint, RichProgressBar
 from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCLI
@@ -18,7 +21,9 @@ from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCL
 from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.online_evaluation import OnlineEvaluation
+from nep.checkpoint_files import WholeCheckpoints
 from nep.model.module import NEPModule
+from simulator.command_line import normalise, one_line_errors
 
 CONFIG_FOLDER = Path(__file__).parent / "configs"
 
@@ -26,11 +31,22 @@ CONFIG_FOLDER = Path(__file__).parent / "configs"
 class FitCLI(LightningCLI):
     """Lightning's command line with our model, data and callbacks, for training alone."""
 
-    def __init__(self, args: ArgsType = None) -> None:
-        """Parse `args` (the command line if None) and build model, data and trainer."""
+    def __init__(
+        self,
+        args: ArgsType = None,
+        model_class: type[NEPModule] = NEPModule,
+        data_class: type[SGMDataModule] = SGMDataModule,
+    ) -> None:
+        """Parse `args` (the command line if None) and build model, data and trainer.
+
+        Args:
+            args: the command line.
+            model_class: what is trained; a subclass of one's own may have further arguments.
+            data_class: what it is trained on, likewise.
+        """
         super().__init__(
-            NEPModule,
-            SGMDataModule,
+            model_class,
+            data_class,
             # dgl's wheels on PyPI have no CUDA; at this size two CPU cores are enough.
             trainer_defaults={"accelerator": "cpu", "max_epochs": 25, "log_every_n_steps": 10},
             seed_everything_default=0,
@@ -58,8 +74,8 @@ class FitCLI(LightningCLI):
             args = sys.argv[1:]
         if isinstance(args, list):
             try:
-                args = find_configs(args)
-            except FileNotFoundError as error:
+                args = normalise(parser, find_configs(args), prefix="data.")
+            except (FileNotFoundError, ValueError) as error:
                 parser.error(str(error))
             self.config = parser.parse_args(args)
         else:
@@ -91,6 +107,10 @@ class FitCLI(LightningCLI):
                 ModelCheckpoint(filename="last", enable_version_counter=False),
             ]
         self.trainer_defaults["callbacks"] = callbacks
+        own = self.config_init.trainer.plugins or []
+        own = own if isinstance(own, list) else [own]
+        if not any(isinstance(plugin, CheckpointIO) for plugin in own):
+            kwargs["plugins"] = [*own, WholeCheckpoints()]
         return super().instantiate_trainer(**kwargs)
 
 
@@ -141,23 +161,67 @@ def _find_config(name: str) -> str:
     return str(packaged)
 
 
+def find_classes(args: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
+    """Import the classes of `--model_class` and `--data_class`.
+
+    Args:
+        args: command line; values are import paths, such as my_module.MyData.
+
+    Returns:
+        The other arguments, and the classes by argument of `FitCLI`.
+
+    Raises:
+        ValueError: if there is no such class, or it is no subclass of ours.
+    """
+    parser = ArgumentParser(add_help=False, allow_abbrev=False)
+    bases = {"model_class": NEPModule, "data_class": SGMDataModule}
+    for name in bases:
+        parser.add_argument(f"--{name}")
+    options, rest = parser.parse_known_args(args)
+    classes = {}
+    for name, base in bases.items():
+        path = getattr(options, name)
+        if path is None:
+            continue
+        module, _, attribute = path.rpartition(".")
+        try:
+            found = getattr(import_module(module), attribute, None)
+        except (ImportError, ValueError):
+            found = None
+        if not (isinstance(found, type) and issubclass(found, base)):
+            raise ValueError(
+                f"{name} must be the import path of a subclass of {base.__name__}, got {path!r}. "
+                "Check the path, and run the command in the folder of the module."
+            )
+        classes[name] = found
+    return rest, classes
+
+
 def main(args: ArgsType = None) -> FitCLI:
     """Train; the online evaluation ends the run with its table."""
     # lightning 2.6 tests torch's tree specifications in a way that torch 2.13 deprecated
     warnings.filterwarnings("ignore", message=".isinstance.treespec, LeafSpec")
-    cli = FitCLI(args)
+    args = sys.argv[1:] if args is None else args
+    classes: dict[str, Any] = {}
+    if isinstance(args, list):
+        with one_line_errors(status=2):
+            args, classes = find_classes(args)
+    cli = FitCLI(args, **classes)
     cli.datamodule.trainer = cli.trainer  # for whether to show progress
     try:  # Lightning does both again, at no cost: what can be wrong with data is said here
         cli.datamodule.prepare_data()
         cli.datamodule.setup()
     except (ValueError, OSError) as error:
         cli.parser.error(str(error))
-    cli.trainer.fit(
-        cli.model,
-        datamodule=cli.datamodule,
-        ckpt_path=cli.config.ckpt_path,
-        weights_only=True if cli.config.ckpt_path else None,
-    )
+    try:
+        cli.trainer.fit(
+            cli.model,
+            datamodule=cli.datamodule,
+            ckpt_path=cli.config.ckpt_path,
+            weights_only=True if cli.config.ckpt_path else None,
+        )
+    except OSError as error:  # a full disk
+        sys.exit(f"error: {error}")
     return cli
 
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import torch
 
-from nep.players.own_encoders import add_encoder_argument, import_encoders
+from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from simulator.igridson import command
 from simulator.igridson.find_object import Searcher
@@ -25,14 +25,20 @@ def main(args: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog=PROG, add_help=False, allow_abbrev=False)
     parser.add_argument("--checkpoint")  # a name of one that ships with the package is no path
     parser.add_argument("--threads", type=int)
-    add_encoder_argument(parser)
+    parser.add_argument("--encoders", action="append", default=[])  # modules of one's own
     options, rest = parser.parse_known_args(args)
     if options.threads is not None:
+        if options.threads < 1:
+            print(
+                f"error: threads must be at least 1, got {options.threads}. Raise it.",
+                file=sys.stderr,
+            )
+            return 2
         torch.set_num_threads(options.threads)
     searchers: dict[str, Searcher] = {}
     if options.checkpoint is not None:
         try:
-            import_encoders(options.encoder_module)
+            import_encoders(options.encoders)
             policy = NEPPolicy.load(options.checkpoint)
         except (ValueError, OSError) as error:
             print(f"{PROG}: {error}", file=sys.stderr)

@@ -25,7 +25,6 @@ from nep.paper.experiments import (
 from nep.paper.paper_tables import make_table_1, make_table_2
 from nep.paper.plan import TABLES, Plan, plan_stages
 from nep.paper.stages import run_stages
-from nep.players.own_encoders import add_encoder_argument
 from nep.report.figures import draw_over_steps
 from simulator.files import write_whole
 from simulator.policies import POLICIES
@@ -99,7 +98,9 @@ def _make_parser() -> argparse.ArgumentParser:
     known = ", ".join(model.name for model in MODELS)
     text = f"networks of Table 1, of {known}, or config files (the paper's)"
     parser.add_argument("--models", nargs="+", help=text)
-    add_encoder_argument(parser)
+    parser.add_argument(
+        "--encoders", nargs="+", default=[], help="modules of your own with encoders of --models"
+    )
     parser.add_argument("--num_homes", type=int, help="test homes (100)")
     parser.add_argument("--steps", type=int, help="steps in each (100)")
     parser.add_argument("--epochs", type=int, help="of every training (what its config says)")
@@ -135,7 +136,7 @@ def _make_plan(options: argparse.Namespace) -> Plan:
         runs=options.runs,
         data=options.data,
         options=tuple(_list_telling_options(options)),
-        encoder_modules=tuple(options.encoder_module),
+        encoder_modules=tuple(options.encoders),
     )
     plan.check()
     if options.jobs < 1:
@@ -151,8 +152,8 @@ def _list_telling_options(options: argparse.Namespace) -> list[str]:
     for name in ("num_homes", "steps", "epochs"):
         if getattr(options, name) is not None:
             listed += [f"--{name}", str(getattr(options, name))]
-    for name in options.encoder_module:
-        listed += ["--encoder_module", name]
+    if options.encoders:
+        listed += ["--encoders", *options.encoders]
     return listed + ["--tiny"] * options.tiny
 
 

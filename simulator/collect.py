@@ -5,24 +5,30 @@ Run `python -m simulator.collect --help`.
 
 from __future__ import annotations
 
-import argparse
 import os
-import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
+from simulator.command_line import (
+    add_home_arguments,
+    add_worker_arguments,
+    make_parser,
+    one_line_errors,
+    parse,
+    pick,
+)
 from simulator.evidence.features import compute_features
-from simulator.fan_out import add_worker_arguments, check_workers, fan_out
+from simulator.fan_out import check_workers, fan_out
+from simulator.home_options import HomeOptions
 from simulator.memory.memory_batch import Change
-from simulator.policies import POLICIES, check_policies, make_policy
+from simulator.policies import check_policies, make_policy
 from simulator.policies.home_filter import HomeFilter
-from simulator.priors.prior_graph import load_prior
 from simulator.snapshots.recorder import Recorder
 from simulator.snapshots.shards import (
     MANIFEST,
@@ -34,8 +40,6 @@ from simulator.snapshots.shards import (
 )
 from simulator.tasks.answer import Answer
 from simulator.tasks.registry import TASKS
-from simulator.trace.arguments import add_trace_arguments, read_trace_arguments
-from simulator.world.config import HomeConfig
 from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import SPLITS, Streams
 
@@ -280,62 +284,28 @@ def _find_differences(found: Any, wanted: Any, name: str = "") -> Iterator[tuple
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
-    defaults = CollectConfig()
-    parser = argparse.ArgumentParser(
-        prog="python -m simulator.collect",
-        description="Collect scene graph memories into a folder; run again to resume.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    parser = make_parser(
+        "python -m simulator.collect",
+        "Collect scene graph memories into a folder; run again to resume.",
     )
     parser.add_argument("--out", type=Path, required=True, help="folder for shards and manifest")
-    parser.add_argument("--num_homes", type=int, help="number of homes; 100, or all recorded ones")
-    parser.add_argument("--steps", type=int, help="time steps; 100, or all recorded ones")
     parser.add_argument(
-        "--policy", default=defaults.policy, help="who plays: " + ", ".join(POLICIES)
+        "--num_homes", type=int | None, help="number of homes; 100, or all that there are"
     )
-    parser.add_argument("--task", default=defaults.task, help="what is played: " + ", ".join(TASKS))
-    parser.add_argument("--split", default=defaults.split, help=", ".join(SPLITS))
-    parser.add_argument("--seed", type=int, default=defaults.seed, help="experiment seed")
-    parser.add_argument("--prior", help="prior file (JSON); the shipped one if left out")
-    parser.add_argument(
-        "--rooms", nargs="+", default=list(HomeConfig().rooms), help="rooms of every home"
-    )
-    parser.add_argument(
-        "--dynamic-nodes",
-        action=argparse.BooleanOptionalAction,
-        default=True,
-        help="whether objects are added and removed",
-    )
-    parser.add_argument(
-        "--belief",
-        action="store_true",
-        help="also keep what the home filter believes about each query object",
-    )
-    parser.add_argument(
-        "--evidence",
-        action="store_true",
-        help="also keep what the memory says about each place, for features.evidence",
-    )
-    parser.add_argument(
-        "--grades", action="store_true", help="also keep what each place is worth, if the task says"
-    )
-    add_trace_arguments(parser)
+    parser.add_argument("--steps", type=int | None, help="time steps; 100, or all that there are")
+    parser.add_class_arguments(CollectConfig, skip={"homes", "num_homes", "steps"})
+    add_home_arguments(parser)
     add_worker_arguments(parser, os.cpu_count() or 1)
-    options = parser.parse_args(arguments)
-    try:
-        rules = replace(
-            HomeConfig(), rooms=tuple(options.rooms), dynamic_nodes=options.dynamic_nodes
-        )
-        homes = read_trace_arguments(options, load_prior(options.prior), rules)
-        config = CollectConfig(
-            homes=homes,
-            num_homes=(homes.num_homes or 100) if options.num_homes is None else options.num_homes,
-            steps=(homes.num_steps or 100) if options.steps is None else options.steps,
-            policy=options.policy, task=options.task, split=options.split, seed=options.seed,
-            belief=options.belief, evidence=options.evidence, grades=options.grades,
-        )  # fmt: skip
+    with one_line_errors():
+        options = parse(parser, arguments)
+        homes = HomeOptions(**pick(options, HomeOptions)).make()
+        print(*homes.left_out, sep="\n", end="\n" if homes.left_out else "")
+        sizes = {
+            "num_homes": homes.num_homes or 100 if options.num_homes is None else options.num_homes,
+            "steps": homes.num_steps or 100 if options.steps is None else options.steps,
+        }
+        config = CollectConfig(**pick(options, CollectConfig) | {"homes": homes} | sizes)
         collect(config, options.out, workers=options.workers, backend=options.backend)
-    except (ValueError, OSError) as error:
-        sys.exit(f"error: {error}")
 
 
 if __name__ == "__main__":

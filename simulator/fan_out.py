@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any, TypeVar
@@ -47,21 +46,6 @@ def fan_out(
         with Parallel(n_jobs=min(workers, len(jobs)), return_as=return_as) as parallel:
             for first in range(0, len(jobs), at_once):
                 yield from parallel(calls[first : first + at_once])
-
-
-def add_worker_arguments(parser: argparse.ArgumentParser, workers: int) -> None:
-    """Add --workers and --backend to a command line.
-
-    Args:
-        parser: of the command line.
-        workers: where --workers is left out.
-    """
-    parser.add_argument("--workers", type=int, default=workers, help="processes at a time")
-    parser.add_argument(
-        "--backend",
-        default=BACKENDS[0],
-        help="where they work: processes of this machine, or ray, a cluster (docs/scale.md)",
-    )
 
 
 def check_workers(workers: int, backend: str) -> None:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from simulator.priors.prior_graph import PriorGraph, load_prior
 from simulator.trace.source import RecordedSource
 from simulator.world.config import HomeConfig
 from simulator.world.source import HomeSource, SampledSource
+
+# Sources by the name that command lines use; one of your own is named by its import path.
+SOURCES: Mapping[str, str] = {
+    "sampled": "simulator.world.source.SampledSource",
+    "recorded": "simulator.trace.source.RecordedSource",
+}
 
 # A source's class is one; its further arguments are options of the command line.
 MakeSource = Callable[[PriorGraph, HomeConfig], HomeSource]
@@ -31,7 +37,7 @@ class HomeOptions:
     homes: MakeSource = SampledSource
     home: HomeConfig = field(default_factory=HomeConfig)
     prior: str | None = None
-    trace: Sequence[str] | None = None
+    trace: tuple[str, ...] = ()
     step_seconds: float | None = None
     by_day: bool = False
 
@@ -41,7 +47,7 @@ class HomeOptions:
         Raises:
             ValueError: if there is no trace for them.
         """
-        if self.trace is None and (self.step_seconds is not None or self.by_day):
+        if not self.trace and (self.step_seconds is not None or self.by_day):
             raise ValueError(
                 "step_seconds and by_day must come with trace, got no trace. Name a folder."
             )
@@ -53,6 +59,6 @@ class HomeOptions:
             ValueError: if a file cannot be read or is malformed, or an option is out of range.
         """
         prior = load_prior(self.prior)
-        if self.trace is not None:
+        if self.trace:
             return RecordedSource(prior, self.home, self.trace, self.step_seconds, self.by_day)
         return self.homes(prior, self.home)

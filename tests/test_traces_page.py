@@ -8,7 +8,7 @@ import pytest
 
 from simulator import collect
 from simulator.priors import __main__ as priors
-from simulator.trace import command as trace
+from simulator.trace import __main__ as trace
 
 PAGE = Path(__file__).parents[1].joinpath("docs", "traces.md").read_text(encoding="utf-8")
 MODULES = {

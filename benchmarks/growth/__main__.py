@@ -1,7 +1,8 @@
 """Measures the growth curves and draws them: `python benchmarks/growth`.
 
 Writes `growth.csv` and `growth.png` into `--out`, and prints one JSON line whose figure is the
-steepest slope at the large end of a curve of time: 1 is linear.
+steepest slope at the large end of a curve of time: 1 is linear. `--only life` measures one part
+again, and keeps the other curves of the table.
 """
 
 from __future__ import annotations
@@ -21,8 +22,10 @@ from curves import (
     measure_objects,
     measure_reading,
 )
+from life import measure_life
 from matplotlib.figure import Figure
 
+PARTS = ("objects", "homes", "memory", "home", "reading", "life")
 FOLDER = Path(__file__).resolve().parent
 
 
@@ -46,7 +49,7 @@ def draw(curves: dict[str, list[Point]]) -> Figure:
         axis.loglog(size, cost[-1] * size / size[-1], ":", color="grey", label="linear")
         axis.set_title(what, fontsize=11)
         axis.set_xlabel(size_of)
-        axis.set_ylabel("GB" if "GB" in name else "seconds")
+        axis.set_ylabel(what.partition(" in ")[2] or "seconds")
         axis.grid(alpha=0.3)
         axis.legend(fontsize=8)
     for axis in axes[len(curves) :]:
@@ -54,29 +57,47 @@ def draw(curves: dict[str, list[Point]]) -> Figure:
     return figure
 
 
+def read_curves(path: Path) -> dict[str, list[Point]]:
+    """Return the curves of an earlier measurement."""
+    found = defaultdict(list)
+    with path.open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            found[row["curve"]].append(Point(row["curve"], int(row["size"]), float(row["cost"])))
+    return found
+
+
 def main() -> None:
     """Measure, write, print."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--tiny", action="store_true", help="small sizes: for the tests")
     parser.add_argument("--out", type=Path, default=FOLDER, help="folder of the CSV and the figure")
+    parser.add_argument("--only", choices=PARTS, help="measure a part; keep the other curves")
     options = parser.parse_args()
     largest, repeats = (1_000, 1) if options.tiny else (1_000_000, 5)
     decades = [10**power for power in range(7) if 10**power <= largest]
     objects = [200, *(size for size in decades if 1_000 <= size <= 100_000)]
     # 300,000 as well: from there on, pages are given back
     snapshots = [100, 1_000] if options.tiny else [100, 1_000, 10_000, 100_000, 300_000, 1_000_000]
-    found = defaultdict(list)
-    for points in (
-        measure_objects(objects, repeats),
-        measure_homes([size for size in decades if size <= min(largest // 10, 10_000)], repeats),
-        measure_memory(objects, 10 * repeats),
-        measure_home(objects, min(repeats, 3)),
-        measure_reading(snapshots, 20 * repeats),
-    ):
-        for point in points:
-            found[point.curve].append(point)
+    lives = [100, 300] if options.tiny else [100, 300, 1_000, 3_000, 10_000, 30_000, 100_000]
+    table = options.out / "growth.csv"
+    found = read_curves(table) if options.only else defaultdict(list)
+    for part, points in {
+        "objects": measure_objects(objects, repeats),
+        "homes": measure_homes(
+            [size for size in decades if size <= min(largest // 10, 10_000)], repeats
+        ),
+        "memory": measure_memory(objects, 10 * repeats),
+        "home": measure_home(objects, min(repeats, 3)),
+        "reading": measure_reading(snapshots, 20 * repeats),
+        "life": measure_life(lives, 10 * repeats),
+    }.items():
+        if options.only in (None, part):
+            fresh = defaultdict(list)
+            for point in points:
+                fresh[point.curve].append(point)
+            found |= fresh
     options.out.mkdir(parents=True, exist_ok=True)
-    with (options.out / "growth.csv").open("w", newline="", encoding="utf-8") as file:
+    with table.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["curve", "size", "cost"])
         for points in found.values():

@@ -42,7 +42,7 @@ class Plan:
         runs: folder of trainings and scores.
         data: folder of the collections.
         options: those of the command line that change what comes out, but for the table.
-        encoder_modules: modules of encoders from outside the package.
+        encoders: modules of encoders from outside the package.
     """
 
     tables: tuple[str, ...]
@@ -54,7 +54,7 @@ class Plan:
     runs: Path
     data: Path
     options: tuple[str, ...]
-    encoder_modules: tuple[str, ...] = ()
+    encoders: tuple[str, ...] = ()
 
     def check(self) -> None:
         """Check what no parser has checked.
@@ -117,7 +117,7 @@ class Plan:
             self.steps,
             self.seed,
             path,
-            self.encoder_modules,
+            self.encoders,
         )
 
     def evaluate_network(self, network: Contestant) -> Evaluation:

@@ -30,7 +30,7 @@ class Evaluation:
         checkpoint: the network; None for a policy.
         homes, steps, seed: of the test homes.
         path: the file.
-        encoder_modules: modules of encoders from outside the package.
+        encoders: modules of encoders from outside the package.
     """
 
     setting: Setting
@@ -40,7 +40,7 @@ class Evaluation:
     steps: int
     seed: int
     path: Path
-    encoder_modules: tuple[str, ...] = ()
+    encoders: tuple[str, ...] = ()
 
     def describe(self) -> dict[str, Any]:
         """Return everything that the scores depend on, as JSON values."""
@@ -74,9 +74,7 @@ class Evaluation:
         policies = [] if self.checkpoint else [self.contestant]
         networks = []
         if self.checkpoint:
-            networks = [
-                Checkpoint(self.contestant, self.checkpoint, encoder_modules=self.encoder_modules)
-            ]
+            networks = [Checkpoint(self.contestant, self.checkpoint, encoders=self.encoders)]
         (make,) = list_contestants(self.setting.task, policies, networks).values()
         scores = evaluate_policy(
             make,

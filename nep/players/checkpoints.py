@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import pickle
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -99,7 +99,7 @@ def load_trained(source: str | Path) -> TrainedModel:
 
 
 def load_checkpoint(path: Path) -> TrainedModel:
-    """Load a checkpoint that `python -m nep.fit` wrote.
+    """Load a checkpoint that `python -m nep.fit` wrote; nothing that it names is imported.
 
     Raises:
         ValueError: if it cannot be read, is no such checkpoint, or does not fit this package.
@@ -109,8 +109,9 @@ def load_checkpoint(path: Path) -> TrainedModel:
         data = content["datamodule_hyper_parameters"]
         # Checkpoints from before the schema was written down have the first one.
         check_feature_schema(data.get("feature_schema", 1), path)
-        features = FeatureConfig(**data["features"])
-        module = _make_module(content["hyper_parameters"], content["state_dict"], path)
+        features = _read_features(data["features"])
+        module = _build_module(content["hyper_parameters"], path)
+        module.load_state_dict(content["state_dict"])
     except OSError as error:
         raise ValueError(
             f"checkpoint must be a file that can be read, got {error.strerror!r} for {path}. "
@@ -131,6 +132,8 @@ def load_checkpoint(path: Path) -> TrainedModel:
 def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> None:
     """Write weights (safetensors) and config with feature schema (JSON), each whole or not.
 
+    The config names the checksum of its weights, so that other weights are not taken for them.
+
     Args:
         folder: made if needed.
         model: the network.
@@ -139,17 +142,19 @@ def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> N
     folder.mkdir(parents=True, exist_ok=True)
     hyperparameters = dict(model.module.hparams)
     del hyperparameters["_instantiator"]
+    tensors = {name: tensor.contiguous() for name, tensor in model.module.state_dict().items()}
+    weights = save_tensors(tensors)
     config = {
         "format": FORMAT,
         "version": FORMAT_VERSION,
+        "weights_sha256": hashlib.sha256(weights).hexdigest(),
         "schema": make_schema(model.builder),
         "features": asdict(model.builder.config),
         "model": hyperparameters,
         "calibration": asdict(model.calibration) if model.calibration else None,
         "notes": notes,
     }
-    weights = {name: tensor.contiguous() for name, tensor in model.module.state_dict().items()}
-    write_whole(folder / WEIGHTS, save_tensors(weights))
+    write_whole(folder / WEIGHTS, weights)
     write_whole(folder / CONFIG, (json.dumps(config, indent=1) + "\n").encode())
 
 
@@ -162,10 +167,17 @@ def load_exported(folder: Path) -> TrainedModel:
     """
     config = load_config(folder)
     try:
-        features = FeatureConfig(**config["features"])
-        module = _make_module(
-            config["model"], load_tensors((folder / WEIGHTS).read_bytes()), folder
-        )
+        features = _read_features(config["features"])
+        module = _build_module(config["model"], folder)
+        weights = (folder / WEIGHTS).read_bytes()
+        tensors = load_tensors(weights)
+        checksum = hashlib.sha256(weights).hexdigest()
+        if config.get("weights_sha256", checksum) != checksum:  # older exports do not name it
+            raise ValueError(
+                f"{WEIGHTS} must be those of {CONFIG}, got others in {folder}: the export was "
+                "interrupted, or files of two were mixed. Export again."
+            )
+        module.load_state_dict(tensors)
         calibration = config["calibration"] and Calibration(**config["calibration"])
     except OSError as error:
         raise ValueError(
@@ -247,16 +259,18 @@ def check_feature_schema(version: object, where: str | Path) -> None:
         )
 
 
-def _make_module(
-    hyperparameters: Mapping[str, Any], weights: Mapping[str, torch.Tensor], where: Path
-) -> NEPModule:
-    """Make a network of what a file says, of classes that are loaded already."""
-    settings = {name: value for name, value in hyperparameters.items() if name[0] != "_"}
-    encoder = settings.pop("encoder")
+def _read_features(data: dict[str, Any]) -> FeatureConfig:
+    lists = {name: tuple(value) for name, value in data.items() if isinstance(value, list)}
+    return FeatureConfig(**{**data, **lists})
+
+
+def _build_module(hyperparameters: dict[str, Any], where: Path) -> NEPModule:
+    """Build a network of hyper-parameters that a file has kept."""
+    arguments = dict(hyperparameters)
+    arguments.pop("_instantiator", None)  # names a function that would import the encoder
+    encoder = arguments.pop("encoder")
     encoder_class = _find_encoder(encoder["class_path"], where)
-    module = NEPModule(encoder_class(**encoder["init_args"]), **settings)
-    module.load_state_dict(weights)
-    return module
+    return NEPModule(encoder_class(**encoder.get("init_args", {})), **arguments)
 
 
 def _find_encoder(class_path: str, where: Path) -> type[Encoder]:
@@ -270,7 +284,7 @@ def _find_encoder(class_path: str, where: Path) -> type[Encoder]:
     if class_path not in found:
         raise ValueError(
             f"encoder must be one of {', '.join(sorted(found))}, got {class_path!r} in {where}. "
-            "Name the module of an encoder of your own with --encoder_module, or import it first."
+            "Import your own encoder's module first; on a command line, name it by --encoders."
         )
     return found[class_path]
 

@@ -30,16 +30,16 @@ class Checkpoint:
         name: in tables and figures.
         path: the checkpoint, or the exported folder.
         task: the task that it plays, None for all.
-        encoder_modules: modules of encoders from outside the package, see `import_encoders`.
+        encoders: modules of encoders from outside the package, see `import_encoders`.
     """
 
     name: str
     path: Path
     task: str | None = None
-    encoder_modules: tuple[str, ...] = ()
+    encoders: tuple[str, ...] = ()
 
     @classmethod
-    def parse(cls, text: str, encoder_modules: Sequence[str] = ()) -> Checkpoint:
+    def parse(cls, text: str, encoders: Sequence[str] = ()) -> Checkpoint:
         """Read `SOURCE`, `NAME=SOURCE` or `NAME@TASK=SOURCE`, where the source is a path or "heat".
 
         A path alone is named after its folder: `runs/heat/version_0/checkpoints/last.ckpt` is
@@ -51,12 +51,12 @@ class Checkpoint:
         name, separator, source = text.partition("=")
         if not separator or Path(text).exists():
             path = find_trained(text)
-            return cls(_name_after(path.absolute()), path, None, tuple(encoder_modules))
+            return cls(_name_after(path.absolute()), path, None, tuple(encoders))
         name, separator, task = name.partition("@")
         if separator:
             check_task(task)
         found = find_trained(source)
-        return cls(name, found, task if separator else None, tuple(encoder_modules))
+        return cls(name, found, task if separator else None, tuple(encoders))
 
     def load(self) -> NEPPolicy:
         """Load the network, once in a process as long as the file stays as it is.
@@ -64,7 +64,7 @@ class Checkpoint:
         Raises:
             ValueError: if it is no fit for this version of the package.
         """
-        import_encoders(self.encoder_modules)
+        import_encoders(self.encoders)
         file = self.path / WEIGHTS if self.path.is_dir() else self.path
         state = file.stat() if file.exists() else None
         return _load(self.path, state and (state.st_mtime_ns, state.st_size))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import importlib
 from collections.abc import Sequence
 
@@ -20,17 +19,6 @@ def import_encoders(modules: Sequence[str]) -> None:
             importlib.import_module(name)
         except ImportError as error:
             raise ValueError(
-                f"encoder_module must be one that can be imported, got {name!r} ({error}). "
-                "Put its folder on PYTHONPATH."
+                f"encoders must be modules that can be imported, got {name!r} ({error}). "
+                "Put their folder on PYTHONPATH."
             ) from error
-
-
-def add_encoder_argument(parser: argparse.ArgumentParser) -> None:
-    """Add `--encoder_module` to a command line that loads networks."""
-    parser.add_argument(
-        "--encoder_module",
-        action="append",
-        default=[],
-        metavar="MODULE",
-        help="module of an encoder of your own that the network is made of; may be repeated",
-    )

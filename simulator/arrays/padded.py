@@ -11,7 +11,7 @@ def sum_rows(values: np.ndarray, lengths: np.ndarray) -> np.ndarray:
     The others may be zero, but not even they may be added: how a sum is rounded depends on the
     length of the row, and so on the longest row beside it.
     """
-    total = np.zeros(values.shape[:-1])
+    total = np.zeros(values.shape[:-1], dtype=values.dtype)
     for length in np.unique(lengths):
         rows = lengths == length
         total[rows] = np.ascontiguousarray(values[rows, ..., :length]).sum(axis=-1)

@@ -72,6 +72,10 @@ PLACE_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
         "log_back",
     ),
     "others": (
+        "name_at_label",
+        "name_at_label_share",
+        "name_at_label_in_room",
+        "looks_at_label_in_room",
         "same_name",
         "same_name_share",
         "companions_now",

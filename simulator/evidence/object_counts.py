@@ -17,7 +17,8 @@ class ObjectCounts:
     Attributes:
         num_true: how often it was seen there, (Q, F).
         last_true: when last, -1 for never, (Q, F).
-        num_absent: looks since then, all of them where it was never seen, (Q, F).
+        num_absent: looks since then, all of them where it was never seen, (Q, F); of a look that
+            had a part of the furniture in view, that part.
         hours: how often it was seen there by hour of day, (Q, F, NUM_HOURS); None if no home has a
             clock.
     """
@@ -39,8 +40,8 @@ class ObjectCounts:
         np.add.at(num_true, place, memory.edges["num_true"][edge])
         last_true = np.full(shape, NEVER, dtype=np.int32)
         np.maximum.at(last_true, place, memory.edges["last_true"][edge])
-        num_absent = np.full(shape, np.iinfo(np.int32).max, dtype=np.int32)
-        np.minimum.at(num_absent, place, memory.edges["num_absent"][edge])
+        num_absent = np.full(shape, np.inf)
+        np.minimum.at(num_absent, place, memory.edges["missed"][edge])
         num_absent = np.minimum(num_absent, memory.furniture_num_observed[queries.home])
         hours = None
         if memory.clock is not None:

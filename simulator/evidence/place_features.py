@@ -124,11 +124,26 @@ def compute_places(question: Question) -> Columns:
 
 
 def compute_others(question: Question) -> Columns:
-    """Where things of the same name were seen, and where its companions are and tend to be."""
+    """Where things of the same name were seen, and where its companions are and tend to be.
+
+    Things of a name, this one among them, at furniture of the same label, in the room and in the
+    home: what belongs on one shelf may belong on the next.
+    """
     same, fresh = question.same, question.fresh
     is_most = question.share >= question.share.max(axis=1, keepdims=True)
     often = np.where(is_most, 0, question.often)
+    label = question.memory.furniture_label[question.queries.home]
+    is_alike = (label[:, :, None] == label[:, None, :]) & question.is_place[:, None, :]
+    in_room = is_alike & (question.room[:, :, None] == question.room[:, None, :])
+    named = (same + question.counts.num_true).astype(np.float32)
+    by_label, by_room = (np.einsum("qfg,qg->qf", mask, named) for mask in (is_alike, in_room))
+    looks = np.einsum("qfg,qg->qf", in_room, question.looks.astype(np.float32))
+    total = np.maximum(named.sum(axis=1, keepdims=True), 1)
     return {
+        "name_at_label": np.log1p(by_label),
+        "name_at_label_share": by_label / total,
+        "name_at_label_in_room": np.log1p(by_room),
+        "looks_at_label_in_room": np.log1p(looks),
         "same_name": np.log1p(same),
         "same_name_share": same / np.maximum(same.sum(axis=1, keepdims=True), 1),
         "companions_now": fresh / np.maximum(fresh.sum(axis=1, keepdims=True), 0.5),

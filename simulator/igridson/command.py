@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import argparse
-import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
+from simulator.command_line import choose, make_parser, parse, pick
 from simulator.igridson.find_object import (
     RunConfig,
     Runs,
@@ -23,6 +24,9 @@ from simulator.igridson.report import format_table, save_results
 from simulator.igridson.travel import LOOK_COST
 from simulator.policies import POLICIES
 from simulator.priors.prior_graph import PriorGraph
+
+if TYPE_CHECKING:
+    from jsonargparse import ArgumentParser, Namespace
 
 TRAVEL = "+travel"  # ending of a policy's name that makes the search travel-aware
 
@@ -44,16 +48,13 @@ def main(
     Returns:
         The exit status: 0, or 2 if an argument is wrong.
     """
-    known = {name: Searcher(policy.make) for name, policy in POLICIES.items()} | dict(
-        searchers or {}
-    )
-    options = _make_parser(prog, known).parse_args(args)
-    try:
-        options.execute(options, known)
-    except (ValueError, OSError) as error:
-        print(f"{prog}: {error}", file=sys.stderr)
-        return 2
-    return 0
+    known = {name: Searcher(policy.make) for name, policy in POLICIES.items()}
+    known |= dict(searchers or {})
+    commands = {
+        name: partial(command, prog, known)
+        for name, command in (("play", _play), ("run", _run), ("video", _film))
+    }
+    return choose(prog, commands, args, status=2)
 
 
 def find_searcher(name: str, known: Mapping[str, Searcher], look_cost: float) -> Searcher:
@@ -67,52 +68,29 @@ def find_searcher(name: str, known: Mapping[str, Searcher], look_cost: float) ->
         raise ValueError(
             f"policy must be one of {', '.join(known)}, got {name!r}. Choose one of these, with "
             f"'{TRAVEL}' at its end for a travel-aware search; a trained network is played by "
-            "`python -m nep.igridson`."
+            "`python -m nep.igridson --checkpoint CKPT`."
         )
     return replace(known[plain], is_travel_aware=name != plain, look_cost=look_cost)
 
 
-def _make_parser(prog: str, known: Mapping[str, Searcher]) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog=prog, description=__doc__)
-    commands = parser.add_subparsers(required=True, metavar="play | run | video")
-    names = f"one of {', '.join(known)}; with '{TRAVEL}' at its end, walking distances count"
-
-    play = commands.add_parser("play", help="search with the keyboard")
-    play.add_argument("--policy", help=f"show what it believes from what you have seen: {names}")
-    play.add_argument("--show-all", action="store_true", help="show where all objects are")
-    play.set_defaults(execute=_play)
-
-    run = commands.add_parser("run", help="thousands of searches, as a table")
-    defaults = RunConfig()
-    run.add_argument(
-        "--policy", nargs="+", metavar="NAME", default=_list_default(known),
-        help=f"default: all, and travel-aware those whose scores are near probabilities; {names}",
-    )  # fmt: skip
-    run.add_argument("--runs", type=int, default=defaults.runs)
-    run.add_argument("--queries-per-home", type=int, default=defaults.queries_per_home)
-    run.add_argument("--attempts", type=int, default=defaults.attempts)
-    run.add_argument("--out", type=Path, help="JSON file for the results")
-    run.add_argument("--quiet", action="store_true", help="no progress bars")
-    run.set_defaults(execute=_run)
-
-    video = commands.add_parser("video", help="film a search")
-    video.add_argument("--policy", default="prior_filter", help=names)
-    video.add_argument("--out", type=Path, required=True, help="file ending in .gif or .mp4")
-    video.add_argument("--still", type=Path, help="PNG file for the last picture")
-    video.add_argument("--searches", type=int, default=2, help="searches that are filmed")
-    video.add_argument("--warm-up", type=int, default=50, help="searches before them")
-    video.add_argument("--tile", type=int, default=40, help="pixels per cell")
-    video.set_defaults(execute=_film)
-
-    for command in (play, run, video):
-        command.add_argument("--seed", type=int, default=defaults.seed)
-        command.add_argument("--layout", type=Path, help="layout file; the shipped home if absent")
-        command.add_argument("--prior", type=Path, help="prior file; the shipped one if absent")
-        command.add_argument(
-            "--look-cost", type=float, default=LOOK_COST,
-            help="price of a look in steps, for travel-aware searches",
-        )  # fmt: skip
+def _make_parser(prog: str, description: str) -> ArgumentParser:
+    parser = make_parser(prog, description)
+    parser.add_argument("--seed", type=int, default=RunConfig().seed)
+    parser.add_argument(
+        "--layout", type=Path | None, help="layout file; the shipped home if absent"
+    )
+    parser.add_argument("--prior", type=Path | None, help="prior file; the shipped one if absent")
+    parser.add_argument(
+        "--look_cost",
+        type=float,
+        default=LOOK_COST,
+        help="price of a look in steps, for travel-aware searches",
+    )
     return parser
+
+
+def _name_policies(known: Mapping[str, Searcher]) -> str:
+    return f"one of {', '.join(known)}; with '{TRAVEL}' at its end, walking distances count"
 
 
 def _list_default(known: Mapping[str, Searcher]) -> list[str]:
@@ -121,14 +99,23 @@ def _list_default(known: Mapping[str, Searcher]) -> list[str]:
     return [*known, *(name + TRAVEL for name in suited)]
 
 
-def _load_prior(options: argparse.Namespace) -> PriorGraph:
+def _load_prior(options: Namespace) -> PriorGraph:
     return PriorGraph.default() if options.prior is None else PriorGraph.load(options.prior)
 
 
-def _play(options: argparse.Namespace, known: Mapping[str, Searcher]) -> None:
+def _play(prog: str, known: Mapping[str, Searcher], arguments: Sequence[str]) -> int:
+    """Search with the keyboard."""
     from simulator.igridson.env import IGridsonEnv
     from simulator.igridson.play import HELP, play
 
+    parser = _make_parser(f"{prog} play", "Search with the keyboard.")
+    parser.add_argument(
+        "--policy",
+        type=str | None,
+        help=f"show what it believes from what you have seen: {_name_policies(known)}",
+    )
+    parser.add_argument("--show_all", type=bool, default=False, help="show where all objects are")
+    options = parse(parser, arguments)
     searcher = None
     if options.policy is not None:
         searcher = find_searcher(options.policy, known, options.look_cost)
@@ -138,10 +125,24 @@ def _play(options: argparse.Namespace, known: Mapping[str, Searcher]) -> None:
     print(HELP)
     play(env, options.seed, searcher)
     env.close()
+    return 0
 
 
-def _run(options: argparse.Namespace, known: Mapping[str, Searcher]) -> None:
-    config = RunConfig(options.runs, options.queries_per_home, options.attempts, options.seed)
+def _run(prog: str, known: Mapping[str, Searcher], arguments: Sequence[str]) -> int:
+    """Search thousands of times, for a table."""
+    parser = _make_parser(f"{prog} run", "Search thousands of times, for a table.")
+    parser.add_argument(
+        "--policy",
+        type=tuple[str, ...],
+        default=tuple(_list_default(known)),
+        help="default: all, and travel-aware those whose scores are near probabilities; "
+        + _name_policies(known),
+    )
+    parser.add_class_arguments(RunConfig, skip={"seed"})
+    parser.add_argument("--out", type=Path | None, help="JSON file for the results")
+    parser.add_argument("--quiet", type=bool, default=False, help="no progress bars")
+    options = parse(parser, arguments)
+    config = RunConfig(**pick(options, RunConfig))
     prior, layout = _load_prior(options), load_layout(options.layout)
     check_attempts(config, layout)
     searchers = {name: find_searcher(name, known, options.look_cost) for name in options.policy}
@@ -165,14 +166,24 @@ def _run(options: argparse.Namespace, known: Mapping[str, Searcher]) -> None:
             "seconds": seconds,
         }
         save_results(options.out, results, config, settings)
+    return 0
 
 
-def _film(options: argparse.Namespace, known: Mapping[str, Searcher]) -> None:
+def _film(prog: str, known: Mapping[str, Searcher], arguments: Sequence[str]) -> int:
+    """Film searches."""
     from PIL import Image
 
     from simulator.igridson.env import IGridsonEnv
     from simulator.igridson.video import check_format, film_searches, save_video
 
+    parser = _make_parser(f"{prog} video", "Film searches.")
+    parser.add_argument("--policy", type=str, default="prior_filter", help=_name_policies(known))
+    parser.add_argument("--out", type=Path, required=True, help="file ending in .gif or .mp4")
+    parser.add_argument("--still", type=Path | None, help="PNG file for the last picture")
+    parser.add_argument("--searches", type=int, default=2, help="searches that are filmed")
+    parser.add_argument("--warm_up", type=int, default=50, help="searches before them")
+    parser.add_argument("--tile", type=int, default=40, help="pixels per cell")
+    options = parse(parser, arguments)
     check_format(options.out)
     searcher = find_searcher(options.policy, known, options.look_cost)
     env = IGridsonEnv(
@@ -182,3 +193,4 @@ def _film(options: argparse.Namespace, known: Mapping[str, Searcher]) -> None:
     save_video(frames, options.out)
     if options.still is not None:
         Image.fromarray(frames[-1]).save(options.still)
+    return 0

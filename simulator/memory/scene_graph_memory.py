@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
@@ -13,16 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simulator.memory.asking import Asked, Looks, list_looks_before
-from simulator.memory.clock import Clock, make_clock_rows
-from simulator.memory.home_view import list_home, list_places, list_rows
-from simulator.memory.memory_batch import FURNITURE_COUNTERS, MemoryBatch, Queries
-from simulator.memory.memory_content import EDGE_COLUMNS, MAX_TIME, OBJECT_COLUMNS, MemoryContent
-from simulator.memory.names import NameIndex, Resolution, Similarity, read_name
-from simulator.memory.sighting import RELATIONS, SeenAt, Sighting
-from simulator.memory.step_log import StepLog, StepLook
+from simulator.memory.asking import Asked
+from simulator.memory.clock import Clock
+from simulator.memory.home_view import list_home, list_rows
+from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.memory.memory_content import MAX_TIME
+from simulator.memory.memory_state import MemoryState
+from simulator.memory.names import NameIndex, Resolution, Similarity
+from simulator.memory.sighting import SeenAt, Sighting
 from simulator.memory.storage import load_content, save_content
-from simulator.memory.vocabulary import Vocabulary
 from simulator.memory.words import read_words
 from simulator.priors.prior_graph import PriorGraph
 
@@ -55,18 +53,8 @@ class SceneGraphMemory:
         >>> memory.last_seen("milk").steps_ago
         3
 
-    Attributes:
-        clock: what time it is at every time step; None if it was not given.
-
     Source: paper section 4.2, appendix B; docs/design.md, rulings 12 and 13.
     """
-
-    clock: Clock | None
-    _batch: MemoryBatch
-    _is_layout_new: bool  # whether the batch has yet to take it over
-    _asked: int | None  # row of the object whose hypothetical edges are open
-    _step: StepLog  # looks of the present time step
-    _sought: dict[tuple[str, int], tuple[float, int]]  # as in `MemoryContent`
 
     def __init__(self, prior: PriorGraph | None = None, clock: Clock | None = None) -> None:
         """Start with an empty home.
@@ -79,7 +67,7 @@ class SceneGraphMemory:
         self._prior = prior if prior is not None else PriorGraph.default()
         self._lock = RLock()
         self._names = NameIndex(row.label for row in self._prior.objects)
-        self._set_content(MemoryContent.empty(self._prior.checksum, clock))
+        self._state = MemoryState(self._prior, clock)
 
     @classmethod
     def load(
@@ -107,7 +95,7 @@ class SceneGraphMemory:
                 f"{memory._prior.checksum[:12]}... for {path}. Give its own prior, or "
                 "PriorGraph.default() to go on with the shipped one."
             )
-        memory._set_content(content if clock is None else replace(content, clock=clock))
+        memory._state.set_content(content if clock is None else replace(content, clock=clock))
         return memory
 
     def save(self, path: str | Path) -> None:
@@ -121,12 +109,7 @@ class SceneGraphMemory:
                 file is left as it was.
         """
         with self._lock:
-            content = self._get_content()
-            if self._step.before is not None:
-                content = replace(
-                    self._get_content(self._step.before), looks=tuple(self._step.looks)
-                )
-            save_content(path, content)
+            save_content(path, self._state.get_content_to_save())
 
     @property
     def batch(self) -> MemoryBatch:
@@ -134,9 +117,12 @@ class SceneGraphMemory:
 
         It takes over rooms and furniture that were added when it is read, all at once.
         """
-        if self._is_layout_new:
-            self._update_layout()
-        return self._batch
+        return self._state.batch
+
+    @property
+    def clock(self) -> Clock | None:
+        """What time it is at every time step; None if it was not given."""
+        return self._state.clock
 
     @property
     def time(self) -> int:
@@ -146,17 +132,17 @@ class SceneGraphMemory:
     @property
     def num_furniture(self) -> int:
         """Number of furniture nodes, F."""
-        return len(self._layout.furniture)
+        return len(self._state.layout.furniture)
 
     @property
     def furniture_ids(self) -> tuple[int, ...]:
         """Ids of the furniture nodes in the order of `batch`, (F,)."""
-        return tuple(self._layout.furniture)
+        return tuple(self._state.layout.furniture)
 
     @property
     def descriptions(self) -> tuple[str, ...]:
         """Descriptions of all objects seen or asked for, in the order of `batch`, (O,)."""
-        return tuple(self._descriptions)
+        return tuple(self._state.descriptions)
 
     def add_room(self, label: str) -> int:
         """Add a room such as "kitchen" and return its id.
@@ -164,8 +150,8 @@ class SceneGraphMemory:
         Raises:
             ValueError: if the label is no name (`read_words`).
         """
-        room = self._layout.add_room(label)
-        self._note_new(label)
+        room = self._state.layout.add_room(label)
+        self._state.note_new(label)
         return room
 
     def add_furniture(
@@ -189,8 +175,8 @@ class SceneGraphMemory:
             ValueError: if the label or the description is no name (`read_words`), or the position
                 no two numbers.
         """
-        furniture = self._layout.add_furniture(label, room, description, position)
-        self._note_new(label)
+        furniture = self._state.layout.add_furniture(label, room, description, position)
+        self._state.note_new(label)
         return furniture
 
     def move_furniture(
@@ -211,10 +197,8 @@ class SceneGraphMemory:
             ValueError: if the position is no two numbers.
         """
         with self._lock:
-            self._layout.move_furniture(furniture, room, position)
-            self._is_layout_new = True
-            self._asked = None
-            self._step = StepLog()
+            self._state.layout.move_furniture(furniture, room, position)
+            self._state.note_new()
 
     def get_position(self, furniture: int) -> tuple[float, float] | None:
         """Return the position of a furniture node; None if it was not given.
@@ -222,8 +206,8 @@ class SceneGraphMemory:
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
         """
-        self._layout.check_furniture(furniture)
-        return self._layout.furniture[furniture].position
+        self._state.layout.check_furniture(furniture)
+        return self._state.layout.furniture[furniture].position
 
     def list_furniture(self, room: int) -> tuple[int, ...]:
         """Return the ids of the furniture of a room, to leave out a closed one, for example.
@@ -231,8 +215,8 @@ class SceneGraphMemory:
         Raises:
             KeyError: if `room` is not a room of this memory.
         """
-        self._layout.check_room(room)
-        furniture = self._layout.furniture.items()
+        self._state.layout.check_room(room)
+        furniture = self._state.layout.furniture.items()
         return tuple(number for number, node in furniture if node.room == room)
 
     def remove_room(self, room: int) -> None:
@@ -241,8 +225,8 @@ class SceneGraphMemory:
         Raises:
             KeyError: if `room` is not a room of this memory.
         """
-        self._layout.check_room(room)
-        self._set_content(self._get_content().remove(rooms=[room]))
+        self._state.layout.check_room(room)
+        self._state.remove(rooms=[room])
 
     def remove_furniture(self, furniture: int) -> None:
         """Remove a furniture node and all its edges; the objects that were seen there stay.
@@ -250,8 +234,8 @@ class SceneGraphMemory:
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
         """
-        self._layout.check_furniture(furniture)
-        self._set_content(self._get_content().remove(furniture=[furniture]))
+        self._state.layout.check_furniture(furniture)
+        self._state.remove(furniture=[furniture])
 
     def remove_object(self, description: str) -> None:
         """Forget an object with all its edges, as if it had never been seen or asked for.
@@ -260,13 +244,13 @@ class SceneGraphMemory:
             KeyError: if this memory has no object of that description.
             ValueError: if the description is no name (`read_words`).
         """
-        row = self._find_row(description)
+        row = self._state.find_row(description)
         if row < 0:
             raise KeyError(
                 f"description must be one that was seen or asked for, got {description!r}; there "
-                f"are {len(self._descriptions)} objects. Check its words."
+                f"are {len(self._state.descriptions)} objects. Check its words."
             )
-        self._set_content(self._get_content().remove(objects=[row]))
+        self._state.remove(objects=[row])
 
     def describe(self, furniture: int) -> str:
         """Return the description and room of a furniture node, "white fridge in kitchen".
@@ -274,7 +258,7 @@ class SceneGraphMemory:
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
         """
-        return self._layout.describe(furniture)
+        return self._state.layout.describe(furniture)
 
     def observe(self, furniture: int, seen: Sequence[Sighting], coverage: float = 1.0) -> None:
         """Fold one look at a furniture node into the memory.
@@ -300,7 +284,7 @@ class SceneGraphMemory:
         Source: paper section 4.2, appendix B. Differs: negative evidence is counted (released
         code does not).
         """
-        self._layout.check_furniture(furniture)
+        self._state.layout.check_furniture(furniture)
         for sighting in seen:
             if not isinstance(sighting, Sighting):
                 raise TypeError(
@@ -313,22 +297,7 @@ class SceneGraphMemory:
                 f"{self.describe(furniture)}. Give the share in view, or leave out the look."
             )
         with self._lock:
-            self._step.begin(self.batch)
-            rows = [self._ensure_object(sighting.description) for sighting in seen]
-            self.batch.observe(
-                _HOME,
-                np.array([self.furniture_ids.index(furniture)]),
-                np.array(rows, dtype=np.int64),
-                np.array([RELATIONS.index(sighting.relation) for sighting in seen], dtype=np.int64),
-                np.array([coverage], dtype=float),
-                np.array([sighting.confidence for sighting in seen], dtype=float),
-            )
-            self._step.add(StepLook(furniture, tuple(seen), coverage), Counter(rows))
-            at_once = self.batch.objects["num_at_once"]
-            for row in set(rows):
-                at_once[row] = max(at_once[row], self._step.count_at_once(row))
-                words = read_words("description", self._descriptions[row])
-                self._sought.pop((words, furniture), None)
+            self._state.look(furniture, seen, coverage)
 
     def note_absent(self, furniture: int, description: str, coverage: float = 1.0) -> None:
         """Note that a look for one thing did not find it, and say nothing of all others there.
@@ -342,18 +311,15 @@ class SceneGraphMemory:
             KeyError: if `furniture` is not a furniture node of this memory.
             ValueError: if the description is no name, or the coverage out of range.
         """
-        self._layout.check_furniture(furniture)
-        key = (read_words("description", description), furniture)
+        self._state.layout.check_furniture(furniture)
+        words = read_words("description", description)
         if not 0 < coverage <= 1:
             raise ValueError(
                 f"coverage must lie above 0 and at most at 1, got {coverage} at "
                 f"{self.describe(furniture)}. Give the share of it that was in view."
             )
         with self._lock:
-            count, time = self._sought.get(key, (0.0, self.time))
-            if time < self.time:  # from now on: what was in vain before is long ago
-                count = 0.0
-            self._sought[key] = (count + coverage, self.time)
+            self._state.note_absent(furniture, words, coverage)
 
     def step(self, num_steps: int = 1) -> None:
         """Let time pass.
@@ -377,11 +343,7 @@ class SceneGraphMemory:
             )
         if num_steps:
             with self._lock:
-                self._forget_questions()
-                self.batch.step()
-                self.batch.time += int(num_steps) - 1
-                self._asked = None
-                self._step = StepLog()
+                self._state.let_pass(int(num_steps))
 
     def step_to(self, time: datetime) -> None:
         """Let time pass until a date and time: the last step that has begun by then.
@@ -423,12 +385,8 @@ class SceneGraphMemory:
             ValueError: if the description is no name (`read_words`), or there is no furniture yet.
         """
         read_words("description", description)
-        if not self._layout.furniture:
-            raise ValueError(
-                "memory must have furniture before a query, got none. Call add_furniture first."
-            )
-        row = self._asked = self._ensure_object(description)
-        return self._ask(row)
+        self._check_furniture()
+        return self._state.query(description)
 
     def rank(self, policy: Policy, description: str) -> list[tuple[int, float]]:
         """Order all furniture by how likely it holds an object, the best first.
@@ -456,7 +414,7 @@ class SceneGraphMemory:
             ValueError: if the description is no name (`read_words`).
         """
         with self._lock:
-            self._names.update(self._descriptions)
+            self._names.update(self._state.descriptions)
             return self._names.resolve(description, similarity)
 
     def find_furniture(self, name: str) -> tuple[int, ...]:
@@ -465,11 +423,13 @@ class SceneGraphMemory:
         Raises:
             ValueError: if the name is none (`read_words`).
         """
-        index = NameIndex(node.label for node in self._layout.furniture.values())
-        index.update([node.description for node in self._layout.furniture.values()])
+        index = NameIndex(node.label for node in self._state.layout.furniture.values())
+        index.update([node.description for node in self._state.layout.furniture.values()])
         matches = set(index.resolve(name).matches)
         return tuple(
-            number for number, node in self._layout.furniture.items() if node.description in matches
+            number
+            for number, node in self._state.layout.furniture.items()
+            if node.description in matches
         )
 
     def ask(self, descriptions: Sequence[str], before_looks: bool = True) -> Asked:
@@ -483,47 +443,9 @@ class SceneGraphMemory:
         Raises:
             ValueError: if a description is no name (`read_words`), or there is no furniture yet.
         """
-        words = [read_words("description", description) for description in descriptions]
-        if not self._layout.furniture:
-            raise ValueError(
-                "memory must have furniture before a query, got none. Call add_furniture first."
-            )
+        self._check_furniture()
         with self._lock:
-            current, step = self.batch.copy(), self._step
-            batch, num_known = current.copy(), len(self._descriptions)
-            if before_looks and step.before is not None:
-                batch, num_known = step.before.copy(), step.num_objects
-            known = np.array([self._find_row(description) for description in descriptions])
-            vocabulary = Vocabulary(self._prior, batch.labels)
-            kinds = np.array([vocabulary.find_type(description) for description in descriptions])
-            batch.labels = vocabulary.labels
-            new = num_known + np.arange(len(words))
-            keys = np.where((known >= 0) & (known < num_known), known, new)
-            queries = batch.query(
-                np.zeros(len(words), dtype=np.int64), keys, kinds[:, 0], kinds[:, 1]
-            )
-            ids = self.furniture_ids
-            at_once = np.append(current.objects["num_at_once"], 0)
-            return Asked(
-                batch=batch,
-                queries=queries,
-                current=current,
-                rows=known,
-                descriptions=tuple(self._descriptions),
-                looks=tuple(
-                    self._list_looks(batch, key if key < num_known else -1, row, own)
-                    for key, row, own in zip(keys.tolist(), known.tolist(), words, strict=True)
-                ),
-                num_instances=np.maximum(at_once[known], 1),
-                sightings=tuple(
-                    sorted(
-                        (seen for row in known if row >= 0 for seen in self._list_places(row)),
-                        key=lambda seen: -seen.time,
-                    )
-                ),
-                furniture_ids=ids,
-                furniture_names=tuple(map(self._layout.describe, ids)),
-            )
+            return self._state.ask(descriptions, before_looks)
 
     def places_of(self, description: str) -> list[SeenAt]:
         """Return every place where an object was ever seen, the latest sighting first.
@@ -532,8 +454,8 @@ class SceneGraphMemory:
             ValueError: if the description is no name (`read_words`).
         """
         matches = self.resolve(description).matches
-        rows = [self._find_row(match) for match in matches]
-        found = [seen for row in rows for seen in self._list_places(row)]
+        rows = [self._state.find_row(match) for match in matches]
+        found = [seen for row in rows for seen in self._state.list_places(row)]
         return sorted(found, key=lambda seen: -seen.time)
 
     def last_seen(self, description: str) -> SeenAt | None:
@@ -551,7 +473,7 @@ class SceneGraphMemory:
         whether the last look at it found them. "unplaced" lists objects that were last seen at
         furniture that was removed.
         """
-        return list_home(self.batch, self._layout, self._descriptions)
+        return list_home(self.batch, self._state.layout, self._state.descriptions)
 
     def to_frame(self) -> DataFrame:
         """Return a table of every object at every place where it was ever seen (needs pandas).
@@ -562,139 +484,8 @@ class SceneGraphMemory:
 
         return DataFrame(list_rows(self.to_dict()))
 
-    def _ensure_object(self, description: str) -> int:
-        """Return the row of an object node, adding the node if it is new."""
-        known = self._rows_as_written.get(description)
-        if known is not None:  # most things are called the same every time
-            return known
-        row = self._rows.setdefault(read_name(description), len(self._descriptions))
-        if row == len(self._descriptions):
-            self._descriptions.append(description)
-        label, object_type = self._vocabulary.find_type(description)
-        rows = self.batch.ensure_objects(
-            _HOME, np.array([row]), np.array([label]), np.array([object_type])
-        )
-        assert rows[0] == row
-        self._rows_as_written[description] = row
-        return row
-
-    def _find_row(self, description: str) -> int:
-        """Return the row of an object node, -1 if there is none of that name."""
-        return self._rows.get(read_name(description), -1)
-
-    def _list_places(self, row: int) -> list[SeenAt]:
-        return list_places(self.batch, self.furniture_ids, row)
-
-    def _list_looks(self, batch: MemoryBatch, row: int, row_now: int, words: str) -> Looks:
-        """List what all looks say about an object.
-
-        Args:
-            batch: the memory before the looks of this step.
-            row: of the object in it, -1 for what was not seen until then.
-            row_now: its row now.
-            words: of its description.
-        """
-        in_vain, seen = np.zeros((2, self.num_furniture))
-        steps_ago = list_looks_before(batch, row, self.time)
-        sought_ago = np.full(self.num_furniture, np.inf)
-        sought = np.zeros(self.num_furniture)
-        position = {number: index for index, number in enumerate(self.furniture_ids)}
-        if self._step.before is not None and batch.time == self.time:
-            for furniture, count in self._step.sum_in_vain(row_now).items():
-                in_vain[position[furniture]] += count
-        edges = self.batch.edges
-        now = (edges["object"] == row_now) & (edges["last_true"] == self.time)
-        np.maximum.at(seen, edges["furniture"][now], edges["confidence"][now])
-        for (name, furniture), (count, time) in self._sought.items():
-            if name == words and time == self.time:
-                in_vain[position[furniture]] += count
-            elif name == words:
-                sought[position[furniture]] = count
-                sought_ago[position[furniture]] = self.time - time
-        return Looks(
-            in_vain=in_vain,
-            steps_ago=np.column_stack([steps_ago, sought_ago]),
-            weight=np.column_stack([np.ones(steps_ago.shape), sought]),
-            seen=seen,
-        )
-
-    def _forget_questions(self) -> None:
-        """Leave out objects that were asked for in this step and neither seen nor looked for."""
-        is_there = self.batch.objects["num_observed"] > 0
-        is_there[self.batch.edges["object"]] = True
-        never = np.flatnonzero(~is_there)
-        if len(never):
-            self._set_content(self._get_content().remove(objects=never.tolist()))
-
-    def _ask(self, row: int) -> Queries:
-        objects = self.batch.objects
-        return self.batch.query(
-            _HOME, np.array([row]), objects["label"][[row]], objects["type"][[row]]
-        )
-
-    def _note_new(self, label: str) -> None:
-        self._vocabulary.number(label)  # now: labels are numbered in the order they come up
-        self._is_layout_new = True
-        self._asked = None
-        self._step = StepLog()  # what was looked at in another home says nothing of this one
-
-    def _update_layout(self) -> None:
-        arrays = self._layout.make_arrays(self._vocabulary, self._prior)
-        self._batch.set_layout(
-            arrays.room_label, arrays.furniture_label, arrays.furniture_room, arrays.place_prior
-        )
-        self._is_layout_new = False
-
-    def _get_content(self, batch: MemoryBatch | None = None) -> MemoryContent:
-        """Return what the memory holds, or held when a copy of its batch was made."""
-        batch = self.batch if batch is None else batch
-        return MemoryContent(
-            time=batch.time,
-            prior=self._prior.checksum,
-            labels=tuple(batch.labels),
-            layout=self._layout,
-            descriptions=tuple(self._descriptions[: len(batch.objects)]),
-            furniture_counters={
-                name: getattr(batch, f"furniture_{name}")[0] for name in FURNITURE_COUNTERS
-            },
-            objects={name: batch.objects[name] for name in OBJECT_COLUMNS},
-            edges={name: batch.edges[name] for name in EDGE_COLUMNS},
-            history=batch.history,
-            asked=self._asked,
-            clock=self.clock,
-            sought=dict(self._sought),
-        )
-
-    def _set_content(self, content: MemoryContent) -> None:
-        """Become a memory of that content; prior weights are looked up again."""
-        self._vocabulary = Vocabulary(self._prior, content.labels)
-        self._layout = content.layout
-        self._descriptions: list[str] = []
-        self._rows: dict[tuple[str, ...], int] = {}  # by `read_name` of the description
-        self._rows_as_written: dict[str, int] = {}
-        arrays = self._layout.make_arrays(self._vocabulary, self._prior)
-        self.clock = content.clock
-        batch = self._batch = MemoryBatch(
-            [], arrays.room_label, arrays.furniture_label, arrays.furniture_room,
-            arrays.place_prior,
-            clock=make_clock_rows([content.clock]),
-        )  # fmt: skip
-        self._is_layout_new = False
-        batch.labels = self._vocabulary.labels  # one list: grows with the vocabulary
-        batch.time = content.time
-        for name, column in content.furniture_counters.items():
-            getattr(batch, f"furniture_{name}")[0] = column
-        for description in content.descriptions:
-            self._ensure_object(description)
-        for name, column in content.objects.items():
-            batch.objects[name][:] = column
-        batch.edges.append(len(content.edges["object"]), **content.edges)
-        self._update_layout()  # the batch looks up the prior of every edge
-        self._asked = content.asked
-        if content.asked is not None:
-            self._ask(content.asked)
-        batch.history = content.history  # now: to ask again is no new question
-        self._sought = dict(content.sought)
-        self._step = StepLog()
-        for look in content.looks:
-            self.observe(look.furniture, look.seen, look.coverage)
+    def _check_furniture(self) -> None:
+        if not self._state.layout.furniture:
+            raise ValueError(
+                "memory must have furniture before a query, got none. Call add_furniture first."
+            )

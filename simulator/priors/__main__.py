@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from simulator.command_line import choose, make_parser, parse, pick
 from simulator.priors.compare import compare_priors
 from simulator.priors.prior_check import find_problems
 from simulator.priors.prior_graph import PriorGraph, parse_json
 from simulator.priors.sources.build import DEFAULT_SOURCES, SOURCES, build_from_sources
 from simulator.priors.sources.merge import BuildOptions
 from simulator.priors.sources.procthor_databases import NUM_HOUSES
+
+PROG = "python -m simulator.priors"
+_PRIOR_HELP = "prior file; default: the shipped one"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -21,100 +24,42 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         the exit status: 0 if all is well, 1 on bad input.
     """
-    options = _make_parser().parse_args(arguments)
     commands = {
-        "build": _build, "from-trace": _count_traces, "show": _show, "check": _check,
-        "compare": _compare,
+        "build": build, "from-trace": count_traces, "show": show, "check": check,
+        "compare": compare,
     }  # fmt: skip
-    try:
-        return commands[options.command](options)
-    except (ValueError, OSError, ModuleNotFoundError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
+    return choose(PROG, commands, arguments)
 
 
-def _make_parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m simulator.priors", description=__doc__)
-    commands = parser.add_subparsers(dest="command", required=True)
-
-    build = commands.add_parser(
-        "build",
-        help="count data sets and write a prior file",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="sources:\n" + "\n".join(f"  {name:13} {text}" for name, text in SOURCES.items()),
+def build(arguments: Sequence[str]) -> int:
+    """Count data sets and write a prior file."""
+    parser = make_parser(
+        f"{PROG} build",
+        "Count data sets and write a prior file. Sources: "
+        + "; ".join(f"{name}: {text}" for name, text in SOURCES.items()),
     )
-    build.add_argument(
+    parser.add_argument(
         "--source",
-        action="append",
-        metavar="NAME[=PATH]",
-        help="a source; repeat it for more, the first wins where two know the same relation "
-        f"(default: {' '.join(DEFAULT_SOURCES)})",
+        type=tuple[str, ...],
+        default=DEFAULT_SOURCES,
+        help="NAME[=PATH] of sources; the first wins where two know the same relation",
     )
-    build.add_argument("--out", type=Path, default=Path("prior.json"), help="default: %(default)s")
-    build.add_argument(
+    parser.add_argument("--out", type=Path, default=Path("prior.json"))
+    parser.add_argument(
         "--num_homes", type=int, default=NUM_HOUSES, help="symbolic houses to sample"
     )
-    build.add_argument("--seed", type=int, default=0, help="of the symbolic houses")
-    build.add_argument("--normalise", choices=("sum", "max"), default="sum")
-    build.add_argument(
-        "--scope",
-        choices=("house", "room"),
-        default="house",
-        help="normalise an object's weights over the house, or within each room",
-    )
-    build.add_argument("--coarse", action="store_true", help="leave rooms out of the placements")
-    build.add_argument("--min-edges", type=int, default=3, help="drop emptier furniture")
-    build.add_argument(
-        "--min-places", type=int, default=2, help="drop objects from rooms with fewer"
-    )
-    build.add_argument("--skip-bad", action="store_true", help="report bad rows and go on")
+    parser.add_argument("--seed", type=int, default=0, help="of the symbolic houses")
+    parser.add_class_arguments(BuildOptions)
+    parser.add_argument("--skip_bad", type=bool, default=False, help="report bad rows and go on")
+    options = parse(parser, arguments)
 
-    traces = commands.add_parser("from-trace", help="count recorded homes and write a prior file")
-    traces.add_argument("traces", nargs="+", metavar="DIR", help="traces, or folders of traces")
-    traces.add_argument("--out", type=Path, default=Path("prior.json"), help="default: %(default)s")
-    traces.add_argument(
-        "--step-seconds",
-        type=float,
-        help="length of a time step; an hour, or what the homes were simulated with",
-    )
-
-    show = commands.add_parser("show", help="print a prior and draw it")
-    show.add_argument("file", nargs="?", help="prior file (default: the shipped one)")
-    show.add_argument("--room", help="only this room")
-    show.add_argument("--object", help="only this object type")
-    show.add_argument("--top", type=int, default=6, help="objects listed per furniture")
-    show.add_argument(
-        "--out",
-        type=Path,
-        default=Path("prior.png"),
-        help="picture of the graph; the heat map is written beside it (default: %(default)s)",
-    )
-    show.add_argument("--no-picture", action="store_true", help="print the table alone")
-
-    check = commands.add_parser("check", help="report every problem of a prior file")
-    check.add_argument("file")
-
-    compare = commands.add_parser("compare", help="show how two priors differ")
-    compare.add_argument("a", help="prior file, or `default`")
-    compare.add_argument("b", help="prior file, or `default`")
-    compare.add_argument("--top", type=int, default=10, help="differences listed")
-    return parser
-
-
-def _build(options: argparse.Namespace) -> int:
     def report_progress(done: int) -> None:
         if sys.stderr.isatty():
             print(f"\r{done}/{options.num_homes} houses", end="", file=sys.stderr, flush=True)
 
     prior, report, counts = build_from_sources(
-        tuple(options.source or DEFAULT_SOURCES),
-        options=BuildOptions(
-            normalise=options.normalise,
-            scope=options.scope,
-            coarse=options.coarse,
-            min_edges=options.min_edges,
-            min_places=options.min_places,
-        ),
+        tuple(options.source),
+        options=BuildOptions(**pick(options, BuildOptions)),
         num_houses=options.num_homes,
         seed=options.seed,
         skip_bad=options.skip_bad,
@@ -128,12 +73,22 @@ def _build(options: argparse.Namespace) -> int:
     return 0
 
 
-def _count_traces(options: argparse.Namespace) -> int:
+def count_traces(arguments: Sequence[str]) -> int:
+    """Count recorded homes and write a prior file."""
     # Loaded when needed: the other commands do without the simulator.
     from simulator.trace.count_prior import count_prior
     from simulator.trace.source import check_step_seconds
     from simulator.trace.trace import find_traces, load_trace
 
+    parser = make_parser(f"{PROG} from-trace", "Count recorded homes and write a prior file.")
+    parser.add_argument("traces", nargs="+", help="traces, or folders of traces")
+    parser.add_argument("--out", type=Path, default=Path("prior.json"))
+    parser.add_argument(
+        "--step_seconds",
+        type=float | None,
+        help="length of a time step; an hour, or what the homes were simulated with",
+    )
+    options = parse(parser, arguments)
     check_step_seconds(options.step_seconds)
     traces = [load_trace(folder) for folder in find_traces(options.traces)]
     prior, left_out = count_prior(traces, options.step_seconds)
@@ -156,13 +111,27 @@ def summarise_prior(prior: PriorGraph) -> str:
     )
 
 
-def _show(options: argparse.Namespace) -> int:
+def show(arguments: Sequence[str]) -> int:
+    """Print a prior and draw it."""
     from simulator.priors.show import print_prior, select_rows
 
+    parser = make_parser(f"{PROG} show", "Print a prior and draw it.")
+    parser.add_argument("file", nargs="?", help=_PRIOR_HELP)
+    parser.add_argument("--room", type=str | None, help="only this room")
+    parser.add_argument("--object", type=str | None, help="only this object type")
+    parser.add_argument("--top", type=int, default=6, help="objects listed per furniture")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("prior.png"),
+        help="picture of the graph; the heat map is written beside it",
+    )
+    parser.add_argument("--picture", type=bool, default=True, help="--no_picture: the table alone")
+    options = parse(parser, arguments)
     prior = _load(options.file or "default")
     placements = select_rows(prior, room=options.room, label=options.object)
     print_prior(prior, placements, room=options.room, label=options.object, top=options.top)
-    if not options.no_picture:
+    if options.picture:
         from simulator.priors.draw import draw_graph, draw_heat_map
 
         heat_map = options.out.with_name(f"{options.out.stem}-heat{options.out.suffix or '.png'}")
@@ -172,7 +141,11 @@ def _show(options: argparse.Namespace) -> int:
     return 0
 
 
-def _check(options: argparse.Namespace) -> int:
+def check(arguments: Sequence[str]) -> int:
+    """Report every problem of a prior file."""
+    parser = make_parser(f"{PROG} check", "Report every problem of a prior file.")
+    parser.add_argument("file", help="prior file")
+    options = parse(parser, arguments)
     text = Path(options.file).read_text(encoding="utf-8")
     data = parse_json(text, where=options.file)
     problems = list(find_problems(data))
@@ -189,7 +162,13 @@ def _check(options: argparse.Namespace) -> int:
     return 0
 
 
-def _compare(options: argparse.Namespace) -> int:
+def compare(arguments: Sequence[str]) -> int:
+    """Show how two priors differ."""
+    parser = make_parser(f"{PROG} compare", "Show how two priors differ.")
+    parser.add_argument("a", help="prior file, or `default`")
+    parser.add_argument("b", help="prior file, or `default`")
+    parser.add_argument("--top", type=int, default=10, help="differences listed")
+    options = parse(parser, arguments)
     a, b = _load(options.a), _load(options.b)
     result = compare_priors(a, b)
     print(f"A {options.a}: {summarise_prior(a)}\nB {options.b}: {summarise_prior(b)}")

@@ -39,14 +39,15 @@ class FindObject(Task):
         Args:
             homes: the true homes.
             policy: scores the furniture before every look.
-            max_looks: looks allowed per search; None to look everywhere.
+            max_looks: looks allowed per search; None for what the rules of the homes say.
             order: turns scores into the next place; highest score first if None.
 
         Raises:
             ValueError: if `max_looks` is below 1 or exceeds the number of furniture nodes.
         """
         if max_looks is None:
-            max_looks = homes.num_furniture
+            bounds = [config.max_looks for config in homes.configs if config.max_looks is not None]
+            max_looks = min([*bounds, homes.num_furniture])
         if not 1 <= max_looks <= homes.num_furniture:
             raise ValueError(
                 f"max_looks must be at least 1 and at most the {homes.num_furniture} furniture "

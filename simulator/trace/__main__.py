@@ -1,8 +1,154 @@
-"""`python -m simulator.trace`."""
+"""Command line: `python -m simulator.trace record | check | import`."""
+
+from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 
-from simulator.trace.command import main
+from simulator.command_line import choose, make_parser, parse
+from simulator.home_options import HomeOptions
+from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
+from simulator.priors.prior_graph import load_prior
+from simulator.trace.importers import IMPORTERS
+from simulator.trace.layout import read_start
+from simulator.trace.memory import remember_trace
+from simulator.trace.record import record_homes
+from simulator.trace.source import RecordedSource, check_step_seconds
+from simulator.trace.trace import Trace, find_traces, load_trace, save_trace
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import SPLITS, Streams
+
+PROG = "python -m simulator.trace"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Returns:
+        The exit status: 0 if all is well, 1 on bad input.
+    """
+    return choose(PROG, {"record": record, "check": check, "import": bring}, arguments)
+
+
+def record(arguments: Sequence[str]) -> int:
+    """Simulate homes and write a trace of each."""
+    parser = make_parser(f"{PROG} record", "Simulate homes and write a trace of each.")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the traces")
+    parser.add_argument("--num_homes", type=int, default=1, help="number of homes")
+    parser.add_argument("--steps", type=int, default=100, help="time steps per home")
+    parser.add_argument("--split", type=str, default="test", help=", ".join(SPLITS))
+    parser.add_argument("--seed", type=int, default=0, help="of the homes")
+    parser.add_class_arguments(HomeOptions, skip={"trace", "step_seconds", "by_day"})
+    parser.add_argument(
+        "--step_seconds", type=float, default=DEFAULT_STEP_SECONDS, help="what a step stands for"
+    )
+    parser.add_argument("--start", type=str | None, help="what t = 0 stands for: 2024-05-06T07:30")
+    options = parse(parser, arguments)
+    if options.steps < 1:
+        raise ValueError(f"steps must be at least 1, got {options.steps}. Ask for more.")
+    check_step_seconds(options.step_seconds)
+    source = HomeOptions(options.homes, options.home, options.prior).make()
+    homes = source.make(Streams(options.seed, options.split, range(options.num_homes)))
+    if not isinstance(homes, SampledHomes):
+        raise ValueError(
+            f"homes must be sampled for their truth to be recorded, got {type(homes).__name__}. "
+            "Take a source that samples."
+        )
+    start = None if options.start is None else read_start(options.start)
+    for trace in record_homes(homes, options.steps, options.step_seconds, start):
+        save_trace(trace, options.out / trace.name)
+        print(f"{options.out / trace.name}: {summarise(trace)}")
+    return 0
+
+
+def check(arguments: Sequence[str]) -> int:
+    """Read traces, report the first fault, say what is in them."""
+    parser = make_parser(
+        f"{PROG} check", "Read traces, report the first fault, say what they hold."
+    )
+    parser.add_argument("traces", nargs="+", help="traces, or folders of traces")
+    parser.add_argument("--step_seconds", type=float | None, help="length of a time step")
+    parser.add_argument(
+        "--by_day", type=bool, default=False, help="whether each day is a home of its own"
+    )
+    parser.add_argument(
+        "--prior", type=str | None, help="prior file (JSON); the shipped one if left out"
+    )
+    options = parse(parser, arguments)
+    traces = [load_trace(folder) for folder in find_traces(options.traces)]
+    for trace in traces:
+        print(f"{trace.name}: {summarise(trace)}")
+    source = RecordedSource.from_traces(
+        traces, load_prior(options.prior), options.step_seconds, options.by_day
+    )
+    for line in source.left_out:
+        print(f"left out: {line}")
+    print(f"{source.num_homes} homes of at least {source.num_steps} steps")
+    unknown = source.list_unknown_types()
+    print(f"types that the prior does not know: {', '.join(unknown) or 'none'}")
+    return 0
+
+
+def bring(arguments: Sequence[str]) -> int:
+    """Make a trace or a memory of a home from another program."""
+    parser = make_parser(
+        f"{PROG} import",
+        "Make a trace or a memory of a home from another program. Formats: "
+        + "; ".join(f"{name}: {importer.help}" for name, importer in IMPORTERS.items()),
+    )
+    parser.add_argument("format", choices=list(IMPORTERS), metavar="FORMAT", help="see above")
+    parser.add_argument("file", type=Path, help="the file to read")
+    parser.add_argument("--out", type=Path | None, help="folder for the trace")
+    parser.add_argument(
+        "--furniture",
+        type=tuple[str, ...],
+        default=(),
+        help="labels that are furniture besides those of the type table (docs/priors.md)",
+    )
+    parser.add_argument(
+        "--start",
+        type=str | None,
+        help="local date and time of the file's state: 2024-05-06T07:30",
+    )
+    parser.add_argument(
+        "--memory", type=Path | None, help="file for a memory that has seen all of it"
+    )
+    parser.add_argument(
+        "--prior",
+        type=str | None,
+        help="of the memory: prior file; the shipped one if left out",
+    )
+    options = parse(parser, arguments)
+    if options.out is None and options.memory is None:
+        raise ValueError("import must make something, got neither. Give --out or --memory.")
+    trace, builder = IMPORTERS[options.format].read(options.file, list(options.furniture))
+    if options.start is not None:
+        trace = replace(trace, layout=replace(trace.layout, start=read_start(options.start)))
+    print(builder.summarise())
+    if options.out is not None:
+        save_trace(trace, options.out)
+        print(f"trace: {options.out}")
+    if options.memory is not None:
+        remember_trace(trace, load_prior(options.prior)).save(options.memory)
+        print(f"memory: {options.memory}")
+    return 0
+
+
+def summarise(trace: Trace) -> str:
+    """Say in one line what a trace holds."""
+    layout = trace.layout
+    objects = {event.object for event in trace.events}
+    hours = (trace.end_s - trace.start_s) / 3600
+    since = ""
+    if layout.start is not None:
+        since = f" from {Clock(layout.start).shift(trace.start_s).start:%A %Y-%m-%d %H:%M}"
+    return (
+        f"{len(layout.rooms)} rooms, {len(layout.furniture)} furniture nodes, {len(objects)} "
+        f"objects, {len(trace.events)} events in {hours:.1f} hours{since}"
+    )
+
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -33,7 +33,6 @@ class RecordedSource(HomeSource):
     Attributes:
         traces: the recordings.
         episodes: one per home.
-        left_out: what was not taken, a line each.
     """
 
     def __init__(
@@ -63,8 +62,8 @@ class RecordedSource(HomeSource):
         if not folders:
             raise ValueError("traces must be one or more folders, got none. Name a folder.")
         check_step_seconds(step_seconds)
+        traces = [load_trace(folder) for folder in find_traces(folders)]
         self._folders = tuple(str(Path(folder).absolute()) for folder in folders)
-        traces = [load_trace(folder) for folder in find_traces(self._folders)]
         self._prepare(traces, prior, home, step_seconds, by_day)
 
     @classmethod
@@ -96,7 +95,7 @@ class RecordedSource(HomeSource):
         self.traces = list(traces)
         self._types = RecordedTypes(self.prior, traces)
         self.episodes: list[Episode] = []
-        self.left_out: list[str] = []
+        self._left_out: list[str] = []
         self._configs: list[HomeConfig] = []
         for trace in traces:
             seconds = _choose_step(trace, step_seconds)
@@ -104,7 +103,7 @@ class RecordedSource(HomeSource):
             episodes = [whole]
             if by_day:
                 episodes, left_out = split_days(trace, seconds)
-                self.left_out += left_out
+                self._left_out += left_out
             self.episodes += episodes
             self._configs += [make_rules(whole, self.home)] * len(episodes)
 
@@ -134,6 +133,11 @@ class RecordedSource(HomeSource):
     def has_clock(self) -> bool:
         """Whether all layouts say when they start."""
         return all(trace.layout.start is not None for trace in self.traces)
+
+    @property
+    def left_out(self) -> Sequence[str]:
+        """Days that were recorded in part, a line each."""
+        return self._left_out
 
     @property
     def knows(self) -> frozenset[str]:

@@ -12,7 +12,7 @@ from simulator.world.sensing import ConstantMisses, Observation
 _NUMBERS = 3  # per detection: its confidence, whether it is right, what it is taken for
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Confidences(ConstantMisses):
     """Every detection says with which probability it is right, and is right that often.
 

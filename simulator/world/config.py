@@ -11,7 +11,7 @@ from simulator.world.paper_dynamics import PaperDynamics
 from simulator.world.sensing import SENSING, ConstantMisses, Sensing
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class HomeConfig:
     """Rules that a sampled home obeys; the defaults are the paper's.
 
@@ -27,6 +27,8 @@ class HomeConfig:
         dynamic_nodes: whether objects are added and removed.
         cross_room_moves: whether a move may lead to another room (docs/design.md, ruling 2: harder
             variant).
+        max_looks: looks after which a search (Find Object) ends without success; None for as many
+            as there is furniture.
         dynamics: how the home changes, see `simulator.world.dynamics`.
         sensing: what a look shows, see `simulator.world.sensing`.
 
@@ -43,6 +45,7 @@ class HomeConfig:
     detection_error: float = 0.25
     dynamic_nodes: bool = True
     cross_room_moves: bool = False
+    max_looks: int | None = None
     dynamics: Dynamics = field(default_factory=PaperDynamics)
     sensing: Sensing = field(default_factory=ConstantMisses)
 
@@ -63,6 +66,7 @@ class HomeConfig:
         for name, lowest in (
             ("furniture_per_room", min(sizes)),
             ("objects_per_furniture", self.objects_per_furniture),
+            ("max_looks", 1 if self.max_looks is None else self.max_looks),
         ):
             if lowest < 1:
                 raise ValueError(f"{name} must be at least 1, got {lowest}. Raise it.")

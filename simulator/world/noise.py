@@ -12,6 +12,7 @@ def compute_noisy_weights(
     uniform: np.ndarray,
     row_home: np.ndarray,
     place_room: np.ndarray,
+    num_places: np.ndarray,
     *,
     zero_prob: np.ndarray,
     scale: np.ndarray,
@@ -28,9 +29,10 @@ def compute_noisy_weights(
         uniform: two independent uniforms per weight, (k, 2): one decides whether it is zeroed,
             one its scale.
         row_home: the home of each object, by which it has its rooms and shares of noise, (n,).
-        place_room: room of every place, -1 beyond the places of a home, (H, P); in each of them an
+        place_room: room of every place, (H, P); in each of them an
             object keeps at least `min_kept` of its places, because it moves among the places of
             one room.
+        num_places: places of each home, the first ones of its row, (H,).
         zero_prob: probability that a weight is zeroed, (H,).
         scale: surviving weights are multiplied by U(1 - scale, 1 + scale), (H,).
         min_kept: candidate places that survive per object and room, where there are that many.
@@ -42,7 +44,6 @@ def compute_noisy_weights(
     """
     from simulator.compiled.noise import add_noise  # loads numba
 
-    num_places = np.count_nonzero(place_room >= 0, axis=1)
     return add_noise(
         weights, rows, places, uniform, row_home, place_room, num_places, zero_prob, scale, min_kept
     )

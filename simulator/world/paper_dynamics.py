@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # homes evolve themselves with this module
     from simulator.world.sampled_homes import SampledHomes
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class PaperDynamics(Dynamics):
     """In every step some objects leave, some move, and some come.
 

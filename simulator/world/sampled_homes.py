@@ -224,6 +224,7 @@ class SampledHomes(Homes):
                 noise.read(rows, places * 2, 2),
                 new_homes[some],
                 self.place_room,
+                self.home_num_furniture * NUM_RELATIONS,
                 zero_prob=self._zero_prob,
                 scale=self._noise_scale,
             )
@@ -292,6 +293,7 @@ class SampledHomes(Homes):
                 noise.read(first + part_home, (row * prior.shape[1] + column) * 2, 2),
                 np.repeat(np.arange(count), num_objects),
                 np.tile(place_room, (count, 1)),
+                np.full(count, len(place_room)),
                 zero_prob=self._zero_prob[some],
                 scale=self._noise_scale[some],
             )

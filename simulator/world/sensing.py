@@ -104,7 +104,7 @@ class Misses(Sensing):
         return None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class ConstantMisses(Misses):
     """Every object is missed with the home's `detection_error`.
 
@@ -118,7 +118,7 @@ class ConstantMisses(Misses):
         return homes.detection_error[looking, None]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class PartialViews(ConstantMisses):
     """A look has a part of the furniture in view, and says how much of it.
 
@@ -148,7 +148,7 @@ class PartialViews(ConstantMisses):
         return self.lowest + (1 - self.lowest) * uniform
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class MissesPerType(Misses):
     """How often an object is missed depends on what it is: keys more often than pillows.
 
@@ -180,7 +180,7 @@ class MissesPerType(Misses):
         return np.where(np.isnan(own), homes.detection_error[looking, None], own)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class MissesPerFurniture(Misses):
     """How often objects are missed depends on where they are: in a wardrobe more than on a table.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from simulator.priors.prior_graph import PriorGraph
@@ -71,6 +71,11 @@ class HomeSource(ABC):
     def has_clock(self) -> bool:
         """Whether it is known of all homes what time it is."""
         return False
+
+    @property
+    def left_out(self) -> Sequence[str]:
+        """What was not taken of recorded homes, a line each."""
+        return ()
 
     @property
     def knows(self) -> frozenset[str]:
@@ -193,3 +198,22 @@ class SampledSource(HomeSource):
         """Say how many homes of which split, and whether objects come and go."""
         nodes = "on" if self.home.dynamic_nodes else "off"
         return f"dynamic nodes {nodes}, {num_homes} {split} homes"
+
+
+class PaperSource(SampledSource):
+    """Homes of the sizes in the paper's released code, which differ from those in its text.
+
+    A room has 6 furniture nodes and each of them 5 objects at first, 24 places and 120 objects in
+    all; a search ends after 10 looks. All other rules are those of the text.
+    """
+
+    def __init__(self, prior: PriorGraph | None = None, home: HomeConfig | None = None) -> None:
+        """Keep prior and rules; the sizes are the released code's."""
+        home = HomeConfig() if home is None else home
+        super().__init__(
+            prior, replace(home, furniture_per_room=6, objects_per_furniture=5, max_looks=10)
+        )
+
+    def make_title(self, num_homes: int, split: str) -> str:
+        """Say what the homes are, how many of which split, and whether objects come and go."""
+        return f"homes of the released code, {super().make_title(num_homes, split)}"

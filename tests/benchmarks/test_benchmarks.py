@@ -1,7 +1,7 @@
 """Every benchmark runs, tiny, and prints one JSON line."""
 
 import json
-import subprocess
+import runpy
 import sys
 from pathlib import Path
 
@@ -10,26 +10,25 @@ import pytest
 FOLDER = Path(__file__).resolve().parents[2] / "benchmarks"
 
 
-def run(*command: str) -> subprocess.CompletedProcess:
-    return subprocess.run(
-        [sys.executable, *command], cwd=FOLDER.parent, capture_output=True, text=True, check=False
-    )
+def run(path: Path, monkeypatch, *options: str) -> None:
+    """Run in this process, which has imported torch already."""
+    monkeypatch.syspath_prepend(FOLDER)
+    monkeypatch.setattr(sys, "argv", [str(path), "--tiny", *options])
+    runpy.run_path(str(path), run_name="__main__")
 
 
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("[a-z]*.py")), ids=lambda path: path.stem)
-def test_benchmark_prints_one_json_line(path):
-    done = run(str(path), "--tiny", "--threads", "1")
-    assert done.returncode == 0, done.stderr
-    line = json.loads(done.stdout)
+def test_benchmark_prints_one_json_line(path, capsys, monkeypatch):
+    run(path, monkeypatch, "--threads", "1")
+    line = json.loads(capsys.readouterr().out)
     assert 0 < line["lowest"] <= line["median"] <= line["highest"]
     assert line["figure"] in (line["lowest"], line["highest"])
     assert {"benchmark", "unit", "goal", "limit", "is_met", "size", "threads"} <= line.keys()
 
 
-def test_growth_curves_are_measured_and_drawn(tmp_path):
-    done = run(str(FOLDER / "growth"), "--tiny", "--out", str(tmp_path))
-    assert done.returncode == 0, done.stderr
+def test_growth_curves_are_measured_and_drawn(tmp_path, capsys, monkeypatch):
+    run(FOLDER / "growth", monkeypatch, "--out", str(tmp_path))
     curves = {row.split('"')[1] for row in (tmp_path / "growth.csv").read_text().splitlines()[1:]}
     assert {"look, by objects remembered", "batches of an epoch, by snapshots"} <= curves
-    assert json.loads(done.stdout).keys() >= curves
+    assert json.loads(capsys.readouterr().out).keys() >= curves
     assert (tmp_path / "growth.png").stat().st_size > 10_000

@@ -41,7 +41,7 @@ def test_missing_checkpoints_are_named(tmp_path, capsys):
     assert "must be a file that can be read" in message
     assert "no.ckpt" in message
     assert main(["run", "--policy", "nep", "--runs", "100"]) == 2  # no checkpoint at all
-    assert "[--checkpoint CKPT]" in capsys.readouterr().err
+    assert "--checkpoint CKPT" in capsys.readouterr().err
 
 
 def test_the_shipped_network_plays(tmp_path, capsys):

@@ -61,10 +61,10 @@ def test_every_command_of_the_page(folder):
     # A file that names a module does not make us import it.
     checkpoint = folder / "runs/my_model/version_0/checkpoints/best.ckpt"
     (command,) = [line for line in list_commands() if "nep.evaluate" in line]
-    _, *arguments = shlex.split(command.replace("--encoder_module my_encoder", ""))
+    _, *arguments = shlex.split(command.replace("--encoders my_encoder", ""))
     done = run(folder, [*arguments, *SMALL["nep.evaluate"].split()])
     assert done.returncode == 2
     assert "got 'my_encoder.MyEncoder'" in done.stderr.replace("\n", " ")
     for source in (checkpoint, folder / "exported"):
-        with pytest.raises(ValueError, match=r"got 'my_encoder.MyEncoder' .*--encoder_module"):
+        with pytest.raises(ValueError, match=r"got 'my_encoder.MyEncoder' .*--encoders"):
             load_trained(source)

@@ -13,9 +13,15 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("simulator", "datamodules", "nep")
 # What the commands of a recipe print: the thing itself, in its table.
 EXPECTED = {
+    "A model": r"own +0\.\d+",
     "A policy": r"most_seen:MostSeen +0\.\d+",
     "A task": r"Two Guesses",
-    "A metric": r"MRR",
+    "A source of homes": r"3 unseen flats x 5 steps(.|\n)*NEP +0\.\d+",
+    "Dynamics": "",  # what checks it prints nothing
+    "Sensing": "",
+    "A metric": r"\| MRR \|",
+    "An importer of recorded homes": r"placed: 2 rooms, 3 furniture nodes, 4 objects",
+    "A prior source": r"diary: 12 read(.|\n)*kitchen",
 }
 
 
@@ -71,6 +77,7 @@ def test_every_recipe_is_expected_to_show_something():
     assert RECIPES.keys() == EXPECTED.keys()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("title", RECIPES)
 def test_a_recipe_leads_to_its_table(tmp_path, title):
     for package in PACKAGES:  # with what Python and numba have compiled

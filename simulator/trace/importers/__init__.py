@@ -1,29 +1,54 @@
-"""Homes of other programs as traces: ProcTHOR houses, and scene graphs of spark_dsg."""
+"""Homes of other programs and data sets as traces: ProcTHOR, spark_dsg, HOMER."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from typing import Protocol, cast
 
-from simulator.trace.importers.home_builder import HomeBuilder
 from simulator.trace.importers.procthor import read_procthor
 from simulator.trace.importers.scene_graph import read_scene_graph
 from simulator.trace.trace import Trace
 
 
+class Summary(Protocol):
+    """What an importer can say of its work."""
+
+    def summarise(self) -> str:
+        """Say what was placed and what was not, a line each."""
+
+
+# Gets the file or folder and labels that are furniture besides those of the type table; returns the
+# home and what was left out.
+Reader = Callable[[Path, Collection[str]], tuple[Trace, Summary]]
+
+
 @dataclass(frozen=True, slots=True)
 class Importer:
-    """A format of another program.
+    """A format of another program or data set.
 
     Attributes:
         help: what is read.
-        read: gets the file and labels that are furniture besides those of the type table; returns
-            the home, with everything at time 0, and the builder that says what was left out.
+        reader: the function that reads it, or where it is: "package.module:function", for one that
+            needs more than this package does.
     """
 
     help: str
-    read: Callable[[Path, Collection[str]], tuple[Trace, HomeBuilder]]
+    reader: Reader | str
+
+    def read(self, path: Path, furniture_labels: Collection[str] = ()) -> tuple[Trace, Summary]:
+        """Read a file or folder; see `Reader`.
+
+        Raises:
+            ModuleNotFoundError: if the reader needs a package that is not installed.
+            ValueError: if the file is none of this format, or nothing of it can be placed.
+        """
+        if not isinstance(self.reader, str):
+            return self.reader(path, furniture_labels)
+        module, _, function = self.reader.partition(":")
+        return cast("Reader", getattr(import_module(module), function))(path, furniture_labels)
 
 
 # Every format by the name that the command line uses.
@@ -32,6 +57,10 @@ IMPORTERS: Mapping[str, Importer] = {
     "spark-dsg": Importer(
         "a scene graph of spark_dsg (Hydra), JSON or binary; needs the package spark_dsg",
         read_scene_graph,
+    ),
+    "homer": Importer(
+        "a household of HOMER or HOMER+, a folder with days as tensors; needs torch",
+        "nep.importers.homer:read_homer",
     ),
 }
 

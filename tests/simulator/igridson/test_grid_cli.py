@@ -52,7 +52,7 @@ def test_video_writes_film_and_still(tmp_path):
 def test_bad_arguments_end_with_their_message_alone(args, message, capsys):
     assert main(args) == 2
     error = capsys.readouterr().err
-    assert error.startswith("python -m simulator.igridson: ")
+    assert error.startswith("error: ")
     assert error.count("\n") == 1
     assert re.search(message, error)
 

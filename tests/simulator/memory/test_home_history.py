@@ -2,6 +2,7 @@
 
 import json
 import math
+from datetime import datetime
 
 import numpy as np
 import pytest
@@ -89,8 +90,6 @@ def test_only_the_latest_looks_are_kept(memory):
 @pytest.fixture
 def lived_in():
     """A home with a clock whose steps are half an hour from 07:00 on, and furniture removed."""
-    from datetime import datetime
-
     memory = SceneGraphMemory(clock=Clock(datetime(2026, 11, 16, 7), 1800.0))
     kitchen = memory.add_room("kitchen")
     shelf, table, sink = (memory.add_furniture(x, kitchen) for x in ("shelf", "table", "sink"))
@@ -129,7 +128,7 @@ def test_is_saved_and_goes_on(lived_in, tmp_path):
 
 
 def test_a_file_from_before_is_read(lived_in):
-    content = lived_in._get_content()
+    content = lived_in._state.get_content()
     data = content.to_json()
     del data["history"], data["objects"]["first_observed"], data["edges"]["num_absent"]
     old = type(content).from_json(data)
@@ -151,7 +150,7 @@ def test_a_file_from_before_is_read(lived_in):
     ],
 )
 def test_counts_that_do_not_fit_are_refused(lived_in, part, value, message):
-    content = lived_in._get_content()
+    content = lived_in._state.get_content()
     data = content.to_json()
     data["history"][part] = value
     with pytest.raises(ValueError, match=message):

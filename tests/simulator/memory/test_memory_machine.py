@@ -127,10 +127,10 @@ class MemoryMachine(RuleBasedStateMachine):
         first = self.file.read_bytes()
         loaded = SceneGraphMemory.load(self.file)
         assert loaded.to_dict() == self.memory.to_dict()
-        if self.furniture and self.memory._asked is not None:
-            row = self.memory._asked
+        if self.furniture and self.memory._state.asked is not None:
+            row = self.memory._state.asked
             assert_equal_snapshots(
-                take_snapshots(self.memory.batch, self.memory._ask(row)),
+                take_snapshots(self.memory.batch, self.memory._state.query_row(row)),
                 take_snapshots(loaded.batch, loaded._ask(row)),
             )
         loaded.save(self.file)

@@ -8,7 +8,7 @@ import pytest
 from simulator import collect
 from simulator.snapshots.shards import load_manifest, load_shard
 from simulator.trace import load_trace
-from simulator.trace.command import main
+from simulator.trace.__main__ import main
 
 
 def test_record_and_check(tmp_path, capsys):
@@ -32,7 +32,7 @@ def test_record_and_check(tmp_path, capsys):
     [
         (["record", "--steps", "0", "--out", "x"], "steps must be at least 1, got 0"),
         (["record", "--num_homes", "0", "--out", "x"], "homes must be one or more"),
-        (["record", "--step-seconds", "nan", "--out", "x"], "step must be a number of seconds"),
+        (["record", "--step-seconds", "-1", "--out", "x"], "step must be a number of seconds"),
         (["record", "--prior", "none.json", "--out", "x"], "prior must be a file"),
         (["check", "nowhere"], "trace must be a folder with layout.json"),
         (["import", "procthor", "none.json"], "Give --out or --memory"),
@@ -90,7 +90,7 @@ def test_collecting_a_simulated_home_again(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--by-day"], "--by-day must come with --trace"),
+        (["--by-day"], "step_seconds and by_day must come with trace"),
         (["--trace", "{home}", "--policy", "ceiling"], "nobody knows of the homes, got ceiling"),
         (["--trace", "{home}", "--steps", "7"], "at most the 6 steps of 3600 s"),
         (["--trace", "{home}", "--step-seconds", "0"], "step must be a number of seconds > 0"),

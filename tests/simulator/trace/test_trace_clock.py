@@ -15,7 +15,7 @@ from simulator.snapshots.shards import load_shard
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 from simulator.trace import RecordedSource, load_trace, make_episode, split_days
-from simulator.trace.command import main
+from simulator.trace.__main__ import main
 from simulator.trace.memory import remember_trace
 from simulator.world.streams import Streams
 

@@ -8,7 +8,7 @@ import pytest
 
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.trace import load_trace
-from simulator.trace.command import main
+from simulator.trace.__main__ import main
 from simulator.trace.importers import read_procthor, read_scene_graph
 from simulator.trace.memory import remember_trace
 

@@ -18,7 +18,7 @@ def add_noise(weights, draws, place_room, **rules):
     }
     noisy[rows, places] = compute_noisy_weights(
         weights[rows, places], rows, places, draws[rows, places],
-        np.zeros(len(weights), int), place_room[None], **rules,
+        np.zeros(len(weights), int), place_room[None], np.array([len(place_room)]), **rules,
     )  # fmt: skip
     return noisy
 

@@ -1,0 +1,103 @@
+"""Plays one network and all policies in every kind of home: `python -m nep.any_home`."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import torch
+
+from nep.kinds.kinds import Kind, list_recorded, list_simulated
+from nep.kinds.play import play_all
+from nep.kinds.table import make_overview, make_table
+from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
+from simulator.files import write_whole
+from simulator.policies.registry import list_policies
+
+_RECORDED_SEEDS = 4
+_RECORDED_SEARCHES = 200
+
+
+def list_players(kind: Kind, checkpoints: Sequence[Checkpoint]) -> dict[str, MakePolicy]:
+    """Return what makes each policy that can play in homes of a kind, and each network."""
+    names = [set(list_policies(source)) for source in kind.sources]
+    common = [name for name in list_policies(kind.sources[0]) if all(name in own for own in names)]
+    return list_contestants("predict_location", common, checkpoints)
+
+
+def _make_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m nep.any_home",
+        description="Play all policies and some networks in every kind of home, and write a table. "
+        "Run again to resume: what has been played is in the JSON file beside the table.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )
+    parser.add_argument("--out", type=Path, default=Path("results/any_home.md"), help="the table")
+    parser.add_argument(
+        "--checkpoint", action="append", metavar="[NAME=]SOURCE",
+        help="a network, the first one is compared with the best rule; may be given several times",
+    )  # fmt: skip
+    parser.add_argument("--recorded", nargs="+", default=[], help="folders of recorded homes")
+    parser.add_argument("--kinds", nargs="+", help="names of kinds; all if left out")
+    parser.add_argument("--num_homes", type=int, default=30, help="homes of each simulated kind")
+    parser.add_argument("--steps", type=int, default=100, help="time steps in each of these")
+    parser.add_argument("--searches", type=int, default=50, help="searches in each of these")
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    parser = _make_parser()
+    options = parser.parse_args(arguments)
+    torch.set_num_threads(1)
+    try:
+        for name in ("num_homes", "steps", "searches"):
+            if getattr(options, name) < 1:
+                raise ValueError(
+                    f"{name} must be at least 1, got {getattr(options, name)}. Raise it."
+                )
+        checkpoints = [Checkpoint.parse(text) for text in options.checkpoint or ["any_home"]]
+        kinds = dict(list_simulated(options.num_homes, options.steps, options.searches))
+        if options.recorded:
+            kinds |= list_recorded(
+                options.recorded, _RECORDED_SEARCHES, tuple(range(_RECORDED_SEEDS))
+            )
+        if options.kinds is not None:
+            for name in options.kinds:
+                if name not in kinds:
+                    raise ValueError(
+                        f"kinds must be some of {', '.join(kinds)}, got {name!r}. Choose among "
+                        "these; recorded ones need --recorded."
+                    )
+            kinds = {name: kinds[name] for name in options.kinds}
+        scores = {}
+        path = options.out.with_suffix(".json")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        for name, kind in kinds.items():
+            players = list_players(kind, checkpoints)
+            scores[name] = play_all(
+                {name: kind}, players, path, lambda kind, player: print(f"{kind}: {player}")
+            )[name]
+    except (ValueError, OSError) as error:
+        parser.error(str(error))
+    titles = {name: kind.title for name, kind in kinds.items()}
+    command = shlex.join(["python", "-m", "nep.any_home", *arguments])
+    parts = [
+        "# One network in homes of every kind",
+        f"`{command}`. Differences are paired over homes, with 95 % bootstrap intervals; a rule is "
+        "any policy that does not know the true home. NLL, calibration error and looks: less is "
+        "better.",
+        make_overview(titles, scores, [point.name for point in checkpoints]),
+    ]
+    for name, title in titles.items():
+        parts.append(f"## {title}\n\n{make_table(scores[name])}")
+    write_whole(options.out, ("\n\n".join(part.strip() for part in parts) + "\n").encode())
+    print(options.out)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,34 @@
+"""Checkpoints of a training that are on disk whole or not at all."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import torch
+from lightning.pytorch.plugins.io import TorchCheckpointIO
+
+from simulator.files import write_whole
+
+
+class WholeCheckpoints(TorchCheckpointIO):
+    """Writes beside the old checkpoint, flushes to disk, then renames.
+
+    Lightning's own way copies from the temporary folder, and leaves a truncated file where that is
+    on another disk and this one is full, or the process is killed.
+    """
+
+    def save_checkpoint(
+        self, checkpoint: dict[str, Any], path: Any, storage_options: Any | None = None
+    ) -> None:
+        """Write a checkpoint.
+
+        Raises:
+            OSError: if the disk is full; the old file, if any, is untouched.
+        """
+        content = io.BytesIO()
+        torch.save(checkpoint, content)
+        target = Path(path)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(target, content.getvalue())

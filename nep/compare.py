@@ -1,0 +1,86 @@
+"""Compares the results of two runs in the same homes: `python -m nep.compare A.json B.json`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from nep.report.results import Results
+from nep.report.tables import compute_difference, format_difference, join_table
+from simulator.tasks.metrics import STEP_METRICS
+from simulator.tasks.registry import TASKS
+
+# Settings of `nep.evaluate` that say who plays, not where: two runs may differ in them.
+_PLAYERS = ("checkpoints", "policies", "tasks")
+
+
+def compare(first: Results, second: Results) -> str:
+    """Return a Markdown table for every task that both have played.
+
+    A policy that both have is compared with itself; every other one of the second run with the
+    best of the first. All differences are second minus first, paired over homes, with 95 %
+    bootstrap intervals.
+
+    Raises:
+        ValueError: if the runs were played in other homes, by other rules, or share no task.
+    """
+    _check_homes(first, second)
+    tasks = [task for task in first.tasks if task in second.tasks]
+    if not tasks:
+        raise ValueError(
+            f"results must share a task, got {', '.join(first.tasks)} and "
+            f"{', '.join(second.tasks)}. Evaluate the same --tasks."
+        )
+    return "\n".join(_compare_task(task, first, second) for task in tasks)
+
+
+def _check_homes(first: Results, second: Results) -> None:
+    for name in sorted({*first.config, *second.config} - {*_PLAYERS}):
+        ours, theirs = first.config.get(name), second.config.get(name)
+        if ours != theirs:
+            raise ValueError(
+                f"results must be of the same homes and rules, got {name} {ours!r} and {theirs!r}. "
+                "Evaluate with the same options."
+            )
+
+
+def _compare_task(task: str, first: Results, second: Results) -> str:
+    metric = STEP_METRICS[TASKS[task].metric]
+    ours, theirs = first.tasks[task], second.tasks[task]
+    mean = {name: float(own.home_values.mean()) for name, own in ours.items()}
+    best = (max if metric.is_higher_better else min)(mean, key=lambda name: mean[name])
+    lines = []
+    for name, own in theirs.items():
+        other = name if name in ours else best
+        lines.append(
+            [
+                name,
+                other,
+                format(float(own.home_values.mean()), metric.format),
+                format(mean[other], metric.format),
+                format_difference(compute_difference(own, ours[other]), metric.format),
+            ]
+        )
+    header = ["second", "first", metric.title, "first's", "difference [95 %]"]
+    return f"## {TASKS[task].title}\n\n{join_table(header, lines, num_text=2)}"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m nep.compare",
+        description="Print how two runs of nep.evaluate in the same homes differ, home by home.",
+    )
+    parser.add_argument("first", type=Path, help="results.json of a run")
+    parser.add_argument("second", type=Path, help="results.json of another one")
+    options = parser.parse_args(sys.argv[1:] if arguments is None else list(arguments))
+    try:
+        print(compare(Results.load(options.first), Results.load(options.second)), end="")
+    except ValueError as error:
+        parser.error(str(error))
+
+
+if __name__ == "__main__":
+    main()

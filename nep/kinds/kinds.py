@@ -1,0 +1,117 @@
+"""The kinds of homes: small and large, with people in them, with another prior, recorded ones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from simulator.priors.prior_graph import PriorGraph
+from simulator.trace.count_prior import count_prior
+from simulator.trace.source import RecordedSource
+from simulator.trace.trace import find_traces, load_trace
+from simulator.world.config import HomeConfig
+from simulator.world.mixture.mixture import Mixture
+from simulator.world.mixture.source import MixtureSource
+from simulator.world.mixture.views import NONE, OTHER_HOME, UNKNOWN_WORDS
+from simulator.world.routine.dynamics import RoutineDynamics
+from simulator.world.source import HomeSource, SampledSource
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Homes of one kind, and for how long they are played.
+
+    Attributes:
+        title: of its table.
+        sources: where its homes come from; all homes of each are played.
+        num_homes: homes of a source that has as many as wanted.
+        num_steps: time steps of Predict Object Location.
+        num_searches: searches of Find Object.
+        seeds: of homes, or of questions and misses in homes that are recorded.
+    """
+
+    title: str
+    sources: tuple[HomeSource, ...]
+    num_homes: int
+    num_steps: int
+    num_searches: int
+    seeds: tuple[int, ...] = (0,)
+
+
+def list_simulated(num_homes: int, num_steps: int, num_searches: int) -> Mapping[str, Kind]:
+    """List the kinds that are simulated, by name."""
+
+    def sample(title: str, **rules: object) -> Kind:
+        source = SampledSource(None, HomeConfig(**rules))  # type: ignore[arg-type]
+        return Kind(title, (source,), num_homes, num_steps, num_searches)
+
+    def mix(title: str, view: str | None = None) -> Kind:
+        mixture = Mixture() if view is None else Mixture(views={view: 1.0})
+        source = MixtureSource(None, None, mixture)
+        return Kind(title, (source,), num_homes, num_steps, num_searches)
+
+    return {
+        "paper-32": sample("The paper's homes, 32 places"),
+        "paper-16": sample("16 places", furniture_per_room=4),
+        "paper-8": sample("8 places", furniture_per_room=2),
+        "paper-60": sample("60 places", furniture_per_room=15),
+        "paper-24": sample(
+            "Homes of the released code's size, 24 places",
+            furniture_per_room=6, objects_per_furniture=5,
+        ),
+        "routine": sample(
+            "People with routines, 24 places",
+            furniture_per_room=6, objects_per_furniture=3, dynamics=RoutineDynamics(),
+        ),
+        "mixed": mix("Mixture"),
+        "no-prior": mix("Mixture, no prior", NONE),
+        "other-prior": mix("Mixture, the prior of another home", OTHER_HOME),
+        "unknown-words": mix("Mixture, words that the prior does not know", UNKNOWN_WORDS),
+    }  # fmt: skip
+
+
+def list_recorded(
+    folders: Sequence[str], num_searches: int, seeds: tuple[int, ...]
+) -> Mapping[str, Kind]:
+    """List the kinds that are recorded, by name: with the shipped prior and with a counted one.
+
+    Args:
+        folders: traces, or folders of traces.
+        num_searches: searches of Find Object in each home.
+        seeds: of questions and misses.
+
+    Raises:
+        ValueError: if there is no trace, one is broken, or there is only one.
+    """
+    paths = [str(path) for path in find_traces(folders)]
+    if len(paths) < 2:
+        raise ValueError(
+            f"recorded homes must be two or more, so that a prior can be counted in the others, "
+            f"got {len(paths)}. Name more folders."
+        )
+
+    def record(title: str, num_steps: int, step_seconds: float, priors: list[PriorGraph]) -> Kind:
+        sources = [
+            RecordedSource(prior, None, [path], step_seconds)
+            for path, prior in zip(paths, priors, strict=True)
+        ]
+        least = min(source.num_steps for source in sources)
+        return Kind(title, tuple(sources), 1, min(num_steps, least), num_searches, seeds)
+
+    traces = [load_trace(path) for path in paths]
+    shipped = [PriorGraph.default()] * len(paths)
+    counted = [
+        count_prior([trace for trace in traces if trace is not own], 3600.0)[0] for own in traces
+    ]
+    return {
+        "recorded-hour-200": record("Recorded, 200 hourly steps", 200, 3600.0, shipped),
+        "recorded-hour-1000": record("Recorded, 1,000 hourly steps", 1000, 3600.0, shipped),
+        "recorded-10min-200": record("Recorded, 200 steps of ten minutes", 200, 600.0, shipped),
+        "recorded-10min-1000": record("Recorded, 1,000 steps of ten minutes", 1000, 600.0, shipped),
+        "counted-hour-200": record(
+            "Recorded, 200 hourly steps, prior counted in the other homes", 200, 3600.0, counted
+        ),
+        "counted-hour-1000": record(
+            "Recorded, 1,000 hourly steps, prior counted in the other homes", 1000, 3600.0, counted
+        ),
+    }

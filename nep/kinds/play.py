@@ -1,0 +1,77 @@
+"""Plays every kind of home with every player, and keeps what was scored."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from nep.kinds.kinds import Kind
+from nep.players.contestants import MakePolicy
+from simulator.files import write_whole
+from simulator.tasks.evaluation import evaluate_policy
+from simulator.tasks.metrics import METRICS, compute_nll
+from simulator.tasks.scores import TaskScores
+from simulator.world.streams import Streams
+
+# What is kept of every home, so that players can be compared home by home.
+HOME_COLUMNS = ("accuracy", "nll", "looks")
+SHARED_COLUMNS = ("calibration_error", "away_accuracy")
+
+Scores = dict[str, dict[str, dict[str, list[float]]]]  # by kind, player and column
+
+
+def play_kind(kind: Kind, make: MakePolicy) -> dict[str, list[float]]:
+    """Let one player answer and search in all homes of a kind.
+
+    Returns:
+        `HOME_COLUMNS`, a number per home each, and `SHARED_COLUMNS`, one number each.
+    """
+    located = _play(kind, make, "predict_location", kind.num_steps)
+    searched = _play(kind, make, "find_object", kind.num_searches)
+    return {
+        "accuracy": located.is_correct.mean(axis=1).tolist(),
+        "nll": [compute_nll(row) for row in located.likelihood],
+        "looks": searched.home_values.tolist(),
+        **{name: [METRICS[name].compute(located)] for name in SHARED_COLUMNS},
+    }
+
+
+def play_all(
+    kinds: Mapping[str, Kind],
+    players: Mapping[str, MakePolicy],
+    path: Path,
+    on_done: Callable[[str, str], None] = lambda kind, player: None,
+) -> Scores:
+    """Play what is not in a file yet; it is written after every player.
+
+    Args:
+        kinds: by name.
+        players: what makes each player, by name.
+        path: JSON file of scores.
+        on_done: called with kind and player after each.
+    """
+    scores: Scores = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    for name, kind in kinds.items():
+        for player, make in players.items():
+            if player not in scores.setdefault(name, {}):
+                scores[name][player] = play_kind(kind, make)
+                write_whole(path, f"{json.dumps(scores, indent=1)}\n".encode())
+            on_done(name, player)
+    return scores
+
+
+def _play(kind: Kind, make: MakePolicy, task: str, num_steps: int) -> TaskScores:
+    """Play a task in all homes of all sources with all seeds, one after the other."""
+    parts = []
+    for source in kind.sources:
+        num_homes = source.num_homes or kind.num_homes
+        for seed in kind.seeds:
+            streams = Streams(seed, "test", range(num_homes))
+            parts.append(evaluate_policy(make, source, streams, num_steps, task=task))
+    sizes = np.cumsum([0, *(len(part.values) for part in parts)])
+    homes = [list(range(first, end)) for first, end in pairwise(sizes.tolist())]
+    return TaskScores.join(homes, parts)

@@ -1,0 +1,80 @@
+"""One table per kind of home: every player, and what the network is better or worse by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from nep.kinds.play import Scores
+from nep.report.statistics import compute_bootstrap_interval
+from nep.report.tables import join_table
+
+ORACLES = ("oracle", "ceiling")  # know the true homes: no rules that a robot could follow
+
+# Column, heading, format, and whether a high value is a good one.
+_COLUMNS = (
+    ("accuracy", "first guess", ".3f", True),
+    ("nll", "NLL", ".2f", False),
+    ("calibration_error", "calibration error", ".3f", False),
+    ("looks", "looks until found", ".2f", False),
+    ("away_accuracy", "right if away", ".3f", True),
+)
+_COMPARED = tuple(column for column in _COLUMNS if column[0] in ("accuracy", "nll", "looks"))
+
+
+def make_overview(titles: Mapping[str, str], scores: Scores, networks: Sequence[str]) -> str:
+    """Return a Markdown table with one row per kind: a network beside the best rule.
+
+    Args:
+        titles: of the kinds, by name.
+        scores: of all players.
+        networks: players that are no rules; the first one is compared.
+    """
+    header = ["homes"]
+    for _, heading, _, _ in _COMPARED:
+        header += [heading, "best rule", "difference [95 %]"]
+    rows = []
+    for kind, title in titles.items():
+        cells = [title]
+        for column in _COMPARED:
+            own = np.array(scores[kind][networks[0]][column[0]])
+            rule = find_best_rule(scores[kind], column, networks)
+            other = np.array(scores[kind][rule][column[0]])
+            low, high = compute_bootstrap_interval(own - other)
+            cells += [
+                format(own.mean(), column[2]),
+                f"{other.mean():{column[2]}} {rule}",
+                f"{(own - other).mean():+{column[2]}} [{low:+{column[2]}}, {high:+{column[2]}}]",
+            ]
+        rows.append(cells)
+    return join_table(header, rows)
+
+
+def make_table(scores: Mapping[str, Mapping[str, Sequence[float]]]) -> str:
+    """Return the Markdown table of one kind, the best first guess last."""
+    means = {
+        player: {name: float(np.mean(columns[name])) for name, *_ in _COLUMNS}
+        for player, columns in scores.items()
+    }
+    order = sorted(means, key=lambda player: means[player]["accuracy"])
+    rows = [[player, *(format(means[player][c[0]], c[2]) for c in _COLUMNS)] for player in order]
+    return join_table(["who", *(heading for _, heading, _, _ in _COLUMNS)], rows)
+
+
+def find_best_rule(
+    scores: Mapping[str, Mapping[str, Sequence[float]]],
+    column: tuple[str, str, str, bool],
+    networks: Sequence[str],
+) -> str:
+    """Return the player that does best in a column, networks and oracles left out.
+
+    Args:
+        scores: of all players of a kind.
+        column: which one.
+        networks: players that are no rules.
+    """
+    name, _, _, is_high = column
+    rules = [player for player in scores if player not in (*ORACLES, *networks)]
+    sign = 1 if is_high else -1
+    return max(rules, key=lambda player: sign * float(np.mean(scores[player][name])))

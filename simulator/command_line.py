@@ -1,0 +1,242 @@
+"""What all command lines share: options from dataclasses, old spellings, errors in one line."""
+
+from __future__ import annotations
+
+import json
+import sys
+from argparse import ArgumentError
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from types import UnionType
+from typing import TYPE_CHECKING, Any, Union, get_args, get_origin
+
+from simulator.fan_out import BACKENDS
+from simulator.home_options import SOURCES, HomeOptions
+from simulator.world.dynamics import DYNAMICS
+from simulator.world.sensing import SENSING
+
+if TYPE_CHECKING:  # half a second, which only commands take
+    from jsonargparse import ArgumentParser, Namespace
+
+_RENAMED = {"houses": "num_homes", "val_houses": "num_val_homes"}
+# Short for parts of the rules, and the names of what they take.
+_RULES = {"dynamics": DYNAMICS, "sensing": SENSING}
+
+
+def make_parser(prog: str, description: str) -> ArgumentParser:
+    """Make a parser with --config and --print_config.
+
+    Args:
+        prog: the command.
+        description: what it does, for --help.
+    """
+    from jsonargparse import ArgumentParser
+
+    parser = ArgumentParser(prog=prog, description=description, exit_on_error=False)
+    parser.add_argument("--config", action="config", help="file of options (YAML)")
+    return parser
+
+
+def add_home_arguments(parser: ArgumentParser) -> None:
+    """Add the options of `HomeOptions`, by which a command is told its homes."""
+    parser.add_class_arguments(HomeOptions)
+
+
+def add_worker_arguments(parser: ArgumentParser, workers: int) -> None:
+    """Add --workers and --backend.
+
+    Args:
+        parser: of the command.
+        workers: where --workers is left out.
+    """
+    parser.add_argument("--workers", type=int, default=workers, help="processes at a time")
+    parser.add_argument(
+        "--backend",
+        type=str,
+        default=BACKENDS[0],
+        help="where they work: processes of this machine, or ray, a cluster (docs/scale.md)",
+    )
+
+
+def parse(parser: ArgumentParser, arguments: Sequence[str] | None) -> Namespace:
+    """Parse a command line and make what its options describe.
+
+    Args:
+        parser: of the command.
+        arguments: None for those of the process.
+
+    Raises:
+        ArgumentError: if an option is unknown or of the wrong kind.
+        ValueError: if a value is out of range.
+    """
+    arguments = sys.argv[1:] if arguments is None else arguments
+    return parser.instantiate(parser.parse_args(normalise(parser, arguments)))
+
+
+def pick(options: Namespace, cls: type[Any], **more: Any) -> dict[str, Any]:
+    """Return the options that are fields of a dataclass, and more."""
+    from dataclasses import fields
+
+    found = {field.name: options[field.name] for field in fields(cls) if field.name in options}
+    return found | more
+
+
+def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = "") -> list[str]:
+    """Write options as jsonargparse reads them.
+
+    `--step-seconds` becomes `--step_seconds`, `--belief` becomes `--belief=true`, `--no_belief`
+    becomes `--belief=false`, `--trace a b` becomes `--trace=["a", "b"]`; rules of the homes and
+    what has a name get their full one: `--dynamics paper` becomes
+    `--home.dynamics=simulator.world.paper_dynamics.PaperDynamics`.
+
+    Args:
+        parser: tells which options there are.
+        arguments: as they were typed.
+        prefix: of the options of homes, "data." in `nep.fit`.
+
+    Raises:
+        ValueError: if an option was renamed; names the new one.
+    """
+    kinds = _list_kinds(parser)
+    found: list[str] = []
+    lists: dict[str, list[str]] = {}
+    position = 0
+    while position < len(arguments):
+        argument = arguments[position]
+        position += 1
+        if not argument.startswith("--") or argument == "--":
+            found.append(argument)
+            continue
+        name, has_value, value = argument[2:].partition("=")
+        name = name.replace("-", "_")
+        _check_renamed(name)
+        is_off = f"no_{_spell(name[3:], prefix)}" if name.startswith("no_") else ""
+        name = _spell(name, prefix)
+        if is_off and kinds.get(is_off[3:]) == "flag" and not has_value:
+            found.append(f"--{is_off[3:]}=false")
+            continue
+        kind = kinds.get(name)
+        values = [value] if has_value else []
+        if not has_value and kind is not None:
+            while position < len(arguments) and not arguments[position].startswith("--"):
+                if values and kind != "list":
+                    break
+                if kind == "flag" and arguments[position].lower() not in ("true", "false"):
+                    break
+                values.append(arguments[position])
+                position += 1
+        if kind == "flag" and not values:
+            values = ["true"]
+        if kind == "list" and values and not values[0].startswith("["):
+            lists.setdefault(name, []).extend(values)  # also where the option is repeated
+        elif not values:
+            found.append(f"--{name}={value}" if has_value else f"--{name}")
+        else:
+            found.append(f"--{name}={_find_class(name, values[0], prefix)}")
+    return found + [f"--{name}={json.dumps(values)}" for name, values in lists.items()]
+
+
+def choose(
+    prog: str,
+    commands: Mapping[str, Callable[[Sequence[str]], int]],
+    arguments: Sequence[str] | None,
+    status: int = 1,
+) -> int:
+    """Run the command that the first argument names, with the others.
+
+    Args:
+        prog: what the commands belong to.
+        commands: what runs each, by name; the first line of its docstring is its help.
+        arguments: None for those of the process.
+        status: where input is bad.
+
+    Returns:
+        The exit status; 2 if there is no such command or option.
+    """
+    arguments = sys.argv[1:] if arguments is None else arguments
+    lines = [f"  {name:12}{_get_summary(run)}" for name, run in commands.items()]
+    usage = "\n".join([f"usage: {prog} COMMAND ...", "", *lines, "", f"{prog} COMMAND --help"])
+    if arguments and arguments[0] in ("-h", "--help"):
+        print(usage)
+        return 0
+    if not arguments or arguments[0] not in commands:
+        found = repr(arguments[0]) if arguments else "none"
+        print(f"error: command must be one of {', '.join(commands)}, got {found}.", file=sys.stderr)
+        return 2
+    try:
+        return commands[arguments[0]](arguments[1:])
+    except ArgumentError as error:
+        return _report(error, 2)
+    except (ValueError, OSError, ModuleNotFoundError) as error:
+        return _report(error, status)
+
+
+@contextmanager
+def one_line_errors(status: int = 1) -> Iterator[None]:
+    """End with one line instead of a traceback if input is bad.
+
+    Args:
+        status: exit status, but 2 for an unknown option.
+    """
+    try:
+        yield
+    except ArgumentError as error:
+        sys.exit(_report(error, 2))
+    except (ValueError, OSError, ModuleNotFoundError) as error:
+        sys.exit(_make_line(error) if status == 1 else _report(error, status))
+
+
+def _report(error: Exception, status: int) -> int:
+    print(_make_line(error), file=sys.stderr)
+    return status
+
+
+def _make_line(error: Exception) -> str:
+    return "error: " + " ".join(str(error).split())
+
+
+def _get_summary(function: Callable[..., Any]) -> str:
+    function = getattr(function, "func", function)  # of a partial
+    return (function.__doc__ or "").partition("\n")[0]
+
+
+def _list_kinds(parser: ArgumentParser) -> dict[str, str]:
+    """Tell of each option whether it takes several values, "list", or may have none, "flag"."""
+    kinds = {}
+    for action in parser._actions:
+        typehint = getattr(action, "_typehint", None)
+        is_union = get_origin(typehint) in (Union, UnionType)
+        parts = get_args(typehint) if is_union else (typehint,)
+        is_list = get_origin(parts[0]) in (list, tuple, Sequence)
+        kinds[action.dest] = "flag" if typehint is bool else "list" if is_list else "value"
+    return kinds
+
+
+def _check_renamed(name: str) -> None:
+    head, dot, last = name.rpartition(".")
+    if last in _RENAMED:
+        raise ValueError(
+            f"option must be one that there is, got --{name}. It is called "
+            f"--{head}{dot}{_RENAMED[last]} now."
+        )
+
+
+def _spell(name: str, prefix: str) -> str:
+    """Return the full name of an option of the homes."""
+    if not name.startswith(prefix):
+        return name
+    own = name[len(prefix) :]
+    if own in ("rooms", "dynamic_nodes") or own.partition(".")[0] in _RULES:
+        return f"{prefix}home.{own}"
+    return name
+
+
+def _find_class(name: str, value: str, prefix: str) -> str:
+    """Return the import path of what is called so; any other value as it is."""
+    for own, names in (("homes", SOURCES), ("val_homes", SOURCES)):
+        if name == prefix + own:
+            return names.get(value, value)
+    for own, registry in _RULES.items():
+        if name == f"{prefix}home.{own}":
+            return registry.get(value, value)
+    return value

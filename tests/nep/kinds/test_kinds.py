@@ -1,0 +1,82 @@
+"""The table of one network in homes of every kind, shrunk."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from nep.any_home import list_players, main
+from nep.kinds.kinds import list_simulated
+from nep.kinds.play import HOME_COLUMNS, SHARED_COLUMNS
+from nep.kinds.table import find_best_rule, make_overview, make_table
+
+
+def make_scores(**accuracy):
+    """Scores of one kind: two homes, all columns but the first guess alike."""
+    return {
+        player: {
+            "accuracy": values, "nll": [1.0, 1.0], "looks": [2.0, 2.0],
+            "calibration_error": [0.1], "away_accuracy": [0.2],
+        }
+        for player, values in accuracy.items()
+    }  # fmt: skip
+
+
+def test_the_best_rule_is_no_network_and_no_oracle():
+    scores = make_scores(net=[0.9, 0.9], heat=[0.8, 0.8], oracle=[1, 1], a=[0.2, 0.6], b=[0.5, 0.1])
+    column = ("accuracy", "", "", True)
+    assert find_best_rule(scores, column, ["net", "heat"]) == "a"
+    assert find_best_rule(scores, ("accuracy", "", "", False), ["net", "heat"]) == "b"
+
+
+def test_differences_are_paired_by_hand():
+    """(0.5 - 0.2, 0.7 - 0.6) = 0.3 and 0.1: 0.2 on the mean, and resampled between them."""
+    scores = {"small": make_scores(net=[0.5, 0.7], a=[0.2, 0.6])}
+    text = make_overview({"small": "Small homes"}, scores, ["net"])
+    assert "| Small homes | 0.600 | 0.400 a | +0.200 [+0.100, +0.300] |" in text.replace("  ", " ")
+
+
+def test_the_best_comes_last():
+    text = make_table(make_scores(net=[0.5, 0.7], a=[0.2, 0.6]))
+    assert text.index("| a ") < text.index("| net ")
+
+
+def test_simulated_kinds_can_be_played_by_policies():
+    kinds = list_simulated(2, 3, 2)
+    assert {"paper-32", "routine", "mixed", "no-prior"} <= kinds.keys()
+    for kind in kinds.values():
+        assert {"adaptive", "home_filter"} <= list_players(kind, []).keys()
+    assert "ceiling" not in list_players(kinds["mixed"], [])
+
+
+def test_the_command_plays_on_where_it_stopped(tmp_path, capsys):
+    out = tmp_path / "any_home.md"
+    size = ["--num_homes", "2", "--steps", "4", "--searches", "2", "--out", str(out)]
+    main(["--checkpoint", "heat", "--kinds", "paper-8", *size])
+    scores = json.loads(out.with_suffix(".json").read_text(encoding="utf-8"))
+    for player in scores["paper-8"].values():
+        assert {name: np.shape(player[name]) for name in HOME_COLUMNS} == dict.fromkeys(
+            HOME_COLUMNS, (2,)
+        )
+        assert {name: len(player[name]) for name in SHARED_COLUMNS} == dict.fromkeys(
+            SHARED_COLUMNS, 1
+        )
+    scores["paper-8"]["random"]["accuracy"] = [0.123, 0.123]
+    out.with_suffix(".json").write_text(json.dumps(scores), encoding="utf-8")
+    main(["--checkpoint", "heat", "--kinds", "paper-8", *size])
+    assert "0.123" in out.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--kinds", "castle"], r"kinds must be some of paper-32.*got 'castle'"),
+        (["--num_homes", "0"], r"num_homes must be at least 1, got 0"),
+        (["--recorded", "nowhere"], r"nowhere"),
+    ],
+)
+def test_bad_input_ends_with_a_message(options, message, tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        main(["--checkpoint", "heat", "--out", str(tmp_path / "t.md"), *options])
+    assert re.search(message, " ".join(capsys.readouterr().err.split()))

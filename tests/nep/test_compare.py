@@ -1,0 +1,61 @@
+"""`python -m nep.compare`: paired differences by hand, and runs that cannot be compared."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nep.compare import compare, main
+from nep.evaluate import main as evaluate
+from nep.report.results import Results, ScoreSummary
+
+CONFIG = {"num_homes": 2, "seed": 0, "policies": ["a"]}
+
+
+def make_results(config, **policies) -> Results:
+    """Two homes that take these numbers of looks."""
+    summaries = {
+        name: ScoreSummary(np.array(homes, dtype=float)[:, None], {})
+        for name, homes in policies.items()
+    }
+    return Results("command", config, {}, {"find_object": summaries})
+
+
+def test_differences_by_hand():
+    first = make_results(CONFIG, a=(4, 6), b=(3, 5))
+    second = make_results(CONFIG | {"policies": ["a", "c"]}, a=(4, 4), c=(2, 5))
+    lines = compare(first, second).splitlines()
+    assert lines[0] == "## Find Object"
+    # With itself: 0 and -2. The best of the first run is b, with fewer looks: c has -1 and 0.
+    assert lines[4] == "| a | a | 4.00 | 5.00 | -1.00 [-2.00, +0.00] |"
+    assert lines[5] == "| c | b | 3.50 | 4.00 | -0.50 [-1.00, +0.00] |"
+
+
+def test_other_homes_and_other_tasks_are_refused():
+    first = make_results(CONFIG, a=(4, 6))
+    with pytest.raises(ValueError, match=r"same homes and rules, got seed 0 and 1\. Evaluate with"):
+        compare(first, make_results(CONFIG | {"seed": 1}, a=(4, 4)))
+    with pytest.raises(ValueError, match=r"got home None and 3\."):
+        compare(first, make_results(CONFIG | {"home": 3}, a=(4, 4)))
+    other = replace(first, tasks={"predict_location": first.tasks["find_object"]})
+    with pytest.raises(ValueError, match=r"share a task, got find_object and predict_location"):
+        compare(first, other)
+
+
+def test_two_runs_of_the_command_line(tmp_path, capsys):
+    small = ["--num_homes", "2", "--steps", "4", "--tasks", "find_object"]
+    paths = []
+    for who in ("bayesian", "ceiling"):
+        evaluate(["--out", str(tmp_path / who), *small, "--policies", "random", who])
+        paths.append(str(tmp_path / who / "results.json"))
+    capsys.readouterr()
+    main(paths)
+    out = capsys.readouterr().out
+    assert re.search(
+        r"\| random \| random \| [\d.]+ \| [\d.]+ \| \+0\.00 \[\+0\.00, \+0\.00\]", out
+    )
+    assert re.search(r"\| ceiling \| (bayesian|random) \|", out)
+    with pytest.raises(SystemExit):
+        main([paths[0], str(tmp_path / "no.json")])
+    assert "results must be a file that can be read as JSON" in capsys.readouterr().err
