@@ -136,7 +136,7 @@ def _make_plan(options: argparse.Namespace) -> Plan:
         runs=options.runs,
         data=options.data,
         options=tuple(_list_telling_options(options)),
-        encoder_modules=tuple(options.encoders),
+        encoders=tuple(options.encoders),
     )
     plan.check()
     if options.jobs < 1:
