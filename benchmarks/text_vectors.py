@@ -9,7 +9,8 @@ import time
 
 from _measure import Benchmark, Measure, run
 
-from datamodules.text import TextVectors, train
+from datamodules.text import TextVectors
+from datamodules.text.train import __main__ as train
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:

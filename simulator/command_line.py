@@ -110,10 +110,11 @@ def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = ""
         name, has_value, value = argument[2:].partition("=")
         name = name.replace("-", "_")
         _check_renamed(name)
-        is_off = f"no_{_spell(name[3:], prefix)}" if name.startswith("no_") else ""
+        head, dot, last = name.rpartition(".")
+        switched_off = _spell(f"{head}{dot}{last.removeprefix('no_')}", prefix)
         name = _spell(name, prefix)
-        if is_off and kinds.get(is_off[3:]) == "flag" and not has_value:
-            found.append(f"--{is_off[3:]}=false")
+        if last.startswith("no_") and kinds.get(switched_off) == "flag" and not has_value:
+            found.append(f"--{switched_off}=false")
             continue
         kind = kinds.get(name)
         values = [value] if has_value else []

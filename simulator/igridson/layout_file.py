@@ -23,6 +23,8 @@ from simulator.igridson.layout_check import check_layout
 
 VERSION_LINE = "iGridson layout 1"
 SECTIONS = ("rooms", "map", "furniture", "start")
+MAX_CELLS = 1_000_000  # of a map: a kilometre by a kilometre
+_MAX_BYTES = 8 * MAX_CELLS  # of a file
 DEFAULT_LAYOUT = Path(__file__).parent / "data" / "home.txt"
 
 
@@ -31,10 +33,22 @@ def load_layout(path: str | Path | None = None) -> GridLayout:
 
     Raises:
         OSError: if the file cannot be read.
-        ValueError: if it is broken; the message names the line or the cell.
+        ValueError: if it is broken or too large; the message names the line or the cell.
     """
     path = DEFAULT_LAYOUT if path is None else Path(path)
-    return parse_layout(path.read_text("utf-8"))
+    with path.open("rb") as file:
+        content = file.read(_MAX_BYTES + 1)
+    if len(content) > _MAX_BYTES:
+        raise ValueError(
+            f"layout must be a file of at most {_MAX_BYTES} bytes, got more in {path}. "
+            "Check the path, or draw a smaller home."
+        )
+    try:
+        return parse_layout(content.decode("utf-8"))
+    except UnicodeDecodeError as error:
+        raise ValueError(
+            f"layout must be UTF-8, got {error} in {path}. Save it as UTF-8, or check the path."
+        ) from None
 
 
 def parse_layout(text: str) -> GridLayout:
@@ -76,13 +90,18 @@ def _assemble(
     owner: dict[tuple[int, int], GridFurniture] = {}
     home: list[int] = []
     for piece in pieces:
+        what = f"furniture '{piece.label}'"
+        # Before its cells are listed, of which there may be billions.
+        is_wide = piece.column + piece.width > num_columns
+        if is_wide or piece.row + piece.height > num_rows:
+            x, y = (
+                (max(piece.column, num_columns), piece.row) if is_wide else (piece.column, num_rows)
+            )
+            raise ValueError(
+                f"{what} must lie inside the map of {num_columns} x {num_rows} cells, got "
+                f"column {x}, row {y}. Move it or make it smaller."
+            )
         for x, y in piece.cells:
-            what = f"furniture '{piece.label}'"
-            if x >= num_columns or y >= num_rows:
-                raise ValueError(
-                    f"{what} must lie inside the map of {num_columns} x {num_rows} cells, got "
-                    f"column {x}, row {y}. Move it or make it smaller."
-                )
             if room[y, x] < 0:
                 ground = "a wall" if is_wall[y, x] else "a door"
                 raise ValueError(
@@ -159,6 +178,11 @@ def _parse_room(number: int, line: str) -> tuple[str, str]:
 def _parse_map(lines: list[tuple[int, str]], letters: list[str]) -> np.ndarray:
     """Read the map as single characters, (Y, X)."""
     width = len(lines[0][1])
+    if width * len(lines) > MAX_CELLS:
+        raise ValueError(
+            f"map must have at most {MAX_CELLS} cells, got {width} x {len(lines)}. Draw a smaller "
+            "home."
+        )
     for row, (number, line) in enumerate(lines):
         if len(line) != width:
             raise ValueError(
@@ -194,8 +218,9 @@ def _parse_furniture(number: int, line: str) -> GridFurniture:
 def _parse_numbers(number: int, text: str, what: str, rule: str, count: int) -> tuple[int, ...]:
     """Read some non-negative integers."""
     words = text.split()
-    if len(words) != count or not all(word.isdecimal() for word in words):
+    if len(words) != count or not all(word.isdecimal() and len(word) < 10 for word in words):
         raise ValueError(
-            f"{what} must {rule}, got {text!r} in line {number}. Write non-negative numbers."
+            f"{what} must {rule}, got {text!r} in line {number}. Write non-negative numbers of at "
+            "most 9 digits."
         )
     return tuple(int(word) for word in words)

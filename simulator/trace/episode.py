@@ -15,6 +15,7 @@ from simulator.trace.events import GONE, Event
 from simulator.trace.trace import Trace
 from simulator.world.homes import NUM_RELATIONS
 
+MAX_STEPS = 10_000_000  # of an episode: a thousand years of hours
 _ROUNDING = 1e-6  # of a step: an event at the very end of a step belongs to it
 
 
@@ -86,7 +87,7 @@ def make_episode(
     """
     start = trace.start_s if start_s is None else start_s
     if num_steps is None:
-        num_steps = math.ceil((trace.end_s - start) / step_seconds - _ROUNDING)
+        num_steps = _count_steps(trace, start, step_seconds)
     if num_steps < 1:
         raise ValueError(
             f"trace must last at least one step of {step_seconds:g} s, got "
@@ -126,12 +127,13 @@ def split_days(trace: Trace, step_seconds: float) -> tuple[list[Episode], list[s
         ValueError: if a day has no whole number of steps, or no day was recorded from midnight to
             midnight.
     """
-    num_steps = round(DAY_SECONDS / step_seconds)
-    if not math.isclose(num_steps * step_seconds, DAY_SECONDS):
+    num_steps = round(min(DAY_SECONDS / step_seconds, MAX_STEPS + 1))
+    if num_steps > MAX_STEPS or not math.isclose(num_steps * step_seconds, DAY_SECONDS):
         raise ValueError(
             f"step must divide a day of {DAY_SECONDS:g} s, got {step_seconds:g} s. Take 3600 s, or "
             "play all days as one."
         )
+    _count_steps(trace, trace.start_s, step_seconds)
     date = trace.layout.start
     midnight = 0.0
     if date is not None:
@@ -153,6 +155,30 @@ def split_days(trace: Trace, step_seconds: float) -> tuple[list[Episode], list[s
             "days as one."
         )
     return episodes, left_out
+
+
+def _count_steps(trace: Trace, start_s: float, step_seconds: float) -> int:
+    """Count the steps from `start_s` to the end of a recording.
+
+    Raises:
+        ValueError: if there are more than `MAX_STEPS`, or it ends after the year 9999.
+    """
+    seconds = trace.end_s - start_s
+    if seconds > MAX_STEPS * step_seconds:
+        raise ValueError(
+            f"trace must last at most {MAX_STEPS} steps, got {seconds:g} s in steps of "
+            f"{step_seconds:g} s for {trace.name}. Mend the times of its events or end_s in "
+            "layout.json, or take longer steps."
+        )
+    if trace.layout.start is not None:
+        try:
+            trace.layout.start + timedelta(seconds=trace.end_s + DAY_SECONDS)
+        except OverflowError:
+            raise ValueError(
+                f"trace must end before the year 9999, got {trace.end_s:g} s after "
+                f"{trace.layout.start} for {trace.name}. Mend start in layout.json."
+            ) from None
+    return math.ceil(seconds / step_seconds - _ROUNDING)
 
 
 class _Resolver:

@@ -12,6 +12,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from simulator.files import read_json
 from simulator.memory.words import read_words
 
 LAYOUT_FILE = "layout.json"
@@ -125,7 +126,7 @@ def load_layout(path: Path) -> Layout:
         ValueError: if it is missing or broken; names the file and the entry.
     """
     try:
-        data = json.loads(path.read_text(encoding="utf-8-sig"))
+        data = read_json(path)
     except OSError as error:
         raise ValueError(
             f"layout must be a file that can be read, got {error.strerror!r} for {path}. "

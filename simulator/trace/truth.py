@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,10 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from simulator.files import read_json
 from simulator.world.config import HomeConfig
 
 TRUTH_FILE = "simulation.json"
 TRUTH_VERSION = 1
+MAX_SLOTS = 100_000  # of a home
 
 # Weights of places by the text of what lies there: {"mug": {"3": 0.25, ...}, ...}
 Weights = Mapping[str, Mapping[int, float]]
@@ -76,7 +79,7 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
     if not path.exists():
         return None
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = read_json(path)
         if data["version"] != TRUTH_VERSION:
             raise ValueError(f"version {data['version']!r} instead of {TRUTH_VERSION}")
         truth = Truth(
@@ -86,9 +89,19 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
             _read_weights(data["transitions"], num_places),
             _read_weights(data["place_weights"], num_places),
         )
-        if not truth.step_seconds > 0:
+        if not 0 < truth.step_seconds < math.inf:
             raise ValueError(f"step_seconds {truth.step_seconds}")
-    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+        if not 1 <= truth.num_slots <= MAX_SLOTS:
+            raise ValueError(f"num_slots {truth.num_slots:.3g}, which must lie in 1 to {MAX_SLOTS}")
+    except (
+        OSError,
+        ValueError,
+        TypeError,
+        KeyError,
+        AttributeError,
+        OverflowError,
+        RecursionError,
+    ) as error:
         raise ValueError(
             f"{path}: simulation must be whole, got {type(error).__name__}: {error}. Record the "
             "home again, or delete the file to replay it like any recorded home."

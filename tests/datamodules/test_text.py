@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import spacy
 
-from datamodules.text import TextVectors, train
+from datamodules.text import TextVectors
+from datamodules.text.train import __main__ as train
 from datamodules.text.vectors import SHIPPED_PIPELINE
 from simulator.priors.prior_graph import PriorGraph
 

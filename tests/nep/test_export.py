@@ -1,13 +1,16 @@
 """Exported folders: equal logits, no pickle, and every misfit said in words. What is shipped."""
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import lightning.pytorch as pl
 import numpy as np
 import pytest
 import torch
-from safetensors.numpy import load_file
+from safetensors.numpy import load_file, save_file
 
 from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
@@ -22,6 +25,8 @@ from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.policies import make_policy
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
+
+ROOT = Path(__file__).parents[2]
 
 
 def save_checkpoint(path: Path, encoder, **features) -> Path:
@@ -210,3 +215,63 @@ def test_what_is_shipped_is_small_calibrated_and_described(folder):
     assert first_guesses["bayesian"] < first_guesses["network"] < first_guesses["ceiling"]
     assert looks["bayesian"] > looks["network"] > looks["ceiling"]
     assert NEPPolicy.load(folder.name)
+
+
+@pytest.mark.parametrize("kind", ["checkpoint", "folder"])
+def test_no_file_makes_us_import_a_module(kind, checkpoint, folder, monkeypatch):
+    """What a file names as its encoder is looked for among the classes that are loaded."""
+    (folder / "stolen_code.py").write_text("raise SystemExit('imported')")
+    monkeypatch.chdir(folder)
+    monkeypatch.syspath_prepend(folder)
+    source = folder
+    if kind == "checkpoint":
+        content = torch.load(checkpoint, weights_only=True)
+        content["hyper_parameters"]["encoder"]["class_path"] = "stolen_code.X"
+        source = folder / "altered.ckpt"
+        torch.save(content, source)
+    else:
+        config = json.loads((folder / "config.json").read_text())
+        config["model"]["encoder"]["class_path"] = "stolen_code.X"
+        (folder / "config.json").write_text(json.dumps(config))
+    with pytest.raises(ValueError, match=r"encoder must be one of .*HEAT.*got 'stolen_code\.X'"):
+        ObjectFinder.load(source)
+
+
+def test_weights_of_another_export_are_refused(folder, tmp_path_factory):
+    """As an export leaves them that was interrupted between its two files."""
+    other = save_checkpoint(tmp_path_factory.mktemp("other") / "last.ckpt", HEAT(units=16))
+    main([str(other), str(other.parent / "net"), "--num_homes=0"])
+    weights = load_file(other.parent / "net" / "weights.safetensors")
+    name = next(iter(weights))
+    save_file({**weights, name: weights[name] + 1}, folder / "weights.safetensors")
+    with pytest.raises(
+        ValueError, match=r"must be those of config\.json, got others .*Export again"
+    ):
+        load_trained(folder)
+
+
+def test_an_encoder_of_ones_own_is_named_by_the_caller(tmp_path, monkeypatch):
+    """In a fresh process, which has not imported it: refused without --encoders."""
+    (tmp_path / "own_encoder.py").write_text(
+        "from nep.encoders import GCN\n\n\nclass Mine(GCN):\n    pass\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    from own_encoder import Mine
+
+    own = save_checkpoint(tmp_path / "last.ckpt", Mine(units=8))
+    command = [
+        sys.executable, "-m", "nep.evaluate", "--checkpoint", f"mine={own}", "--policies", "none",
+        "--tasks", "predict_location", "--num_homes", "1", "--steps", "2", "--out", "out",
+    ]  # fmt: skip
+    environment = {**os.environ, "PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"}
+    results = [
+        subprocess.run(
+            [*command, *more], cwd=tmp_path, env=environment, capture_output=True, text=True,
+            check=False,
+        )
+        for more in ((), ("--encoders", "own_encoder"))
+    ]  # fmt: skip
+    assert results[0].returncode == 2
+    assert "name it by --encoders" in results[0].stderr
+    assert results[1].returncode == 0, results[1].stderr
+    assert "mine" in results[1].stdout

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import errno
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 import torch
 import yaml
+from lightning.pytorch import Trainer
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from datamodules.features import FeatureConfig
+from datamodules.sgm_datamodule import SGMDataModule
+from nep.encoders import MLP
 from nep.fit import CONFIG_FOLDER, FitCLI, find_configs, main
 from nep.model.module import NEPModule
-from simulator import PriorGraph
+from nep.players.policy import NEPPolicy
+from simulator import PriorGraph, SampledHomes, SampledSource, Streams, evaluate_policy
 
 SMALL = [
     "--trainer.max_epochs=1",
@@ -174,3 +181,92 @@ def test_malformed_prior_names_its_row(folder, capsys):
         main(["--config", "mlp.yaml", *SMALL, "--data.prior=bad.json"])
     assert stop.value.code == 2
     assert "placements[7]" in capsys.readouterr().err
+
+
+def test_a_full_disk_leaves_the_last_checkpoint_and_one_line(folder, capsys, monkeypatch):
+    """Checkpoints go through the writer of all files, not through the temporary folder."""
+    main(["--config", "mlp.yaml", *SMALL])
+    last = folder / "runs" / "mlp" / "version_0" / "checkpoints" / "last.ckpt"
+    before = last.read_bytes()
+
+    def fill(descriptor):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("simulator.files.os.fsync", fill)
+    with pytest.raises(SystemExit, match=r"error: .*disk must take \d+ bytes.*(last|best)"):
+        main(["--config", "mlp.yaml", *SMALL, "--data.num_homes=2"])
+    assert last.read_bytes() == before
+    assert not list(folder.rglob("*.part"))
+
+
+OWN = '''
+from datamodules.sgm_datamodule import SGMDataModule
+from nep.model.module import NEPModule
+
+
+class Model(NEPModule):
+    """With an argument more."""
+
+    def __init__(self, temper: float = 1.0, **kwargs):
+        super().__init__(**kwargs)
+        self.temper = temper
+
+
+class Data(SGMDataModule):
+    """With an argument more."""
+
+    def __init__(self, note: str = "none", **kwargs):
+        super().__init__(**kwargs)
+        self.note = note
+'''
+
+
+def test_classes_of_ones_own_are_trained(folder, monkeypatch):
+    (folder / "own_classes.py").write_text(OWN)
+    monkeypatch.syspath_prepend(folder)
+    cli = main(
+        ["--model_class", "own_classes.Model", "--data_class=own_classes.Data", "--config",
+         "mlp.yaml", *SMALL, "--model.temper=2", "--data.note=mine"]
+    )  # fmt: skip
+    assert (cli.model.temper, cli.datamodule.note) == (2.0, "mine")
+    with pytest.raises(SystemExit):
+        main(["--data_class=own_classes.Model", "--config", "mlp.yaml"])
+
+
+def test_rules_of_the_homes_are_options_and_are_recorded(folder):
+    cli = main(
+        ["--config", "mlp.yaml", *SMALL, "--data.home.furniture_per_room", "3",
+         "--data.sensing", "partial_views", "--data.no-dynamic-nodes"]
+    )  # fmt: skip
+    home = cli.datamodule.hparams["training"]["homes"]["home"]
+    assert (home["furniture_per_room"], home["dynamic_nodes"]) == (3, False)
+    assert home["sensing"]["name"] == "partial_views"
+    with pytest.raises(SystemExit):
+        main(["--config", "mlp.yaml", "--data.houses=3"])
+
+
+def test_homes_of_8_16_and_32_places_are_trained_and_evaluated_together(folder):
+    """By a source of one's own; no batch is padded, and every home is played."""
+
+    class Mixed(SampledSource):
+        def make(self, streams):
+            sizes = [(2, 4, 8)[home % 3] for home in streams.homes]
+            rules = [replace(self.home, furniture_per_room=size) for size in sizes]
+            return SampledHomes(self.prior, rules, streams)
+
+        def describe(self):
+            return {**super().describe(), "source": "mixed"}
+
+    data = SGMDataModule("data", num_homes=3, steps=6, num_val_homes=3, workers=1, homes=Mixed)
+    module = NEPModule(MLP(units=8), transformer_heads=2)
+    trainer = Trainer(
+        max_epochs=1, accelerator="cpu", logger=False, enable_checkpointing=False,
+        enable_progress_bar=False, enable_model_summary=False,
+    )  # fmt: skip
+    trainer.fit(module, datamodule=data)
+    player = NEPPolicy(module, data.builder)
+    source = data.val_config.homes
+    scores = evaluate_policy(player.play_in, source, Streams(0, "val", range(3)), 5)
+    assert scores.values.shape == (3, 5)
+    assert np.isfinite(scores.confidence).all()
+    assert source.make(Streams(0, "val", range(3))).home_num_furniture.tolist() == [8, 16, 32]

@@ -8,13 +8,14 @@ import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import IO, Any, TypeGuard, cast
 
 from simulator.priors.sources.counts import PlacementCounts
 from simulator.priors.sources.procthor_schema import HouseRooms, find_labels, find_type
 from simulator.priors.types import load_names, load_types
 
 INSTALL = "Install it with `pip install prior`, or pass the path of train.jsonl.gz"
+_MAX_LINE = 1 << 24  # bytes of a house; the largest of ProcTHOR-10k have one
 
 
 def count_procthor_houses(path: Path | None = None, *, skip_bad: bool = False) -> PlacementCounts:
@@ -52,9 +53,9 @@ def read_houses(path: Path, *, skip_bad: bool, problems: list[str]) -> Iterator[
     """
     line = 0
     opened = gzip.open(path, "rb") if path.suffix == ".gz" else path.open("rb")
-    with opened as file:
+    with cast("IO[bytes]", opened) as file:
         try:
-            for line, text in enumerate(file, start=1):
+            for line, text in enumerate(_read_lines(file, path.name), start=1):
                 if not text.strip():
                     continue
                 try:
@@ -69,6 +70,23 @@ def read_houses(path: Path, *, skip_bad: bool, problems: list[str]) -> Iterator[
                 f"houses must be a complete gzip file, got {error} in {path.name} after line {line}"
             )
             _report(problem, problems, skip_bad, "Download it again")
+
+
+def _read_lines(file: IO[bytes], name: str) -> Iterator[bytes]:
+    """Yield the lines of a file, none of which may be so long that memory does not hold it.
+
+    Raises:
+        ValueError: if one is.
+    """
+    line = 0
+    while text := file.readline(_MAX_LINE + 1):
+        line += 1
+        if len(text) > _MAX_LINE:
+            raise ValueError(
+                f"house must be one line of at most {_MAX_LINE} bytes, got more at {name}:{line}. "
+                "Put each house on a line of its own."
+            )
+        yield text
 
 
 def count_houses(

@@ -122,3 +122,37 @@ def test_furniture_the_prior_does_not_know_is_refused(small_text, default_prior)
     layout = parse_layout(small_text.replace("fridge", "spaceship"))
     with pytest.raises(ValueError, match="got 'spaceship' in 'kitchen'"):
         make_homes(default_prior, layout, Streams(0, "test", [0]))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("1 1  1x1  fridge", "1 1  99999x99999  fridge", r"inside the map of 9 x 5 cells, got column 9, row 1"),
+        ("1 1  1x1  fridge", "1 1  1x" + "9" * 5000 + "  fridge", r"line \d+\. .*most 9 digits"),
+        ("1 1  1x1  fridge", "9999999999 1  1x1  fridge", r"line \d+\. .*most 9 digits"),
+    ],
+)
+def test_furniture_larger_than_the_map_is_refused_before_its_cells_are_listed(
+    small_text, old, new, message
+):
+    assert old in small_text
+    with pytest.raises(ValueError, match=message):
+        parse_layout(small_text.replace(old, new))
+
+
+def test_a_map_of_too_many_cells_is_refused(small_text):
+    head, _, _ = small_text.partition("map\n")
+    wide = "#" * 1001 + "\n"
+    with pytest.raises(ValueError, match=r"at most 1000000 cells, got 1001 x 1000\. Draw a"):
+        parse_layout(f"{head}map\n{wide * 1000}\nfurniture\n1 1  1x1  fridge\nstart\n1 1\n")
+
+
+def test_a_layout_that_is_no_text_or_too_long_names_its_file(tmp_path):
+    path = tmp_path / "home.txt"
+    path.write_bytes(b"iGridson layout 1\n\xff\xfe")
+    with pytest.raises(ValueError, match=r"layout must be UTF-8, got .*home\.txt"):
+        load_layout(path)
+    with path.open("wb") as file:
+        file.truncate(1 << 33)  # takes no room on the disk
+    with pytest.raises(ValueError, match=r"layout must be a file of at most .*home\.txt"):
+        load_layout(path)

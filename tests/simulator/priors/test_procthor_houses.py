@@ -154,3 +154,11 @@ def test_the_prior_package_is_asked_for_by_name(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "prior", None)
     with pytest.raises(ModuleNotFoundError, match="pip install prior"):
         count_procthor_houses(None)
+
+
+def test_a_line_that_memory_may_not_hold_is_refused(tmp_path):
+    """17 MB of one letter in a file of 17 KB."""
+    path = tmp_path / "train.jsonl.gz"
+    path.write_bytes(gzip.compress(json.dumps(HOUSE).encode() + b"\n" + b" " * (17 << 20)))
+    with pytest.raises(ValueError, match=r"at most 16777216 bytes, got more at train\.jsonl\.gz:2"):
+        count_procthor_houses(path)
