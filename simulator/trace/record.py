@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from datetime import datetime
 
 import numpy as np
 
 from simulator.memory.clock import DEFAULT_STEP_SECONDS
 from simulator.trace.events import GONE, Event
-from simulator.trace.layout import Furniture, Layout, Room
+from simulator.trace.layout import Furniture, Layout, Room, number_names
 from simulator.trace.trace import Trace
 from simulator.trace.truth import Truth, list_weights
 from simulator.world.homes import NUM_RELATIONS
@@ -145,7 +144,7 @@ def _describe_layout(
     """Return the layout of a home; rooms and furniture of one label are numbered."""
     labels = homes.furniture_labels[home, homes.is_furniture[home]].tolist()
     furniture = []
-    for index, (name, label) in enumerate(zip(_number_names(labels), labels, strict=True)):
+    for index, (name, label) in enumerate(zip(number_names(labels), labels, strict=True)):
         furniture.append(
             Furniture(
                 name=name,
@@ -157,15 +156,5 @@ def _describe_layout(
             )
         )
     rooms = homes.configs[home].rooms
-    names = zip(_number_names(rooms), rooms, strict=True)
+    names = zip(number_names(rooms), rooms, strict=True)
     return Layout(tuple(Room(*pair) for pair in names), tuple(furniture), start, end_s)
-
-
-def _number_names(labels: Sequence[str]) -> list[str]:
-    """Return a name for each label: "shelf 1", "shelf 2" where there are several."""
-    total, count = Counter(labels), Counter[str]()
-    names = []
-    for label in labels:
-        count[label] += 1
-        names.append(label if total[label] == 1 else f"{label} {count[label]}")
-    return names

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from simulator.files import read_json
 from simulator.messages import shorten
 from simulator.world.config import HomeConfig
 
@@ -79,7 +80,7 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
     if not path.exists():
         return None
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = read_json(path)
         if data["version"] != TRUTH_VERSION:
             raise ValueError(f"version {data['version']!r} instead of {TRUTH_VERSION}")
         truth = Truth(
