@@ -14,6 +14,7 @@ from datamodules.snapshot_tables import SnapshotTables
 from simulator.arrays.grouped import compute_starts, number_keys
 from simulator.memory.memory_batch import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
 from simulator.snapshots.recorder import EXTRA, QUESTION_EXTRA
+from simulator.snapshots.shard_check import check_manifest, check_shard
 from simulator.snapshots.shards import load_manifest, load_shard
 from simulator.snapshots.snapshots import Snapshots
 
@@ -35,14 +36,16 @@ class SnapshotDataset(Dataset[SGMBatch]):
             more: further collections of homes with the same labels and the same extras.
 
         Raises:
-            ValueError: if a collection is unfinished, a shard is missing, truncated or altered (the
-                file is named), or the labels differ.
+            ValueError: if a collection is unfinished, its manifest or a shard is missing, truncated,
+                altered or none that was collected (the file is named), or the labels differ.
             OSError: if the disk does not take a copy of the collections.
         """
         manifests = {own: load_manifest(own) for own in (folder, *more)}
+        check_manifest(manifests[folder], folder)
         self._builder = builder
         self._labels = tuple(manifests[folder]["settings"]["labels"])
         for own, manifest in manifests.items():
+            check_manifest(manifest, own)
             num_homes = manifest["settings"]["num_homes"]
             if len(manifest["shards"]) != num_homes:
                 raise ValueError(
@@ -55,11 +58,16 @@ class SnapshotDataset(Dataset[SGMBatch]):
                     "Collect both from homes of one source and prior."
                 )
         shards = (
-            load_shard(own / name, checksum)
+            self._load(own / name, checksum)
             for own, manifest in manifests.items()
             for name, checksum in manifest["shards"].items()
         )
         self._tables = SnapshotTables(shards, folder)
+
+    def _load(self, path: Path, checksum: str) -> dict[str, np.ndarray]:
+        arrays = load_shard(path, checksum)
+        check_shard(arrays, len(self._labels), path)
+        return arrays
 
     def __len__(self) -> int:
         return len(self._tables)
