@@ -178,7 +178,7 @@ def load_exported(folder: Path) -> TrainedModel:
                 "interrupted, or files of two were mixed. Export again."
             )
         module.load_state_dict(tensors)
-        calibration = config["calibration"] and Calibration(**config["calibration"])
+        calibration = config["calibration"] and Calibration.from_json(config["calibration"])
     except OSError as error:
         raise ValueError(
             f"exported folder must have {WEIGHTS}, got {error.strerror!r} in {folder}. "
