@@ -150,7 +150,7 @@ def edit(folder: Path, *path: str, value) -> None:
         (["format"], "cake", r"exported folder must have version 2"),
         (["features"], {"smell": True}, r"must be one that nep\.export wrote, got TypeError"),
         (["model", "encoder", "class_path"], "os.path", r"encoder must be one of nep\.encoders\."),
-        (["model", "transformer"], False, r"must be one that nep\.export wrote, got RuntimeErr"),
+        (["model", "transformer"], False, r"weights must be those of the network, got 'predictor"),
         (["calibration"], {"heat": 1}, r"must be one that nep\.export wrote, got TypeError"),
     ],
 )
