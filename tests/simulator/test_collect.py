@@ -11,6 +11,7 @@ import pytest
 
 from simulator import collect as collect_module
 from simulator.collect import CollectConfig, collect, main
+from simulator.files import lock_folder
 from simulator.snapshots.shards import load_manifest
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
@@ -267,3 +268,26 @@ def test_more_homes_than_there_are_names_for_are_refused():
         CollectConfig(num_homes=10**20)
     with pytest.raises(ValueError, match=r"at most 1000000, got a number of about 400 digits"):
         CollectConfig(num_homes=10**400)
+
+
+def test_a_folder_in_use_is_refused_and_left_alone(tmp_path):
+    config = CollectConfig(num_homes=1, steps=2)
+    out = tmp_path / "data"
+    collect(config, out, progress=False)
+    (out / "home_000001.safetensors.77.part").write_bytes(b"what the first one writes")
+    with lock_folder(out):
+        with pytest.raises(
+            ValueError, match=r"one command at a time, got another .* at work in .*"
+        ):
+            collect(config, out, progress=False)
+        assert (out / "home_000001.safetensors.77.part").exists()
+    collect(config, out, progress=False)
+    assert sorted(path.name for path in out.iterdir()) == [
+        "home_000000.safetensors", "manifest.json",
+    ]  # fmt: skip
+
+
+def test_a_lock_that_a_killed_process_left_locks_nobody_out(tmp_path):
+    (tmp_path / ".lock").touch()
+    collect(CollectConfig(num_homes=1, steps=2), tmp_path, progress=False)
+    assert not (tmp_path / ".lock").exists()
