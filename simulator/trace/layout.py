@@ -6,7 +6,7 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -88,6 +88,16 @@ class Layout:
 def get_label(name: str) -> str:
     """Return what something is from its name: "shelf 2" and "shelf_2" are a "shelf"."""
     return re.sub(r"[\s_]*\d+$", "", read_words("name", name)) or read_words("name", name)
+
+
+def number_names(labels: Sequence[str]) -> list[str]:
+    """Return a name for each label: "shelf 1", "shelf 2" where there are several."""
+    total, count = Counter(labels), Counter[str]()
+    names = []
+    for label in labels:
+        count[label] += 1
+        names.append(label if total[label] == 1 else f"{label} {count[label]}")
+    return names
 
 
 def read_start(start: Any) -> datetime:
