@@ -18,6 +18,7 @@ from datamodules.batch import SGMBatch
 from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
+from simulator.checks import check_at_least
 from simulator.collect import CollectConfig, collect
 from simulator.home_options import HomeOptions, MakeSource
 from simulator.world.config import HomeConfig
@@ -100,12 +101,9 @@ class SGMDataModule(pl.LightningDataModule):
                 and `features.clock` needs it.
         """
         super().__init__()
-        for name, value in (
-            ("batch_size", batch_size), ("train_snapshots", train_snapshots),
-            ("val_snapshots", val_snapshots),
-        ):  # fmt: skip
-            if value is not None and value < 1:
-                raise ValueError(f"{name} must be at least 1, got {value}. Raise it.")
+        check_at_least(
+            1, batch_size=batch_size, train_snapshots=train_snapshots, val_snapshots=val_snapshots
+        )
         if (trace is None) != (val_trace is None):
             raise ValueError(
                 "trace and val_trace must come together, and step_seconds and by_day with them,"
