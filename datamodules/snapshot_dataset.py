@@ -36,7 +36,7 @@ class SnapshotDataset(Dataset[SGMBatch]):
             more: further collections of homes with the same labels and the same extras.
 
         Raises:
-            ValueError: if a collection is unfinished, its manifest or a shard is missing, truncated,
+                altered or none that was collected (the file is named), or labels differ.
                 altered or none that was collected (the file is named), or the labels differ.
             OSError: if the disk does not take a copy of the collections.
         """
