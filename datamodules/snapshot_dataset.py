@@ -14,6 +14,7 @@ from datamodules.snapshot_tables import SnapshotTables
 from simulator.arrays.grouped import compute_starts, number_keys
 from simulator.memory.memory_batch import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
 from simulator.snapshots.recorder import EXTRA, QUESTION_EXTRA
+from simulator.snapshots.shard_check import check_manifest, check_shard
 from simulator.snapshots.shards import load_manifest, load_shard
 from simulator.snapshots.snapshots import Snapshots
 
@@ -34,11 +35,12 @@ class SnapshotDataset(Dataset[SGMBatch]):
             builder: turns snapshots into batches.
 
         Raises:
-            ValueError: if the collection is unfinished, or a shard is missing, truncated or
-                altered; the file is named.
+            ValueError: if the collection is unfinished, or its manifest or a shard is missing,
+                truncated, altered or none that was collected; the file is named.
             OSError: if the disk does not take a copy of the collection.
         """
         manifest = load_manifest(folder)
+        check_manifest(manifest, folder)
         num_homes = manifest["settings"]["num_homes"]
         if len(manifest["shards"]) != num_homes:
             raise ValueError(
@@ -47,8 +49,13 @@ class SnapshotDataset(Dataset[SGMBatch]):
             )
         self._builder = builder
         self._labels = tuple(manifest["settings"]["labels"])
-        shards = (load_shard(folder / name, sha) for name, sha in manifest["shards"].items())
+        shards = (self._load(folder / name, sha) for name, sha in manifest["shards"].items())
         self._tables = SnapshotTables(shards, folder)
+
+    def _load(self, path: Path, checksum: str) -> dict[str, np.ndarray]:
+        arrays = load_shard(path, checksum)
+        check_shard(arrays, len(self._labels), path)
+        return arrays
 
     def __len__(self) -> int:
         return len(self._tables)

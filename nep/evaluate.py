@@ -6,7 +6,6 @@ import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -235,13 +234,11 @@ def _make_parser() -> ArgumentParser:
 def _make_config(options: Namespace) -> EvaluateConfig:
     homes = HomeOptions(**pick(options, HomeOptions)).make()
     policies = {("all",): list_policies(homes), ("none",): ()}
-    for module in options.encoders:
-        import_module(module)
     return EvaluateConfig(
         homes=homes,
         tasks=tuple(TASKS) if options.tasks == ("all",) else options.tasks,
         policies=policies.get(options.policies, options.policies),
-        checkpoints=tuple(Checkpoint.parse(text) for text in options.checkpoint),
+        checkpoints=tuple(Checkpoint.parse(text, options.encoders) for text in options.checkpoint),
         num_homes=homes.num_homes or options.num_homes,
         steps=homes.num_steps or 100 if options.steps is None else options.steps,
         seed=options.seed,

@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,7 @@ from nep.players.checkpoints import (
     load_config,
     save_exported,
 )
+from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from nep.players.searches import Decisions, play_searches
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
@@ -257,8 +257,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             if options.threads < 1:
                 raise ValueError(f"threads must be at least 1, got {options.threads}. Raise it.")
             torch.set_num_threads(options.threads)
-        for module in options.encoders:
-            import_module(module)
+        import_encoders(options.encoders)
         homes = HomeOptions(**pick(options, HomeOptions)).make()
         config = ExportConfig(**pick(options, ExportConfig) | {"homes": homes})
         with Progress(*columns, console=console, transient=True) as progress:

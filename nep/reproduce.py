@@ -98,6 +98,9 @@ def _make_parser() -> argparse.ArgumentParser:
     known = ", ".join(model.name for model in MODELS)
     text = f"networks of Table 1, of {known}, or config files (the paper's)"
     parser.add_argument("--models", nargs="+", help=text)
+    parser.add_argument(
+        "--encoders", nargs="+", default=[], help="modules of your own with encoders of --models"
+    )
     parser.add_argument("--num_homes", type=int, help="test homes (100)")
     parser.add_argument("--steps", type=int, help="steps in each (100)")
     parser.add_argument("--epochs", type=int, help="of every training (what its config says)")
@@ -133,6 +136,7 @@ def _make_plan(options: argparse.Namespace) -> Plan:
         runs=options.runs,
         data=options.data,
         options=tuple(_list_telling_options(options)),
+        encoders=tuple(options.encoders),
     )
     plan.check()
     if options.jobs < 1:
@@ -148,6 +152,8 @@ def _list_telling_options(options: argparse.Namespace) -> list[str]:
     for name in ("num_homes", "steps", "epochs"):
         if getattr(options, name) is not None:
             listed += [f"--{name}", str(getattr(options, name))]
+    if options.encoders:
+        listed += ["--encoders", *options.encoders]
     return listed + ["--tiny"] * options.tiny
 
 

@@ -27,9 +27,11 @@ from simulator.evidence.features import compute_features
 from simulator.fan_out import check_workers, fan_out
 from simulator.home_options import HomeOptions
 from simulator.memory.memory_batch import Change
+from simulator.messages import shorten
 from simulator.policies import check_policies, make_policy
 from simulator.policies.home_filter import HomeFilter
 from simulator.snapshots.recorder import Recorder
+from simulator.snapshots.shard_check import MAX_HOMES, check_manifest
 from simulator.snapshots.shards import (
     MANIFEST,
     get_shard_name,
@@ -89,6 +91,11 @@ class CollectConfig:
                 raise ValueError(
                     f"{name} must be at least 1, got {getattr(self, name)}. Ask for more."
                 )
+        if self.num_homes > MAX_HOMES:
+            raise ValueError(
+                f"num_homes must be at most {MAX_HOMES}, got {shorten(self.num_homes)}. Ask for "
+                "fewer."
+            )
         if self.seed < 0:
             raise ValueError(f"seed must be non-negative, got {self.seed}. Choose 0 or more.")
         for name, known in (("task", TASKS), ("split", SPLITS)):
@@ -258,6 +265,7 @@ def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
             )
         save_manifest(out, settings, {})
     manifest = load_manifest(out)
+    check_manifest(manifest, out)
     wanted = {name: value for name, value in settings.items() if name != "labels"}
     for name, found, value in _find_differences(manifest["settings"], wanted):
         raise ValueError(

@@ -1,10 +1,12 @@
-"""Files that are written whole or not at all, and their checksums."""
+"""Files that are written whole or not at all, their checksums, and JSON that can be relied on."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 from pathlib import Path
+from typing import Any, NoReturn
 
 
 def compute_checksum(path: Path) -> str:
@@ -32,3 +34,52 @@ def write_whole(path: Path, content: bytes) -> None:
             f"disk must take {len(content)} bytes, got {error.strerror!r} for {path}. Free some "
             "space and run the same command again: finished files are kept.",
         ) from error
+
+
+def read_json(path: str | Path, *, allow_nan: bool = False) -> Any:
+    """Read a JSON file.
+
+    Args:
+        path: the file.
+        allow_nan: whether NaN and infinities, which are no JSON, may stand in it.
+
+    Raises:
+        OSError: if it cannot be read.
+        ValueError: as `parse_json` does; whoever calls names the file and what to do.
+    """
+    return parse_json(Path(path).read_bytes(), allow_nan=allow_nan)
+
+
+def parse_json(content: str | bytes, *, allow_nan: bool = False) -> Any:
+    """Parse JSON, in UTF-8 with or without a byte order mark.
+
+    Args:
+        content: of a file.
+        allow_nan: whether NaN and infinities may stand in it.
+
+    Raises:
+        ValueError: if it is no JSON or no UTF-8 (the place is named), is nested too deeply, has a
+            key twice in one object, or a number that no computer counts with.
+    """
+    text = content.decode("utf-8-sig") if isinstance(content, bytes) else content
+    try:
+        return json.loads(
+            text,
+            object_pairs_hook=_check_keys,
+            parse_constant=None if allow_nan else _refuse_constant,
+        )
+    except RecursionError:
+        raise ValueError("lists or objects that are nested too deeply") from None
+
+
+def _check_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in keys if keys.count(key) > 1)
+        raise ValueError(f"the key {twice[:50]!r} twice in one object")
+    return found
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name}, which is no JSON")

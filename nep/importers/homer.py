@@ -6,7 +6,6 @@ Source: Patel and Chernova, "Proactive Robot Assistance via Spatio-Temporal Obje
 
 from __future__ import annotations
 
-import json
 import re
 from collections import Counter, defaultdict
 from collections.abc import Collection, Sequence
@@ -18,6 +17,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from simulator.files import read_json
 from simulator.memory.clock import DAY_SECONDS
 from simulator.memory.sighting import RELATIONS
 from simulator.priors.types import load_types
@@ -118,7 +118,7 @@ def _read_tensors(
     """Read the files of HOMER."""
     path = folder / "common_data.json"
     try:
-        common = json.loads(path.read_text(encoding="utf-8"))
+        common = read_json(path)
         names, categories = common["node_classes"], common["node_categories"]
         if len(names) != len(categories):
             raise ValueError(f"{len(names)} classes and {len(categories)} categories")

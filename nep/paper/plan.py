@@ -42,6 +42,7 @@ class Plan:
         runs: folder of trainings and scores.
         data: folder of the collections.
         options: those of the command line that change what comes out, but for the table.
+        encoders: modules of encoders from outside the package.
     """
 
     tables: tuple[str, ...]
@@ -53,6 +54,7 @@ class Plan:
     runs: Path
     data: Path
     options: tuple[str, ...]
+    encoders: tuple[str, ...] = ()
 
     def check(self) -> None:
         """Check what no parser has checked.
@@ -108,7 +110,14 @@ class Plan:
         """Return the evaluation of a policy, or of the network of a checkpoint."""
         path = self.runs / setting.name / "scores" / f"{contestant}.json"
         return Evaluation(
-            setting, contestant, checkpoint, self.num_homes, self.steps, self.seed, path
+            setting,
+            contestant,
+            checkpoint,
+            self.num_homes,
+            self.steps,
+            self.seed,
+            path,
+            self.encoders,
         )
 
     def evaluate_network(self, network: Contestant) -> Evaluation:

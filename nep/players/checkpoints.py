@@ -27,7 +27,7 @@ from datamodules.graph import GraphBuilder
 from nep.encoders import Encoder
 from nep.model.module import NEPModule
 from nep.players.calibration import Calibration
-from simulator.files import write_whole
+from simulator.files import read_json, write_whole
 
 FORMAT = "node edge predictor"
 FORMAT_VERSION = 2
@@ -200,7 +200,7 @@ def load_config(folder: Path) -> dict[str, Any]:
         ValueError: if it is missing or damaged, or made for another feature schema.
     """
     try:
-        config = json.loads((folder / CONFIG).read_text(encoding="utf-8"))
+        config = read_json(folder / CONFIG, allow_nan=True)
         version, schema = config["version"], dict(config["schema"])
     except OSError as error:
         raise ValueError(

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from simulator.files import write_whole
+from simulator.files import read_json, write_whole
 from simulator.tasks.metrics import METRICS
 from simulator.tasks.registry import TASKS
 from simulator.tasks.scores import TaskScores
@@ -90,7 +90,7 @@ class Results:
                 version.
         """
         try:
-            content = json.loads(path.read_text(encoding="utf-8"))
+            content = read_json(path)
         except (OSError, ValueError) as error:
             raise ValueError(
                 f"results must be a file that can be read as JSON, got {str(error)!r} for {path}. "

@@ -39,6 +39,7 @@ def spread(
     rate: float,
     coming: float,
     room: np.ndarray,
+    scratch: np.ndarray,
 ) -> None:
     """Let the objects of one density move, leave and come for one step, in place.
 
@@ -52,15 +53,24 @@ def spread(
         rate: probability that it moves.
         coming: expected number of objects that come, in proportion to `moves`.
         room: of each furniture node, (F,).
+        scratch: overwritten, (2, at least F and the number of rooms).
     """
-    out = np.zeros(len(density))
-    inflow = np.zeros(room.max() + 1)
+    out, inflow = scratch[0], scratch[1]
     for node in range(len(density)):
-        if leave[node] > 0:
-            out[node] = density[node] * rate / leave[node]
-        inflow[room[node]] += out[node]
+        inflow[room[node]] = 0
+        out[node] = density[node] * rate / leave[node] if leave[node] > 0 else 0.0
+    # The sum of a room is carried in a register while the room stays the same.
+    current = room[0]
+    total = inflow[current]
     for node in range(len(density)):
-        movers = density[node] * rate * (leave[node] > 0)
+        if room[node] != current:
+            inflow[current] = total
+            current = room[node]
+            total = inflow[current]
+        total += out[node]
+    inflow[current] = total
+    for node in range(len(density)):
+        movers = density[node] * rate if leave[node] > 0 else 0.0
         arriving = moves[node] * (inflow[room[node]] - out[node])
         density[node] = (density[node] - movers + arriving) * kept + coming * moves[node]
 
@@ -131,6 +141,7 @@ def follow_places(
         rooms = room[query, :num]
         own_last, own_others = last[query, :num], others[query, :num]
         moves, leave = np.empty(num), np.empty(num)
+        scratch = np.empty((2, max(num, rooms.max() + 1)))
         make_transition(weight[query, :num], 1.0, rooms, moves, leave)
         time = since_time[query]
         look = list_entries(looks, home[query], since_round[query])
@@ -160,5 +171,5 @@ def follow_places(
                 next_asked += 1
             kept = 1 - remove_rate[query]
             if was_seen:  # else there is nothing to spread
-                spread(own_last, moves, leave, kept, rate, 0.0, rooms)
-            spread(own_others, moves, leave, kept, rate, add_rate[query], rooms)
+                spread(own_last, moves, leave, kept, rate, 0.0, rooms, scratch)
+            spread(own_others, moves, leave, kept, rate, add_rate[query], rooms, scratch)

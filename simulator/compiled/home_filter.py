@@ -165,6 +165,7 @@ def follow_home(
         for_type, for_own = type_possible[query, :num], own_possible[query, :num]
         of_type = unseen[query, :num]
         transitions = np.empty((4, num))
+        scratch = np.empty((2, max(num, rooms.max() + 1)))
         make_transitions(weight[query, :num], for_type, for_own, rooms, transitions)
         time = since_time[query]
         look = list_entries(looks, home[query], since_round[query])
@@ -206,7 +207,9 @@ def follow_home(
             kept = 1 - remove_rate[query]
             moves, leave = transitions[0], transitions[1]
             if was_seen:  # else there is nothing to spread
-                spread(own_last, moves, leave, kept, rate, 0.0, rooms)
-            spread(own_others, moves, leave, kept, rate, add_rate[query], rooms)
+                spread(own_last, moves, leave, kept, rate, 0.0, rooms, scratch)
+            spread(own_others, moves, leave, kept, rate, add_rate[query], rooms, scratch)
             moves, leave = transitions[2], transitions[3]
-            spread(of_type, moves, leave, kept, move_rate[query], type_add_rate[query], rooms)
+            spread(
+                of_type, moves, leave, kept, move_rate[query], type_add_rate[query], rooms, scratch
+            )

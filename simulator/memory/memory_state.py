@@ -61,6 +61,11 @@ class MemoryState:
         return self._batch
 
     @property
+    def time(self) -> int:
+        """Steps since the start; known without taking over a new layout."""
+        return self._batch.time
+
+    @property
     def furniture_ids(self) -> tuple[int, ...]:
         """Ids of the furniture nodes in the order of the batch, (F,)."""
         return tuple(self.layout.furniture)

@@ -15,6 +15,7 @@ import numpy as np
 from simulator.memory.asking import Asked
 from simulator.memory.clock import Clock
 from simulator.memory.home_view import list_home, list_rows
+from simulator.memory.look_log import LookLog
 from simulator.memory.memory_batch import MemoryBatch, Queries
 from simulator.memory.memory_content import MAX_TIME
 from simulator.memory.memory_state import MemoryState
@@ -56,22 +57,41 @@ class SceneGraphMemory:
     Source: paper section 4.2, appendix B; docs/design.md, rulings 12 and 13.
     """
 
-    def __init__(self, prior: PriorGraph | None = None, clock: Clock | None = None) -> None:
+    def __init__(
+        self,
+        prior: PriorGraph | None = None,
+        clock: Clock | None = None,
+        log: str | Path | None = None,
+    ) -> None:
         """Start with an empty home.
 
         Args:
             prior: where things tend to be; None for the shipped default.
             clock: what time it is now, and how long a step is, for networks that were trained with
                 `features.clock`; the shipped one reads none.
+            log: file to which every look and every change is appended, such as "looks.jsonl", from
+                which `python -m simulator.trace from-log` makes a trace; None for no log. Asking
+                writes nothing.
+
+        Raises:
+            ValueError: if the log is another file.
+            OSError: if the log cannot be written, here or with any later change; a change that
+                could not be written was made.
         """
         self._prior = prior if prior is not None else PriorGraph.default()
         self._lock = RLock()
         self._names = NameIndex(row.label for row in self._prior.objects)
         self._state = MemoryState(self._prior, clock)
+        self._log: LookLog | None = None
+        self._start_log(log)
 
     @classmethod
     def load(
-        cls, path: str | Path, prior: PriorGraph | None = None, clock: Clock | None = None
+        cls,
+        path: str | Path,
+        prior: PriorGraph | None = None,
+        clock: Clock | None = None,
+        log: str | Path | None = None,
     ) -> SceneGraphMemory:
         """Go on with a memory that was saved: every later answer is what it would have been.
 
@@ -82,6 +102,8 @@ class SceneGraphMemory:
                 changes what is said about places, and nothing of what was observed.
             clock: of step 0, for a memory that was saved without one, or to replace its own; None
                 to keep what was saved.
+            log: where changes from now on are written, as in the constructor; a file of the same
+                home is gone on with.
 
         Raises:
             ValueError: if there is no such file, it was altered or cut short, comes from another
@@ -96,6 +118,7 @@ class SceneGraphMemory:
                 "PriorGraph.default() to go on with the shipped one."
             )
         memory._state.set_content(content if clock is None else replace(content, clock=clock))
+        memory._start_log(log)
         return memory
 
     def save(self, path: str | Path) -> None:
@@ -150,8 +173,10 @@ class SceneGraphMemory:
         Raises:
             ValueError: if the label is no name (`read_words`).
         """
-        room = self._state.layout.add_room(label)
-        self._state.note_new(label)
+        with self._lock:
+            room = self._state.layout.add_room(label)
+            self._state.note_new(label)
+            self._write("room", room=room, label=label)
         return room
 
     def add_furniture(
@@ -175,8 +200,15 @@ class SceneGraphMemory:
             ValueError: if the label or the description is no name (`read_words`), or the position
                 no two numbers.
         """
-        furniture = self._state.layout.add_furniture(label, room, description, position)
-        self._state.note_new(label)
+        with self._lock:
+            layout = self._state.layout
+            furniture = layout.add_furniture(label, room, description, position)
+            self._state.note_new(label)
+            node = layout.furniture[furniture]
+            self._write(
+                "furniture", furniture=furniture, label=label, room=room,
+                description=node.description, position=node.position,
+            )  # fmt: skip
         return furniture
 
     def move_furniture(
@@ -199,6 +231,8 @@ class SceneGraphMemory:
         with self._lock:
             self._state.layout.move_furniture(furniture, room, position)
             self._state.note_new()
+            node = self._state.layout.furniture[furniture]
+            self._write("move", furniture=furniture, room=node.room, position=node.position)
 
     def get_position(self, furniture: int) -> tuple[float, float] | None:
         """Return the position of a furniture node; None if it was not given.
@@ -226,7 +260,9 @@ class SceneGraphMemory:
             KeyError: if `room` is not a room of this memory.
         """
         self._state.layout.check_room(room)
-        self._state.remove(rooms=[room])
+        with self._lock:
+            self._state.remove(rooms=[room])
+            self._write("remove_room", room=room)
 
     def remove_furniture(self, furniture: int) -> None:
         """Remove a furniture node and all its edges; the objects that were seen there stay.
@@ -235,7 +271,9 @@ class SceneGraphMemory:
             KeyError: if `furniture` is not a furniture node of this memory.
         """
         self._state.layout.check_furniture(furniture)
-        self._state.remove(furniture=[furniture])
+        with self._lock:
+            self._state.remove(furniture=[furniture])
+            self._write("remove_furniture", furniture=furniture)
 
     def remove_object(self, description: str) -> None:
         """Forget an object with all its edges, as if it had never been seen or asked for.
@@ -250,7 +288,9 @@ class SceneGraphMemory:
                 f"description must be one that was seen or asked for, got {description!r}; there "
                 f"are {len(self._state.descriptions)} objects. Check its words."
             )
-        self._state.remove(objects=[row])
+        with self._lock:
+            self._state.remove(objects=[row])
+            self._write("remove_object", description=description)
 
     def describe(self, furniture: int) -> str:
         """Return the description and room of a furniture node, "white fridge in kitchen".
@@ -298,6 +338,8 @@ class SceneGraphMemory:
             )
         with self._lock:
             self._state.look(furniture, seen, coverage)
+            rows = [[one.description, one.relation, one.confidence] for one in seen]
+            self._write("look", furniture=furniture, coverage=coverage, seen=rows)
 
     def note_absent(self, furniture: int, description: str, coverage: float = 1.0) -> None:
         """Note that a look for one thing did not find it, and say nothing of all others there.
@@ -320,6 +362,7 @@ class SceneGraphMemory:
             )
         with self._lock:
             self._state.note_absent(furniture, words, coverage)
+            self._write("absent", furniture=furniture, description=words, coverage=coverage)
 
     def step(self, num_steps: int = 1) -> None:
         """Let time pass.
@@ -344,6 +387,7 @@ class SceneGraphMemory:
         if num_steps:
             with self._lock:
                 self._state.let_pass(int(num_steps))
+                self._write("step", num_steps=int(num_steps))
 
     def step_to(self, time: datetime) -> None:
         """Let time pass until a date and time: the last step that has begun by then.
@@ -489,3 +533,13 @@ class SceneGraphMemory:
             raise ValueError(
                 "memory must have furniture before a query, got none. Call add_furniture first."
             )
+
+    def _start_log(self, path: str | Path | None) -> None:
+        if path is not None:
+            self._log = LookLog(path)
+            self._log.start(self.time, self._state.layout, self.clock)
+
+    def _write(self, kind: str, **values: Any) -> None:
+        """Append a change to the log, if there is one."""
+        if self._log is not None:
+            self._log.write(kind, self._state.time, self.clock, values)

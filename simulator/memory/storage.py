@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from simulator.files import write_whole
+from simulator.files import read_json, write_whole
 from simulator.memory.memory_content import MemoryContent
 
 FORMAT = "scene graph memory"
@@ -41,13 +41,13 @@ def load_content(path: str | Path) -> MemoryContent:
             package, or was altered or cut short.
     """
     try:
-        file = json.loads(Path(path).read_bytes().decode("utf-8"))
+        file = read_json(path, allow_nan=True)
     except OSError as error:
         raise ValueError(
             f"memory file must be one that can be read, got {error.strerror!r} for {path}. "
             "Check the path."
         ) from error
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise ValueError(
             f"memory file must be whole JSON, got {error} for {path}. It was altered, cut short, "
             "or is another file: use a copy, or start a new memory."

@@ -9,7 +9,7 @@ from pathlib import Path
 from simulator.command_line import choose, make_parser, parse, pick
 from simulator.priors.compare import compare_priors
 from simulator.priors.prior_check import find_problems
-from simulator.priors.prior_graph import PriorGraph, parse_json
+from simulator.priors.prior_graph import PriorGraph, parse_prior
 from simulator.priors.sources.build import DEFAULT_SOURCES, SOURCES, build_from_sources
 from simulator.priors.sources.merge import BuildOptions
 from simulator.priors.sources.procthor_databases import NUM_HOUSES
@@ -146,8 +146,7 @@ def check(arguments: Sequence[str]) -> int:
     parser = make_parser(f"{PROG} check", "Report every problem of a prior file.")
     parser.add_argument("file", help="prior file")
     options = parse(parser, arguments)
-    text = Path(options.file).read_text(encoding="utf-8")
-    data = parse_json(text, where=options.file)
+    data = parse_prior(Path(options.file).read_bytes(), where=options.file)
     problems = list(find_problems(data))
     for problem in problems:
         print(f"{options.file}: {problem}")

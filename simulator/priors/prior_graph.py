@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simulator.files import parse_json
 from simulator.priors.prior_check import PARTS, RELATIONS, VERSION, check_prior
 
 Adjectives = tuple[tuple[str, ...], ...]
@@ -108,8 +109,7 @@ class PriorGraph:
             ValueError: if the file is not JSON, or a row breaks a rule (the row is named).
             OSError: if the file cannot be read.
         """
-        text = Path(path).read_text(encoding="utf-8")
-        return cls.from_dict(parse_json(text, where=str(path)), where=str(path))
+        return cls.from_dict(parse_prior(Path(path).read_bytes(), where=str(path)), where=str(path))
 
     @classmethod
     def default(cls) -> PriorGraph:
@@ -198,25 +198,29 @@ def load_prior(path: str | None) -> PriorGraph:
         ) from error
 
 
-def parse_json(text: str, *, where: str) -> Any:
-    """Parse JSON.
+def parse_prior(content: str | bytes, *, where: str) -> Any:
+    """Parse the JSON of a prior file.
 
     Raises:
         ValueError: names the file, line and column of the fault.
     """
     try:
-        return json.loads(text)
+        return parse_json(content)
     except json.JSONDecodeError as error:
         raise ValueError(
             f"prior must be JSON, got {error.msg} in {where}, line {error.lineno}, "
             f"column {error.colno}. Rebuild or mend the file."
         ) from error
+    except ValueError as error:
+        raise ValueError(
+            f"prior must be JSON in UTF-8, got {error} in {where}. Rebuild or mend the file."
+        ) from None
 
 
 @lru_cache(maxsize=1)
 def _load_default() -> PriorGraph:
     text = resources.files("simulator.priors").joinpath("default.json").read_text(encoding="utf-8")
-    return PriorGraph.from_dict(parse_json(text, where="default.json"), where="default.json")
+    return PriorGraph.from_dict(parse_prior(text, where="default.json"), where="default.json")
 
 
 def _to_row(row: FurnitureType | ObjectType | Placement) -> dict[str, Any]:

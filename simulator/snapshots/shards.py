@@ -12,7 +12,7 @@ import numpy as np
 from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
-from simulator.files import write_whole
+from simulator.files import read_json, write_whole
 
 SCHEMA_VERSION = 2
 MANIFEST = "manifest.json"
@@ -79,7 +79,7 @@ def load_manifest(folder: Path) -> dict[str, Any]:
     """
     path = folder / MANIFEST
     try:
-        manifest = json.loads(path.read_text(encoding="utf-8"))
+        manifest = read_json(path)
         version = manifest["schema_version"]
         if not {"settings", "shards"} <= manifest.keys():
             raise KeyError("settings, shards")
@@ -88,7 +88,7 @@ def load_manifest(folder: Path) -> dict[str, Any]:
             f"collection must have a {MANIFEST}, got none in {folder}. "
             "Run `python -m simulator.collect --out` on that folder."
         ) from error
-    except (json.JSONDecodeError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ValueError(
             f"manifest must be whole, got {error!r} in {path}. Delete the folder and collect again."
         ) from error

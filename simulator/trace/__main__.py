@@ -1,4 +1,4 @@
-"""Command line: `python -m simulator.trace record | check | import`."""
+"""Command line: `python -m simulator.trace record | check | import | from-log`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from pathlib import Path
 from simulator.command_line import choose, make_parser, parse
 from simulator.home_options import HomeOptions
 from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
+from simulator.memory.look_log import read_log
 from simulator.priors.prior_graph import load_prior
+from simulator.trace.from_log import make_trace, split_trace
 from simulator.trace.importers import IMPORTERS
 from simulator.trace.layout import read_start
 from simulator.trace.memory import remember_trace
@@ -29,7 +31,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit status: 0 if all is well, 1 on bad input.
     """
-    return choose(PROG, {"record": record, "check": check, "import": bring}, arguments)
+    return choose(
+        PROG, {"record": record, "check": check, "import": bring, "from-log": bring_log}, arguments
+    )
 
 
 def record(arguments: Sequence[str]) -> int:
@@ -133,6 +137,34 @@ def bring(arguments: Sequence[str]) -> int:
     if options.memory is not None:
         remember_trace(trace, load_prior(options.prior)).save(options.memory)
         print(f"memory: {options.memory}")
+    return 0
+
+
+def bring_log(arguments: Sequence[str]) -> int:
+    """Make traces of a home from the log of a robot's memory, to train on and to measure with."""
+    parser = make_parser(
+        f"{PROG} from-log",
+        "Make traces of a home from the log of a robot's memory: the first part of the time to "
+        "train on, the next to validate and calibrate on, the last to measure with "
+        "(docs/robot.md says what they assume).",
+    )
+    parser.add_argument("log", type=Path, help='of SceneGraphMemory(log="looks.jsonl")')
+    parser.add_argument(
+        "--out", type=Path, required=True, help="folder for the traces train, val and test"
+    )
+    parser.add_argument(
+        "--val_share", type=float, default=0.2, help="share of the time for val; 0 for none"
+    )
+    parser.add_argument(
+        "--test_share", type=float, default=0.2, help="share of the time for test; 0 for none"
+    )
+    options = parse(parser, arguments)
+    trace = make_trace(read_log(options.log))
+    print(f"{options.log}: {summarise(trace)}")
+    shares = {"val": options.val_share, "test": options.test_share}
+    for name, part in split_trace(trace, shares).items():
+        save_trace(part, options.out / name)
+        print(f"{options.out / name}: {summarise(part)}")
     return 0
 
 

@@ -6,12 +6,13 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from simulator.files import read_json
 from simulator.memory.words import read_words
 
 LAYOUT_FILE = "layout.json"
@@ -89,6 +90,16 @@ def get_label(name: str) -> str:
     return re.sub(r"[\s_]*\d+$", "", read_words("name", name)) or read_words("name", name)
 
 
+def number_names(labels: Sequence[str]) -> list[str]:
+    """Return a name for each label: "shelf 1", "shelf 2" where there are several."""
+    total, count = Counter(labels), Counter[str]()
+    names = []
+    for label in labels:
+        count[label] += 1
+        names.append(label if total[label] == 1 else f"{label} {count[label]}")
+    return names
+
+
 def read_start(start: Any) -> datetime:
     """Read a local date and time, such as 2024-05-06T07:30.
 
@@ -115,7 +126,7 @@ def load_layout(path: Path) -> Layout:
         ValueError: if it is missing or broken; names the file and the entry.
     """
     try:
-        data = json.loads(path.read_text(encoding="utf-8-sig"))
+        data = read_json(path)
     except OSError as error:
         raise ValueError(
             f"layout must be a file that can be read, got {error.strerror!r} for {path}. "

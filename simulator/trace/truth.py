@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from simulator.files import read_json
+from simulator.messages import shorten
 from simulator.world.config import HomeConfig
 
 TRUTH_FILE = "simulation.json"
@@ -78,7 +80,7 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
     if not path.exists():
         return None
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = read_json(path)
         if data["version"] != TRUTH_VERSION:
             raise ValueError(f"version {data['version']!r} instead of {TRUTH_VERSION}")
         truth = Truth(
@@ -91,7 +93,9 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
         if not 0 < truth.step_seconds < math.inf:
             raise ValueError(f"step_seconds {truth.step_seconds}")
         if not 1 <= truth.num_slots <= MAX_SLOTS:
-            raise ValueError(f"num_slots {truth.num_slots:.3g}, which must lie in 1 to {MAX_SLOTS}")
+            raise ValueError(
+                f"num_slots {shorten(truth.num_slots)}, which must lie in 1 to {MAX_SLOTS}"
+            )
     except (
         OSError,
         ValueError,

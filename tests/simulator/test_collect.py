@@ -263,3 +263,10 @@ def test_the_module_runs_as_documented(tmp_path):
     assert done.returncode == 0, done.stderr
     assert "collecting train snapshots" in done.stderr
     assert not load_manifest(tmp_path / "data")["settings"]["homes"]["home"]["dynamic_nodes"]
+
+
+def test_more_homes_than_there_are_names_for_are_refused():
+    with pytest.raises(ValueError, match=r"num_homes must be at most 1000000, got 10{20}\. Ask"):
+        CollectConfig(num_homes=10**20)
+    with pytest.raises(ValueError, match=r"at most 1000000, got a number of about 400 digits"):
+        CollectConfig(num_homes=10**400)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import csv
-import json
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from simulator.files import parse_json
 from simulator.priors.sources.counts import PlacementCounts
 from simulator.priors.types import load_names, load_types
 
@@ -65,7 +65,7 @@ def _read_rows(path: Path) -> Iterator[tuple[str, Any]]:
     text = path.read_text(encoding="utf-8-sig")
     if path.suffix.lower() == ".json":
         try:
-            rows = json.loads(text)
+            rows = parse_json(text)
         except ValueError as error:
             raise ValueError(f"table must be JSON, got {error} in {path.name}.") from error
         if not isinstance(rows, list):

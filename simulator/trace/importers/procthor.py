@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
+from simulator.files import read_json
 from simulator.priors.sources.procthor_schema import HouseRooms, find_labels, find_type
 from simulator.priors.types import load_names
 from simulator.trace.importers.home_builder import HomeBuilder
@@ -31,7 +31,7 @@ def read_procthor(path: Path, furniture_labels: Collection[str] = ()) -> tuple[T
     if not path.is_file():
         raise ValueError(f"house must be a file that exists, got none at {path}. Check the path.")
     try:
-        house = json.loads(path.read_text(encoding="utf-8"))
+        house = read_json(path)
     except ValueError as error:
         raise ValueError(
             f"house must be one JSON object, got {error} in {path}. Take one line of a .jsonl file."

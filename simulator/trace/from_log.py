@@ -1,0 +1,356 @@
+"""A trace from the log of a robot's memory: where things were, as far as its looks tell."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import Any
+
+from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
+from simulator.memory.home_layout import Furniture as Node
+from simulator.memory.look_log import LogLine
+from simulator.memory.names import read_name
+from simulator.memory.sighting import RELATIONS, read_relation
+from simulator.memory.words import read_words
+from simulator.trace.events import GONE, Event
+from simulator.trace.layout import Furniture, Layout, Room, get_label, number_names
+from simulator.trace.trace import Trace
+
+_COUNTED = 0.5  # a sighting of less confidence is none; parts of looks that make so much are one
+
+
+Name = tuple[str, ...]  # of a thing: `read_name` of what it is called
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What was seen at a piece of furniture, or that one thing was not.
+
+    Attributes:
+        time_s: when.
+        place: index into the furniture of the trace.
+        coverage: share of it that was in view; 1 where it was removed.
+        seen: relations of the sightings by name of the thing.
+        sought: the one thing that was looked for; None if all that was there would have been seen.
+    """
+
+    time_s: float
+    place: int
+    coverage: float
+    seen: dict[Name, list[int]]
+    sought: Name | None = None
+
+
+@dataclass(slots=True)
+class Thing:
+    """One object of the trace.
+
+    Attributes:
+        name, description: as in `Event`.
+        place: where it was last seen; `GONE` since it was seen absent there.
+        relation: of the last sighting.
+        time_s: of the last sighting.
+        unseen: parts of looks at its place that did not show it since.
+    """
+
+    name: str
+    description: str
+    place: int = GONE
+    relation: int = 0
+    time_s: float = -math.inf
+    unseen: float = 0.0
+
+
+def make_trace(lines: Sequence[LogLine], name: str = "home") -> Trace:
+    """Make a trace from a log.
+
+    Nobody knows where a thing was between two looks. The trace says: where it was last seen, until
+
+    - it is seen elsewhere: it is there from then on, and moved in that step;
+    - a look at its place does not show it, or looks at parts of it that make half a look: then it
+      has left the home, until it is seen again. So nothing is said, and nothing asked, of a thing
+      that the robot itself did not know of.
+
+    Things are told apart by their words, as in the memory. Of one name there are as many as were
+    seen in one time step; which one is seen is not told: one that stayed, else one that is gone,
+    else the one whose last sighting is longest ago. Furniture that was moved
+    stands where it stood last; what lay on furniture that was removed is gone. What was taken out
+    of the memory (`remove_object`) was never there. A sighting of less than one half is none.
+
+    Args:
+        lines: from `read_log`.
+        name: of the trace.
+
+    Raises:
+        ValueError: if nothing was seen, or a line names a room or furniture that there is not.
+    """
+    clocks = [line.values["clock"] for line in lines if line.kind == "start"]
+    reader = _LogReader(min(filter(None, clocks), key=lambda clock: clock.start, default=None))
+    for line in lines:
+        try:
+            reader.read(line)
+        except KeyError as error:
+            raise ValueError(
+                f"every {line.kind} of a log must be of furniture that was added, got "
+                f"{error.args[0]} at time step {line.time}. Mend the line, or take it out."
+            ) from None
+    looks = sorted(reader.looks, key=lambda look: look.time_s)
+    things = _Things(reader.descriptions)
+    for time_s, group in groupby(looks, key=lambda look: look.time_s):
+        things.see(time_s, list(group))
+    if not things.events:
+        raise ValueError(
+            f"log must hold a sighting, got {len(looks)} looks without one. Log more of the home."
+        )
+    layout = reader.make_layout(end_s=max(looks[-1].time_s, things.events[-1].time_s))
+    return Trace(name, layout, tuple(things.events))
+
+
+def split_trace(trace: Trace, shares: Mapping[str, float]) -> dict[str, Trace]:
+    """Cut a trace by time: "train" first, then the others.
+
+    Each part begins with all that was at its place then.
+
+    Args:
+        trace: what is cut.
+        shares: of the time by name, in order; what is left is "train". Parts of 0 are left out.
+
+    Raises:
+        ValueError: if a share is negative, or nothing is left to train on.
+    """
+    left = 1 - sum(shares.values())
+    if min(shares.values()) < 0 or left <= 0:
+        raise ValueError(
+            "val_share and test_share must be 0 or more and leave some time to train on, got "
+            f"{', '.join(map(str, shares.values()))}. Take 0.2 of each."
+        )
+    parts: dict[str, Trace] = {}
+    begin_s, length_s = trace.start_s, trace.end_s - trace.start_s
+    for name, share in {"train": left, **shares}.items():
+        if share > 0:
+            end_s = begin_s + share * length_s
+            parts[name] = _cut(trace, name, begin_s, end_s)
+            begin_s = end_s
+    return parts
+
+
+def _cut(trace: Trace, name: str, begin_s: float, end_s: float) -> Trace:
+    """Return the part of a trace that begins with everything at its place."""
+    at: dict[str, Event] = {}
+    for event in trace.events:
+        if event.time_s <= begin_s:
+            at[event.object] = replace(event, time_s=begin_s)
+    first = [event for event in at.values() if event.furniture != GONE]
+    later = [event for event in trace.events if begin_s < event.time_s <= end_s]
+    named = {event.object for event in first}
+    events = [*first]
+    for event in later:  # what was gone at first must come before it can go
+        if event.furniture != GONE or event.object in named:
+            events.append(event)
+            named.add(event.object)
+    return Trace(name, replace(trace.layout, end_s=end_s), tuple(events))
+
+
+class _LogReader:
+    """Follows the layout through a log, and gathers the looks."""
+
+    def __init__(self, clock: Clock | None) -> None:
+        self.looks: list[Look] = []
+        self.descriptions: dict[Name, str] = {}  # as first written
+        self._clock = clock  # the earliest; the trace begins when its step 0 was
+        self._step_seconds = DEFAULT_STEP_SECONDS
+        self._shift_s = 0.0  # of the memory's step 0
+        self._time_s = 0.0
+        self._room_labels: list[str] = []
+        self._nodes: list[Node] = []  # `room` is an index
+        self._known_rooms: dict[tuple[int, str], int] = {}
+        self._known_nodes: dict[tuple[int, str, str], int] = {}
+        self._rooms: dict[int, int] = {}  # index in the trace by number in the memory
+        self._places: dict[int, int] = {}
+
+    def read(self, line: LogLine) -> None:
+        """Take over what a line says.
+
+        Raises:
+            KeyError: if it names a room or a piece of furniture that was never added.
+        """
+        values = line.values
+        if line.kind == "start":
+            self._start(line)
+            return
+        self._time_s = self._shift_s + line.time * self._step_seconds
+        if line.kind == "room":
+            self._add_room(values["room"], values["label"])
+        elif line.kind == "furniture":
+            node = Node(values["label"], values["room"], values["description"])
+            self._add_furniture(values["furniture"], node)
+        elif line.kind == "move":
+            place = self._places[values["furniture"]]
+            self._nodes[place] = replace(self._nodes[place], room=self._rooms[values["room"]])
+        elif line.kind == "remove_room":
+            room = self._rooms[values["room"]]
+            for place in self._places.values():
+                if self._nodes[place].room == room:
+                    self._add_look(place, 1.0, {})
+        elif line.kind == "remove_furniture":
+            self._add_look(self._places[values["furniture"]], 1.0, {})
+        elif line.kind == "remove_object":
+            self._forget(read_name(values["description"]))
+        elif line.kind == "look":
+            self._read_look(self._places[values["furniture"]], values)
+        elif line.kind == "absent":
+            name = read_name(values["description"])
+            self._add_look(self._places[values["furniture"]], values["coverage"], {}, name)
+
+    def make_layout(self, end_s: float) -> Layout:
+        """Return rooms and furniture; those of one label are numbered."""
+        rooms = number_names([get_label(label) for label in self._room_labels])
+        names = number_names([get_label(node.label) for node in self._nodes])
+        return Layout(
+            tuple(
+                Room(name, read_words("label", label))
+                for name, label in zip(rooms, self._room_labels, strict=True)
+            ),
+            tuple(
+                Furniture(name, read_words("label", node.label), node.room, node.description)
+                for name, node in zip(names, self._nodes, strict=True)
+            ),
+            None if self._clock is None else self._clock.start,
+            end_s or None,
+        )
+
+    def _start(self, line: LogLine) -> None:
+        """Go on with another memory of the home; what has number and name of before is the same."""
+        clock: Clock | None = line.values["clock"]
+        self._step_seconds = DEFAULT_STEP_SECONDS if clock is None else clock.step_seconds
+        if clock is not None and self._clock is not None:
+            self._shift_s = (clock.start - self._clock.start).total_seconds()
+        elif self._shift_s + line.time * self._step_seconds < self._time_s:
+            # a new memory, nobody knows how much later: one step
+            self._shift_s = self._time_s + self._step_seconds * (1 - line.time)
+        self._rooms, self._places = {}, {}
+        for number, label in line.values["rooms"].items():
+            self._add_room(number, label)
+        for number, node in line.values["furniture"].items():
+            self._add_furniture(number, node)
+
+    def _add_room(self, number: int, label: str) -> None:
+        index = self._known_rooms.setdefault((number, label), len(self._room_labels))
+        if index == len(self._room_labels):
+            self._room_labels.append(label)
+        self._rooms[number] = index
+
+    def _add_furniture(self, number: int, node: Node) -> None:
+        node = replace(node, room=self._rooms[node.room])
+        key = number, node.label, node.description
+        index = self._known_nodes.setdefault(key, len(self._nodes))
+        self._nodes[index:] = [node, *self._nodes[index + 1 :]]
+        self._places[number] = index
+
+    def _read_look(self, place: int, values: Mapping[str, Any]) -> None:
+        seen: dict[Name, list[int]] = defaultdict(list)
+        for description, relation, confidence in values["seen"]:
+            if confidence >= _COUNTED:
+                name = read_name(description)
+                self.descriptions.setdefault(name, description)
+                seen[name].append(RELATIONS.index(read_relation(relation)))
+        self._add_look(place, values["coverage"], seen)
+
+    def _add_look(
+        self,
+        place: int,
+        coverage: float,
+        seen: dict[Name, list[int]],
+        sought: Name | None = None,
+    ) -> None:
+        self.looks.append(Look(self._time_s, place, coverage, seen, sought))
+
+    def _forget(self, forgotten: Name) -> None:
+        for look in self.looks:
+            look.seen.pop(forgotten, None)
+
+
+class _Things:
+    """Follows every thing through the looks."""
+
+    def __init__(self, descriptions: Mapping[Name, str]) -> None:
+        self.events: list[Event] = []
+        self._descriptions = descriptions
+        self._things: dict[Name, list[Thing]] = defaultdict(list)
+        self._num_called = Counter[str]()
+
+    def see(self, time_s: float, looks: Sequence[Look]) -> None:
+        """Take over all looks of one time step.
+
+        Args:
+            time_s: of the step.
+            looks: in order.
+        """
+        seen: dict[Name, dict[int, list[int]]] = defaultdict(dict)
+        for look in looks:
+            for name, relations in look.seen.items():
+                if len(relations) >= len(seen[name].get(look.place, ())):
+                    seen[name][look.place] = relations
+        for name, things in list(self._things.items()):
+            self._lose(time_s, name, things, looks, seen.get(name, {}))
+        for name, places in seen.items():
+            self._place(time_s, name, places)
+
+    def _lose(
+        self,
+        time_s: float,
+        name: Name,
+        things: list[Thing],
+        looks: Sequence[Look],
+        seen: Mapping[int, Sequence[int]],
+    ) -> None:
+        """Let things go that looks at their places did not show."""
+        unseen: dict[int, float] = defaultdict(float)
+        for look in looks:
+            if look.sought in (None, name):
+                unseen[look.place] += look.coverage
+        for place, coverage in unseen.items():
+            there = sorted((t for t in things if t.place == place), key=lambda t: -t.time_s)
+            for thing in there[len(seen.get(place, ())) :]:
+                thing.unseen += coverage
+                if thing.unseen >= _COUNTED:
+                    thing.place = GONE
+                    self._note(time_s, thing)
+
+    def _place(self, time_s: float, name: Name, seen: Mapping[int, Sequence[int]]) -> None:
+        """Say where the things of a name are that were seen."""
+        things = self._things[name]
+        for place, relations in seen.items():
+            there = [thing for thing in things if thing.place == place]
+            for thing, relation in zip(there, relations, strict=False):
+                self._put(time_s, thing, place, relation)
+        for place, relations in seen.items():
+            num_there = sum(thing.place == place for thing in things)
+            for relation in relations[num_there:]:
+                away = [thing for thing in things if thing.time_s < time_s]
+                away.sort(key=lambda t: (t.place != GONE, t.time_s))
+                if not away:
+                    things.append(self._make(name))
+                    away = things[-1:]
+                self._put(time_s, away[0], place, relation)
+
+    def _make(self, name: Name) -> Thing:
+        description = self._descriptions[name]
+        called = get_label(description)
+        self._num_called[called] += 1
+        number = self._num_called[called]
+        return Thing(called if number == 1 else f"{called} {number}", description)
+
+    def _put(self, time_s: float, thing: Thing, place: int, relation: int) -> None:
+        is_new = (thing.place, thing.relation) != (place, relation)
+        thing.place, thing.relation, thing.time_s, thing.unseen = place, relation, time_s, 0.0
+        if is_new:
+            self._note(time_s, thing)
+
+    def _note(self, time_s: float, thing: Thing) -> None:
+        self.events.append(
+            Event(time_s, thing.name, thing.description, thing.place, thing.relation)
+        )
