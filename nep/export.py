@@ -30,6 +30,7 @@ from nep.players.policy import NEPPolicy
 from nep.players.searches import Decisions, play_searches
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
 from nep.report.results import list_versions
+from simulator.checks import check_at_least
 from simulator.command_line import (
     add_home_arguments,
     make_parser,
@@ -74,9 +75,8 @@ class ExportConfig:
         Raises:
             ValueError: if one is out of range.
         """
-        for name, least in (("num_homes", 0), ("steps", 1), ("seed", 0)):
-            if getattr(self, name) < least:
-                raise ValueError(f"{name} must be at least {least}, got {getattr(self, name)}.")
+        check_at_least(0, num_homes=self.num_homes, seed=self.seed)
+        check_at_least(1, steps=self.steps)
 
     def get_streams(self, split: str) -> Streams:
         """Return the streams of the homes of "val" or "test".
@@ -254,8 +254,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with one_line_errors(status=2):
         options = parse(parser, arguments)
         if options.threads is not None:
-            if options.threads < 1:
-                raise ValueError(f"threads must be at least 1, got {options.threads}. Raise it.")
+            check_at_least(1, threads=options.threads)
             torch.set_num_threads(options.threads)
         import_encoders(options.encoders)
         homes = HomeOptions(**pick(options, HomeOptions)).make()

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
+from simulator.checks import check_at_least
 from simulator.command_line import (
     add_home_arguments,
     add_worker_arguments,
@@ -86,11 +87,7 @@ class CollectConfig:
         Raises:
             ValueError: if a count, a name or the seed is out of range.
         """
-        for name in ("num_homes", "steps"):
-            if getattr(self, name) < 1:
-                raise ValueError(
-                    f"{name} must be at least 1, got {getattr(self, name)}. Ask for more."
-                )
+        check_at_least(1, num_homes=self.num_homes, steps=self.steps)
         if self.num_homes > MAX_HOMES:
             raise ValueError(
                 f"num_homes must be at most {MAX_HOMES}, got {shorten(self.num_homes)}. Ask for "

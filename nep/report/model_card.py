@@ -30,6 +30,26 @@ All training homes had 32 places, one of which was looked at in a time step. In 
   is better than Bayesian (results/experiments.md), but it makes too little of looks in vain at one
   place in several time steps, which such homes hardly teach.""",
 }
+_MIXED = {
+    "data": """\
+Simulated homes alone, drawn from a mixture (`simulator.world.mixture`): {memories}.
+Homes have 1 to 8 rooms and 4 to 60 places; objects move as in the paper's homes or with people who
+have habits, in steps of ten minutes to a day; looks miss up to four objects in ten; the prior that
+the agent knows is the true one, a noisy one, one of another home, one that lacks words, or none. No
+recorded home and no person's data went into it.""",
+    "step_limit": """\
+It reads rates and shares, not counts, and learns how fast things move from the memory itself. Give
+  the memory a clock, so that it knows how long a step is.""",
+    "size_limit": "Homes of more than 60 places were not in its training.",
+}
+_CEILING = "`ceiling` knows how the home behaves; it is what an answer can be worth.\n"
+_KINDS = """
+## Homes of every kind
+
+The network beside the best rule in each kind of home (`python -m nep.any_home`). It was trained in
+no recorded home.
+
+{}"""
 _RECORDED = {
     "data": """\
 Recorded homes (docs/traces.md): {memories}. Whoever has the network may find out what was where in
@@ -50,7 +70,13 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
     measured = notes["measured"]
     names = {"network": f"**{name}**"}
     training = notes["training"]
-    kind = _RECORDED if training is not None and training.get("is_recorded") else _SIMULATED
+    kind = _SIMULATED
+    if training is not None:
+        if training.get("is_recorded"):
+            kind = _RECORDED
+        elif training.get("homes", {}).get("homes") == "mixed":
+            kind = _MIXED
+    is_mixed = measured.get("source", {}).get("homes") == "mixed"
     first_guesses, looks = (measured["scores"][task] for task in SCORED_TASKS)
     scores = join_table(
         ["policy", "right first guesses", "std over homes", "looks until found", "std over homes"],
@@ -88,6 +114,10 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
         command=notes["command"],
         checkpoint=notes["checkpoint_sha256"],
         scored_homes=measured["homes"],
+        scored_in="simulated test homes of a mixture" if is_mixed else "simulated test homes",
+        among="" if is_mixed else " among 32 places",
+        ceiling=_CEILING if "ceiling" in first_guesses else "",
+        kinds=_KINDS.format(notes["kinds"]) if "kinds" in notes else "",
         scored_steps=measured["steps"],
         num_decisions=f"{measured['num_decisions']:,}",
         scores=scores,

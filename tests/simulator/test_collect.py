@@ -179,9 +179,9 @@ def fail(tmp_path, capsys, *arguments: str) -> str:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--num_homes", "0"], "error: num_homes must be at least 1, got 0. Ask for more."),
-        (["--steps", "-3"], "error: steps must be at least 1, got -3. Ask for more."),
-        (["--workers", "0"], "error: workers must be at least 1, got 0. Ask for more."),
+        (["--num_homes", "0"], "error: num_homes must be at least 1, got 0. Raise it."),
+        (["--steps", "-3"], "error: steps must be at least 1, got -3. Raise it."),
+        (["--workers", "0"], "error: workers must be at least 1, got 0. Raise it."),
         (["--seed", "-1"], "error: seed must be non-negative, got -1. Choose 0 or more."),
         (["--policy", "clever"], "got 'clever'. Choose one of these, or"),
         (["--task", "dance"], "relative_likelihood, find_object, got 'dance'. Choose one"),

@@ -36,7 +36,7 @@ def test_the_error_of_a_job_arrives():
 
 
 def test_workers_and_backend_are_checked(monkeypatch):
-    with pytest.raises(ValueError, match=r"workers must be at least 1, got 0\. Ask for more"):
+    with pytest.raises(ValueError, match=r"workers must be at least 1, got 0\. Raise it"):
         check_workers(0, "processes")
     with pytest.raises(ValueError, match=r"one of processes, ray, got 'spark'\. Choose one"):
         check_workers(1, "spark")
