@@ -161,6 +161,7 @@ def test_import_simulator_loads_no_heavy_package():
     assert list_loaded("from simulator import *", heavy) == []
 
 
+@pytest.mark.slow
 def test_no_module_of_simulator_loads_an_upper_layer():
     code = """
 import importlib, pkgutil, simulator

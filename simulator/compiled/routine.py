@@ -12,8 +12,6 @@ Source of the generator: Steele, Lea and Flood, "Fast Splittable Pseudorandom Nu
 (OOPSLA 2014), figure 14.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

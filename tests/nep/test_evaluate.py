@@ -21,6 +21,8 @@ from nep.players.contestants import Checkpoint
 from simulator.policies import POLICIES
 from simulator.tasks.registry import TASKS
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 SMALL = ["--num_homes", "2", "--steps", "4"]
 

@@ -26,6 +26,8 @@ from simulator.policies import make_policy
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 
 

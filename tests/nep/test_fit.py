@@ -21,6 +21,8 @@ from nep.model.module import NEPModule
 from nep.players.policy import NEPPolicy
 from simulator import PriorGraph, SampledHomes, SampledSource, Streams, evaluate_policy
 
+pytestmark = pytest.mark.slow
+
 SMALL = [
     "--trainer.max_epochs=1",
     "--trainer.log_every_n_steps=1",

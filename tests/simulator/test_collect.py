@@ -62,6 +62,7 @@ def test_two_workers_give_the_same_bytes(reference, tmp_path, monkeypatch):
     assert read_all(tmp_path / "data") == reference
 
 
+@pytest.mark.slow
 def test_killed_and_started_again_gives_the_same_bytes(tmp_path):
     """SIGKILL in the middle of a collection, once some shards are there."""
     arguments = ["--num_homes", "12", "--steps", "30", "--workers", "1", "--seed", "1"]
@@ -224,6 +225,7 @@ def test_an_unknown_option_ends_with_status_2(tmp_path, capsys):
     assert "--speed" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_answered_and_finished_homes_are_kept(tmp_path):
     """The operating system refuses files above 20 KB, as a full disk refuses any."""
     arguments = ["--num_homes", "3", "--steps", "30", "--workers", "1"]
@@ -251,6 +253,7 @@ def test_a_snapshot_takes_less_than_20_kilobytes(tmp_path):
     assert size / 100 < 20_000
 
 
+@pytest.mark.slow
 def test_the_module_runs_as_documented(tmp_path):
     command = ["--num_homes", "1", "--steps", "2", "--policy", "bayesian", "--task",
                "predict_location", "--workers", "1", "--no-dynamic-nodes"]  # fmt: skip

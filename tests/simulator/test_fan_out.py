@@ -29,6 +29,7 @@ def test_every_job_is_done_once_and_named(workers):
     assert found == {0: 0.0, 1: 0.5, 2: 1.0, 3: 1.5, 4: 2.0}
 
 
+@pytest.mark.slow
 def test_the_error_of_a_job_arrives():
     with pytest.raises(ZeroDivisionError):
         list(fan_out(divide, [(1, 1), (1, 0)], 2))
