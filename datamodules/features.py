@@ -79,6 +79,7 @@ class FeatureConfig:
             ValueError: if there is no group of such a name.
         """
         known = {**PLACE_GROUP_COLUMNS, **QUESTION_GROUP_COLUMNS}
+        object.__setattr__(self, "evidence_without", tuple(self.evidence_without))  # JSON: a list
         for name in self.evidence_without:
             if name not in known:
                 raise ValueError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import cast
@@ -17,6 +18,7 @@ from datamodules.batch import SGMBatch
 from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
+from simulator.checks import check_at_least
 from simulator.collect import CollectConfig, collect
 from simulator.home_options import HomeOptions, MakeSource
 from simulator.world.config import HomeConfig
@@ -42,6 +44,7 @@ class SGMDataModule(pl.LightningDataModule):
         val_snapshots: int | None = None,
         policy: str = "bayesian",
         task: str = "predict_location",
+        also_tasks: list[str] | None = None,
         homes: MakeSource = SampledSource,
         val_homes: MakeSource | None = None,
         home: HomeConfig = _PAPER,
@@ -71,6 +74,8 @@ class SGMDataModule(pl.LightningDataModule):
             val_snapshots: the same for validation.
             policy: the policy that collects.
             task: the task it plays.
+            also_tasks: further tasks, played in as many other homes, whose snapshots are trained
+                on, too.
             homes: where homes come from: gets the prior and the rules, as the class of a source
                 does.
             val_homes: the same for validation; None for other homes of the same source.
@@ -99,12 +104,9 @@ class SGMDataModule(pl.LightningDataModule):
                 and `features.clock` needs it.
         """
         super().__init__()
-        for name, value in (
-            ("batch_size", batch_size), ("train_snapshots", train_snapshots),
-            ("val_snapshots", val_snapshots),
-        ):  # fmt: skip
-            if value is not None and value < 1:
-                raise ValueError(f"{name} must be at least 1, got {value}. Raise it.")
+        check_at_least(
+            1, batch_size=batch_size, train_snapshots=train_snapshots, val_snapshots=val_snapshots
+        )
         if (trace is None) != (val_trace is None):
             raise ValueError(
                 "trace and val_trace must come together, and step_seconds and by_day with them,"
@@ -135,6 +137,10 @@ class SGMDataModule(pl.LightningDataModule):
             num_homes=val_source.num_homes or num_val_homes,
             steps=val_source.num_steps or steps,
         )
+        self.also_configs = [
+            replace(self.train_config, task=name, seed=seed + number)
+            for number, name in enumerate(also_tasks or (), start=1)
+        ]
         self._check_sources(features)
         self.data_dir = Path(data_dir)
         self.batch_size = batch_size
@@ -155,6 +161,7 @@ class SGMDataModule(pl.LightningDataModule):
                     "homes": source.describe(),
                     "is_recorded": trace is not None,
                     "task": task,
+                    "also_tasks": also_tasks or [],
                     "policy": policy,
                     "seed": seed,
                     "snapshots": train_snapshots,
@@ -188,13 +195,14 @@ class SGMDataModule(pl.LightningDataModule):
     def prepare_data(self) -> None:
         """Collect what is not on disk yet; an interrupted collection is finished."""
         progress = self.trainer is None or self.trainer.progress_bar_callback is not None
-        for config in (self.train_config, self.val_config):
+        for config in (self.train_config, *self.also_configs, self.val_config):
             collect(config, self.get_folder(config), self.workers, progress)
 
     def setup(self, stage: str | None = None) -> None:
-        """Load both collections; damaged files are named in the error."""
-        self.train_dataset = self._load(self.train_config, self.train_snapshots)
-        self.val_dataset = self._load(self.val_config, self.val_snapshots)
+        """Load the collections; damaged files are named in the error."""
+        more = [self.get_folder(config) for config in self.also_configs]
+        self.train_dataset = self._load(self.train_config, self.train_snapshots, more)
+        self.val_dataset = self._load(self.val_config, self.val_snapshots, [])
 
     def transfer_batch_to_device(
         self, batch: SGMBatch, device: torch.device, dataloader_idx: int
@@ -211,8 +219,10 @@ class SGMDataModule(pl.LightningDataModule):
         """Batches of validation snapshots in order."""
         return self._make_loader(self.val_dataset, None)
 
-    def _load(self, config: CollectConfig, limit: int | None) -> Dataset[SGMBatch]:
-        dataset = SnapshotDataset(self.get_folder(config), self.builder)
+    def _load(
+        self, config: CollectConfig, limit: int | None, more: Sequence[Path]
+    ) -> Dataset[SGMBatch]:
+        dataset = SnapshotDataset(self.get_folder(config), self.builder, *more)
         if limit is None or limit >= len(dataset):
             return dataset
         generator = torch.Generator().manual_seed(config.seed)

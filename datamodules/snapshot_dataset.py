@@ -14,41 +14,60 @@ from datamodules.snapshot_tables import SnapshotTables
 from simulator.arrays.grouped import compute_starts, number_keys
 from simulator.memory.memory_batch import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
 from simulator.snapshots.recorder import EXTRA, QUESTION_EXTRA
+from simulator.snapshots.shard_check import check_manifest, check_shard
 from simulator.snapshots.shards import load_manifest, load_shard
 from simulator.snapshots.snapshots import Snapshots
 
 
 class SnapshotDataset(Dataset[SGMBatch]):
-    """The snapshots of a collection; item lists become one `SGMBatch` each.
+    """The snapshots of one or more collections; item lists become one `SGMBatch` each.
 
     Shards are read and checked once, when the dataset is made, and copied into `SnapshotTables`:
     temporary files that are mapped into memory. Any snapshot is read from there, in any order, so
     that batches are shuffled over the whole collection, and memory does not grow with it.
     """
 
-    def __init__(self, folder: Path, builder: GraphBuilder) -> None:
-        """Read a collection.
+    def __init__(self, folder: Path, builder: GraphBuilder, *more: Path) -> None:
+        """Read collections.
 
         Args:
             folder: written by `simulator.collect`.
             builder: turns snapshots into batches.
+            more: further collections of homes with the same labels and the same extras.
 
         Raises:
-            ValueError: if the collection is unfinished, or a shard is missing, truncated or
-                altered; the file is named.
-            OSError: if the disk does not take a copy of the collection.
+            ValueError: if a collection is unfinished, its manifest or a shard is missing, cut
+                short, altered or none that was collected (the file is named), or the labels differ.
+            OSError: if the disk does not take a copy of the collections.
         """
-        manifest = load_manifest(folder)
-        num_homes = manifest["settings"]["num_homes"]
-        if len(manifest["shards"]) != num_homes:
-            raise ValueError(
-                f"collection must be finished, got {len(manifest['shards'])} of {num_homes} "
-                f"homes in {folder}. Run the same `python -m simulator.collect` again."
-            )
+        manifests = {own: load_manifest(own) for own in (folder, *more)}
+        check_manifest(manifests[folder], folder)
         self._builder = builder
-        self._labels = tuple(manifest["settings"]["labels"])
-        shards = (load_shard(folder / name, sha) for name, sha in manifest["shards"].items())
+        self._labels = tuple(manifests[folder]["settings"]["labels"])
+        for own, manifest in manifests.items():
+            check_manifest(manifest, own)
+            num_homes = manifest["settings"]["num_homes"]
+            if len(manifest["shards"]) != num_homes:
+                raise ValueError(
+                    f"collection must be finished, got {len(manifest['shards'])} of {num_homes} "
+                    f"homes in {own}. Run the same `python -m simulator.collect` again."
+                )
+            if tuple(manifest["settings"]["labels"]) != self._labels:
+                raise ValueError(
+                    f"collections must have the same labels, got others in {own} than in {folder}. "
+                    "Collect both from homes of one source and prior."
+                )
+        shards = (
+            self._load(own / name, checksum)
+            for own, manifest in manifests.items()
+            for name, checksum in manifest["shards"].items()
+        )
         self._tables = SnapshotTables(shards, folder)
+
+    def _load(self, path: Path, checksum: str) -> dict[str, np.ndarray]:
+        arrays = load_shard(path, checksum)
+        check_shard(arrays, len(self._labels), path)
+        return arrays
 
     def __len__(self) -> int:
         return len(self._tables)

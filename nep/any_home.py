@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import shlex
 import sys
 from collections.abc import Sequence
@@ -13,7 +14,10 @@ import torch
 from nep.kinds.kinds import Kind, list_recorded, list_simulated
 from nep.kinds.play import play_all
 from nep.kinds.table import make_overview, make_table
+from nep.players.checkpoints import CONFIG, load_config
 from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
+from nep.report.model_card import make_card
+from simulator.checks import check_at_least
 from simulator.files import write_whole
 from simulator.policies.registry import list_policies
 
@@ -28,6 +32,18 @@ def list_players(kind: Kind, checkpoints: Sequence[Checkpoint]) -> dict[str, Mak
     return list_contestants("predict_location", common, checkpoints)
 
 
+def note_kinds(folder: Path, overview: str) -> None:
+    """Write an overview into the notes of an exported network and its model card.
+
+    Raises:
+        ValueError: if the folder holds no exported network.
+    """
+    config = load_config(folder)
+    config["notes"]["kinds"] = overview
+    write_whole(folder / CONFIG, f"{json.dumps(config, indent=1)}\n".encode())
+    write_whole(folder / "MODEL_CARD.md", make_card(folder.resolve().name, config).encode())
+
+
 def _make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m nep.any_home",
@@ -40,6 +56,7 @@ def _make_parser() -> argparse.ArgumentParser:
         "--checkpoint", action="append", metavar="[NAME=]SOURCE",
         help="a network, the first one is compared with the best rule; may be given several times",
     )  # fmt: skip
+    parser.add_argument("--card", type=Path, help="exported folder whose card gets the overview")
     parser.add_argument("--recorded", nargs="+", default=[], help="folders of recorded homes")
     parser.add_argument("--kinds", nargs="+", help="names of kinds; all if left out")
     parser.add_argument("--num_homes", type=int, default=30, help="homes of each simulated kind")
@@ -55,11 +72,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     torch.set_num_threads(1)
     try:
-        for name in ("num_homes", "steps", "searches"):
-            if getattr(options, name) < 1:
-                raise ValueError(
-                    f"{name} must be at least 1, got {getattr(options, name)}. Raise it."
-                )
+        check_at_least(
+            1, num_homes=options.num_homes, steps=options.steps, searches=options.searches
+        )
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint or ["any_home"]]
         kinds = dict(list_simulated(options.num_homes, options.steps, options.searches))
         if options.recorded:
@@ -86,16 +101,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.error(str(error))
     titles = {name: kind.title for name, kind in kinds.items()}
     command = shlex.join(["python", "-m", "nep.any_home", *arguments])
+    overview = make_overview(titles, scores, [point.name for point in checkpoints])
     parts = [
         "# One network in homes of every kind",
         f"`{command}`. Differences are paired over homes, with 95 % bootstrap intervals; a rule is "
         "any policy that does not know the true home. NLL, calibration error and looks: less is "
         "better.",
-        make_overview(titles, scores, [point.name for point in checkpoints]),
+        overview,
     ]
     for name, title in titles.items():
         parts.append(f"## {title}\n\n{make_table(scores[name])}")
     write_whole(options.out, ("\n\n".join(part.strip() for part in parts) + "\n").encode())
+    if options.card is not None:
+        note_kinds(options.card, overview)
     print(options.out)
 
 

@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -26,10 +25,12 @@ from nep.players.checkpoints import (
     load_config,
     save_exported,
 )
+from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from nep.players.searches import Decisions, play_searches
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
 from nep.report.results import list_versions
+from simulator.checks import check_at_least
 from simulator.command_line import (
     add_home_arguments,
     make_parser,
@@ -75,9 +76,8 @@ class ExportConfig:
         Raises:
             ValueError: if one is out of range.
         """
-        for name, least in (("num_homes", 0), ("steps", 1), ("seed", 0)):
-            if getattr(self, name) < least:
-                raise ValueError(f"{name} must be at least {least}, got {getattr(self, name)}.")
+        check_at_least(0, num_homes=self.num_homes, seed=self.seed)
+        check_at_least(1, steps=self.steps)
 
     @property
     def num_steps(self) -> int:
@@ -261,11 +261,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with one_line_errors(status=2):
         options = parse(parser, arguments)
         if options.threads is not None:
-            if options.threads < 1:
-                raise ValueError(f"threads must be at least 1, got {options.threads}. Raise it.")
+            check_at_least(1, threads=options.threads)
             torch.set_num_threads(options.threads)
-        for module in options.encoders:
-            import_module(module)
+        import_encoders(options.encoders)
         homes = HomeOptions(**pick(options, HomeOptions)).make()
         config = ExportConfig(**pick(options, ExportConfig) | {"homes": homes})
         with Progress(*columns, console=console, transient=True) as progress:

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import torch
 
+from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from simulator.igridson import command
 from simulator.igridson.find_object import Searcher
@@ -24,6 +25,7 @@ def main(args: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog=PROG, add_help=False, allow_abbrev=False)
     parser.add_argument("--checkpoint")  # a name of one that ships with the package is no path
     parser.add_argument("--threads", type=int)
+    parser.add_argument("--encoders", action="append", default=[])  # modules of one's own
     options, rest = parser.parse_known_args(args)
     if options.threads is not None:
         if options.threads < 1:
@@ -36,6 +38,7 @@ def main(args: Sequence[str] | None = None) -> int:
     searchers: dict[str, Searcher] = {}
     if options.checkpoint is not None:
         try:
+            import_encoders(options.encoders)
             policy = NEPPolicy.load(options.checkpoint)
         except (ValueError, OSError) as error:
             print(f"{PROG}: {error}", file=sys.stderr)

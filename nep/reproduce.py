@@ -26,6 +26,7 @@ from nep.paper.paper_tables import make_table_1, make_table_2
 from nep.paper.plan import TABLES, Plan, plan_stages
 from nep.paper.stages import run_stages
 from nep.report.figures import draw_over_steps
+from simulator.checks import check_at_least
 from simulator.files import write_whole
 from simulator.policies import POLICIES
 
@@ -98,6 +99,9 @@ def _make_parser() -> argparse.ArgumentParser:
     known = ", ".join(model.name for model in MODELS)
     text = f"networks of Table 1, of {known}, or config files (the paper's)"
     parser.add_argument("--models", nargs="+", help=text)
+    parser.add_argument(
+        "--encoders", nargs="+", default=[], help="modules of your own with encoders of --models"
+    )
     parser.add_argument("--num_homes", type=int, help="test homes (100)")
     parser.add_argument("--steps", type=int, help="steps in each (100)")
     parser.add_argument("--epochs", type=int, help="of every training (what its config says)")
@@ -119,8 +123,7 @@ def _make_parser() -> argparse.ArgumentParser:
 def _make_plan(options: argparse.Namespace) -> Plan:
     fit_options: tuple[str, ...] = _TINY_FIT if options.tiny else ()
     if options.epochs is not None:
-        if options.epochs < 1:
-            raise ValueError(f"epochs must be at least 1, got {options.epochs}. Raise it.")
+        check_at_least(1, epochs=options.epochs)
         fit_options += (f"--trainer.max_epochs={options.epochs}",)
     homes, steps = (_TINY_HOMES, _TINY_STEPS) if options.tiny else (100, 100)
     plan = Plan(
@@ -133,10 +136,10 @@ def _make_plan(options: argparse.Namespace) -> Plan:
         runs=options.runs,
         data=options.data,
         options=tuple(_list_telling_options(options)),
+        encoders=tuple(options.encoders),
     )
     plan.check()
-    if options.jobs < 1:
-        raise ValueError(f"jobs must be at least 1, got {options.jobs}. Raise it.")
+    check_at_least(1, jobs=options.jobs)
     return plan
 
 
@@ -148,6 +151,8 @@ def _list_telling_options(options: argparse.Namespace) -> list[str]:
     for name in ("num_homes", "steps", "epochs"):
         if getattr(options, name) is not None:
             listed += [f"--{name}", str(getattr(options, name))]
+    if options.encoders:
+        listed += ["--encoders", *options.encoders]
     return listed + ["--tiny"] * options.tiny
 
 

@@ -14,6 +14,8 @@ from simulator.world.source import HomeSource, SampledSource
 SOURCES: Mapping[str, str] = {
     "sampled": "simulator.world.source.SampledSource",
     "recorded": "simulator.trace.source.RecordedSource",
+    "paper": "simulator.world.source.PaperSource",
+    "mixed": "simulator.world.mixture.source.MixtureSource",
 }
 
 # A source's class is one; its further arguments are options of the command line.

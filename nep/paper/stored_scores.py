@@ -30,6 +30,7 @@ class Evaluation:
         checkpoint: the network; None for a policy.
         homes, steps, seed: of the test homes.
         path: the file.
+        encoders: modules of encoders from outside the package.
     """
 
     setting: Setting
@@ -39,6 +40,7 @@ class Evaluation:
     steps: int
     seed: int
     path: Path
+    encoders: tuple[str, ...] = ()
 
     def describe(self) -> dict[str, Any]:
         """Return everything that the scores depend on, as JSON values."""
@@ -70,7 +72,9 @@ class Evaluation:
         if self.is_done():
             return
         policies = [] if self.checkpoint else [self.contestant]
-        networks = [Checkpoint(self.contestant, self.checkpoint)] if self.checkpoint else []
+        networks = []
+        if self.checkpoint:
+            networks = [Checkpoint(self.contestant, self.checkpoint, encoders=self.encoders)]
         (make,) = list_contestants(self.setting.task, policies, networks).values()
         scores = evaluate_policy(
             make,

@@ -10,6 +10,7 @@ from pathlib import Path
 import torch
 
 from nep.players.checkpoints import PRETRAINED, WEIGHTS, find_trained
+from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from simulator.files import compute_checksum
 from simulator.policies import POLICIES, Policy, check_policies, make_policy
@@ -29,14 +30,16 @@ class Checkpoint:
         name: in tables and figures.
         path: the checkpoint, or the exported folder.
         task: the task that it plays, None for all.
+        encoders: modules of encoders from outside the package, see `import_encoders`.
     """
 
     name: str
     path: Path
     task: str | None = None
+    encoders: tuple[str, ...] = ()
 
     @classmethod
-    def parse(cls, text: str) -> Checkpoint:
+    def parse(cls, text: str, encoders: Sequence[str] = ()) -> Checkpoint:
         """Read `SOURCE`, `NAME=SOURCE` or `NAME@TASK=SOURCE`, where the source is a path or "heat".
 
         A path alone is named after its folder: `runs/heat/version_0/checkpoints/last.ckpt` is
@@ -48,11 +51,12 @@ class Checkpoint:
         name, separator, source = text.partition("=")
         if not separator or Path(text).exists():
             path = find_trained(text)
-            return cls(_name_after(path.absolute()), path)
+            return cls(_name_after(path.absolute()), path, None, tuple(encoders))
         name, separator, task = name.partition("@")
         if separator:
             check_task(task)
-        return cls(name, find_trained(source), task if separator else None)
+        found = find_trained(source)
+        return cls(name, found, task if separator else None, tuple(encoders))
 
     def load(self) -> NEPPolicy:
         """Load the network, once in a process as long as the file stays as it is.
@@ -60,6 +64,7 @@ class Checkpoint:
         Raises:
             ValueError: if it is no fit for this version of the package.
         """
+        import_encoders(self.encoders)
         file = self.path / WEIGHTS if self.path.is_dir() else self.path
         state = file.stat() if file.exists() else None
         return _load(self.path, state and (state.st_mtime_ns, state.st_size))

@@ -30,6 +30,26 @@ All training homes had 32 places, one of which was looked at in a time step. In 
   is better than Bayesian (results/experiments.md), but it makes too little of looks in vain at one
   place in several time steps, which such homes hardly teach.""",
 }
+_MIXED = {
+    "data": """\
+Simulated homes alone, drawn from a mixture (`simulator.world.mixture`): {memories}.
+Homes have 1 to 8 rooms and 4 to 60 places; objects move as in the paper's homes or with people who
+have habits, in steps of ten minutes to a day; looks miss up to four objects in ten; the prior that
+the agent knows is the true one, a noisy one, one of another home, one that lacks words, or none. No
+recorded home and no person's data went into it.""",
+    "step_limit": """\
+It reads rates and shares, not counts, and learns how fast things move from the memory itself. Give
+  the memory a clock, so that it knows how long a step is.""",
+    "size_limit": "Homes of more than 60 places were not in its training.",
+}
+_CEILING = "`ceiling` knows how the home behaves; it is what an answer can be worth.\n"
+_KINDS = """
+## Homes of every kind
+
+The network beside the best rule in each kind of home (`python -m nep.any_home`). It was trained in
+no recorded home.
+
+{}"""
 _RECORDED = {
     "data": """\
 Recorded homes (docs/traces.md): {memories}. Whoever has the network may find out what was where in
@@ -43,10 +63,10 @@ _MEASURED = """\
 ## Scores
 
 {question}, and looks until an object is found, in
-{homes} {kind} test homes x {steps} steps, none of them seen in training:
+{homes} {kind} test homes{mixture} x {steps} steps, none of them seen in training:
 
 {scores}
-{ceiling}
+{ceiling}{kinds}
 ## Probabilities
 
 Fitted on {homes_fitted} {kind} validation homes, measured on {homes} test homes: {steps} searches
@@ -73,10 +93,15 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
     """
     notes = config["notes"]
     training = notes["training"] or {}
-    kind = _RECORDED if training.get("is_recorded") else _SIMULATED
+    kind = _SIMULATED
+    if training.get("is_recorded"):
+        kind = _RECORDED
+    elif training.get("homes", {}).get("homes") == "mixed":
+        kind = _MIXED
     measured = _UNMEASURED
     if "measured" in notes:
-        measured = _describe_measured(name, notes["measured"], config["calibration"])
+        kinds = _KINDS.format(notes["kinds"]) if "kinds" in notes else ""
+        measured = _describe_measured(name, notes["measured"], config["calibration"], kinds)
     start = training.get("start")
     blind = "people" if config["features"]["clock"] else "people or the time of day"
     return TEMPLATE.read_text(encoding="utf-8").format(
@@ -97,10 +122,11 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
 
 
 def _describe_measured(
-    name: str, measured: Mapping[str, Any], calibration: Mapping[str, Any]
+    name: str, measured: Mapping[str, Any], calibration: Mapping[str, Any], kinds: str
 ) -> str:
     """Write the sections on scores and probabilities."""
-    is_recorded = measured.get("source", {}).get("source") == "recorded"
+    source = measured.get("source", {})
+    is_recorded, is_mixed = source.get("source") == "recorded", source.get("homes") == "mixed"
     first_guesses, looks = (measured["scores"][task] for task in SCORED_TASKS)
     scores = join_table(
         ["policy", "right first guesses", "std over homes", "looks until found", "std over homes"],
@@ -133,16 +159,17 @@ def _describe_measured(
             )
         ],
     )
-    ceiling = "`ceiling` knows how the home behaves; it is what an answer can be worth.\n"
     return _MEASURED.format(
-        question="Share of right first guesses" + ("" if is_recorded else " among 32 places"),
+        question="Share of right first guesses" + ("" if is_recorded or is_mixed else " among 32 places"),
         kind="recorded" if is_recorded else "simulated",
         homes=measured["homes"],
         homes_fitted=measured.get("homes_fitted", measured["homes"]),
         steps=measured["steps"],
         num_decisions=f"{measured['num_decisions']:,}",
         scores=scores,
-        ceiling=ceiling if "ceiling" in first_guesses else "",
+        mixture=" of a mixture" if is_mixed else "",
+        ceiling=_CEILING if "ceiling" in first_guesses else "",
+        kinds=kinds,
         calibrated=calibrated,
         temperature=calibration["temperature"],
         elsewhere_share=calibration["elsewhere_share"],

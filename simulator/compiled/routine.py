@@ -12,8 +12,6 @@ Source of the generator: Steele, Lea and Flood, "Fast Splittable Pseudorandom Nu
 (OOPSLA 2014), figure 14.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 
@@ -33,7 +31,7 @@ RULES = np.dtype(
             "person_spread", "habit_spread", "omission_spread", "drift_spread", "drift_kept",
             "jitter", "min_use", "max_use", "static_share", "elsewhere_share", "extra_share",
             "left_share", "second_share", "new_share", "collect_share", "tidy_share", "tidy_time",
-            "can_carry_out", "max_things", "own_spot_share", "other_use", "left_habit",
+            "can_carry_out", "max_things", "own_spot_share", "left_habit",
             "together",
         )
     ]
@@ -311,10 +309,8 @@ def _choose_purposes(
             main = _draw(random, home, of_kinds)
             is_static = _uniform(random, home) < rule.static_share
             for kind in range(len(weight)):
-                if is_static:
+                if is_static or kind != main:
                     weight[kind, column] = 0
-                elif kind != main:
-                    weight[kind, column] *= rule.other_use
         if column > 0:
             weight[:, column] += weight[:, column - 1]
 

@@ -35,12 +35,15 @@ class TraceRecorder:
 
         Args:
             homes: homes at t = 0.
-            step_seconds: how long a time step is said to be.
-            start: when t = 0 is said to be, local date and time; None for no time.
+            step_seconds: how long a time step is said to be, in homes without a clock.
+            start: when t = 0 is said to be there, local date and time; None for no time.
         """
         self._homes = homes
-        self._step_seconds = step_seconds
-        self._start = start
+        clocks = [config.dynamics.clock for config in homes.configs]
+        self._step_seconds = [clock.step_seconds if clock else step_seconds for clock in clocks]
+        self._starts = [clock.start if clock else start for clock in clocks]
+        keeps_slots = [config.dynamics.keeps_slots for config in homes.configs]
+        self._keeps_slots = np.array(keeps_slots)[:, None]
         self._time = 0
         shape = (homes.num_homes, homes.num_slots)
         self._place = np.full(shape, -1)
@@ -58,17 +61,14 @@ class TraceRecorder:
         was_here, is_here = self._place >= 0, place >= 0
         # Who takes a slot that somebody has just left is another object, and it did not move.
         is_same = was_here & is_here & (code == self._code)
-        is_same &= homes.object_moved | (place == self._place)
+        is_same &= homes.object_moved | (place == self._place) | self._keeps_slots
         for home, slot in np.argwhere(was_here & ~is_same):
             self._add(home, slot, GONE)
         for home, slot in np.argwhere(is_same & (place != self._place)):
             self._add(home, slot, int(place[home, slot]))
         for home, slot in np.argwhere(is_here & ~is_same):
-            label = homes.object_labels[homes.object_type[home, slot]]
-            self._counts[home][label] += 1
-            self._name[home, slot] = f"{label} {self._counts[home][label]}"
-            self._codes[home].add(int(code[home, slot]))
-            self._code[home, slot] = code[home, slot]
+            if not (self._keeps_slots[home, 0] and self._name[home, slot]):
+                self._name_object(home, slot)
             self._add(home, slot, int(place[home, slot]))
         self._place = place.copy()
         self._time += 1
@@ -78,8 +78,8 @@ class TraceRecorder:
         homes = self._homes
         traces = []
         for home, number in enumerate(homes.streams.homes):
-            last = (self._time - 1) * self._step_seconds
-            layout = _describe_layout(homes, home, self._start, last if last > 0 else None)
+            last = (self._time - 1) * self._step_seconds[home]
+            layout = _describe_layout(homes, home, self._starts[home], last if last > 0 else None)
             traces.append(
                 Trace(
                     f"home_{number:06d}", layout, tuple(self._events[home]),
@@ -88,14 +88,19 @@ class TraceRecorder:
             )  # fmt: skip
         return traces
 
+    def _name_object(self, home: int, slot: int) -> None:
+        homes = self._homes
+        label = homes.object_labels[homes.object_type[home, slot]]
+        self._counts[home][label] += 1
+        self._name[home, slot] = f"{label} {self._counts[home][label]}"
+        self._code[home, slot] = homes.object_code[home, slot]
+        self._codes[home].add(int(self._code[home, slot]))
+
     def _add(self, home: int, slot: int, place: int) -> None:
         furniture, relation = divmod(place, NUM_RELATIONS) if place >= 0 else (GONE, 0)
         text = self._homes.object_descriptions.text(int(self._code[home, slot]))
-        self._events[home].append(
-            Event(
-                self._time * self._step_seconds, self._name[home, slot], text, furniture, relation
-            )
-        )
+        time = self._time * self._step_seconds[home]
+        self._events[home].append(Event(time, self._name[home, slot], text, furniture, relation))
 
     def _describe_truth(self, home: int) -> Truth:
         homes = self._homes
@@ -104,7 +109,7 @@ class TraceRecorder:
         weights = homes.get_place_weights()[home]
         return Truth(
             homes.configs[home],
-            self._step_seconds,
+            self._step_seconds[home],
             int(homes.home_num_slots[home]),
             {
                 homes.object_descriptions.text(int(code)): list_weights(row)

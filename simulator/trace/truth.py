@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from simulator.files import read_json
+from simulator.messages import shorten
 from simulator.world.config import HomeConfig
 
 TRUTH_FILE = "simulation.json"
@@ -92,7 +93,9 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
         if not 0 < truth.step_seconds < math.inf:
             raise ValueError(f"step_seconds {truth.step_seconds}")
         if not 1 <= truth.num_slots <= MAX_SLOTS:
-            raise ValueError(f"num_slots {truth.num_slots:.3g}, which must lie in 1 to {MAX_SLOTS}")
+            raise ValueError(
+                f"num_slots {shorten(truth.num_slots)}, which must lie in 1 to {MAX_SLOTS}"
+            )
     except (
         OSError,
         ValueError,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -31,6 +31,9 @@ class Dynamics(Part, ABC):
     """
 
     __slots__ = ()
+
+    # Whether an object has its slot for good, also while it is out of the home for some steps.
+    keeps_slots: ClassVar[bool] = False
 
     @property
     def clock(self) -> Clock | None:

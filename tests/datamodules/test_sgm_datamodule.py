@@ -106,3 +106,16 @@ def test_a_batch_stays_where_it_is_until_the_model_flattens_it(tmp_path, collect
     data = SGMDataModule(str(tmp_path), workers=1)
     batch = SnapshotDataset(collection, data.builder)[0]
     assert data.transfer_batch_to_device(batch, torch.device("cuda:0"), 0) is batch
+
+
+def test_a_second_task_is_trained_on_too(tmp_path):
+    """In other homes: 2 homes of 6 questions, and 2 of 6 searches with a look or more each."""
+    data = make_datamodule(tmp_path, also_tasks=["find_object"])
+    data.prepare_data()
+    data.setup()
+    folders = [data.get_folder(config) for config in (data.train_config, *data.also_configs)]
+    sizes = [len(SnapshotDataset(folder, data.builder)) for folder in folders]
+    assert sizes[0] == 12
+    assert sizes[1] > 12
+    assert len(data.train_dataset) == sum(sizes)
+    assert data.also_configs[0].seed != data.train_config.seed

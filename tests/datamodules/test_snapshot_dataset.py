@@ -9,7 +9,7 @@ import pytest
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
-from simulator.collect import CollectConfig
+from simulator.collect import CollectConfig, collect
 from simulator.policies import make_policy
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.tasks.predict_location import predict_locations
@@ -103,3 +103,25 @@ def test_unfinished_collection_is_refused(collection, builder, tmp_path):
 def test_empty_folder_is_refused(builder, tmp_path):
     with pytest.raises(ValueError, match=r"manifest\.json, got none"):
         SnapshotDataset(tmp_path, builder)
+
+
+def test_two_collections_are_one_set(collection, builder, tmp_path):
+    rules = HomeConfig(furniture_per_room=2, objects_per_furniture=4)
+    source = SampledSource(None, rules)
+    more = CollectConfig(homes=source, task="find_object", seed=1, num_homes=2, steps=4)
+    collect(more, tmp_path, progress=False)
+    first, second = (SnapshotDataset(folder, builder) for folder in (collection, tmp_path))
+    both = SnapshotDataset(collection, builder, tmp_path)
+    assert len(both) == len(first) + len(second)
+    last = np.arange(5)
+    found, own = both.take(last + len(first)), second.take(last)
+    for name in ("time", "edge_num_true", "query_prior", "answers"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(own, name))
+
+
+def test_collections_of_other_words_are_not_mixed(collection, builder, tmp_path):
+    folder = _copy(collection, tmp_path)
+    manifest = folder / "manifest.json"
+    manifest.write_text(manifest.read_text().replace('"bedroom"', '"loft"'))
+    with pytest.raises(ValueError, match=r"must have the same labels, got others in .*copy"):
+        SnapshotDataset(collection, builder, folder)

@@ -9,6 +9,7 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
+from simulator.checks import check_at_least
 from simulator.memory.clock import Clock
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.views import NOISY, NONE, OTHER_HOME, TRUE, UNKNOWN_WORDS, VIEWS
@@ -79,8 +80,7 @@ class Mixture:
                     f"min_{name} must be above 0 and at most max_{name}, got {least} and {most}. "
                     "Correct the bounds."
                 )
-        if self.max_rooms < 1:
-            raise ValueError(f"max_rooms must be at least 1, got {self.max_rooms}. Raise it.")
+        check_at_least(1, max_rooms=self.max_rooms)
         for each in fields(self):
             value = getattr(self, each.name)
             if each.name.endswith(("_share", "_moves", "_miss")) and not 0 <= value <= 1:

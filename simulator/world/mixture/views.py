@@ -51,6 +51,8 @@ class MixedHomes(SampledHomes):
         """Return the prior of the layouts as the agents of these homes know it, (H, O, F, 2)."""
         seen = weights.copy()
         for home, view in enumerate(self.views):
+            if view in (TRUE, UNKNOWN_WORDS):
+                continue
             own = seen[home, :, : self.home_num_furniture[home]]
             rng = self.streams.generator("prior view", home)
             if view == NONE:
@@ -61,8 +63,9 @@ class MixedHomes(SampledHomes):
             if view in (OTHER_HOME, BLENDED):
                 others = own[rng.permutation(len(own))]
                 own[:] = others if view == OTHER_HOME else (own + others) / 2
-        total = seen.sum(axis=(2, 3), keepdims=True)
-        return np.divide(seen, total, out=np.zeros_like(seen), where=total > 0)
+            total = own.sum(axis=(1, 2), keepdims=True)
+            np.divide(own, total, out=own, where=total > 0)
+        return seen
 
     def _rename(self, home: int) -> None:
         """Give part of the types and of the furniture of a home other words."""

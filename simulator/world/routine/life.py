@@ -64,6 +64,7 @@ class RoutineLife(Life):
         four = 4 * 3600.0
         self.state.day_end[members] = (np.floor((self._start - four) / day) - warm_up) * day + four
         self._live(self.state, self.habits, homes.object_place, members, self._start)
+        self._at_start = self._copy()
 
     @property
     def num_residents(self) -> np.ndarray:
@@ -85,17 +86,14 @@ class RoutineLife(Life):
     def compute_shares(self) -> np.ndarray:
         """Return the share of time that every object spends at each place, float32 (H, C, P).
 
-        Found by living `outlook_days` on in a copy of the homes as they were when this was first
-        asked for, with random numbers of its own, and looking every hour. Time out of the home
-        does not count.
+        Found by living `outlook_days` in a copy of the homes as they were at step 0, with random
+        numbers of its own, and looking every hour. Time out of the home does not count.
         """
         from simulator.compiled.routine import count_places  # loads numba
 
         if self._outlook is None:
             homes = self._homes
-            state = type(self.state)(*(array.copy() for array in self.state))
-            habits = self.habits._replace(own_place=self.habits.own_place.copy())
-            place = homes.object_place.copy()
+            state, habits, place = self._at_start
             for home in self._members:
                 state.random[home] = _draw_seed(homes.streams.generator("routine outlook", home))
             num_places = homes.num_furniture * NUM_RELATIONS
@@ -123,6 +121,12 @@ class RoutineLife(Life):
         np.add.at(found, rows, shares[homes[rows], slots])
         total = found.sum(axis=1, keepdims=True)
         return np.divide(found, total, out=found, where=total > 0)
+
+    def _copy(self) -> tuple[State, Habits, np.ndarray]:
+        """Return a copy of all that changes: state, habits, places."""
+        state = type(self.state)(*(array.copy() for array in self.state))
+        habits = self.habits._replace(own_place=self.habits.own_place.copy())
+        return state, habits, self._homes.object_place.copy()
 
     def _live(
         self,
@@ -166,7 +170,6 @@ def _list_rules(rule: RoutineDynamics, homes: SampledHomes, home: int) -> Mappin
         "can_carry_out": float(homes.configs[home].dynamic_nodes),
         "max_things": _count_most_things(rule, homes, home),
         "own_spot_share": rule.own_spot_share,
-        "other_use": rule.other_use,
         "together": rule.together,
         "left_habit": rule.left_habit,
     }

@@ -2,14 +2,16 @@
 
 import json
 import re
+import shutil
 
 import numpy as np
 import pytest
 
-from nep.any_home import list_players, main
+from nep.any_home import list_players, main, note_kinds
 from nep.kinds.kinds import list_simulated
 from nep.kinds.play import HOME_COLUMNS, SHARED_COLUMNS
 from nep.kinds.table import find_best_rule, make_overview, make_table
+from nep.players.checkpoints import PRETRAINED
 
 
 def make_scores(**accuracy):
@@ -35,6 +37,19 @@ def test_differences_are_paired_by_hand():
     scores = {"small": make_scores(net=[0.5, 0.7], a=[0.2, 0.6])}
     text = make_overview({"small": "Small homes"}, scores, ["net"])
     assert "| Small homes | 0.600 | 0.400 a | +0.200 [+0.100, +0.300] |" in text.replace("  ", " ")
+
+
+def test_the_card_gets_one_section_however_often(tmp_path):
+    folder = tmp_path / "heat"
+    shutil.copytree(PRETRAINED / "heat", folder)
+    before = (folder / "MODEL_CARD.md").read_text(encoding="utf-8")
+    note_kinds(folder, "| a |\n")
+    once = (folder / "MODEL_CARD.md").read_text(encoding="utf-8")
+    assert once.index("## Scores") < once.index("| a |") < once.index("## Probabilities")
+    note_kinds(folder, "| b |\n")
+    card = (folder / "MODEL_CARD.md").read_text(encoding="utf-8")
+    assert card == once.replace("| a |", "| b |")
+    assert len(card) > len(before)
 
 
 def test_the_best_comes_last():

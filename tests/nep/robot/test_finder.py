@@ -143,6 +143,7 @@ def test_nodes_come_and_go_while_asking(finder, home):
 LABELS = st.sampled_from(("kitchen", "attic", "fridge", "counter top", "mug", "milk", "氷", "vase"))
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(
     layout=st.lists(st.tuples(LABELS, LABELS), min_size=1, max_size=5),

@@ -127,7 +127,11 @@ def test_furniture_the_prior_does_not_know_is_refused(small_text, default_prior)
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("1 1  1x1  fridge", "1 1  99999x99999  fridge", r"inside the map of 9 x 5 cells, got column 9, row 1"),
+        (
+            "1 1  1x1  fridge",
+            "1 1  99999x99999  fridge",
+            r"inside the map of 9 x 5 cells, got column 9, row 1",
+        ),
         ("1 1  1x1  fridge", "1 1  1x" + "9" * 5000 + "  fridge", r"line \d+\. .*most 9 digits"),
         ("1 1  1x1  fridge", "9999999999 1  1x1  fridge", r"line \d+\. .*most 9 digits"),
     ],

@@ -1,0 +1,32 @@
+"""Values as error messages repeat them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+MAX_LENGTH = 200  # characters of a value in a message
+
+
+def shorten(value: Any, length: int = MAX_LENGTH) -> str:
+    """Write a value as Python would, cut to a length; never fails.
+
+    Args:
+        value: anything that was read from a file or given by a caller.
+        length: characters, at most.
+    """
+    if isinstance(value, (str, bytes)):
+        value = value[: length + 1]
+    elif isinstance(value, int) and value.bit_length() > 3 * length:
+        return f"a number of about {int(value.bit_length() * 0.30103)} digits"
+    elif isinstance(value, (list, tuple, dict, set, frozenset)) and len(value) > length:
+        return f"a {type(value).__name__} of {len(value)}"
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError, MemoryError):  # of thousands of digits, or levels
+        text = f"a {type(value).__name__}"
+    return text if len(text) <= length else f"{text[: length - 3]}..."
+
+
+def shorten_text(text: str, length: int = MAX_LENGTH) -> str:
+    """Cut what a message quotes of a text, a name or another message, without quotation marks."""
+    return text if len(text) <= length else f"{text[: length - 3]}..."
