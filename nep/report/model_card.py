@@ -160,7 +160,8 @@ def _describe_measured(
         ],
     )
     return _MEASURED.format(
-        question="Share of right first guesses" + ("" if is_recorded or is_mixed else " among 32 places"),
+        question="Share of right first guesses"
+        + ("" if is_recorded or is_mixed else " among 32 places"),
         kind="recorded" if is_recorded else "simulated",
         homes=measured["homes"],
         homes_fitted=measured.get("homes_fitted", measured["homes"]),

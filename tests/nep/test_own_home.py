@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from nep import ObjectFinder, export, fit
+from nep.players.checkpoints import load_config, load_trained
 from simulator.trace.__main__ import main as trace
 from tests.simulator.robot.conftest import Home
 
