@@ -21,6 +21,7 @@ _FORMER = ("absent_logit", "elsewhere_logit", "elsewhere_slope")
 
 
 _MISS_RATE = Detector().miss_rate  # of the homes that are searched
+_SPREAD = 0.1  # of ln(temperature): trained by likelihood, heat has -0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +92,8 @@ class Calibration:
 def fit_calibration(decisions: Decisions) -> Calibration:
     """Fit the temperature by the mean negative log likelihood; the share is counted.
 
-    One pseudo-decision holds ln(temperature) near 0 (a standard normal prior), so that a few
-    decisions that were all right do not make the network infinitely sure.
+    A normal prior holds ln(temperature) near 0, with a standard deviation of `_SPREAD`: a week in
+    one home must not make a network much surer, or less sure, than its training did.
 
     Args:
         decisions: in validation homes, some of them for objects that are elsewhere.
@@ -101,7 +102,7 @@ def fit_calibration(decisions: Decisions) -> Calibration:
 
     def loss(log_temperature: float) -> float:
         calibration = Calibration(float(np.exp(log_temperature)), share)
-        prior = 0.5 * log_temperature**2 / max(len(decisions.scores), 1)
+        prior = 0.5 * (log_temperature / _SPREAD) ** 2 / max(len(decisions.scores), 1)
         return measure_calibration(decisions, calibration)["nll"] + prior
 
     found = minimize_scalar(loss, bounds=(-3.0, 3.0), method="bounded")

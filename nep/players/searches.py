@@ -153,6 +153,6 @@ def _sample_missing(
     has_left = was_seen & ~is_present
     asks_for_left = (uniform[:, 0] < elsewhere_share / 2) & has_left.any(axis=1)
     weights = np.where(asks_for_left[:, None], has_left, ~is_present)
-    is_some = weights.any(axis=1)
+    is_some = np.asarray(weights.any(axis=1))
     weights[~is_some] = True
     return sample_categorical(weights.astype(float), uniform[:, 1]), is_some

@@ -120,10 +120,10 @@ class RecordedSource(HomeSource):
         """Send a worker what it needs to have the same homes."""
         if self._folders:
             checksums = tuple(trace.checksum for trace in self.traces)
-            rest = (self._folders, *self._cut, self._replays)
-            return _load, (checksums, self.prior, self.home, *rest)
-        rest = (*self._cut, self.home, self._replays)
-        return RecordedSource.from_traces, (self.traces, self.prior, *rest)
+            known = (checksums, self.prior, self.home, self._folders)
+            return _load, (*known, *self._cut, self._replays)
+        rules = (self.home, self._replays)
+        return RecordedSource.from_traces, (self.traces, self.prior, *self._cut, *rules)
 
     @property
     def num_homes(self) -> int:

@@ -36,16 +36,15 @@ def test_known_parameters_are_found_again():
     assert after["ece_elsewhere"] < 0.02
 
 
-def test_a_few_right_decisions_do_not_make_it_infinitely_sure():
-    # One decision, logits 1 and 0, right: alone, temperature 0 would be best. With the prior
-    # log(1 + exp(-1 / T)) + ln(T)^2 / 2 is least where ln T = -exp(-1/T) / (1 + exp(-1/T)) / T:
-    # T = .74 (ln .74 = -.30; exp(-1.35) = .26, .26 / 1.26 x 1.35 = .28).
+def test_one_right_decision_hardly_changes_the_temperature():
+    # Logits 1 and 0, right: alone, temperature 0 would be best. With x = ln T and the prior,
+    # log(1 + exp(-exp(-x))) + 50 x^2 is least where x = -.01 exp(-1) / (1 + exp(-1)) = -.0027.
     logits = np.array([[1.0, 0.0]])
     one = Decisions(
         logits, logits, np.zeros((1, 2), bool), np.array([[True, False, False]]),
         np.array([0]), 0.1,
     )  # fmt: skip
-    assert fit_calibration(one).temperature == pytest.approx(0.74, abs=0.02)
+    assert fit_calibration(one).temperature == pytest.approx(0.9973, abs=0.0005)
 
 
 def test_looks_in_vain_are_bayes_rule():
