@@ -245,7 +245,10 @@ def _spell(name: str, prefix: str) -> str:
     if not name.startswith(prefix):
         return name
     own = name[len(prefix) :]
-    if own in ("rooms", "dynamic_nodes") or own.partition(".")[0] in _RULES:
+    if (
+        own in ("rooms", "dynamic_nodes", "looks", "looks_per_step")
+        or own.partition(".")[0] in _RULES
+    ):
         return f"{prefix}home.{own}"
     return name
 
