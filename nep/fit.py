@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import warnings
 from argparse import ArgumentParser
@@ -16,6 +17,7 @@ import torch
 from jsonargparse import Namespace
 from jsonargparse.typing import PositiveInt
 from lightning.fabric.plugins import CheckpointIO
+from lightning.fabric.utilities.exceptions import MisconfigurationException
 from lightning.pytorch import Trainer
 from lightning.pytorch.callbacks import Callback, ModelCheckpoint, RichProgressBar
 from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCLI
@@ -26,9 +28,10 @@ from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.checkpoint_files import WholeCheckpoints
 from nep.model.module import NEPModule
-from nep.players.checkpoints import TrainedModel, load_trained
+from nep.players.checkpoints import TrainedModel, check_resumable, load_trained
 from nep.players.starting_point import make_settings, take_weights
-from simulator.command_line import normalise, one_line_errors
+from simulator.command_line import BAD_INPUT, normalise, one_line_errors
+from simulator.messages import shorten_text
 
 _BEST = "val/hits_at_1"  # by which the best epoch is chosen
 CONFIG_FOLDER = Path(__file__).parent / "configs"
@@ -88,9 +91,11 @@ class FitCLI(LightningCLI):
             try:
                 args = normalise(parser, find_configs(args), prefix="data.")
                 args = [*_list_settings(args), *args]
+                self.config = parser.parse_args(args)
+            except (UnicodeDecodeError, RecursionError) as error:
+                parser.error(f"--config must be a YAML file in UTF-8, got {_shorten(error)}.")
             except (FileNotFoundError, ValueError) as error:
-                parser.error(str(error))
-            self.config = parser.parse_args(args)
+                parser.error(_shorten(error))
         else:
             super().parse_arguments(parser, args)
 
@@ -100,13 +105,36 @@ class FitCLI(LightningCLI):
             torch.set_num_threads(self.config.threads)
         self.start: TrainedModel | None = None
         try:
+            self._check_trainer()
             super().instantiate_classes()
             if self.config["from"] is not None:
                 self.start = load_trained(self.config["from"])
                 take_weights(self.start, self.config["from"], self.model, self.datamodule.builder)
                 self.datamodule.hparams["training"]["start"] = Path(self.config["from"]).name
-        except ValueError as error:
-            self.parser.error(str(error))
+        # The last two are what Lightning raises for settings of its own.
+        except (*BAD_INPUT, TypeError, RuntimeError, MisconfigurationException) as error:
+            self.parser.error(_shorten(error))
+
+    def _check_trainer(self) -> None:
+        """Check what Lightning would try, and fail with late.
+
+        Raises:
+            ValueError: if there are more devices than processors, or a log folder is a file.
+        """
+        devices, cores = self.config.trainer.devices, os.cpu_count() or 1
+        if self.config.trainer.accelerator == "cpu" and str(devices).isdecimal():
+            if int(devices) > cores:
+                raise ValueError(
+                    f"trainer.devices must be at most {cores}, the cores of this machine, got "
+                    f"{devices}. Ask for fewer."
+                )
+        loggers = self.config.trainer.logger
+        for logger in loggers if isinstance(loggers, list) else [loggers]:
+            folder = getattr(getattr(logger, "init_args", None), "save_dir", None)
+            if folder and not _can_be_folder(Path(folder)):
+                raise ValueError(
+                    f"save_dir must be a folder, got a file at {folder}. Choose another one."
+                )
 
     def instantiate_trainer(self, **kwargs: Any) -> Trainer:
         """Build the trainer with progress bar and checkpoints, unless they are switched off."""
@@ -237,10 +265,12 @@ def main(args: ArgsType = None) -> FitCLI:
     cli = FitCLI(args, **classes)
     cli.datamodule.trainer = cli.trainer  # for whether to show progress
     try:  # Lightning does both again, at no cost: what can be wrong with data is said here
+        if cli.config.ckpt_path is not None:
+            check_resumable(Path(cli.config.ckpt_path), cli.model)
         cli.datamodule.prepare_data()
         cli.datamodule.setup()
-    except (ValueError, OSError) as error:
-        cli.parser.error(str(error))
+    except BAD_INPUT as error:
+        cli.parser.error(_shorten(error))
     start_score = -1.0
     if cli.start is not None:
         # a copy: metrics that have seen inference cannot be trained on
@@ -255,8 +285,8 @@ def main(args: ArgsType = None) -> FitCLI:
         )
         if cli.start is not None:
             keep_start(cli.trainer, cli.start, start_score)
-    except OSError as error:  # a full disk
-        sys.exit(f"error: {error}")
+    except (OSError, MisconfigurationException) as error:  # a full disk; settings at odds
+        sys.exit(f"error: {_shorten(error)}")
     return cli
 
 
@@ -272,12 +302,23 @@ def keep_start(trainer: Trainer, start: TrainedModel, start_score: float) -> Non
         if not isinstance(callback, ModelCheckpoint) or callback.monitor != _BEST:
             continue
         score = callback.best_model_score
+        if score is None:  # no epoch was finished
+            continue
         line = f"{_BEST}: {start_score:.3f} at the start, {score:.3f} in the best epoch"
-        if score is not None and score <= start_score:
+        if score <= start_score:
             trainer.lightning_module.load_state_dict(start.module.state_dict())
             trainer.save_checkpoint(callback.best_model_path)
             line += "; best.ckpt keeps the start"
         rank_zero_info(line)
+
+
+def _can_be_folder(path: Path) -> bool:
+    """Tell whether the first part of a path that exists is a folder."""
+    return next(part for part in (path, *path.absolute().parents) if part.exists()).is_dir()
+
+
+def _shorten(error: Exception) -> str:
+    return shorten_text(" ".join(str(error).split()), 2000)
 
 
 if __name__ == "__main__":
