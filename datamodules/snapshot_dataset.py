@@ -41,11 +41,11 @@ class SnapshotDataset(Dataset[SGMBatch]):
             OSError: if the disk does not take a copy of the collections.
         """
         manifests = {own: load_manifest(own) for own in (folder, *more)}
-        check_manifest(manifests[folder], folder)
+        for own, manifest in manifests.items():
+            check_manifest(manifest, own)
         self._builder = builder
         self._labels = tuple(manifests[folder]["settings"]["labels"])
         for own, manifest in manifests.items():
-            check_manifest(manifest, own)
             num_homes = manifest["settings"]["num_homes"]
             if len(manifest["shards"]) != num_homes:
                 raise ValueError(

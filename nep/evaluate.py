@@ -263,7 +263,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for name in list_contestants(task, config.policies, config.checkpoints)
     ]
     columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(),
+        TimeElapsedColumn(),
     )  # fmt: skip
     with Progress(*columns, console=console, transient=True) as progress:
         num_groups = len(config.homes.list_groups(range(config.num_homes)))

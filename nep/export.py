@@ -248,7 +248,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--threads", type=int | None, help="CPU threads; all cores if left out")
     console = Console()
     columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(),
+        TimeElapsedColumn(),
     )  # fmt: skip
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     with one_line_errors(status=2):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import warnings
 from argparse import ArgumentParser
@@ -14,6 +15,7 @@ import torch
 from jsonargparse import Namespace
 from jsonargparse.typing import PositiveInt
 from lightning.fabric.plugins import CheckpointIO
+from lightning.fabric.utilities.exceptions import MisconfigurationException
 from lightning.pytorch import Trainer
 from lightning.pytorch.callbacks import Callback, ModelCheckpoint, RichProgressBar
 from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCLI
@@ -23,7 +25,9 @@ from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.checkpoint_files import WholeCheckpoints
 from nep.model.module import NEPModule
-from simulator.command_line import normalise, one_line_errors
+from nep.players.checkpoints import check_resumable
+from simulator.command_line import BAD_INPUT, normalise, one_line_errors
+from simulator.messages import shorten_text
 
 CONFIG_FOLDER = Path(__file__).parent / "configs"
 
@@ -75,9 +79,11 @@ class FitCLI(LightningCLI):
         if isinstance(args, list):
             try:
                 args = normalise(parser, find_configs(args), prefix="data.")
+                self.config = parser.parse_args(args)
+            except (UnicodeDecodeError, RecursionError) as error:
+                parser.error(f"--config must be a YAML file in UTF-8, got {_shorten(error)}.")
             except (FileNotFoundError, ValueError) as error:
-                parser.error(str(error))
-            self.config = parser.parse_args(args)
+                parser.error(_shorten(error))
         else:
             super().parse_arguments(parser, args)
 
@@ -86,9 +92,32 @@ class FitCLI(LightningCLI):
         if self.config.threads is not None:
             torch.set_num_threads(self.config.threads)
         try:
+            self._check_trainer()
             super().instantiate_classes()
-        except ValueError as error:
-            self.parser.error(str(error))
+        # The last two are what Lightning raises for settings of its own.
+        except (*BAD_INPUT, TypeError, RuntimeError, MisconfigurationException) as error:
+            self.parser.error(_shorten(error))
+
+    def _check_trainer(self) -> None:
+        """Check what Lightning would try, and fail with late.
+
+        Raises:
+            ValueError: if there are more devices than processors, or a log folder is a file.
+        """
+        devices, cores = self.config.trainer.devices, os.cpu_count() or 1
+        if self.config.trainer.accelerator == "cpu" and str(devices).isdecimal():
+            if int(devices) > cores:
+                raise ValueError(
+                    f"trainer.devices must be at most {cores}, the cores of this machine, got "
+                    f"{devices}. Ask for fewer."
+                )
+        loggers = self.config.trainer.logger
+        for logger in loggers if isinstance(loggers, list) else [loggers]:
+            folder = getattr(getattr(logger, "init_args", None), "save_dir", None)
+            if folder and not _can_be_folder(Path(folder)):
+                raise ValueError(
+                    f"save_dir must be a folder, got a file at {folder}. Choose another one."
+                )
 
     def instantiate_trainer(self, **kwargs: Any) -> Trainer:
         """Build the trainer with progress bar and checkpoints, unless they are switched off."""
@@ -209,10 +238,12 @@ def main(args: ArgsType = None) -> FitCLI:
     cli = FitCLI(args, **classes)
     cli.datamodule.trainer = cli.trainer  # for whether to show progress
     try:  # Lightning does both again, at no cost: what can be wrong with data is said here
+        if cli.config.ckpt_path is not None:
+            check_resumable(Path(cli.config.ckpt_path), cli.model)
         cli.datamodule.prepare_data()
         cli.datamodule.setup()
-    except (ValueError, OSError) as error:
-        cli.parser.error(str(error))
+    except BAD_INPUT as error:
+        cli.parser.error(_shorten(error))
     try:
         cli.trainer.fit(
             cli.model,
@@ -220,9 +251,18 @@ def main(args: ArgsType = None) -> FitCLI:
             ckpt_path=cli.config.ckpt_path,
             weights_only=True if cli.config.ckpt_path else None,
         )
-    except OSError as error:  # a full disk
-        sys.exit(f"error: {error}")
+    except (OSError, MisconfigurationException) as error:  # a full disk; settings at odds
+        sys.exit(f"error: {_shorten(error)}")
     return cli
+
+
+def _can_be_folder(path: Path) -> bool:
+    """Tell whether the first part of a path that exists is a folder."""
+    return next(part for part in (path, *path.absolute().parents) if part.exists()).is_dir()
+
+
+def _shorten(error: Exception) -> str:
+    return shorten_text(" ".join(str(error).split()), 2000)
 
 
 if __name__ == "__main__":

@@ -192,7 +192,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         for name, content in make_files(plan).items():
             write_whole(options.out / name, content)
-            console.print(f"wrote {options.out / name}", highlight=False)
+            console.print(f"wrote {options.out / name}", highlight=False, markup=False)
     except OSError as error:
         parser.exit(1, f"error: {error}\n")
 

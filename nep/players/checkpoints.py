@@ -28,6 +28,7 @@ from nep.players.calibration import Calibration
 from nep.players.stored_network import (
     build_network,
     check_archive,
+    check_weights,
     read_calibration,
     read_features,
 )
@@ -132,6 +133,31 @@ def load_checkpoint(path: Path) -> TrainedModel:
     if training is not None and "houses" in training:  # as it was called once
         training = {"num_homes": training["houses"], **training}
     return TrainedModel(module, builder, training=training)
+
+
+def check_resumable(path: Path, module: NEPModule) -> None:
+    """Check that a training of a network can go on from a checkpoint.
+
+    Raises:
+        ValueError: if it cannot be read, is no such checkpoint, or one of another network.
+    """
+    try:
+        content = _load_content(path)
+        weights = content["state_dict"]
+        for part in ("loops", "optimizer_states", "lr_schedulers", "epoch", "global_step"):
+            content[part]
+        wanted = {name: tensor.shape for name, tensor in module.state_dict().items()}
+        check_weights(weights, wanted, path)
+    except OSError as error:
+        raise ValueError(
+            f"checkpoint must be a file that can be read, got {error.strerror!r} for {path}. "
+            "Check --ckpt_path, or leave it out."
+        ) from error
+    except (KeyError, TypeError, AttributeError) as error:
+        raise ValueError(
+            f"checkpoint must be one that nep.fit wrote, got {type(error).__name__} for {path}. "
+            "Check --ckpt_path, or leave it out."
+        ) from error
 
 
 def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> None:

@@ -61,7 +61,7 @@ def build_network(
             f"hyper-parameters must be those of a network, got {type(error).__name__}: "
             f"{shorten_text(str(error))} in {where}. Train again, or export again."
         ) from error
-    _check_weights(weights, wanted, where)
+    check_weights(weights, wanted, where)
     module = build()
     module.load_state_dict(dict(weights))
     return module
@@ -165,9 +165,19 @@ def _is_like(value: Any, default: Any) -> bool:
     return not isinstance(default, (bool, int, str, tuple)) or type(value) is type(default)
 
 
-def _check_weights(
+def check_weights(
     weights: Mapping[str, Tensor], wanted: Mapping[str, torch.Size], where: str | Path
 ) -> None:
+    """Check that weights are those of a network.
+
+    Args:
+        weights: of a file.
+        wanted: shapes of the network's.
+        where: the file, for the message.
+
+    Raises:
+        ValueError: if one is missing, unknown, of another shape, or not finite everywhere.
+    """
     problem = ""
     if missing := sorted(wanted.keys() - weights.keys()):
         problem = f"none called {missing[0]}"

@@ -442,7 +442,7 @@ def _begin(
     if _uniform(random, home) < rule.extra_share:
         extra = _draw(random, home, habits.object_weight[home, kind])
         _take(state, place, home, occurrence, extra, to, rule.left_share)
-    for slot in range(place.shape[1]):
+    for slot in range(place.shape[1] if roles.collects[kind].any() else 0):
         left_by = state.left_by[home, slot]
         if left_by >= 0 and roles.collects[kind, left_by]:
             if _uniform(random, home) < rule.collect_share:

@@ -257,7 +257,8 @@ def make_rules(whole: Episode, home: HomeConfig | None = None) -> HomeConfig:
     """Return the rules of a home: the simulator's, or what its whole recording says.
 
     Counted are the share of objects that move in a step, the objects per furniture node at t = 0,
-    and whether objects come and go, or move to other rooms. Detection errs as in `home`.
+    and whether objects come and go, or move to other rooms. The robot looks as in `home`, and its
+    detector errs so in homes that were not simulated.
 
     Args:
         whole: all of a trace.
@@ -266,7 +267,8 @@ def make_rules(whole: Episode, home: HomeConfig | None = None) -> HomeConfig:
     layout = whole.trace.layout
     truth = whole.trace.truth
     if truth is not None:
-        return truth.config
+        looks = {} if home is None else {n: getattr(home, n) for n in ("looks", "looks_per_step")}
+        return replace(truth.config, **looks)
     num_initial = int(((whole.step == 0) & (whole.place >= 0)).sum())
     return replace(
         HomeConfig() if home is None else home,
