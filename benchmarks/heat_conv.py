@@ -27,7 +27,6 @@ from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-import dgl
 import numpy as np
 import torch
 from _measure import Benchmark, Measure, run
@@ -113,6 +112,8 @@ def _make_theirs(graph: FlatGraph, node: Tensor, edge: Tensor) -> dict[str, nn.M
 
 def compare_dgl(graph: FlatGraph, node: Tensor, repeats: int) -> float:
     """Divide the time of DGL's kernel by that of `attend`, forwards and backwards."""
+    import dgl  # after `datamodules`, without which it writes a file into the user's home
+
     entered, entry = graph.find_entered()
     values = node.detach().requires_grad_()
     attention = torch.rand(graph.num_edges, 2, requires_grad=True)

@@ -18,6 +18,7 @@ from datamodules.batch import SGMBatch
 from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
+from simulator.checks import check_at_least
 from simulator.collect import CollectConfig, collect
 from simulator.home_options import HomeOptions, MakeSource
 from simulator.world.config import HomeConfig
@@ -58,6 +59,7 @@ class SGMDataModule(pl.LightningDataModule):
         val_trace: list[str] | None = None,
         step_seconds: float | None = None,
         by_day: bool = False,
+        replays: int = 1,
     ) -> None:
         """Set what to load.
 
@@ -93,6 +95,8 @@ class SGMDataModule(pl.LightningDataModule):
             step_seconds: length of a step of recorded homes; None for an hour, or what they were
                 simulated with.
             by_day: whether each recorded day is a home of its own, with an empty memory at first.
+            replays: how often each recorded home is played, every time with other looks and
+                questions.
 
         Raises:
             ValueError: if a count or a name is out of range, a trace is broken, recorded homes are
@@ -100,19 +104,16 @@ class SGMDataModule(pl.LightningDataModule):
                 and `features.clock` needs it.
         """
         super().__init__()
-        for name, value in (
-            ("batch_size", batch_size), ("train_snapshots", train_snapshots),
-            ("val_snapshots", val_snapshots),
-        ):  # fmt: skip
-            if value is not None and value < 1:
-                raise ValueError(f"{name} must be at least 1, got {value}. Raise it.")
+        check_at_least(
+            1, batch_size=batch_size, train_snapshots=train_snapshots, val_snapshots=val_snapshots
+        )
         if (trace is None) != (val_trace is None):
             raise ValueError(
                 "trace and val_trace must come together, and step_seconds and by_day with them,"
                 f" got trace {trace} and val_trace {val_trace}. Name folders for both."
             )
         folders = tuple(trace or ())
-        options = HomeOptions(homes, home, prior, folders, step_seconds, by_day)
+        options = HomeOptions(homes, home, prior, folders, step_seconds, by_day, replays)
         source = val_source = options.make()
         if val_trace is not None or val_homes is not None:
             val_source = replace(

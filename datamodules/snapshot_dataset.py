@@ -36,16 +36,16 @@ class SnapshotDataset(Dataset[SGMBatch]):
             more: further collections of homes with the same labels and the same extras.
 
         Raises:
-            ValueError: if a collection is unfinished, its manifest or a shard is missing, truncated,
-                altered or none that was collected (the file is named), or the labels differ.
+            ValueError: if a collection is unfinished, its manifest or a shard is missing, cut
+                short, altered or none that was collected (the file is named), or the labels differ.
             OSError: if the disk does not take a copy of the collections.
         """
         manifests = {own: load_manifest(own) for own in (folder, *more)}
-        check_manifest(manifests[folder], folder)
+        for own, manifest in manifests.items():
+            check_manifest(manifest, own)
         self._builder = builder
         self._labels = tuple(manifests[folder]["settings"]["labels"])
         for own, manifest in manifests.items():
-            check_manifest(manifest, own)
             num_homes = manifest["settings"]["num_homes"]
             if len(manifest["shards"]) != num_homes:
                 raise ValueError(

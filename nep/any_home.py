@@ -17,6 +17,7 @@ from nep.kinds.table import make_overview, make_table
 from nep.players.checkpoints import CONFIG, load_config
 from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
 from nep.report.model_card import make_card
+from simulator.checks import check_at_least
 from simulator.files import write_whole
 from simulator.policies.registry import list_policies
 
@@ -71,11 +72,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     torch.set_num_threads(1)
     try:
-        for name in ("num_homes", "steps", "searches"):
-            if getattr(options, name) < 1:
-                raise ValueError(
-                    f"{name} must be at least 1, got {getattr(options, name)}. Raise it."
-                )
+        check_at_least(
+            1, num_homes=options.num_homes, steps=options.steps, searches=options.searches
+        )
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint or ["any_home"]]
         kinds = dict(list_simulated(options.num_homes, options.steps, options.searches))
         if options.recorded:

@@ -18,6 +18,7 @@ from nep.players.contestants import Checkpoint, check_contestants, list_contesta
 from nep.report.figures import draw_over_steps
 from nep.report.results import Results, ScoreSummary, list_versions
 from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
+from simulator.checks import check_at_least
 from simulator.command_line import (
     add_home_arguments,
     add_worker_arguments,
@@ -76,9 +77,7 @@ class EvaluateConfig:
         Raises:
             ValueError: if a value is out of range, a name unknown, or a file unfit.
         """
-        for name in ("num_homes", "steps"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}. Raise it.")
+        check_at_least(1, num_homes=self.num_homes, steps=self.steps)
         check_contestants(self.tasks, self.policies, self.checkpoints)
         self.homes.check_homes(range(self.num_homes))
         self.homes.check_steps(self.steps)
@@ -253,8 +252,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     console = Console() if sys.stdout.isatty() else Console(width=_LOG_WIDTH)
     with one_line_errors(status=2):
         options = parse(_make_parser(), arguments)
-        if options.threads is not None and options.threads < 1:
-            raise ValueError(f"threads must be at least 1, got {options.threads}. Raise it.")
+        check_at_least(1, threads=options.threads)
         check_workers(options.workers, options.backend)
         config = _make_config(options)
         config.check()
@@ -265,7 +263,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for name in list_contestants(task, config.policies, config.checkpoints)
     ]
     columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(),
+        TimeElapsedColumn(),
     )  # fmt: skip
     with Progress(*columns, console=console, transient=True) as progress:
         num_groups = len(config.homes.list_groups(range(config.num_homes)))

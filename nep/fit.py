@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import os
 import sys
 import warnings
 from argparse import ArgumentParser
 from collections.abc import Sequence
+from copy import deepcopy
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -14,17 +17,23 @@ import torch
 from jsonargparse import Namespace
 from jsonargparse.typing import PositiveInt
 from lightning.fabric.plugins import CheckpointIO
+from lightning.fabric.utilities.exceptions import MisconfigurationException
 from lightning.pytorch import Trainer
 from lightning.pytorch.callbacks import Callback, ModelCheckpoint, RichProgressBar
 from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCLI
+from lightning.pytorch.utilities import rank_zero_info
 
 from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.checkpoint_files import WholeCheckpoints
 from nep.model.module import NEPModule
-from simulator.command_line import normalise, one_line_errors
+from nep.players.checkpoints import TrainedModel, check_resumable, load_trained
+from nep.players.starting_point import make_settings, take_weights
+from simulator.command_line import BAD_INPUT, normalise, one_line_errors
+from simulator.messages import shorten_text
 
+_BEST = "val/hits_at_1"  # by which the best epoch is chosen
 CONFIG_FOLDER = Path(__file__).parent / "configs"
 
 
@@ -60,6 +69,12 @@ class FitCLI(LightningCLI):
         """Add our own arguments and tie pruning to the encoder."""
         parser.add_argument("--ckpt_path", type=str | None, help="Checkpoint to resume from.")
         parser.add_argument(
+            "--from",
+            type=str | None,
+            help="Network to start from: one that ships, an exported folder or a checkpoint. It "
+            "also says what the network is made of, and which features it reads.",
+        )
+        parser.add_argument(
             "--threads", type=PositiveInt | None, help="CPU threads; null for all cores."
         )
         parser.add_lightning_class_args(OnlineEvaluation, "online")
@@ -75,9 +90,12 @@ class FitCLI(LightningCLI):
         if isinstance(args, list):
             try:
                 args = normalise(parser, find_configs(args), prefix="data.")
+                args = [*_list_settings(args), *args]
+                self.config = parser.parse_args(args)
+            except (UnicodeDecodeError, RecursionError) as error:
+                parser.error(f"--config must be a YAML file in UTF-8, got {_shorten(error)}.")
             except (FileNotFoundError, ValueError) as error:
-                parser.error(str(error))
-            self.config = parser.parse_args(args)
+                parser.error(_shorten(error))
         else:
             super().parse_arguments(parser, args)
 
@@ -85,10 +103,38 @@ class FitCLI(LightningCLI):
         """Build model, data and trainer; a value out of range ends with its message alone."""
         if self.config.threads is not None:
             torch.set_num_threads(self.config.threads)
+        self.start: TrainedModel | None = None
         try:
+            self._check_trainer()
             super().instantiate_classes()
-        except ValueError as error:
-            self.parser.error(str(error))
+            if self.config["from"] is not None:
+                self.start = load_trained(self.config["from"])
+                take_weights(self.start, self.config["from"], self.model, self.datamodule.builder)
+                self.datamodule.hparams["training"]["start"] = Path(self.config["from"]).name
+        # The last two are what Lightning raises for settings of its own.
+        except (*BAD_INPUT, TypeError, RuntimeError, MisconfigurationException) as error:
+            self.parser.error(_shorten(error))
+
+    def _check_trainer(self) -> None:
+        """Check what Lightning would try, and fail with late.
+
+        Raises:
+            ValueError: if there are more devices than processors, or a log folder is a file.
+        """
+        devices, cores = self.config.trainer.devices, os.cpu_count() or 1
+        if self.config.trainer.accelerator == "cpu" and str(devices).isdecimal():
+            if int(devices) > cores:
+                raise ValueError(
+                    f"trainer.devices must be at most {cores}, the cores of this machine, got "
+                    f"{devices}. Ask for fewer."
+                )
+        loggers = self.config.trainer.logger
+        for logger in loggers if isinstance(loggers, list) else [loggers]:
+            folder = getattr(getattr(logger, "init_args", None), "save_dir", None)
+            if folder and not _can_be_folder(Path(folder)):
+                raise ValueError(
+                    f"save_dir must be a folder, got a file at {folder}. Choose another one."
+                )
 
     def instantiate_trainer(self, **kwargs: Any) -> Trainer:
         """Build the trainer with progress bar and checkpoints, unless they are switched off."""
@@ -99,7 +145,7 @@ class FitCLI(LightningCLI):
             # Two callbacks: with `save_last` the last epoch is only saved where it is the best.
             callbacks += [
                 ModelCheckpoint(
-                    monitor="val/hits_at_1",
+                    monitor=_BEST,
                     mode="max",
                     filename="best",
                     enable_version_counter=False,
@@ -130,6 +176,16 @@ def find_configs(args: Sequence[str]) -> list[str]:
         elif arg.startswith("--config="):
             found[position] = "--config=" + _find_config(arg.removeprefix("--config="))
     return found
+
+
+def _list_settings(args: Sequence[str]) -> list[str]:
+    """Return arguments that make a network like the one to start from; others may follow.
+
+    Raises:
+        ValueError: if there is no such network, or it cannot be read.
+    """
+    sources = [arg.partition("=")[2] for arg in args if arg.startswith("--from=")]
+    return [f"--config={json.dumps(make_settings(load_trained(name)))}" for name in sources[-1:]]
 
 
 def _has_belief(features: Namespace | FeatureConfig | None) -> bool:
@@ -209,10 +265,17 @@ def main(args: ArgsType = None) -> FitCLI:
     cli = FitCLI(args, **classes)
     cli.datamodule.trainer = cli.trainer  # for whether to show progress
     try:  # Lightning does both again, at no cost: what can be wrong with data is said here
+        if cli.config.ckpt_path is not None:
+            check_resumable(Path(cli.config.ckpt_path), cli.model)
         cli.datamodule.prepare_data()
         cli.datamodule.setup()
-    except (ValueError, OSError) as error:
-        cli.parser.error(str(error))
+    except BAD_INPUT as error:
+        cli.parser.error(_shorten(error))
+    start_score = -1.0
+    if cli.start is not None:
+        # a copy: metrics that have seen inference cannot be trained on
+        (scores,) = cli.trainer.validate(deepcopy(cli.model), cli.datamodule, verbose=False)
+        start_score = scores[_BEST]
     try:
         cli.trainer.fit(
             cli.model,
@@ -220,9 +283,42 @@ def main(args: ArgsType = None) -> FitCLI:
             ckpt_path=cli.config.ckpt_path,
             weights_only=True if cli.config.ckpt_path else None,
         )
-    except OSError as error:  # a full disk
-        sys.exit(f"error: {error}")
+        if cli.start is not None:
+            keep_start(cli.trainer, cli.start, start_score)
+    except (OSError, MisconfigurationException) as error:  # a full disk; settings at odds
+        sys.exit(f"error: {_shorten(error)}")
     return cli
+
+
+def keep_start(trainer: Trainer, start: TrainedModel, start_score: float) -> None:
+    """Let the best checkpoint be where the training started, if that was better than any epoch.
+
+    Args:
+        trainer: after the training.
+        start: the network that it started from.
+        start_score: its hits@1 in the validation homes.
+    """
+    for callback in trainer.checkpoint_callbacks:
+        if not isinstance(callback, ModelCheckpoint) or callback.monitor != _BEST:
+            continue
+        score = callback.best_model_score
+        if score is None:  # no epoch was finished
+            continue
+        line = f"{_BEST}: {start_score:.3f} at the start, {score:.3f} in the best epoch"
+        if score <= start_score:
+            trainer.lightning_module.load_state_dict(start.module.state_dict())
+            trainer.save_checkpoint(callback.best_model_path)
+            line += "; best.ckpt keeps the start"
+        rank_zero_info(line)
+
+
+def _can_be_folder(path: Path) -> bool:
+    """Tell whether the first part of a path that exists is a folder."""
+    return next(part for part in (path, *path.absolute().parents) if part.exists()).is_dir()
+
+
+def _shorten(error: Exception) -> str:
+    return shorten_text(" ".join(str(error).split()), 2000)
 
 
 if __name__ == "__main__":

@@ -26,6 +26,7 @@ from nep.paper.paper_tables import make_table_1, make_table_2
 from nep.paper.plan import TABLES, Plan, plan_stages
 from nep.paper.stages import run_stages
 from nep.report.figures import draw_over_steps
+from simulator.checks import check_at_least
 from simulator.files import write_whole
 from simulator.policies import POLICIES
 
@@ -122,8 +123,7 @@ def _make_parser() -> argparse.ArgumentParser:
 def _make_plan(options: argparse.Namespace) -> Plan:
     fit_options: tuple[str, ...] = _TINY_FIT if options.tiny else ()
     if options.epochs is not None:
-        if options.epochs < 1:
-            raise ValueError(f"epochs must be at least 1, got {options.epochs}. Raise it.")
+        check_at_least(1, epochs=options.epochs)
         fit_options += (f"--trainer.max_epochs={options.epochs}",)
     homes, steps = (_TINY_HOMES, _TINY_STEPS) if options.tiny else (100, 100)
     plan = Plan(
@@ -139,8 +139,7 @@ def _make_plan(options: argparse.Namespace) -> Plan:
         encoders=tuple(options.encoders),
     )
     plan.check()
-    if options.jobs < 1:
-        raise ValueError(f"jobs must be at least 1, got {options.jobs}. Raise it.")
+    check_at_least(1, jobs=options.jobs)
     return plan
 
 
@@ -193,7 +192,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         for name, content in make_files(plan).items():
             write_whole(options.out / name, content)
-            console.print(f"wrote {options.out / name}", highlight=False)
+            console.print(f"wrote {options.out / name}", highlight=False, markup=False)
     except OSError as error:
         parser.exit(1, f"error: {error}\n")
 

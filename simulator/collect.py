@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
+from simulator.checks import check_at_least
 from simulator.command_line import (
     add_home_arguments,
     add_worker_arguments,
@@ -25,6 +26,7 @@ from simulator.command_line import (
 )
 from simulator.evidence.features import compute_features
 from simulator.fan_out import check_workers, fan_out
+from simulator.files import LOCK, lock_folder
 from simulator.home_options import HomeOptions
 from simulator.memory.memory_batch import Change
 from simulator.messages import shorten
@@ -86,11 +88,7 @@ class CollectConfig:
         Raises:
             ValueError: if a count, a name or the seed is out of range.
         """
-        for name in ("num_homes", "steps"):
-            if getattr(self, name) < 1:
-                raise ValueError(
-                    f"{name} must be at least 1, got {getattr(self, name)}. Ask for more."
-                )
+        check_at_least(1, num_homes=self.num_homes, steps=self.steps)
         if self.num_homes > MAX_HOMES:
             raise ValueError(
                 f"num_homes must be at most {MAX_HOMES}, got {shorten(self.num_homes)}. Ask for "
@@ -147,12 +145,20 @@ def collect(
         backend: where they work, see `fan_out`; on a cluster, all its machines must see `out`.
 
     Raises:
-        ValueError: if the folder holds a collection of other settings, or other files, or the
-            backend is not there.
+        ValueError: if the folder holds a collection of other settings, or other files, or is in
+            use, or the backend is not there.
         OSError: if the disk is full; finished homes are kept.
     """
     check_workers(workers, backend)
     config.check_homes()
+    _make_folder(out)
+    with lock_folder(out):
+        _collect_missing(config, out, workers, progress, backend)
+
+
+def _collect_missing(
+    config: CollectConfig, out: Path, workers: int, progress: bool, backend: str
+) -> None:
     settings = config.describe()
     shards = _open_folder(out, settings)  # checksums of the finished ones
     missing = [home for home in range(config.num_homes) if get_shard_name(home) not in shards]
@@ -240,14 +246,11 @@ def collect_homes(
         return dict(zip(names, pool.map(save_shard, paths, recorder.finish()), strict=True))
 
 
-def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
-    """Prepare the folder and return the checksum of every finished shard.
-
-    A shard that the manifest does not list is collected again: nothing vouches for its bytes.
+def _make_folder(out: Path) -> None:
+    """Make the folder if needed.
 
     Raises:
-        ValueError: if the folder cannot be made or holds something else, or if a shard of the
-            manifest is truncated or altered (the file is named).
+        ValueError: if it cannot be made.
     """
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -256,8 +259,23 @@ def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
             f"output folder must be one that can be made, got {error.strerror!r} for {out}. "
             "Choose another folder."
         ) from error
+
+
+def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
+    """Prepare a folder that is locked and return the checksum of every finished shard.
+
+    A shard that the manifest does not list is collected again: nothing vouches for its bytes.
+
+    Raises:
+        ValueError: if the folder holds something else, or if a shard of the manifest is truncated
+            or altered (the file is named).
+    """
     if not (out / MANIFEST).exists():
-        strangers = sorted(path.name for path in out.iterdir() if not path.name.endswith(".part"))
+        strangers = sorted(
+            path.name
+            for path in out.iterdir()
+            if not path.name.endswith(".part") and path.name != LOCK
+        )
         if strangers:
             raise ValueError(
                 f"output folder must be empty or hold a collection, got {strangers[0]!r} in {out}. "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from argparse import ArgumentError
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -12,12 +13,15 @@ from typing import TYPE_CHECKING, Any, Union, get_args, get_origin
 
 from simulator.fan_out import BACKENDS
 from simulator.home_options import SOURCES, HomeOptions
+from simulator.messages import MAX_LENGTH
 from simulator.world.dynamics import DYNAMICS
 from simulator.world.sensing import SENSING
 
 if TYPE_CHECKING:  # half a second, which only commands take
     from jsonargparse import ArgumentParser, Namespace
 
+# What a command ends with in one line.
+BAD_INPUT = (ValueError, OSError, OverflowError, MemoryError, ModuleNotFoundError)
 _RENAMED = {"houses": "num_homes", "val_houses": "num_val_homes"}
 # Short for parts of the rules, and the names of what they take.
 _RULES = {"dynamics": DYNAMICS, "sensing": SENSING}
@@ -126,6 +130,10 @@ def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = ""
                     break
                 values.append(arguments[position])
                 position += 1
+        if kind is not None and "" in values:
+            raise ValueError(
+                f"--{name} must have a value, got an empty one. Leave it out, or name it."
+            )
         if kind == "flag" and not values:
             values = ["true"]
         if kind == "list" and values and not values[0].startswith("["):
@@ -168,7 +176,7 @@ def choose(
         return commands[arguments[0]](arguments[1:])
     except ArgumentError as error:
         return _report(error, 2)
-    except (ValueError, OSError, ModuleNotFoundError) as error:
+    except BAD_INPUT as error:
         return _report(error, status)
 
 
@@ -183,7 +191,7 @@ def one_line_errors(status: int = 1) -> Iterator[None]:
         yield
     except ArgumentError as error:
         sys.exit(_report(error, 2))
-    except (ValueError, OSError, ModuleNotFoundError) as error:
+    except BAD_INPUT as error:
         sys.exit(_make_line(error) if status == 1 else _report(error, status))
 
 
@@ -193,7 +201,14 @@ def _report(error: Exception, status: int) -> int:
 
 
 def _make_line(error: Exception) -> str:
-    return "error: " + " ".join(str(error).split())
+    if isinstance(error, MemoryError):
+        error = MemoryError(
+            "memory must hold what was asked for, got too little of it. Ask for fewer homes, "
+            "steps, places or workers."
+        )
+    line = " ".join(str(error).split())
+    line = re.sub(rf"('[^']{{{MAX_LENGTH}}})[^']+'", r"\1...'", line)
+    return "error: " + re.sub(rf"(\S{{{MAX_LENGTH}}})\S{{3,}}", r"\1...", line)
 
 
 def _get_summary(function: Callable[..., Any]) -> str:
@@ -208,7 +223,10 @@ def _list_kinds(parser: ArgumentParser) -> dict[str, str]:
         typehint = getattr(action, "_typehint", None)
         is_union = get_origin(typehint) in (Union, UnionType)
         parts = get_args(typehint) if is_union else (typehint,)
-        is_list = get_origin(parts[0]) in (list, tuple, Sequence)
+        # What may be a number, too, such as Lightning's devices, is written as a list by hand.
+        is_list = all(
+            get_origin(part) in (list, tuple, Sequence) for part in parts if part is not type(None)
+        )
         kinds[action.dest] = "flag" if typehint is bool else "list" if is_list else "value"
     return kinds
 
@@ -227,7 +245,10 @@ def _spell(name: str, prefix: str) -> str:
     if not name.startswith(prefix):
         return name
     own = name[len(prefix) :]
-    if own in ("rooms", "dynamic_nodes") or own.partition(".")[0] in _RULES:
+    if (
+        own in ("rooms", "dynamic_nodes", "looks", "looks_per_step")
+        or own.partition(".")[0] in _RULES
+    ):
         return f"{prefix}home.{own}"
     return name
 

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any, TypeVar
 
+from simulator.checks import check_at_least
+
 BACKENDS = ("processes", "ray")
 _JOBS_PER_ROUND = 4  # per worker, where results come round by round
 
@@ -54,8 +56,7 @@ def check_workers(workers: int, backend: str) -> None:
     Raises:
         ValueError: if there is not at least one worker, no such backend, or it is not installed.
     """
-    if workers < 1:
-        raise ValueError(f"workers must be at least 1, got {workers}. Ask for more.")
+    check_at_least(1, workers=workers)
     _choose_backend(backend)
 
 

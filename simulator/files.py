@@ -5,8 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
+
+LOCK = ".lock"  # name of the file by which a folder is locked
 
 
 def compute_checksum(path: Path) -> str:
@@ -34,6 +38,37 @@ def write_whole(path: Path, content: bytes) -> None:
             f"disk must take {len(content)} bytes, got {error.strerror!r} for {path}. Free some "
             "space and run the same command again: finished files are kept.",
         ) from error
+
+
+@contextmanager
+def lock_folder(folder: Path) -> Iterator[None]:
+    """Have a folder for oneself, on this machine and where the file system tells others of locks.
+
+    Nothing of the lock is left afterwards; what a killed process leaves locks nobody out.
+
+    Args:
+        folder: which exists.
+
+    Raises:
+        ValueError: if another process has it.
+        OSError: if it cannot be written to.
+    """
+    from filelock import FileLock, Timeout  # here, as only a command that writes needs it
+
+    path = folder / LOCK
+    lock = FileLock(path)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise ValueError(
+            f"output folder must be in use by one command at a time, got another one at work in "
+            f"{folder}. Wait for it to end, or choose another folder."
+        ) from None
+    try:
+        yield
+    finally:
+        path.unlink(missing_ok=True)
+        lock.release()
 
 
 def read_json(path: str | Path, *, allow_nan: bool = False) -> Any:

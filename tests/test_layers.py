@@ -30,13 +30,13 @@ FORBIDDEN = {
 # files, the package's `__init__.py` among them, count as the package itself; a `__main__.py` is a
 # command, on top of all.
 ORDER = """
-    simulator.arrays simulator.messages simulator.files simulator.fan_out simulator.compiled
-    simulator.priors simulator.memory simulator.world simulator.evidence simulator.policies
-    simulator.snapshots simulator.tasks simulator.robot simulator.trace simulator.realism
-    simulator.home_options simulator.command_line simulator.gym simulator.igridson simulator.collect
-    simulator.testing simulator datamodules.text datamodules nep.importers nep.layers nep.encoders
-    nep.model nep.checkpoint_files nep.players nep.report nep.kinds nep.robot nep.callbacks nep.fit
-    nep.evaluate nep.paper nep
+    simulator.arrays simulator.messages simulator.checks simulator.files simulator.fan_out
+    simulator.compiled simulator.priors simulator.memory simulator.world simulator.evidence
+    simulator.policies simulator.snapshots simulator.tasks simulator.robot simulator.trace
+    simulator.realism simulator.home_options simulator.command_line simulator.gym
+    simulator.igridson simulator.collect simulator.testing simulator datamodules.text datamodules
+    nep.importers nep.layers nep.encoders nep.model nep.checkpoint_files nep.players nep.report
+    nep.kinds nep.robot nep.callbacks nep.fit nep.evaluate nep.paper nep
 """.split()
 COMMANDS = "commands"
 
@@ -161,6 +161,7 @@ def test_import_simulator_loads_no_heavy_package():
     assert list_loaded("from simulator import *", heavy) == []
 
 
+@pytest.mark.slow
 def test_no_module_of_simulator_loads_an_upper_layer():
     code = """
 import importlib, pkgutil, simulator

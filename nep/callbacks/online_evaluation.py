@@ -21,6 +21,7 @@ from nep.report.figures import draw_over_steps
 from nep.report.results import ScoreSummary
 from nep.report.statistics import compute_gap_closed
 from nep.report.tables import Row, compute_rows, make_markdown, make_rich_table
+from simulator.checks import check_at_least
 from simulator.files import write_whole
 from simulator.policies import POLICIES, check_policies, find_policy, make_policy
 from simulator.tasks.evaluation import evaluate_policy
@@ -65,11 +66,7 @@ class OnlineEvaluation(pl.Callback):
         Raises:
             ValueError: if a count is below 1 or a policy unknown.
         """
-        for what, value in (
-            ("num_homes", num_homes), ("steps", steps), ("every_n_epochs", every_n_epochs)
-        ):  # fmt: skip
-            if value < 1:
-                raise ValueError(f"{what} must be at least 1, got {value}. Raise it.")
+        check_at_least(1, num_homes=num_homes, steps=steps, every_n_epochs=every_n_epochs)
         self.num_homes = num_homes
         self.steps = steps
         self.every_n_epochs = every_n_epochs

@@ -17,6 +17,7 @@ from nep.layers.flat_graph import FlatGraph
 from nep.model.hits_at_1 import HitsAtOne
 from nep.model.loss import balanced_bce, listwise_loss, relevance_loss
 from nep.model.node_edge_predictor import NodeEdgePredictor
+from simulator.checks import check_at_least
 
 
 class NEPModule(pl.LightningModule):
@@ -62,6 +63,16 @@ class NEPModule(pl.LightningModule):
         clock_dropout: float = 0.5,
     ) -> None:
         super().__init__()
+        check_at_least(0, learning_rate=learning_rate, listwise_weight=listwise_weight)
+        check_at_least(
+            1,
+            transformer_layers=transformer_layers,
+            transformer_heads=transformer_heads,
+            feed_forward_units=feed_forward_units,
+        )
+        for name, share in (("dropout", dropout), ("clock_dropout", clock_dropout)):
+            if not 0 <= share <= 1:
+                raise ValueError(f"{name} must lie in [0, 1], got {share}. Give a share.")
         self.save_hyperparameters(
             {
                 "encoder": encoder.config(),

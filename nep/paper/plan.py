@@ -24,6 +24,7 @@ from nep.paper.stages import Job
 from nep.paper.stored_scores import Evaluation
 from nep.paper.training import Training, collect_data, find_config
 from nep.report.results import list_versions
+from simulator.checks import check_at_least
 from simulator.policies import POLICIES
 
 TABLES = ("1", "2", "figure")
@@ -62,9 +63,7 @@ class Plan:
         Raises:
             ValueError: if a count or the seed is out of range, or a config is no file.
         """
-        for name in ("num_homes", "steps"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}. Raise it.")
+        check_at_least(1, num_homes=self.num_homes, steps=self.steps)
         if self.seed < 0:
             raise ValueError(f"seed must be non-negative, got {self.seed}. Choose 0 or more.")
         for config in (model.config for model in self.models if model.config):

@@ -73,7 +73,7 @@ def run_stages(stages: Sequence[Sequence[Job]], workers: int, console: Console) 
                 job, (error, seconds) = futures[future], future.result()
                 bars.advance(bar)
                 how = f"{seconds:.0f} s" if error is None else "failed"
-                bars.console.print(f"{job.name}: {how}", highlight=False)
+                bars.console.print(f"{job.name}: {how}", highlight=False, markup=False)
                 if error is not None:
                     failed[job.name] = f"{error} (see {job.log})"
     return failed

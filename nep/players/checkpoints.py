@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import pickle
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -24,9 +23,15 @@ from datamodules.batch import (
 )
 from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
-from nep.encoders import Encoder
 from nep.model.module import NEPModule
 from nep.players.calibration import Calibration
+from nep.players.stored_network import (
+    build_network,
+    check_archive,
+    check_weights,
+    read_calibration,
+    read_features,
+)
 from simulator.files import read_json, write_whole
 
 FORMAT = "node edge predictor"
@@ -105,28 +110,54 @@ def load_checkpoint(path: Path) -> TrainedModel:
         ValueError: if it cannot be read, is no such checkpoint, or does not fit this package.
     """
     try:
-        content = torch.load(path, map_location="cpu", weights_only=True)
+        content = _load_content(path)
         data = content["datamodule_hyper_parameters"]
         # Checkpoints from before the schema was written down have the first one.
         check_feature_schema(data.get("feature_schema", 1), path)
-        features = _read_features(data["features"])
-        module = _build_module(content["hyper_parameters"], path)
-        module.load_state_dict(content["state_dict"])
+        features = read_features(data["features"])
+        module = build_network(content["hyper_parameters"], content["state_dict"], path)
+        text, training = data["text"], data.get("training")
+        if training is not None:
+            training = dict(training)
     except OSError as error:
         raise ValueError(
             f"checkpoint must be a file that can be read, got {error.strerror!r} for {path}. "
             "Train one with `python -m nep.fit`, or check the path."
         ) from error
-    except (pickle.UnpicklingError, EOFError, KeyError, TypeError, RuntimeError) as error:
+    except (KeyError, TypeError, AttributeError, RuntimeError) as error:
         raise ValueError(
             f"checkpoint must be one that nep.fit wrote, got {type(error).__name__} for {path}. "
             "Train again, or check the path."
         ) from error
-    builder = _make_builder(features, module, data["text"], path)
-    training = data.get("training")
+    builder = _make_builder(features, module, text, path)
     if training is not None and "houses" in training:  # as it was called once
         training = {"num_homes": training["houses"], **training}
     return TrainedModel(module, builder, training=training)
+
+
+def check_resumable(path: Path, module: NEPModule) -> None:
+    """Check that a training of a network can go on from a checkpoint.
+
+    Raises:
+        ValueError: if it cannot be read, is no such checkpoint, or one of another network.
+    """
+    try:
+        content = _load_content(path)
+        weights = content["state_dict"]
+        for part in ("loops", "optimizer_states", "lr_schedulers", "epoch", "global_step"):
+            content[part]
+        wanted = {name: tensor.shape for name, tensor in module.state_dict().items()}
+        check_weights(weights, wanted, path)
+    except OSError as error:
+        raise ValueError(
+            f"checkpoint must be a file that can be read, got {error.strerror!r} for {path}. "
+            "Check --ckpt_path, or leave it out."
+        ) from error
+    except (KeyError, TypeError, AttributeError) as error:
+        raise ValueError(
+            f"checkpoint must be one that nep.fit wrote, got {type(error).__name__} for {path}. "
+            "Check --ckpt_path, or leave it out."
+        ) from error
 
 
 def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> None:
@@ -167,8 +198,7 @@ def load_exported(folder: Path) -> TrainedModel:
     """
     config = load_config(folder)
     try:
-        features = _read_features(config["features"])
-        module = _build_module(config["model"], folder)
+        features = read_features(config["features"])
         weights = (folder / WEIGHTS).read_bytes()
         tensors = load_tensors(weights)
         checksum = hashlib.sha256(weights).hexdigest()
@@ -177,19 +207,20 @@ def load_exported(folder: Path) -> TrainedModel:
                 f"{WEIGHTS} must be those of {CONFIG}, got others in {folder}: the export was "
                 "interrupted, or files of two were mixed. Export again."
             )
-        module.load_state_dict(tensors)
-        calibration = config["calibration"] and Calibration(**config["calibration"])
+        module = build_network(config["model"], tensors, folder)
+        calibration = read_calibration(config["calibration"])
+        text = config["schema"]["text"]
     except OSError as error:
         raise ValueError(
             f"exported folder must have {WEIGHTS}, got {error.strerror!r} in {folder}. "
             "Export again with `python -m nep.export`."
         ) from error
-    except (KeyError, TypeError, RuntimeError, SafetensorError) as error:
+    except (KeyError, TypeError, AttributeError, RuntimeError, SafetensorError) as error:
         raise ValueError(
             f"exported folder must be one that nep.export wrote, got {type(error).__name__} in "
             f"{folder}. Export again with `python -m nep.export`."
         ) from error
-    builder = _make_builder(features, module, config["schema"]["text"], folder)
+    builder = _make_builder(features, module, text, folder)
     return TrainedModel(module.eval(), builder, calibration)
 
 
@@ -259,34 +290,20 @@ def check_feature_schema(version: object, where: str | Path) -> None:
         )
 
 
-def _read_features(data: dict[str, Any]) -> FeatureConfig:
-    lists = {name: tuple(value) for name, value in data.items() if isinstance(value, list)}
-    return FeatureConfig(**{**data, **lists})
+def _load_content(path: Path) -> Any:
+    """Read tensors and plain data.
 
-
-def _build_module(hyperparameters: dict[str, Any], where: Path) -> NEPModule:
-    """Build a network of hyper-parameters that a file has kept."""
-    arguments = dict(hyperparameters)
-    arguments.pop("_instantiator", None)  # names a function that would import the encoder
-    encoder = arguments.pop("encoder")
-    encoder_class = _find_encoder(encoder["class_path"], where)
-    return NEPModule(encoder_class(**encoder.get("init_args", {})), **arguments)
-
-
-def _find_encoder(class_path: str, where: Path) -> type[Encoder]:
-    """Find an encoder class among those that are loaded; a file never makes us import one."""
-    found: dict[str, type[Encoder]] = {}
-    to_visit = Encoder.__subclasses__()
-    while to_visit:
-        cls = to_visit.pop()
-        found[f"{cls.__module__}.{cls.__qualname__}"] = cls
-        to_visit += cls.__subclasses__()
-    if class_path not in found:
-        raise ValueError(
-            f"encoder must be one of {', '.join(sorted(found))}, got {class_path!r} in {where}. "
-            "Import your own encoder's module first; on a command line, name it by --encoders."
-        )
-    return found[class_path]
+    Raises:
+        OSError: if there is no such file.
+        TypeError: if it is no file of these.
+        ValueError: if it would unpack to more than it is.
+    """
+    with path.open("rb"):
+        check_archive(path)
+    try:
+        return torch.load(path, map_location="cpu", weights_only=True)
+    except Exception as error:  # of any kind, where bytes of a pickle were changed
+        raise TypeError(f"{type(error).__name__}: {error}") from error
 
 
 def _make_builder(

@@ -132,7 +132,7 @@ def make_rich_table(task: type[Task], rows: list[Row], title: str) -> Table:
     """Make the table for a terminal: scores and comparisons; calibration is left to the files."""
     header, cells = format_table(task, rows)
     shown = len(header) - len(METRICS)
-    table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False, padding=0)
+    table = Table(title=escape(title), box=SIMPLE_HEAD, pad_edge=False, padding=0)
     for position, name in enumerate(header[:shown]):
         # Only intervals may take two lines where the terminal is narrow.
         table.add_column(name, justify="right" if position else "left", no_wrap="[" not in name)

@@ -12,8 +12,6 @@ Source of the generator: Steele, Lea and Flood, "Fast Splittable Pseudorandom Nu
 (OOPSLA 2014), figure 14.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 
@@ -444,7 +442,7 @@ def _begin(
     if _uniform(random, home) < rule.extra_share:
         extra = _draw(random, home, habits.object_weight[home, kind])
         _take(state, place, home, occurrence, extra, to, rule.left_share)
-    for slot in range(place.shape[1]):
+    for slot in range(place.shape[1] if roles.collects[kind].any() else 0):
         left_by = state.left_by[home, slot]
         if left_by >= 0 and roles.collects[kind, left_by]:
             if _uniform(random, home) < rule.collect_share:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Dict, Discrete
 
+from simulator.checks import check_at_least
 from simulator.gym.memory_graph import make_graph_space, make_graphs
 from simulator.policies import Policy, make_policy
 from simulator.tasks.rollout import Rollout
@@ -55,12 +56,10 @@ class SearchSeries:
             ValueError: if a count is below 1, there is no policy of that name, or there are not so
                 many homes to be played in lockstep.
         """
-        for name, value in (
-            ("num_envs", num_homes), ("max_looks", max_looks),
-            ("queries_per_home", queries_per_home), ("max_furniture", max_furniture),
-        ):  # fmt: skip
-            if value is not None and value < 1:
-                raise ValueError(f"{name} must be at least 1, got {value}. Raise it.")
+        check_at_least(
+            1, num_envs=num_homes, max_looks=max_looks, queries_per_home=queries_per_home,
+            max_furniture=max_furniture,
+        )  # fmt: skip
         self._source = SampledSource() if homes is None else homes
         self._policy = policy
         self._max_looks = max_looks

@@ -17,6 +17,7 @@ from minigrid.core.mission import MissionSpace
 from minigrid.core.world_object import Door, Wall, WorldObj
 from minigrid.minigrid_env import MiniGridEnv
 
+from simulator.checks import check_at_least
 from simulator.igridson.drawing import HomePicture
 from simulator.igridson.find_object import make_homes
 from simulator.igridson.layout import GridLayout
@@ -125,12 +126,7 @@ class IGridsonEnv(MiniGridEnv):
         Raises:
             ValueError: if the layout is broken or a count is below 1.
         """
-        for name, value in (
-            ("queries_per_home", queries_per_home), ("attempts", attempts),
-            ("max_steps", max_steps),
-        ):  # fmt: skip
-            if value < 1:
-                raise ValueError(f"{name} must be at least 1, got {value}. Raise it.")
+        check_at_least(1, queries_per_home=queries_per_home, attempts=attempts, max_steps=max_steps)
         self.layout = layout if isinstance(layout, GridLayout) else load_layout(layout)
         self.routes = Routes(self.layout)
         self.queries_per_home = queries_per_home

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from simulator.checks import check_at_least
 from simulator.igridson.layout import GridLayout
 from simulator.igridson.navigation import Routes
 from simulator.igridson.travel import LOOK_COST, ByTravel
@@ -67,9 +68,9 @@ class RunConfig:
         Raises:
             ValueError: if a count is below 1, the seed negative, or homes come out uneven.
         """
-        for name in ("runs", "queries_per_home", "attempts"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}. Raise it.")
+        check_at_least(
+            1, runs=self.runs, queries_per_home=self.queries_per_home, attempts=self.attempts
+        )
         if self.runs % self.queries_per_home:
             raise ValueError(
                 f"runs must be a multiple of the {self.queries_per_home} queries per home, got "

@@ -32,7 +32,8 @@ class PredictLocation(Task):
 def predict_locations(rollout: Rollout, num_steps: int) -> Iterator[Answer]:
     """Ask one question per home and step; each answer is yielded before its look is remembered.
 
-    The furniture of the highest score is looked at, ties broken at random; a policy without any
+    The furniture of the highest score is chosen, ties broken at random, and looked at, unless the
+    rules of the home say that the robot looks elsewhere (`HomeConfig.looks`); a policy without any
     opinion (all -inf) chooses among all furniture of the home.
     """
     homes, memory = rollout.homes, rollout.memory
@@ -42,4 +43,4 @@ def predict_locations(rollout: Rollout, num_steps: int) -> Iterator[Answer]:
         uniform = homes.streams.rows("ties", 1).next()[:, 0]
         choice = sample_best(scores, memory.is_furniture, uniform)
         yield Answer(queries, compute_answers(homes, codes), scores, choice)
-        rollout.look(choice)
+        rollout.look_around(choice)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from simulator.checks import check_at_least
 from simulator.policies import Policy
 from simulator.tasks.answer import Answer
 from simulator.tasks.ndcg import compute_ndcg
@@ -38,8 +39,7 @@ class RelativeLikelihood(Task):
         Raises:
             ValueError: if `num_queries` is below 1.
         """
-        if num_queries < 1:
-            raise ValueError(f"num_queries must be at least 1, got {num_queries}. Raise it.")
+        check_at_least(1, num_queries=num_queries)
         super().__init__(homes, policy)
         self.num_queries = num_queries
 

@@ -51,6 +51,9 @@ class Rollout:
         index = {label: i for i, label in enumerate(self.memory.labels)}
         self._type_label = np.array([[index[text] for text in row] for row in homes.type_labels])
         self._homes = np.arange(homes.num_homes)
+        self._looks = np.array([config.looks for config in homes.configs])
+        self._looks_per_step = np.array([config.looks_per_step for config in homes.configs])
+        self._num_rounds = 0  # of looks on patrol
         self.on_change: Callable[[Change], None] = lambda change: None
 
     def ask(self) -> tuple[np.ndarray, Queries]:
@@ -77,6 +80,26 @@ class Rollout:
     def score(self, queries: Queries) -> np.ndarray:
         """Ask the policy, (Q, F); columns that are no furniture of the query's home are -inf."""
         return mask_furniture(self.memory, queries, self.policy.scores(self.memory, queries))
+
+    def look_around(self, choice: np.ndarray) -> None:
+        """Spend the looks of a step as the rules of each home say (`HomeConfig.looks`).
+
+        Args:
+            choice: furniture that the policy would look at, (H,).
+        """
+        num_furniture = self.homes.home_num_furniture
+        on_patrol = self._looks == "patrol"
+        for turn in range(self._looks_per_step.max()):
+            has_look = turn < self._looks_per_step
+            position = self._num_rounds * self._looks_per_step + turn
+            furniture = np.where(on_patrol, position % num_furniture, choice)
+            is_random = (self._looks == "random") | (~on_patrol & (turn > 0))
+            at_random = np.flatnonzero(is_random & has_look)
+            if len(at_random):
+                uniform = self.homes.streams.rows("looks", 1).take(at_random)[:, 0]
+                furniture[at_random] = uniform * num_furniture[at_random]
+            self.look(np.where(has_look, furniture, -1))
+        self._num_rounds += 1
 
     def look(self, furniture: np.ndarray) -> Observation:
         """Fold one look per home into the memory; a negative index means no look there, (H,)."""

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from simulator.checks import check_at_least
 from simulator.command_line import choose, make_parser, parse
 from simulator.home_options import HomeOptions
 from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
@@ -44,14 +45,13 @@ def record(arguments: Sequence[str]) -> int:
     parser.add_argument("--steps", type=int, default=100, help="time steps per home")
     parser.add_argument("--split", type=str, default="test", help=", ".join(SPLITS))
     parser.add_argument("--seed", type=int, default=0, help="of the homes")
-    parser.add_class_arguments(HomeOptions, skip={"trace", "step_seconds", "by_day"})
+    parser.add_class_arguments(HomeOptions, skip={"trace", "step_seconds", "by_day", "replays"})
     parser.add_argument(
         "--step_seconds", type=float, default=DEFAULT_STEP_SECONDS, help="what a step stands for"
     )
     parser.add_argument("--start", type=str | None, help="what t = 0 stands for: 2024-05-06T07:30")
     options = parse(parser, arguments)
-    if options.steps < 1:
-        raise ValueError(f"steps must be at least 1, got {options.steps}. Ask for more.")
+    check_at_least(1, steps=options.steps)
     check_step_seconds(options.step_seconds)
     source = HomeOptions(options.homes, options.home, options.prior).make()
     homes = source.make(Streams(options.seed, options.split, range(options.num_homes)))

@@ -10,6 +10,10 @@ from simulator.world.dynamics import DYNAMICS, Dynamics
 from simulator.world.paper_dynamics import PaperDynamics
 from simulator.world.sensing import SENSING, ConstantMisses, Sensing
 
+# Who chooses where the robot looks in Predict Object Location: the policy that answers, a patrol
+# that visits all furniture in turn, or chance.
+LOOKS = ("policy", "patrol", "random")
+
 
 @dataclass(frozen=True)
 class HomeConfig:
@@ -29,6 +33,9 @@ class HomeConfig:
             variant).
         max_looks: looks after which a search (Find Object) ends without success; None for as many
             as there is furniture.
+        looks: where the robot looks in Predict Object Location, one of `LOOKS`; on patrol or at
+            random, all policies read the same memory.
+        looks_per_step: looks after each answer; those after a policy's own one are at random.
         dynamics: how the home changes, see `simulator.world.dynamics`.
         sensing: what a look shows, see `simulator.world.sensing`.
 
@@ -46,6 +53,8 @@ class HomeConfig:
     dynamic_nodes: bool = True
     cross_room_moves: bool = False
     max_looks: int | None = None
+    looks: str = "policy"
+    looks_per_step: int = 1
     dynamics: Dynamics = field(default_factory=PaperDynamics)
     sensing: Sensing = field(default_factory=ConstantMisses)
 
@@ -67,9 +76,14 @@ class HomeConfig:
             ("furniture_per_room", min(sizes)),
             ("objects_per_furniture", self.objects_per_furniture),
             ("max_looks", 1 if self.max_looks is None else self.max_looks),
+            ("looks_per_step", self.looks_per_step),
         ):
             if lowest < 1:
                 raise ValueError(f"{name} must be at least 1, got {lowest}. Raise it.")
+        if self.looks not in LOOKS:
+            raise ValueError(
+                f"looks must be one of {', '.join(LOOKS)}, got {self.looks!r}. Choose one of these."
+            )
         for name, share in (
             ("noise_zero_prob", self.noise_zero_prob),
             ("noise_scale", self.noise_scale),

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from simulator.checks import check_at_least
 from simulator.priors.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.homes import Homes
@@ -139,8 +140,7 @@ class HomeSource(ABC):
         Raises:
             ValueError: if it is below 1, or some home cannot be played for so many.
         """
-        if num_steps < 1:
-            raise ValueError(f"steps must be at least 1, got {num_steps}. Play more.")
+        check_at_least(1, steps=num_steps)
         if self.num_steps is not None and num_steps > self.num_steps:
             raise ValueError(
                 f"steps must be at most the {self.num_steps} that there are of every home, got "

@@ -173,6 +173,7 @@ def test_shipped_pipeline_is_small_and_plain() -> None:
     assert sum(sizes.values()) < 5e6
 
 
+@pytest.mark.slow
 def test_import_is_light_and_loading_needs_neither_pickle_nor_network() -> None:
     script = """
 import sys
@@ -240,6 +241,7 @@ def test_gradient_of_the_loss_agrees_with_finite_differences() -> None:
     np.testing.assert_allclose(gradient, numeric, atol=2e-4)
 
 
+@pytest.mark.slow
 def test_training_repeats_byte_for_byte_and_lowers_the_loss(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -256,6 +258,7 @@ def test_training_repeats_byte_for_byte_and_lowers_the_loss(
     assert (tmp_path / "other/tok2vec/model").read_bytes() != first.read_bytes()
 
 
+@pytest.mark.slow
 def test_command_line_writes_a_pipeline_that_loads(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

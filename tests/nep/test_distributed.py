@@ -6,7 +6,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 import torch
+
+pytestmark = pytest.mark.slow
 
 REPOSITORY = Path(__file__).parents[2]
 # 160 snapshots; 8 epochs of 8 steps, in each of which 20 snapshots are seen by one process or two

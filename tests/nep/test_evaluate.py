@@ -21,6 +21,8 @@ from nep.players.contestants import Checkpoint
 from simulator.policies import POLICIES
 from simulator.tasks.registry import TASKS
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 SMALL = ["--num_homes", "2", "--steps", "4"]
 
@@ -184,7 +186,7 @@ def test_exported_and_shipped_networks_play_like_their_checkpoint(checkpoint, tm
         (["--num_homes", "0"], "num_homes must be at least 1, got 0. Raise it."),
         (["--steps", "-1"], "steps must be at least 1, got -1. Raise it."),
         (["--seed", "-1"], "seed must be non-negative, got -1. Choose 0 or more."),
-        (["--workers", "0"], "workers must be at least 1, got 0. Ask for more"),
+        (["--workers", "0"], "workers must be at least 1, got 0. Raise it"),
         (["--backend", "spark"], "backend must be one of processes, ray, got 'spark'. Choose"),
         (["--threads", "0"], "threads must be at least 1, got 0. Raise it."),
         (["--split", "all"], "split must be one of train, val, test, got 'all'"),

@@ -26,6 +26,8 @@ from simulator.policies import make_policy
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -84,8 +86,10 @@ def test_logits_are_those_of_the_checkpoint(encoder, tmp_path):
 
 def test_weights_are_tensors_and_config_is_json(exported):
     assert sorted(file.name for file in exported.iterdir()) == [
-        "config.json", "weights.safetensors"
+        "MODEL_CARD.md", "config.json", "weights.safetensors"
     ]  # fmt: skip
+    card = (exported / "MODEL_CARD.md").read_text(encoding="utf-8")
+    assert "Not measured, and not calibrated: it was exported with `--num_homes=0`." in card
     weights = load_file(exported / "weights.safetensors")
     assert all(array.dtype == np.float32 for array in weights.values())
     config = json.loads((exported / "config.json").read_text(encoding="utf-8"))
@@ -150,7 +154,7 @@ def edit(folder: Path, *path: str, value) -> None:
         (["format"], "cake", r"exported folder must have version 2"),
         (["features"], {"smell": True}, r"must be one that nep\.export wrote, got TypeError"),
         (["model", "encoder", "class_path"], "os.path", r"encoder must be one of nep\.encoders\."),
-        (["model", "transformer"], False, r"must be one that nep\.export wrote, got RuntimeErr"),
+        (["model", "transformer"], False, r"weights must be those of the network, got 'predictor"),
         (["calibration"], {"heat": 1}, r"must be one that nep\.export wrote, got TypeError"),
     ],
 )

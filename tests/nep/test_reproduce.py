@@ -20,6 +20,8 @@ from nep.paper.training import Training
 from nep.reproduce import _LOCK, _make_parser, _make_plan, main
 from simulator.policies import POLICIES
 
+pytestmark = pytest.mark.slow
+
 TINY = ["--tiny", "--models", "mlp", "--jobs", "2"]
 
 

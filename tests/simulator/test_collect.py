@@ -11,6 +11,7 @@ import pytest
 
 from simulator import collect as collect_module
 from simulator.collect import CollectConfig, collect, main
+from simulator.files import lock_folder
 from simulator.snapshots.shards import load_manifest
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
@@ -61,6 +62,7 @@ def test_two_workers_give_the_same_bytes(reference, tmp_path, monkeypatch):
     assert read_all(tmp_path / "data") == reference
 
 
+@pytest.mark.slow
 def test_killed_and_started_again_gives_the_same_bytes(tmp_path):
     """SIGKILL in the middle of a collection, once some shards are there."""
     arguments = ["--num_homes", "12", "--steps", "30", "--workers", "1", "--seed", "1"]
@@ -178,9 +180,9 @@ def fail(tmp_path, capsys, *arguments: str) -> str:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--num_homes", "0"], "error: num_homes must be at least 1, got 0. Ask for more."),
-        (["--steps", "-3"], "error: steps must be at least 1, got -3. Ask for more."),
-        (["--workers", "0"], "error: workers must be at least 1, got 0. Ask for more."),
+        (["--num_homes", "0"], "error: num_homes must be at least 1, got 0. Raise it."),
+        (["--steps", "-3"], "error: steps must be at least 1, got -3. Raise it."),
+        (["--workers", "0"], "error: workers must be at least 1, got 0. Raise it."),
         (["--seed", "-1"], "error: seed must be non-negative, got -1. Choose 0 or more."),
         (["--policy", "clever"], "got 'clever'. Choose one of these, or"),
         (["--task", "dance"], "relative_likelihood, find_object, got 'dance'. Choose one"),
@@ -223,6 +225,7 @@ def test_an_unknown_option_ends_with_status_2(tmp_path, capsys):
     assert "--speed" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_answered_and_finished_homes_are_kept(tmp_path):
     """The operating system refuses files above 20 KB, as a full disk refuses any."""
     arguments = ["--num_homes", "3", "--steps", "30", "--workers", "1"]
@@ -250,6 +253,7 @@ def test_a_snapshot_takes_less_than_20_kilobytes(tmp_path):
     assert size / 100 < 20_000
 
 
+@pytest.mark.slow
 def test_the_module_runs_as_documented(tmp_path):
     command = ["--num_homes", "1", "--steps", "2", "--policy", "bayesian", "--task",
                "predict_location", "--workers", "1", "--no-dynamic-nodes"]  # fmt: skip
@@ -267,3 +271,26 @@ def test_more_homes_than_there_are_names_for_are_refused():
         CollectConfig(num_homes=10**20)
     with pytest.raises(ValueError, match=r"at most 1000000, got a number of about 400 digits"):
         CollectConfig(num_homes=10**400)
+
+
+def test_a_folder_in_use_is_refused_and_left_alone(tmp_path):
+    config = CollectConfig(num_homes=1, steps=2)
+    out = tmp_path / "data"
+    collect(config, out, progress=False)
+    (out / "home_000001.safetensors.77.part").write_bytes(b"what the first one writes")
+    with lock_folder(out):
+        with pytest.raises(
+            ValueError, match=r"one command at a time, got another .* at work in .*"
+        ):
+            collect(config, out, progress=False)
+        assert (out / "home_000001.safetensors.77.part").exists()
+    collect(config, out, progress=False)
+    assert sorted(path.name for path in out.iterdir()) == [
+        "home_000000.safetensors", "manifest.json",
+    ]  # fmt: skip
+
+
+def test_a_lock_that_a_killed_process_left_locks_nobody_out(tmp_path):
+    (tmp_path / ".lock").touch()
+    collect(CollectConfig(num_homes=1, steps=2), tmp_path, progress=False)
+    assert not (tmp_path / ".lock").exists()

@@ -29,13 +29,14 @@ def test_every_job_is_done_once_and_named(workers):
     assert found == {0: 0.0, 1: 0.5, 2: 1.0, 3: 1.5, 4: 2.0}
 
 
+@pytest.mark.slow
 def test_the_error_of_a_job_arrives():
     with pytest.raises(ZeroDivisionError):
         list(fan_out(divide, [(1, 1), (1, 0)], 2))
 
 
 def test_workers_and_backend_are_checked(monkeypatch):
-    with pytest.raises(ValueError, match=r"workers must be at least 1, got 0\. Ask for more"):
+    with pytest.raises(ValueError, match=r"workers must be at least 1, got 0\. Raise it"):
         check_workers(0, "processes")
     with pytest.raises(ValueError, match=r"one of processes, ray, got 'spark'\. Choose one"):
         check_workers(1, "spark")

@@ -8,6 +8,7 @@ from simulator.policies.heuristics import Random
 from simulator.testing import check_policy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", POLICIES)
 def test_every_policy_passes(name):
     check_policy(POLICIES[name].make)

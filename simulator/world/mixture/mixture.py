@@ -9,8 +9,9 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
+from simulator.checks import check_at_least
 from simulator.memory.clock import Clock
-from simulator.world.config import HomeConfig
+from simulator.world.config import LOOKS, HomeConfig
 from simulator.world.mixture.views import NOISY, NONE, OTHER_HOME, TRUE, UNKNOWN_WORDS, VIEWS
 from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.sensing import ConstantMisses, PartialViews
@@ -44,6 +45,8 @@ class Mixture:
         crossing_share: share of the paper-like homes in which a move may lead to another room.
         max_miss: a look misses an object with a probability between 0 and so much, evenly.
         partial_share: share of the homes in which a look has a part of the furniture in view.
+        max_looks_per_step: a robot has 1 to so many looks a step, each number equally likely; the
+            policy, a patrol or chance chooses them, each equally likely.
         step_seconds: lengths of steps, each equally likely.
         lives: numbers of steps for which a home is lived in, each equally likely.
         views: weight of each way in which an agent may know the prior (`VIEWS`).
@@ -62,6 +65,7 @@ class Mixture:
     crossing_share: float = 0.3
     max_miss: float = 0.4
     partial_share: float = 0.3
+    max_looks_per_step: int = 3
     step_seconds: tuple[float, ...] = (600, 1200, 1800, 3600, 7200, 14400, 43200, 86400)
     lives: tuple[int, ...] = (10, 30, 100, 300, 1000)
     views: Mapping[str, float] = field(default_factory=_default_views)
@@ -79,8 +83,7 @@ class Mixture:
                     f"min_{name} must be above 0 and at most max_{name}, got {least} and {most}. "
                     "Correct the bounds."
                 )
-        if self.max_rooms < 1:
-            raise ValueError(f"max_rooms must be at least 1, got {self.max_rooms}. Raise it.")
+        check_at_least(1, max_rooms=self.max_rooms, max_looks_per_step=self.max_looks_per_step)
         for each in fields(self):
             value = getattr(self, each.name)
             if each.name.endswith(("_share", "_moves", "_miss")) and not 0 <= value <= 1:
@@ -133,6 +136,8 @@ class Mixture:
             detection_error=float(rng.uniform(0, self.max_miss)),
             dynamic_nodes=bool(rng.random() < self.coming_share),
             cross_room_moves=bool(rng.random() < self.crossing_share),
+            looks=str(rng.choice(LOOKS)),
+            looks_per_step=int(rng.integers(1, self.max_looks_per_step + 1)),
             sensing=PartialViews() if rng.random() < self.partial_share else ConstantMisses(),
         )
         if is_routine:

@@ -67,7 +67,8 @@ def compute_object_weights(labels: Sequence[str], move_freq: np.ndarray) -> np.n
         for row, kind in enumerate(load_kinds().values()):
             weights[row, column] = kind.objects.get(label, kind.objects.get(alias or "", 0.0))
     unknown = ~weights.any(axis=0)
-    weights[:, unknown] = 0.1 * weights.sum(axis=1, keepdims=True) / max((~unknown).sum(), 1)
+    mean = weights.sum(axis=1, keepdims=True) / max((~unknown).sum(), 1)
+    weights[:, unknown] = 0.1 * np.where(mean > 0, mean, 1.0)
     return np.sqrt(weights * move_freq)
 
 

@@ -17,6 +17,8 @@ from simulator.policies import POLICIES, make_policy
 from simulator.tasks.metrics import METRICS
 from simulator.world.source import SampledSource
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def fit(tmp_path_factory):

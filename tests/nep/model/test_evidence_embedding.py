@@ -45,6 +45,7 @@ def play(policy, on_answer, homes=(0, 1, 2)):
         pass
 
 
+@pytest.mark.slow
 def test_collected_evidence_is_what_a_live_memory_says(dataset):
     live = []
     play(None, lambda memory, answer: live.append(compute_features(memory, answer.queries)))
@@ -145,6 +146,7 @@ def test_a_network_plays_as_it_scores_what_was_collected(dataset):
     np.testing.assert_allclose(found, stored.numpy(), atol=2e-3)  # float16 on disk
 
 
+@pytest.mark.slow
 def test_it_learns_which_place_is_true(dataset):
     torch.manual_seed(0)
     module = NEPModule(

@@ -196,6 +196,7 @@ def test_training_resumes_without_pickle(random_batch, tmp_path):
         torch.testing.assert_close(got, want)
 
 
+@pytest.mark.slow
 def test_learns_what_decides(random_batch):
     """The last feature of an edge decides its truth; unseen batches are ranked by it."""
 

@@ -124,6 +124,7 @@ def test_gradient_reaches_every_parameter(encoder, random_batch):
         assert parameter.grad.abs().sum() > 0, name
 
 
+@pytest.mark.slow
 def test_overfits_ten_graphs(encoder, random_batch):
     # targets are random, so only the features of each edge's own neighbourhood can explain them
     model = NodeEdgePredictor(encoder, dropout=0.0)

@@ -56,6 +56,7 @@ def test_a_home_scores_the_same_alone_and_beside_others():
     np.testing.assert_allclose(scores[0], scores[1], rtol=1e-4, atol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoder", [MLP, GCN, HEAT, HGT, HAN])
 def test_a_network_keeps_the_contract_of_policies(encoder):
     """In homes of different sizes, too."""

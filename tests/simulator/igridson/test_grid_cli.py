@@ -9,6 +9,8 @@ from PIL import Image
 
 from simulator.igridson.command import main
 
+pytestmark = pytest.mark.slow
+
 
 def test_run_prints_a_table_and_writes_json(tmp_path, capsys):
     out = tmp_path / "sub" / "runs.json"

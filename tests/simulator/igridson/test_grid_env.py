@@ -31,12 +31,14 @@ def check_graph_and_grid_agree(env):
     assert layout.is_free[y, x]
 
 
+@pytest.mark.slow
 def test_gymnasium_accepts_the_environment(make_env):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(make_env())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_graph_and_grid_agree_after_every_step(make_env, seed):
     env = make_env(max_steps=60)

@@ -22,6 +22,8 @@ from simulator.igridson.scene import (
 )
 from simulator.igridson.video import check_format, film_searches, save_video
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def picture(home):

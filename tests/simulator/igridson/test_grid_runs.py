@@ -13,6 +13,8 @@ from simulator.igridson.travel import ByTravel, compute_belief
 from simulator.igridson.walk import Walk
 from simulator.policies import make_policy
 
+pytestmark = pytest.mark.slow
+
 
 def searcher_of(name, **options):
     return Searcher(lambda homes: make_policy(name, homes), **options)

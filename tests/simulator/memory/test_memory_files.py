@@ -41,6 +41,7 @@ def walk():
     return memory, looks[300:]
 
 
+@pytest.mark.slow
 def test_resumes_exactly(walk, tmp_path):
     memory, looks = walk
     memory.query("mug")  # its hypothetical edges are open until the next step

@@ -66,6 +66,7 @@ def test_a_sighting_in_a_part_is_a_sighting(memory):
     assert look(memory, 0.4)["is_true"]  # it begins anew
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.booleans(), st.sampled_from([0.125, 0.25, 0.5, 1.0])), max_size=20))
 def test_a_false_edge_has_at_least_half_a_look_against_it(looks):
     memory = SceneGraphMemory()

@@ -132,6 +132,7 @@ def test_objects_never_seen_are_a_density_that_looks_thin_out(make_tiny_memory, 
     np.testing.assert_allclose(ask(policy, memory), [0, 0, 0.16, 0.385, 0, 0])
 
 
+@pytest.mark.slow
 def test_a_sighting_elsewhere_may_be_another_instance(make_tiny_memory, tiny_prior):
     """t=0 seen on the bed: last (bed 1). Density of others: bed 0.2 -> 0.05 missed, table 0.3.
 
@@ -149,6 +150,7 @@ def test_a_sighting_elsewhere_may_be_another_instance(make_tiny_memory, tiny_pri
     np.testing.assert_allclose(ask(policy, memory), [0, 0, 1.075, 1.05, 0, 0])
 
 
+@pytest.mark.slow
 def test_what_was_out_of_view_is_not_missed(make_tiny_memory, tiny_prior):
     """On the table or the shelf, 0.5 each; 40 % of the table is in view, a look misses 1/4 of that.
 
@@ -353,6 +355,7 @@ def test_a_cut_log_and_kept_beliefs_change_nothing(make_default_homes):
     assert policies[2]._log.start > 100
 
 
+@pytest.mark.slow
 def test_a_long_life_costs_no_more_than_a_short_one(make_tiny_homes, monkeypatch):
     """What a filter keeps: the log, beliefs of the objects, and nothing that grows with time."""
     monkeypatch.setattr(LookLog, "max_length", 64)

@@ -59,6 +59,7 @@ FILTERS = [name for name, policy in POLICIES.items() if issubclass(policy, Place
 CASES = [(name, LookLog.max_length) for name in POLICIES] + [(name, 8) for name in FILTERS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "max_length"), CASES)
 def test_answers_do_not_depend_on_who_shares_the_batch(
     default_prior, monkeypatch, name, max_length

@@ -215,6 +215,7 @@ def test_an_unknown_policy_is_refused(make_tiny_homes):
         make_policy("clever", make_tiny_homes())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dynamic_nodes", [True, False])
 def test_profile_of_the_policies(default_prior, dynamic_nodes):
     """DESIGN.md, "What good looks like": Predict Object Location, dynamic nodes on / off.

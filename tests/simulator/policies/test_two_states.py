@@ -28,6 +28,7 @@ def test_a_look_by_hand():
         np.testing.assert_allclose(nothing, 0, atol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("leave", "come"), [(0.05, 0.02), (0.4, 0.3)])
 @pytest.mark.parametrize("looks", [(0.25, 1.0), (0.75, 0.0), (0.7, 0.1)])
 def test_expectations_are_those_of_a_long_simulation(leave, come, looks):

@@ -88,6 +88,7 @@ def test_number_of_edges_ranks_types_as_in_the_paper(default):
     assert compute_rank_correlation(paper, ours) > 0.7
 
 
+@pytest.mark.slow
 @needs_packages
 def test_rebuild_is_reproducible_and_close_to_the_shipped_file(default, tmp_path):
     paths = [tmp_path / "a.json", tmp_path / "b.json"]

@@ -24,6 +24,7 @@ def play(homes, policy, task, num_steps):
     return np.stack(list(game.run(num_steps)), axis=1), answered
 
 
+@pytest.mark.slow
 def test_a_home_is_played_the_same_whatever_is_played_beside_it(make_default_homes, task_name):
     """For every policy: results must not depend on how homes are split over workers."""
     for policy in POLICIES:

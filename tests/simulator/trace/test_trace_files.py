@@ -54,6 +54,7 @@ def test_what_was_written_is_read_again(write_home, tmp_path):
 names = st.text("ab 1_", min_size=1, max_size=6).filter(lambda text: text.replace("_", " ").strip())
 
 
+@pytest.mark.slow
 @given(rows=st.lists(st.tuples(st.floats(0, 1e6), names, st.integers(0, 2)), min_size=1))
 def test_any_events_survive_a_file(rows, tmp_path_factory):
     folder = tmp_path_factory.mktemp("home")

@@ -43,6 +43,7 @@ def recorded(tiny_prior, tmp_path_factory):
     return RecordedSource(tiny_prior, folders=[str(folder)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("task", TASKS)
 @pytest.mark.parametrize("policy", POLICIES)
 def test_replay_gives_the_same_scores_step_by_step(recorded, tiny_prior, policy, task):

@@ -28,7 +28,7 @@ def test_sampled_homes_have_no_end_and_no_clock(tiny_prior):
     assert (source.num_homes, source.num_steps, source.has_clock) == (None, None, False)
     source.check_homes([10**6])
     source.check_steps(10**6)
-    with pytest.raises(ValueError, match=r"steps must be at least 1, got 0. Play more"):
+    with pytest.raises(ValueError, match=r"steps must be at least 1, got 0. Raise it"):
         source.check_steps(0)
     with pytest.raises(
         ValueError, match=r"must have a clock for features.clock, got sampled homes, in"

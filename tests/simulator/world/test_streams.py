@@ -41,6 +41,7 @@ def test_a_draw_from_one_stream_changes_no_other():
         np.testing.assert_array_equal(quiet.rows("query", 2).next(), busy.rows("query", 2).next())
 
 
+@pytest.mark.slow
 @given(st.lists(st.one_of(st.none(), st.lists(st.integers(0, 2), max_size=80)), max_size=12))
 def test_rows_come_in_order_however_they_are_asked_for(requests):
     """None asks for one row of every home, a list for one row per entry."""

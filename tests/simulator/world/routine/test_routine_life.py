@@ -44,6 +44,7 @@ def find_away(places):
     return places != places[:, :, :1]
 
 
+@pytest.mark.slow
 def test_a_life_does_not_depend_on_the_length_of_steps():
     by_hour = follow(make(RoutineDynamics()), 24 * 9)
     by_minutes = follow(make(RoutineDynamics(step_seconds=600)), 24 * 9 * 6)
@@ -221,6 +222,7 @@ def test_moved_says_what_is_elsewhere_than_a_step_before():
         np.testing.assert_array_equal(homes.object_moved, is_elsewhere)
 
 
+@pytest.mark.slow
 def test_the_long_run_is_where_things_are_in_the_long_run():
     homes = make(replace(RoutineDynamics(), new_share=0.0, outlook_days=960), num_homes=3)
     shares = homes.lives[0].compute_shares()

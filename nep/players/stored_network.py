@@ -1,0 +1,196 @@
+"""Networks built from what a file says of them, of no more than its weights can fill."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import zipfile
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from datamodules.features import FeatureConfig
+from nep.encoders import Encoder
+from nep.model.module import NEPModule
+from nep.players.calibration import Calibration
+from simulator.messages import shorten, shorten_text
+
+# A number of units or layers may be above the axes of the weights only where nothing is sized by
+# it, such as the attention's in a network without one.
+_UNUSED = 4096
+
+
+def build_network(
+    hyperparameters: Any, weights: Mapping[str, Tensor], where: str | Path
+) -> NEPModule:
+    """Build a network and fill it.
+
+    Nothing is allocated before the weights are known to fit: the network is built without memory
+    first, and no number in the hyper-parameters may be above what the weights can show.
+
+    Args:
+        hyperparameters: of `NEPModule`, as a file has kept them.
+        weights: of the same file, by name.
+        where: the file, for the message.
+
+    Raises:
+        ValueError: if they are of the wrong kind, the encoder's class is not loaded, or the
+            weights are those of another network.
+    """
+    arguments = dict(hyperparameters)
+    arguments.pop("_instantiator", None)  # names a function that would import the encoder
+    encoder = arguments.pop("encoder")
+    encoder_class = _find_encoder(encoder["class_path"], where)
+    encoder_arguments = encoder.get("init_args", {})
+    highest = max([_UNUSED, len(weights), *(max(t.shape, default=0) for t in weights.values())])
+    for function, values in ((NEPModule, arguments), (encoder_class, encoder_arguments)):
+        _check_arguments(function, values, highest, where)
+
+    def build() -> NEPModule:
+        return NEPModule(encoder_class(**encoder_arguments), **arguments)
+
+    try:
+        with torch.device("meta"):
+            wanted = {name: tensor.shape for name, tensor in build().state_dict().items()}
+    except Exception as error:  # an encoder of one's own may raise anything
+        raise ValueError(
+            f"hyper-parameters must be those of a network, got {type(error).__name__}: "
+            f"{shorten_text(str(error))} in {where}. Train again, or export again."
+        ) from error
+    check_weights(weights, wanted, where)
+    module = build()
+    module.load_state_dict(dict(weights))
+    return module
+
+
+def read_features(data: Any) -> FeatureConfig:
+    """Read the features that a network was trained with.
+
+    Raises:
+        TypeError: if they are of the wrong kind.
+    """
+    lists = {name: tuple(value) for name, value in data.items() if isinstance(value, list)}
+    config = FeatureConfig(**{**data, **lists})
+    for row in fields(FeatureConfig):
+        value = getattr(config, row.name)
+        if not _is_like(value, row.default):
+            raise TypeError(f"{row.name} of the features is {shorten(value)}")
+    if not (config.text_pipeline is None or isinstance(config.text_pipeline, str)):
+        raise TypeError("text_pipeline of the features is no text")
+    return config
+
+
+def read_calibration(data: Any) -> Calibration | None:
+    """Read a calibration; None if there is none.
+
+    Raises:
+        TypeError, ValueError: if a value is no number, or out of range.
+    """
+    if data is None:
+        return None
+    calibration = Calibration.from_json(data)
+    for row in fields(Calibration):
+        value = getattr(calibration, row.name)
+        if type(value) not in (int, float) or not math.isfinite(value):
+            raise TypeError(f"{row.name} of the calibration is {shorten(value)}")
+    if calibration.temperature <= 0 or not 0 <= calibration.elsewhere_share <= 1:
+        raise TypeError("temperature or elsewhere_share of the calibration is out of range")
+    return calibration
+
+
+def check_archive(path: Path) -> None:
+    """Check that a checkpoint, which is a zip file, does not unpack to more than it is.
+
+    Raises:
+        ValueError: if it does.
+    """
+    if not zipfile.is_zipfile(path):
+        return  # whatever it is, it is read as it is
+    with zipfile.ZipFile(path) as archive:
+        size = sum(entry.file_size for entry in archive.infolist())
+    if size > path.stat().st_size:
+        raise ValueError(
+            f"checkpoint must hold its weights as they are, got a compressed file at {path}. "
+            "It was not written by nep.fit: train again, or check the path."
+        )
+
+
+def _find_encoder(class_path: Any, where: str | Path) -> type[Encoder]:
+    """Find an encoder class among those that are loaded; a file never makes us import one."""
+    found: dict[Any, type[Encoder]] = {}
+    to_visit = Encoder.__subclasses__()
+    while to_visit:
+        cls = to_visit.pop()
+        found[f"{cls.__module__}.{cls.__qualname__}"] = cls
+        to_visit += cls.__subclasses__()
+    if class_path not in found:
+        raise ValueError(
+            f"encoder must be one of {', '.join(sorted(found))}, got {shorten(class_path)} in "
+            f"{where}. Import your own encoder's module first; on a command line, name it by "
+            "--encoders."
+        )
+    return found[class_path]
+
+
+def _check_arguments(
+    function: Callable[..., Any], values: Any, highest: int, where: str | Path
+) -> None:
+    """Check that arguments are like the defaults, and that none sizes more than there is."""
+    if not isinstance(values, Mapping):
+        raise TypeError("arguments are no JSON object")
+    defaults = inspect.signature(function).parameters
+    for name, value in values.items():
+        default = defaults[name].default if name in defaults else inspect.Parameter.empty
+        if default is not inspect.Parameter.empty and not _is_like(value, default):
+            raise ValueError(
+                f"hyper-parameter {name} must be a value like {default!r}, got {shorten(value)} "
+                f"in {where}. Train again, or export again."
+            )
+        if type(value) is int and abs(value) > highest:
+            raise ValueError(
+                f"hyper-parameter {name} must be at most {highest}, as large as the weights, got "
+                f"{shorten(value)} in {where}. Train again, or export again."
+            )
+
+
+def _is_like(value: Any, default: Any) -> bool:
+    """Tell whether a value is of the kind of a default; one that is None says nothing."""
+    if type(default) is float:
+        return type(value) in (int, float) and math.isfinite(value)
+    return not isinstance(default, (bool, int, str, tuple)) or type(value) is type(default)
+
+
+def check_weights(
+    weights: Mapping[str, Tensor], wanted: Mapping[str, torch.Size], where: str | Path
+) -> None:
+    """Check that weights are those of a network.
+
+    Args:
+        weights: of a file.
+        wanted: shapes of the network's.
+        where: the file, for the message.
+
+    Raises:
+        ValueError: if one is missing, unknown, of another shape, or not finite everywhere.
+    """
+    problem = ""
+    if missing := sorted(wanted.keys() - weights.keys()):
+        problem = f"none called {missing[0]}"
+    elif unknown := sorted(weights.keys() - wanted.keys()):
+        problem = f"{shorten(unknown[0])}, which it does not have"
+    else:
+        for name, shape in wanted.items():
+            if weights[name].shape != shape:
+                found = tuple(weights[name].shape)
+                problem = f"{name} of shape {found} instead of {tuple(shape)}"
+            elif weights[name].is_complex() or not weights[name].isfinite().all():
+                problem = f"{name} that is not finite everywhere"
+    if problem:
+        raise ValueError(
+            f"weights must be those of the network, got {problem} in {where}. Train again, or "
+            "export again."
+        )

@@ -1,0 +1,18 @@
+"""Checks of numbers that many settings share."""
+
+from __future__ import annotations
+
+
+def check_at_least(least: int, **values: float | None) -> None:
+    """Check lower bounds.
+
+    Args:
+        least: the bound.
+        values: numbers by the name of their setting; None for one that was left out.
+
+    Raises:
+        ValueError: if one is below the bound; names it.
+    """
+    for name, value in values.items():
+        if value is not None and not value >= least:  # nan is below every bound
+            raise ValueError(f"{name} must be at least {least}, got {value}. Raise it.")

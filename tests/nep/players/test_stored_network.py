@@ -1,0 +1,77 @@
+"""Hyper-parameters that no weights can fill are refused before anything is allocated."""
+
+import pytest
+import torch
+
+from nep.encoders import HEAT
+from nep.model.module import NEPModule
+from nep.players.stored_network import build_network, read_calibration, read_features
+
+
+@pytest.fixture(scope="module")
+def network():
+    torch.manual_seed(0)
+    return NEPModule(HEAT(units=8))
+
+
+def test_a_network_comes_back(network):
+    again = build_network(dict(network.hparams), network.state_dict(), "here")
+    for name, tensor in network.state_dict().items():
+        assert torch.equal(again.state_dict()[name], tensor)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("num_convolutions", 10**8, "num_convolutions must be at most 4096, .* got 100000000 in"),
+        ("num_convolutions", 10**400, "got a number of about 400 digits in here"),
+        ("units", 20_000, "units must be at most 4096"),
+        ("units", 4096, r"got .* of shape .*8\) instead of .*4096"),
+        ("units", -3, "must be those of a network, got ValueError: units must be at least 1"),
+        ("heads", 3, "must be those of a network, got ValueError"),
+        ("heads", True, "heads must be a value like 2, got True"),
+        ("heads", None, "heads must be a value like 2, got None"),
+        ("heads", "x" * 1000, r"got 'x{190,200}\.\.\. in here"),
+        ("transformer_layers", 3000, r"none called predictor\.query_attention\.layers\.10"),
+        ("transformer_heads", 0, "hyper-parameters must be those of a network, got"),
+        ("dropout", float("nan"), r"dropout must be a value like 0\.1, got nan"),
+        ("dropout", "much", r"dropout must be a value like 0\.1, got 'much'"),
+        ("taste", 1, "must be those of a network, got TypeError"),
+    ],
+)
+def test_odd_hyper_parameters_are_refused(network, name, value, message):
+    parameters = dict(network.hparams)
+    encoder = parameters["encoder"]
+    if name in encoder["init_args"]:
+        parameters["encoder"] = {**encoder, "init_args": {**encoder["init_args"], name: value}}
+    else:
+        parameters[name] = value
+    with pytest.raises(ValueError, match=message):
+        build_network(parameters, network.state_dict(), "here")
+
+
+def test_weights_that_are_no_numbers_are_refused(network):
+    weights = dict(network.state_dict())
+    name = next(iter(weights))
+    weights[name] = torch.full_like(weights[name], torch.nan)
+    with pytest.raises(ValueError, match=f"got {name} that is not finite everywhere in here"):
+        build_network(dict(network.hparams), weights, "here")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"temperature": "warm"}, {"temperature": None}, {"temperature": 0}, {"absent_logit": True},
+     {"elsewhere_logit": float("inf")}, {"elsewhere_slope": float("nan")}, {"elsewhere_share": 2}],
+)  # fmt: skip
+def test_a_calibration_of_texts_or_null_is_refused(change):
+    assert read_calibration(None) is None
+    assert read_calibration({"elsewhere_logit": -float("inf")}).temperature == 1
+    with pytest.raises((TypeError, ValueError), match="of the calibration is"):
+        read_calibration(change)
+
+
+@pytest.mark.parametrize("change", [{"temporal": 1}, {"threshold": "low"}, {"text_pipeline": []}])
+def test_odd_features_are_refused(change):
+    assert read_features({}).temporal
+    with pytest.raises((TypeError, ValueError), match=r"features|threshold|text"):
+        read_features(change)
