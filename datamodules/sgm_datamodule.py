@@ -46,6 +46,7 @@ class SGMDataModule(pl.LightningDataModule):
         task: str = "predict_location",
         also_tasks: list[str] | None = None,
         homes: MakeSource = SampledSource,
+        also_homes: MakeSource | None = None,
         val_homes: MakeSource | None = None,
         home: HomeConfig = _PAPER,
         prior: str | None = None,
@@ -78,6 +79,8 @@ class SGMDataModule(pl.LightningDataModule):
                 on, too.
             homes: where homes come from: gets the prior and the rules, as the class of a source
                 does.
+            also_homes: a second source with the same words, as many homes of which are trained on,
+                too, in all tasks.
             val_homes: the same for validation; None for other homes of the same source.
             home: rules of the homes.
             prior: prior file; None for the shipped default.
@@ -137,10 +140,14 @@ class SGMDataModule(pl.LightningDataModule):
             num_homes=val_source.num_homes or num_val_homes,
             steps=val_source.num_steps or steps,
         )
+        sources = [source]
+        if also_homes is not None:
+            sources.append(replace(options, homes=also_homes, trace=None).make())
         self.also_configs = [
-            replace(self.train_config, task=name, seed=seed + number)
-            for number, name in enumerate(also_tasks or (), start=1)
-        ]
+            replace(self.train_config, homes=own, task=name, seed=seed + number)
+            for own in sources
+            for number, name in enumerate((task, *(also_tasks or ())))
+        ][1:]
         self._check_sources(features)
         self.data_dir = Path(data_dir)
         self.batch_size = batch_size
