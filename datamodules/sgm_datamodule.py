@@ -142,7 +142,7 @@ class SGMDataModule(pl.LightningDataModule):
         )
         sources = [source]
         if also_homes is not None:
-            sources.append(replace(options, homes=also_homes, trace=None).make())
+            sources.append(replace(options, homes=also_homes, trace=()).make())
         self.also_configs = [
             replace(self.train_config, homes=own, task=name, seed=seed + number)
             for own in sources

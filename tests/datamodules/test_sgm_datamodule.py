@@ -8,6 +8,8 @@ from datamodules.batch import QUERY_EDGE_TYPES
 from datamodules.sgm_datamodule import SGMDataModule
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.world.config import HomeConfig
+from simulator.world.mixture.paper_homes import PaperSizesSource
+from simulator.world.mixture.source import MixtureSource
 
 
 def make_datamodule(tmp_path, **changes) -> SGMDataModule:
@@ -119,3 +121,15 @@ def test_a_second_task_is_trained_on_too(tmp_path):
     assert sizes[1] > 12
     assert len(data.train_dataset) == sum(sizes)
     assert data.also_configs[0].seed != data.train_config.seed
+
+
+def test_a_second_source_is_trained_on_too(tmp_path):
+    """Two sources times two tasks, in four collections; what is validated on stays the first."""
+    data = make_datamodule(
+        tmp_path, homes=MixtureSource, also_homes=PaperSizesSource, also_tasks=["find_object"]
+    )
+    folders = {data.get_folder(config) for config in (data.train_config, *data.also_configs)}
+    assert len(folders) == 4
+    kinds = [config.homes.describe()["homes"] for config in data.also_configs]
+    assert kinds == ["mixed", "paper sizes", "paper sizes"]
+    assert data.val_config.homes.describe()["homes"] == "mixed"
