@@ -59,6 +59,7 @@ class SGMDataModule(pl.LightningDataModule):
         val_trace: list[str] | None = None,
         step_seconds: float | None = None,
         by_day: bool = False,
+        replays: int = 1,
     ) -> None:
         """Set what to load.
 
@@ -94,6 +95,8 @@ class SGMDataModule(pl.LightningDataModule):
             step_seconds: length of a step of recorded homes; None for an hour, or what they were
                 simulated with.
             by_day: whether each recorded day is a home of its own, with an empty memory at first.
+            replays: how often each recorded home is played, every time with other looks and
+                questions.
 
         Raises:
             ValueError: if a count or a name is out of range, a trace is broken, recorded homes are
@@ -110,7 +113,7 @@ class SGMDataModule(pl.LightningDataModule):
                 f" got trace {trace} and val_trace {val_trace}. Name folders for both."
             )
         folders = tuple(trace or ())
-        options = HomeOptions(homes, home, prior, folders, step_seconds, by_day)
+        options = HomeOptions(homes, home, prior, folders, step_seconds, by_day, replays)
         source = val_source = options.make()
         if val_trace is not None or val_homes is not None:
             val_source = replace(

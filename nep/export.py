@@ -16,7 +16,7 @@ from jsonargparse import ArgumentParser, Namespace
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from nep.players.calibration import Calibration, fit_calibration, measure_calibration
+from nep.players.calibration import fit_calibration, measure_calibration
 from nep.players.checkpoints import (
     CONFIG,
     WEIGHTS,
@@ -60,7 +60,8 @@ class ExportConfig:
             homes and the rest as test homes.
         num_homes: validation homes that probabilities are fitted to, and as many test homes that
             all scores come from; 0 for neither.
-        steps: searches per home of the calibration, and time steps of the scores.
+        steps: searches per home of the calibration, and time steps of the scores; at most as many
+            as homes were recorded for.
         seed: of the homes.
     """
 
@@ -77,6 +78,11 @@ class ExportConfig:
         """
         check_at_least(0, num_homes=self.num_homes, seed=self.seed)
         check_at_least(1, steps=self.steps)
+
+    @property
+    def num_steps(self) -> int:
+        """Steps that are played."""
+        return min(self.steps, self.homes.num_steps or self.steps)
 
     def get_streams(self, split: str) -> Streams:
         """Return the streams of the homes of "val" or "test".
@@ -103,7 +109,7 @@ class ExportConfig:
         num_val, num_test = (
             len(self.homes.list_groups(self.get_streams(split).homes)) for split in ("val", "test")
         )
-        return (num_val + num_test * (1 + num_games)) * self.steps
+        return (num_val + num_test * (1 + num_games)) * self.num_steps
 
 
 def export_model(
@@ -118,7 +124,7 @@ def export_model(
     Args:
         checkpoint: written by `python -m nep.fit`.
         folder: made if needed.
-        config: what it is calibrated on; with no homes, there is neither calibration nor card.
+        config: what it is calibrated on; with no homes, it is not, and the card says so.
         command: the command line that makes the folder again.
         on_step: called after each step with what is being done.
 
@@ -131,8 +137,8 @@ def export_model(
     if config.num_homes and model.builder.config.clock and not config.homes.has_clock:
         raise ValueError(
             "network must read no clock to be calibrated in homes without one, got features.clock "
-            f"in {checkpoint}. Name recorded homes (--trace), or give --num_homes 0: probabilities "
-            "are then the softmax of its logits."
+            f"in {checkpoint}. Name recorded homes that have a start (--trace), or give "
+            "--num_homes 0: probabilities are then the softmax of its logits."
         )
     notes: dict[str, Any] = {
         "command": command,
@@ -144,9 +150,8 @@ def export_model(
     if config.num_homes:
         model, notes["measured"] = measure_model(model, config, on_step)
     save_exported(folder, model, notes)
-    if config.num_homes:
-        card = make_card(folder.resolve().name, load_config(folder))
-        write_whole(folder / CARD, card.encode())
+    card = make_card(folder.resolve().name, load_config(folder))
+    write_whole(folder / CARD, card.encode())
 
 
 def measure_model(
@@ -173,14 +178,14 @@ def measure_model(
             homes = config.homes.make(streams.select(group))
             on_search = partial(on_step, f"searching {split} homes")
             parts.append(
-                play_searches(homes, player.play_in(homes), config.steps, on_search=on_search)
+                play_searches(homes, player.play_in(homes), config.num_steps, on_search=on_search)
             )
         return _join(parts, [len(group) for group in groups])
 
     def score(task: str, name: str) -> dict[str, float]:
         make = player.play_in if name == "network" else partial(make_policy, name)
         scores = evaluate_policy(
-            make, config.homes, config.get_streams("test"), config.steps,
+            make, config.homes, config.get_streams("test"), config.num_steps,
             lambda: on_step(f"{name} in test homes"), task,
         ).home_values  # fmt: skip
         return {"mean": float(scores.mean()), "std": float(scores.std())}
@@ -190,11 +195,12 @@ def measure_model(
     unseen = search("test")
     measured = {
         "homes": len(config.get_streams("test").homes),
+        "homes_fitted": len(config.get_streams("val").homes),
         "source": config.homes.describe(),
-        "steps": config.steps,
+        "steps": config.num_steps,
         "seed": config.seed,
         "num_decisions": len(unseen.scores),
-        "before": measure_calibration(unseen, Calibration()),
+        "before": measure_calibration(unseen, None),
         "after": measure_calibration(unseen, calibration),
         "scores": {
             task: {name: score(task, name) for name in (*able, "network")} for task in SCORED_TASKS
@@ -217,6 +223,7 @@ def _join(parts: Sequence[Decisions], num_homes: Sequence[int]) -> Decisions:
 
     return Decisions(
         scores=np.concatenate([widen(part.scores, -np.inf) for part in parts]),
+        asked_again=np.concatenate([widen(part.asked_again, -np.inf) for part in parts]),
         is_absent=np.concatenate([widen(part.is_absent, False) for part in parts]),
         answers=np.concatenate(
             [
@@ -269,7 +276,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 _write_command(parser, options, arguments),
                 lambda what: progress.update(bar, advance=1, description=what),
             )
-    print(f"{options.folder}: {CONFIG}, {WEIGHTS}" + (f", {CARD}" if config.num_homes else ""))
+    print(f"{options.folder}: {CONFIG}, {WEIGHTS}, {CARD}")
 
 
 def _write_command(parser: ArgumentParser, options: Namespace, arguments: Sequence[str]) -> str:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 import warnings
 from argparse import ArgumentParser
 from collections.abc import Sequence
+from copy import deepcopy
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -19,16 +21,19 @@ from lightning.fabric.utilities.exceptions import MisconfigurationException
 from lightning.pytorch import Trainer
 from lightning.pytorch.callbacks import Callback, ModelCheckpoint, RichProgressBar
 from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCLI
+from lightning.pytorch.utilities import rank_zero_info
 
 from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.checkpoint_files import WholeCheckpoints
 from nep.model.module import NEPModule
-from nep.players.checkpoints import check_resumable
+from nep.players.checkpoints import TrainedModel, check_resumable, load_trained
+from nep.players.starting_point import make_settings, take_weights
 from simulator.command_line import BAD_INPUT, normalise, one_line_errors
 from simulator.messages import shorten_text
 
+_BEST = "val/hits_at_1"  # by which the best epoch is chosen
 CONFIG_FOLDER = Path(__file__).parent / "configs"
 
 
@@ -64,6 +69,12 @@ class FitCLI(LightningCLI):
         """Add our own arguments and tie pruning to the encoder."""
         parser.add_argument("--ckpt_path", type=str | None, help="Checkpoint to resume from.")
         parser.add_argument(
+            "--from",
+            type=str | None,
+            help="Network to start from: one that ships, an exported folder or a checkpoint. It "
+            "also says what the network is made of, and which features it reads.",
+        )
+        parser.add_argument(
             "--threads", type=PositiveInt | None, help="CPU threads; null for all cores."
         )
         parser.add_lightning_class_args(OnlineEvaluation, "online")
@@ -79,6 +90,7 @@ class FitCLI(LightningCLI):
         if isinstance(args, list):
             try:
                 args = normalise(parser, find_configs(args), prefix="data.")
+                args = [*_list_settings(args), *args]
                 self.config = parser.parse_args(args)
             except (UnicodeDecodeError, RecursionError) as error:
                 parser.error(f"--config must be a YAML file in UTF-8, got {_shorten(error)}.")
@@ -91,9 +103,14 @@ class FitCLI(LightningCLI):
         """Build model, data and trainer; a value out of range ends with its message alone."""
         if self.config.threads is not None:
             torch.set_num_threads(self.config.threads)
+        self.start: TrainedModel | None = None
         try:
             self._check_trainer()
             super().instantiate_classes()
+            if self.config["from"] is not None:
+                self.start = load_trained(self.config["from"])
+                take_weights(self.start, self.config["from"], self.model, self.datamodule.builder)
+                self.datamodule.hparams["training"]["start"] = Path(self.config["from"]).name
         # The last two are what Lightning raises for settings of its own.
         except (*BAD_INPUT, TypeError, RuntimeError, MisconfigurationException) as error:
             self.parser.error(_shorten(error))
@@ -128,7 +145,7 @@ class FitCLI(LightningCLI):
             # Two callbacks: with `save_last` the last epoch is only saved where it is the best.
             callbacks += [
                 ModelCheckpoint(
-                    monitor="val/hits_at_1",
+                    monitor=_BEST,
                     mode="max",
                     filename="best",
                     enable_version_counter=False,
@@ -159,6 +176,16 @@ def find_configs(args: Sequence[str]) -> list[str]:
         elif arg.startswith("--config="):
             found[position] = "--config=" + _find_config(arg.removeprefix("--config="))
     return found
+
+
+def _list_settings(args: Sequence[str]) -> list[str]:
+    """Return arguments that make a network like the one to start from; others may follow.
+
+    Raises:
+        ValueError: if there is no such network, or it cannot be read.
+    """
+    sources = [arg.partition("=")[2] for arg in args if arg.startswith("--from=")]
+    return [f"--config={json.dumps(make_settings(load_trained(name)))}" for name in sources[-1:]]
 
 
 def _has_belief(features: Namespace | FeatureConfig | None) -> bool:
@@ -244,6 +271,11 @@ def main(args: ArgsType = None) -> FitCLI:
         cli.datamodule.setup()
     except BAD_INPUT as error:
         cli.parser.error(_shorten(error))
+    start_score = -1.0
+    if cli.start is not None:
+        # a copy: metrics that have seen inference cannot be trained on
+        (scores,) = cli.trainer.validate(deepcopy(cli.model), cli.datamodule, verbose=False)
+        start_score = scores[_BEST]
     try:
         cli.trainer.fit(
             cli.model,
@@ -251,9 +283,33 @@ def main(args: ArgsType = None) -> FitCLI:
             ckpt_path=cli.config.ckpt_path,
             weights_only=True if cli.config.ckpt_path else None,
         )
+        if cli.start is not None:
+            keep_start(cli.trainer, cli.start, start_score)
     except (OSError, MisconfigurationException) as error:  # a full disk; settings at odds
         sys.exit(f"error: {_shorten(error)}")
     return cli
+
+
+def keep_start(trainer: Trainer, start: TrainedModel, start_score: float) -> None:
+    """Let the best checkpoint be where the training started, if that was better than any epoch.
+
+    Args:
+        trainer: after the training.
+        start: the network that it started from.
+        start_score: its hits@1 in the validation homes.
+    """
+    for callback in trainer.checkpoint_callbacks:
+        if not isinstance(callback, ModelCheckpoint) or callback.monitor != _BEST:
+            continue
+        score = callback.best_model_score
+        if score is None:  # no epoch was finished
+            continue
+        line = f"{_BEST}: {start_score:.3f} at the start, {score:.3f} in the best epoch"
+        if score <= start_score:
+            trainer.lightning_module.load_state_dict(start.module.state_dict())
+            trainer.save_checkpoint(callback.best_model_path)
+            line += "; best.ckpt keeps the start"
+        rank_zero_info(line)
 
 
 def _can_be_folder(path: Path) -> bool:

@@ -34,6 +34,7 @@ class HomeOptions:
         step_seconds: length of a time step of recorded homes; an hour, or what the homes were
             simulated with, if left out.
         by_day: whether each recorded day is a home of its own, with an empty memory at first.
+        replays: how often each recorded home is played, every time with other looks and questions.
     """
 
     homes: MakeSource = SampledSource
@@ -42,6 +43,7 @@ class HomeOptions:
     trace: tuple[str, ...] = ()
     step_seconds: float | None = None
     by_day: bool = False
+    replays: int = 1
 
     def __post_init__(self) -> None:
         """Check that options of recorded homes come with some.
@@ -49,9 +51,11 @@ class HomeOptions:
         Raises:
             ValueError: if there is no trace for them.
         """
-        if not self.trace and (self.step_seconds is not None or self.by_day):
+        is_plain = self.step_seconds is None and not self.by_day and self.replays == 1
+        if not self.trace and not is_plain:
             raise ValueError(
-                "step_seconds and by_day must come with trace, got no trace. Name a folder."
+                "step_seconds, by_day and replays must come with trace, got no trace. Name a "
+                "folder."
             )
 
     def make(self) -> HomeSource:
@@ -62,5 +66,7 @@ class HomeOptions:
         """
         prior = load_prior(self.prior)
         if self.trace:
-            return RecordedSource(prior, self.home, self.trace, self.step_seconds, self.by_day)
+            return RecordedSource(
+                prior, self.home, self.trace, self.step_seconds, self.by_day, self.replays
+            )
         return self.homes(prior, self.home)

@@ -2,65 +2,79 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
-from scipy.special import expit, logit
+from scipy.optimize import minimize_scalar
 
 from nep.players.searches import Decisions
 from simulator.policies.probabilities import compute_probabilities
+from simulator.robot.belief import Detector
 from simulator.robot.finder import check_share
 from simulator.tasks.metrics import compute_calibration_error, compute_nll
+
+# What older exported networks say of looks in the present time step: the finder applies Bayes'
+# rule to these now.
+_FORMER = ("absent_logit", "elsewhere_logit", "elsewhere_slope")
+
+
+_MISS_RATE = Detector().miss_rate  # of the homes that are searched
+_SPREAD = 0.1  # of ln(temperature): trained by likelihood, heat has -0.01
 
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
     """What turns logits of places into probabilities that mean what they say.
 
-    Looks in vain are places looked at in this very time step without showing the object:
+    Before any look of a time step:
 
-        elsewhere = sigmoid(elsewhere_logit + elsewhere_slope * s)
-        places    = (1 - elsewhere) * softmax(logit / temperature + absent_logit * in_vain)
+        elsewhere = elsewhere_share
+        places    = (1 - elsewhere) * softmax(logit / temperature)
 
-    with s the share of candidate places that were looked at in vain. So "elsewhere" does not depend
-    on how many places a home has.
+    Each look of the step that does not show the object multiplies its place by the miss rate of
+    the detector, and all is normalised: Bayes' rule, as in `simulator.robot.belief`.
 
     Attributes:
         temperature: above 1 where the network is too sure of itself.
-        absent_logit: of a place that was looked at in vain, on top of what the network, which has
-            seen the same, makes of it.
-        elsewhere_logit: of "elsewhere" before any look; -inf for never.
-        elsewhere_slope: what looking at all places in vain adds to it.
-        elsewhere_share: share of the searches it was fitted to whose object was elsewhere.
+        elsewhere_share: share of the searches it was fitted to whose object was at no known place;
+            0 where nothing was fitted.
 
     Source: Guo et al. 2017 (temperature).
     """
 
     temperature: float = 1.0
-    absent_logit: float = 0.0
-    elsewhere_logit: float = -np.inf
-    elsewhere_slope: float = 0.0
     elsewhere_share: float = 0.0
 
-    def compute_probabilities(self, scores: np.ndarray, is_absent: np.ndarray) -> np.ndarray:
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Calibration:
+        """Read what an exported network says; what only older ones say is left out.
+
+        Raises:
+            TypeError: if it says something else.
+        """
+        return cls(**{name: value for name, value in data.items() if name not in _FORMER})
+
+    def compute_probabilities(
+        self, scores: np.ndarray, is_absent: np.ndarray | None = None
+    ) -> np.ndarray:
         """Return the probability of each place and, last, of "elsewhere", (Q, F + 1).
 
         Each row sums to one; places without a score have probability 0, and where no place has
         one, the object is elsewhere.
 
         Args:
-            scores: logits, -inf where there is no candidate edge, (Q, F).
-            is_absent: from `find_absent`, bool (Q, F).
+            scores: logits before any look, -inf where there is no candidate edge, (Q, F).
+            is_absent: places where a look of this step did not show it, bool (Q, F); None for none.
         """
-        is_candidate = np.isfinite(scores)
-        is_vain = is_absent & is_candidate
-        share = is_vain.sum(axis=1) / np.maximum(is_candidate.sum(axis=1), 1)  # (Q,)
-        elsewhere = expit(self.elsewhere_logit + self.elsewhere_slope * share)
-        elsewhere[~is_candidate.any(axis=1)] = 1.0
-        logits = scores / self.temperature + self.absent_logit * is_vain
-        places = compute_probabilities(logits, "logits") * (1 - elsewhere[:, None])
-        return np.concatenate([places, elsewhere[:, None]], axis=1)
+        elsewhere = np.where(np.isfinite(scores).any(axis=1), self.elsewhere_share, 1.0)
+        places = compute_probabilities(scores / self.temperature, "logits")
+        places = places * (1 - elsewhere[:, None])
+        if is_absent is not None:
+            places = places * np.where(is_absent, _MISS_RATE, 1.0)
+        both = np.column_stack([places, elsewhere])
+        return both / both.sum(axis=1, keepdims=True)
 
     def with_share(self, share: float) -> Calibration:
         """Return the calibration for a user who asks for things elsewhere more or less often.
@@ -72,44 +86,36 @@ class Calibration:
             ValueError: if the share is out of range.
         """
         check_share(share)
-        if not 0 < self.elsewhere_share < 1:  # never fitted: before any look, as often as said
-            return replace(self, elsewhere_logit=float(logit(share)), elsewhere_share=share)
-        shift = logit(share) - logit(self.elsewhere_share)
-        return replace(
-            self,
-            elsewhere_logit=float(self.elsewhere_logit + shift),
-            elsewhere_share=share,
-        )
+        return replace(self, elsewhere_share=share)
 
 
 def fit_calibration(decisions: Decisions) -> Calibration:
-    """Fit all parameters by their mean negative log likelihood.
+    """Fit the temperature by the mean negative log likelihood; the share is counted.
+
+    A normal prior holds ln(temperature) near 0, with a standard deviation of `_SPREAD`: a week in
+    one home must not make a network much surer, or less sure, than its training did.
 
     Args:
         decisions: in validation homes, some of them for objects that are elsewhere.
     """
+    share = decisions.elsewhere_share
 
-    def unpack(values: np.ndarray) -> Calibration:
-        return Calibration(
-            temperature=float(np.exp(values[0])),
-            absent_logit=float(values[1]),
-            elsewhere_logit=float(values[2]),
-            elsewhere_slope=float(values[3]),
-            elsewhere_share=decisions.elsewhere_share,
-        )
+    def loss(log_temperature: float) -> float:
+        calibration = Calibration(float(np.exp(log_temperature)), share)
+        prior = 0.5 * (log_temperature / _SPREAD) ** 2 / max(len(decisions.scores), 1)
+        return measure_calibration(decisions, calibration)["nll"] + prior
 
-    def loss(values: np.ndarray) -> float:
-        return measure_calibration(decisions, unpack(values))["nll"]
-
-    return unpack(minimize(loss, np.zeros(4), method="BFGS").x)
+    found = minimize_scalar(loss, bounds=(-3.0, 3.0), method="bounded")
+    return Calibration(float(np.exp(found.x)), share)
 
 
-def measure_calibration(decisions: Decisions, calibration: Calibration) -> dict[str, float]:
+def measure_calibration(decisions: Decisions, calibration: Calibration | None) -> dict[str, float]:
     """Measure how far probabilities can be believed.
 
     Args:
         decisions: in homes that the calibration was not fitted to.
-        calibration: what is measured.
+        calibration: what is measured; None for the softmax of the network's logits, asked again
+            after every look.
 
     Returns:
         "nll": mean negative log likelihood of the truth, in nats. "ece": expected calibration error
@@ -117,7 +123,10 @@ def measure_calibration(decisions: Decisions, calibration: Calibration) -> dict[
         "ece_elsewhere": of the probability of "elsewhere". "elsewhere_there", "elsewhere_gone":
         its mean where the object is at a known place, and where it is not; 0 without such ones.
     """
-    probability = calibration.compute_probabilities(decisions.scores, decisions.is_absent)
+    if calibration is None:
+        probability = Calibration().compute_probabilities(decisions.asked_again)
+    else:
+        probability = calibration.compute_probabilities(decisions.scores, decisions.is_absent)
     truth = decisions.answers
     choice = probability.argmax(axis=1)
     rows = np.arange(len(choice))

@@ -1,4 +1,4 @@
-"""Searches in simulated homes, some of them in vain: what probabilities are calibrated on."""
+"""Searches in homes, some of them in vain: what probabilities are calibrated on."""
 
 from __future__ import annotations
 
@@ -20,8 +20,13 @@ from simulator.world.streams import sample_categorical
 class Decisions:
     """The state of searches before each of their looks, n of them.
 
+    As in the finder, the network is asked before the first look of a search; what the looks of the
+    search say is Bayes' rule.
+
     Attributes:
-        scores: logits of the places, (n, F).
+        scores: logits of the places before the first look, (n, F).
+        asked_again: logits when the network is asked again, with the looks so far in the memory,
+            (n, F).
         is_absent: places looked at in this time step without seeing the object, bool (n, F).
         answers: furniture that holds the object, and last whether none does, bool (n, F + 1).
         num_looks: looks of the search so far, (n,).
@@ -29,6 +34,7 @@ class Decisions:
     """
 
     scores: np.ndarray
+    asked_again: np.ndarray
     is_absent: np.ndarray
     answers: np.ndarray
     num_looks: np.ndarray
@@ -63,13 +69,14 @@ def play_searches(
     rollout = Rollout(homes, policy)
     memory, order = rollout.memory, ByLogit()
     parts: dict[str, list[np.ndarray]] = {
-        name: [] for name in ("scores", "is_absent", "answers", "num_looks")
+        name: [] for name in ("scores", "asked_again", "is_absent", "answers", "num_looks")
     }
     num_elsewhere = 0
     for _ in range(num_searches):
         rollout.evolve()
         codes = _sample_codes(rollout, elsewhere_share)
         queries = rollout.query(np.arange(homes.num_homes), codes)
+        first = np.full((homes.num_homes, homes.num_furniture), -np.inf)
         search = Search(rollout, codes, queries, max_looks, ends_when_seen=True)
         answers = np.concatenate(
             [search.answers, ~search.answers.any(axis=1, keepdims=True)], axis=1
@@ -77,7 +84,10 @@ def play_searches(
         num_elsewhere += int(answers[:, -1].sum())
         while len(searching := search.homes):
             answer = search.choose(order)
-            parts["scores"].append(answer.scores)
+            is_first = search.num_looks[searching] == 0
+            first[searching[is_first]] = answer.scores[is_first]
+            parts["scores"].append(first[searching])
+            parts["asked_again"].append(answer.scores)
             parts["is_absent"].append(find_absent(memory, answer.queries))
             parts["answers"].append(answers[searching])
             parts["num_looks"].append(search.num_looks[searching])
@@ -115,12 +125,23 @@ def _sample_codes(rollout: Rollout, elsewhere_share: float) -> np.ndarray:
     homes = rollout.homes
     there = homes.object_code[np.arange(homes.num_homes), sample_query(homes)]
     uniform = homes.streams.rows("search elsewhere", 2).next()
-    missing = _sample_missing(rollout, uniform, elsewhere_share)
-    return np.where(uniform[:, 0] < elsewhere_share, missing, there)
+    missing, is_some = _sample_missing(rollout, uniform, elsewhere_share)
+    return np.where(is_some & (uniform[:, 0] < elsewhere_share), missing, there)
 
 
-def _sample_missing(rollout: Rollout, uniform: np.ndarray, elsewhere_share: float) -> np.ndarray:
-    """Draw one description code per home that no object there has, (H, 2) uniforms -> (H,)."""
+def _sample_missing(
+    rollout: Rollout, uniform: np.ndarray, elsewhere_share: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Draw one description code per home that no object there has, if there is one.
+
+    Args:
+        rollout: of H homes.
+        uniform: (H, 2).
+        elsewhere_share: of objects that are not in the home.
+
+    Returns:
+        Codes (H,), and whether there is one, bool (H,); a recorded home may have none.
+    """
     homes, objects = rollout.homes, rollout.memory.objects
     shape = (homes.num_homes, homes.object_descriptions.num_descriptions)
     is_present = np.zeros(shape, dtype=bool)
@@ -132,4 +153,6 @@ def _sample_missing(rollout: Rollout, uniform: np.ndarray, elsewhere_share: floa
     has_left = was_seen & ~is_present
     asks_for_left = (uniform[:, 0] < elsewhere_share / 2) & has_left.any(axis=1)
     weights = np.where(asks_for_left[:, None], has_left, ~is_present)
-    return sample_categorical(weights.astype(float), uniform[:, 1])
+    is_some = np.asarray(weights.any(axis=1))
+    weights[~is_some] = True
+    return sample_categorical(weights.astype(float), uniform[:, 1]), is_some

@@ -92,11 +92,10 @@ def read_calibration(data: Any) -> Calibration | None:
     """
     if data is None:
         return None
-    calibration = Calibration(**data)
+    calibration = Calibration.from_json(data)
     for row in fields(Calibration):
         value = getattr(calibration, row.name)
-        never = row.name == "elsewhere_logit" and value == -math.inf
-        if type(value) not in (int, float) or not (never or math.isfinite(value)):
+        if type(value) not in (int, float) or not math.isfinite(value):
             raise TypeError(f"{row.name} of the calibration is {shorten(value)}")
     if calibration.temperature <= 0 or not 0 <= calibration.elsewhere_share <= 1:
         raise TypeError("temperature or elsewhere_share of the calibration is out of range")

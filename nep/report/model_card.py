@@ -59,30 +59,80 @@ them, and when: hand it on as you would hand on the recordings.""",
 }
 
 
+_MEASURED = """\
+## Scores
+
+{question}, and looks until an object is found, in
+{homes} {kind} test homes{mixture} x {steps} steps, none of them seen in training:
+
+{scores}
+{ceiling}{kinds}
+## Probabilities
+
+Fitted on {homes_fitted} {kind} validation homes, measured on {homes} test homes: {steps} searches
+in each, up to 8 looks per search, {num_decisions} decisions. One search in ten is for something
+that is not in the home. Errors are expected calibration errors (10 bins).
+
+{calibrated}
+Temperature {temperature:.2f}. "Elsewhere" is {elsewhere_share:.3f} before any look of a time step.
+"""
+_UNMEASURED = """\
+## Scores and probabilities
+
+Not measured, and not calibrated: it was exported with `--num_homes=0`. Probabilities are the
+softmax of its logits.
+"""
+
+
 def make_card(name: str, config: Mapping[str, Any]) -> str:
     """Write the card of an exported network, in Markdown.
 
     Args:
         name: of the network.
-        config: its `config.json`, with what was measured.
+        config: its `config.json`, with what was measured, if anything was.
     """
-    notes, calibration = config["notes"], config["calibration"]
-    measured = notes["measured"]
-    names = {"network": f"**{name}**"}
-    training = notes["training"]
+    notes = config["notes"]
+    training = notes["training"] or {}
     kind = _SIMULATED
-    if training is not None:
-        if training.get("is_recorded"):
-            kind = _RECORDED
-        elif training.get("homes", {}).get("homes") == "mixed":
-            kind = _MIXED
-    is_mixed = measured.get("source", {}).get("homes") == "mixed"
+    if training.get("is_recorded"):
+        kind = _RECORDED
+    elif training.get("homes", {}).get("homes") == "mixed":
+        kind = _MIXED
+    measured = _UNMEASURED
+    if "measured" in notes:
+        kinds = _KINDS.format(notes["kinds"]) if "kinds" in notes else ""
+        measured = _describe_measured(name, notes["measured"], config["calibration"], kinds)
+    start = training.get("start")
+    blind = "people" if config["features"]["clock"] else "people or the time of day"
+    return TEMPLATE.read_text(encoding="utf-8").format(
+        name=name,
+        encoder=config["model"]["encoder"]["class_path"].rpartition(".")[2],
+        num_parameters=f"{notes['num_parameters']:,}",
+        size=notes["num_parameters"] * 4 / 1e6,
+        command=notes["command"],
+        checkpoint=notes["checkpoint_sha256"],
+        data=kind["data"].format(memories=_describe_training(notes["training"]))
+        + (f"\nIts training began with the weights of `{start}`." if start else ""),
+        step_limit=kind["step_limit"],
+        size_limit=kind["size_limit"],
+        measured=measured,
+        share="it is taken that in one of ten" if "measured" not in notes else "in one of ten",
+        blind=f"It does not see poses, {blind}.",
+    )
+
+
+def _describe_measured(
+    name: str, measured: Mapping[str, Any], calibration: Mapping[str, Any], kinds: str
+) -> str:
+    """Write the sections on scores and probabilities."""
+    source = measured.get("source", {})
+    is_recorded, is_mixed = source.get("source") == "recorded", source.get("homes") == "mixed"
     first_guesses, looks = (measured["scores"][task] for task in SCORED_TASKS)
     scores = join_table(
         ["policy", "right first guesses", "std over homes", "looks until found", "std over homes"],
         [
             [
-                names.get(who, who),
+                {"network": f"**{name}**"}.get(who, who),
                 f"{guesses['mean']:.3f}",
                 f"{guesses['std']:.3f}",
                 f"{looks[who]['mean']:.2f}",
@@ -103,29 +153,27 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
         ["probabilities", *columns.values()],
         [
             [when, *(f"{measured[key][column]:.3f}" for column in columns)]
-            for when, key in (("softmax of the logits", "before"), ("calibrated", "after"))
+            for when, key in (
+                ("softmax of the logits, asked after every look", "before"),
+                ("calibrated, looks by Bayes' rule", "after"),
+            )
         ],
     )
-    return TEMPLATE.read_text(encoding="utf-8").format(
-        name=name,
-        encoder=config["model"]["encoder"]["class_path"].rpartition(".")[2],
-        num_parameters=f"{notes['num_parameters']:,}",
-        size=notes["num_parameters"] * 4 / 1e6,
-        command=notes["command"],
-        checkpoint=notes["checkpoint_sha256"],
-        scored_homes=measured["homes"],
-        scored_in="simulated test homes of a mixture" if is_mixed else "simulated test homes",
-        among="" if is_mixed else " among 32 places",
-        ceiling=_CEILING if "ceiling" in first_guesses else "",
-        kinds=_KINDS.format(notes["kinds"]) if "kinds" in notes else "",
-        scored_steps=measured["steps"],
+    return _MEASURED.format(
+        question="Share of right first guesses"
+        + ("" if is_recorded or is_mixed else " among 32 places"),
+        kind="recorded" if is_recorded else "simulated",
+        homes=measured["homes"],
+        homes_fitted=measured.get("homes_fitted", measured["homes"]),
+        steps=measured["steps"],
         num_decisions=f"{measured['num_decisions']:,}",
         scores=scores,
-        data=kind["data"].format(memories=_describe_training(training)),
-        step_limit=kind["step_limit"],
-        size_limit=kind["size_limit"],
-        calibration=calibrated,
-        **{f"calibrated_{key}": value for key, value in calibration.items()},
+        mixture=" of a mixture" if is_mixed else "",
+        ceiling=_CEILING if "ceiling" in first_guesses else "",
+        kinds=kinds,
+        calibrated=calibrated,
+        temperature=calibration["temperature"],
+        elsewhere_share=calibration["elsewhere_share"],
     )
 
 

@@ -90,9 +90,7 @@ class ObjectFinder(Finder):
         if self._builder.config.clock:
             require_clock(asked.batch.clock)
         scores = self._network.score_places(asked.batch, asked.queries).max(axis=2)  # (K, F)
-        probability = self.calibration.compute_probabilities(
-            scores, np.zeros(scores.shape, dtype=bool)
-        )
+        probability = self.calibration.compute_probabilities(scores)
         return probability[:, :-1], probability[:, -1]
 
     def _get_similarity(self) -> Similarity:

@@ -171,6 +171,8 @@ def compute_beliefs(
 
 def _compute_crossing(memory: MemoryBatch) -> np.ndarray:
     """Return which share of the moves seen led to another room, (H,)."""
+    if not memory.history.counts_moves:
+        return np.full(memory.num_homes, 0.5)
     moves, room = memory.history.moves, memory.furniture_room
     crosses = room[:, :, None] != room[:, None, :]
     return ((moves * crosses).sum(axis=(1, 2)) + 0.5) / (moves.sum(axis=(1, 2)) + 1)

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 NUM_LOOKS_KEPT = 8  # of every furniture node; what older ones said has been overtaken by moves
 NUM_HOURS = 12  # bins of a day, two hours each
+# Of more furniture, moves from place to place are not counted: few happen twice, and they would
+# take the square of its number.
+MOST_FURNITURE = 500
 
 # One number per home each.
 HOME_COUNTERS = (
@@ -30,7 +33,7 @@ class HomeHistory:
         look_times: time steps of the latest looks at each furniture node, in no order, -1 for
             none, int32 (H, F, NUM_LOOKS_KEPT).
         moves: how often an object that was last seen at one furniture node was seen at another
-            next, int32 (H, F, F).
+            next, int32 (H, F, F); all zero in homes of more than `MOST_FURNITURE`.
         counters: float64 (H,) each. Questions asked and how many the next looks answered; of
             these, how often the place was where the object was last seen, where it was seen the
             most often per look, and the prior's first choice. Sightings that found an object
@@ -45,7 +48,7 @@ class HomeHistory:
         """Start with nothing counted."""
         shape = (num_homes, num_furniture)
         self.look_times = np.full((*shape, NUM_LOOKS_KEPT), _NEVER, dtype=np.int32)
-        self.moves = np.zeros((*shape, num_furniture), dtype=np.int32)
+        self.moves = _make_moves(num_homes, num_furniture)
         self.counters = {name: np.zeros(num_homes) for name in HOME_COUNTERS}
         self.edge_hours = np.zeros((0, NUM_HOURS), dtype=np.uint16)
 
@@ -53,17 +56,31 @@ class HomeHistory:
         """Add columns of furniture that was never looked at."""
         added = (0, num_added)
         self.look_times = np.pad(self.look_times, ((0, 0), added, (0, 0)), constant_values=_NEVER)
-        self.moves = np.pad(self.moves, ((0, 0), added, added))
+        before = self.moves
+        self.moves = _make_moves(len(before), before.shape[1] + num_added)
+        if self.counts_moves:
+            self.moves[:, : before.shape[1], : before.shape[1]] = before
+
+    @property
+    def counts_moves(self) -> bool:
+        """Whether moves from place to place are counted."""
+        return self.moves.shape[1] <= MOST_FURNITURE
 
     def copy(self) -> HomeHistory:
         """Return the same counts, which can be changed alone."""
-        return copy.deepcopy(self)
+        copied = copy.copy(self)
+        copied.look_times, copied.edge_hours = self.look_times.copy(), self.edge_hours.copy()
+        copied.moves = self.moves.copy() if self.counts_moves else self.moves
+        copied.counters = {name: column.copy() for name, column in self.counters.items()}
+        return copied
 
     def take(self, furniture: np.ndarray, edges: np.ndarray) -> HomeHistory:
         """Return a copy that keeps some furniture (F,) and edges (E,), bool."""
         kept = HomeHistory(0, 0)
         kept.look_times = self.look_times[:, furniture]
-        kept.moves = self.moves[:, furniture][:, :, furniture]
+        kept.moves = _make_moves(len(self.moves), int(furniture.sum()))
+        if self.counts_moves:
+            kept.moves = self.moves[:, furniture][:, :, furniture]
         kept.counters = {name: column.copy() for name, column in self.counters.items()}
         hours = self.edge_hours[: len(edges)]
         kept.edge_hours = hours[edges[: len(hours)]]
@@ -113,7 +130,8 @@ class HomeHistory:
         self._count("time_followed", home, time - objects["last_observed"][rows])
         has_moved = (before >= 0) & (before != looked[home])
         self._count("num_moved", home[has_moved], 1)
-        np.add.at(self.moves, (home, before, looked[home]), has_moved)
+        if self.counts_moves:
+            np.add.at(self.moves, (home, before, looked[home]), has_moved)
 
         edges = memory.edges
         again = seen_again[edges["num_true"][seen_again] > 0]
@@ -148,10 +166,11 @@ class HomeHistory:
 
     def to_json(self) -> dict[str, Any]:
         """Return JSON values of one home, from which `from_json` makes the same counts."""
-        moves, hours = np.nonzero(self.moves[0]), np.nonzero(self.edge_hours)
+        counted = self.moves[0] if self.counts_moves else np.zeros((0, 0), dtype=np.int32)
+        moves, hours = np.nonzero(counted), np.nonzero(self.edge_hours)
         return {
             "look_times": self.look_times[0].tolist(),
-            "moves": np.stack([*moves, self.moves[0][moves]]).tolist(),
+            "moves": np.stack([*moves, counted[moves]]).tolist(),
             "counters": {name: float(column[0]) for name, column in self.counters.items()},
             "edge_hours": np.stack([*hours, self.edge_hours[hours]]).tolist(),
         }
@@ -171,7 +190,8 @@ class HomeHistory:
         history.look_times[0] = looks
         src, dst, count = _read_whole(data["moves"], (3, None), (0, 2**31 - 1))
         _check_below("moves", np.append(src, dst), num_furniture)
-        history.moves[0, src, dst] = count
+        if history.counts_moves:
+            history.moves[0, src, dst] = count
         for name in HOME_COUNTERS:
             value = float(data["counters"][name])
             if not 0 <= value < np.inf:
@@ -217,6 +237,14 @@ class HomeHistory:
         for name, score in (("num_common_right", rate), ("num_prior_right", prior)):
             is_right = (score.argmax(axis=1) == here) & score.any(axis=1)
             self._count(name, found.home, is_right)
+
+
+def _make_moves(num_homes: int, num_furniture: int) -> np.ndarray:
+    """Return no moves, (H, F, F); without any memory where they are not counted."""
+    shape = (num_homes, num_furniture, num_furniture)
+    if num_furniture > MOST_FURNITURE:
+        return np.broadcast_to(np.int32(0), shape)
+    return np.zeros(shape, dtype=np.int32)
 
 
 def _read_whole(values: Any, shape: tuple[int, int | None], limits: tuple[int, int]) -> np.ndarray:

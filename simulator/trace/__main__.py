@@ -45,7 +45,7 @@ def record(arguments: Sequence[str]) -> int:
     parser.add_argument("--steps", type=int, default=100, help="time steps per home")
     parser.add_argument("--split", type=str, default="test", help=", ".join(SPLITS))
     parser.add_argument("--seed", type=int, default=0, help="of the homes")
-    parser.add_class_arguments(HomeOptions, skip={"trace", "step_seconds", "by_day"})
+    parser.add_class_arguments(HomeOptions, skip={"trace", "step_seconds", "by_day", "replays"})
     parser.add_argument(
         "--step_seconds", type=float, default=DEFAULT_STEP_SECONDS, help="what a step stands for"
     )

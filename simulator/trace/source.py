@@ -42,6 +42,7 @@ class RecordedSource(HomeSource):
         folders: Sequence[str] = (),
         step_seconds: float | None = None,
         by_day: bool = False,
+        replays: int = 1,
     ) -> None:
         """Read traces and cut them into steps.
 
@@ -54,6 +55,9 @@ class RecordedSource(HomeSource):
                 with.
             by_day: whether each day from midnight to midnight is a home of its own, with an empty
                 memory at first, instead of all days being one.
+            replays: how often each home is played, as a home of its own: with other looks and
+                questions, and other things that detection misses. Replays of a home have numbers
+                one after the other.
 
         Raises:
             ValueError: if there is no trace, one is broken (the file and the row are named) or too
@@ -64,7 +68,7 @@ class RecordedSource(HomeSource):
         check_step_seconds(step_seconds)
         traces = [load_trace(folder) for folder in find_traces(folders)]
         self._folders = tuple(str(Path(folder).absolute()) for folder in folders)
-        self._prepare(traces, prior, home, step_seconds, by_day)
+        self._prepare(traces, prior, home, step_seconds, by_day, replays)
 
     @classmethod
     def from_traces(
@@ -74,12 +78,13 @@ class RecordedSource(HomeSource):
         step_seconds: float | None = None,
         by_day: bool = False,
         home: HomeConfig | None = None,
+        replays: int = 1,
     ) -> RecordedSource:
         """Cut traces that are loaded already into steps; see the constructor."""
         check_step_seconds(step_seconds)
         source = cls.__new__(cls)
         source._folders = ()
-        source._prepare(traces, prior, home, step_seconds, by_day)
+        source._prepare(traces, prior, home, step_seconds, by_day, replays)
         return source
 
     def _prepare(
@@ -89,9 +94,13 @@ class RecordedSource(HomeSource):
         home: HomeConfig | None,
         step_seconds: float | None,
         by_day: bool,
+        replays: int,
     ) -> None:
         super().__init__(prior, home)
+        if replays < 1:
+            raise ValueError(f"replays must be at least 1, got {replays}. Play each home once.")
         self._cut = (step_seconds, by_day)
+        self._replays = replays
         self.traces = list(traces)
         self._types = RecordedTypes(self.prior, traces)
         self.episodes: list[Episode] = []
@@ -104,15 +113,17 @@ class RecordedSource(HomeSource):
             if by_day:
                 episodes, left_out = split_days(trace, seconds)
                 self._left_out += left_out
-            self.episodes += episodes
-            self._configs += [make_rules(whole, self.home)] * len(episodes)
+            self.episodes += episodes * replays
+            self._configs += [make_rules(whole, self.home)] * len(episodes) * replays
 
     def __reduce__(self) -> tuple[Callable[..., RecordedSource], tuple[Any, ...]]:
         """Send a worker what it needs to have the same homes."""
         if self._folders:
             checksums = tuple(trace.checksum for trace in self.traces)
-            return _load, (checksums, self.prior, self.home, self._folders, *self._cut)
-        return RecordedSource.from_traces, (self.traces, self.prior, *self._cut, self.home)
+            known = (checksums, self.prior, self.home, self._folders)
+            return _load, (*known, *self._cut, self._replays)
+        rules = (self.home, self._replays)
+        return RecordedSource.from_traces, (self.traces, self.prior, *self._cut, *rules)
 
     @property
     def num_homes(self) -> int:
@@ -289,13 +300,14 @@ def _load(
     folders: tuple[str, ...],
     step_seconds: float | None,
     by_day: bool,
+    replays: int,
 ) -> RecordedSource:
     """Read the homes of a command once more, in a worker.
 
     Raises:
         ValueError: if the files have changed since, or cannot be seen from here.
     """
-    source = RecordedSource(prior, home, folders, step_seconds, by_day)
+    source = RecordedSource(prior, home, folders, step_seconds, by_day, replays)
     if tuple(trace.checksum for trace in source.traces) != checksums:
         raise ValueError(
             f"traces must stay as they are while they are played, got changed files in "

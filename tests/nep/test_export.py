@@ -86,8 +86,10 @@ def test_logits_are_those_of_the_checkpoint(encoder, tmp_path):
 
 def test_weights_are_tensors_and_config_is_json(exported):
     assert sorted(file.name for file in exported.iterdir()) == [
-        "config.json", "weights.safetensors"
+        "MODEL_CARD.md", "config.json", "weights.safetensors"
     ]  # fmt: skip
+    card = (exported / "MODEL_CARD.md").read_text(encoding="utf-8")
+    assert "Not measured, and not calibrated: it was exported with `--num_homes=0`." in card
     weights = load_file(exported / "weights.safetensors")
     assert all(array.dtype == np.float32 for array in weights.values())
     config = json.loads((exported / "config.json").read_text(encoding="utf-8"))

@@ -22,6 +22,7 @@ SMALL = {
     "02_scene_graph_memory": {"moments": [2, 4], "num_homes": 2, "num_steps": 6},
     "03_train_nep": {"num_homes": 1, "steps": 6, "num_val_homes": 2, "epochs": 1},
     "05_your_own_home": {"days": 2},
+    "06_a_week_with_people": {"weeks": 1},
 }
 
 ABSOLUTE_PATH = re.compile(r"(?<![\w.:/<])/[\w.-]+/[\w.-]+|\b[A-Za-z]:\\\w")

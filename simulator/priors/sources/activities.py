@@ -69,6 +69,8 @@ KIND_WORDS: Mapping[str, str] = {
         "clutter|shampoo|box|moving|store_"
     ),
 }
+# Nothing is done in furniture that holds things inside, such as a fridge, but for these.
+_WET = ("sink",)
 MIN_SHARE = 0.02  # of a kind's activities in which a type must occur; rarer ones are by chance
 
 
@@ -79,7 +81,8 @@ class KindCounts:
     Attributes:
         num_activities: how many definitions are of the kind.
         objects: activities in which an object of the type occurs, by label.
-        places: activities in which something lies there, by room and furniture label.
+        places: activities in which something lies there, by room and furniture label; furniture
+            that only stores things is left out.
     """
 
     num_activities: int = 0
@@ -125,7 +128,13 @@ def count_activities(folder: Path | None = None) -> tuple[dict[str, KindCounts],
         labels = {names.find_object(synset) for synset in synsets}
         counts.objects.update(label for label in labels if label is not None)
         places = find_places(text, PlacementCounts("activities"))
-        counts.places.update({(str(room), furniture) for room, furniture, _, _ in places})
+        counts.places.update(
+            {
+                (str(room), furniture)
+                for room, furniture, _, relation in places
+                if relation == "onTop" or furniture in _WET
+            }
+        )
     return kinds, left_out
 
 

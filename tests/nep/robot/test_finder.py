@@ -210,13 +210,12 @@ def test_bad_input_is_refused(finder, home, tmp_path):
 
 
 def test_probabilities_worked_by_hand():
-    # Places of logits 0 and ln 9 at temperature 2: exp(0) = 1 and exp(ln 9 / 2) = 3; the first was
-    # looked at in vain, a factor 1/4. Elsewhere exp(0) against 3, .25; the rest is shared 1 : 12.
-    calibration = Calibration(
-        temperature=2.0, absent_logit=np.log(0.25), elsewhere_logit=-np.log(3)
-    )
+    # Places of logits 0 and ln 9 at temperature 2: exp(0) = 1 and exp(ln 9 / 2) = 3, of .75; a look
+    # in vain at the first makes a quarter of its 3/16: 3/64, 36/64, 0, 16/64 before they sum to 1.
+    calibration = Calibration(temperature=2.0, elsewhere_share=0.25)
     scores = np.array([[0.0, np.log(9), -np.inf]])
+    assert calibration.compute_probabilities(scores)[0] == pytest.approx([3 / 16, 9 / 16, 0, 1 / 4])
     got = calibration.compute_probabilities(scores, np.array([[True, False, True]]))
-    assert got[0] == pytest.approx([0.75 / 13, 0.75 * 12 / 13, 0.0, 0.25])
+    assert got[0] == pytest.approx(np.array([3, 36, 0, 16]) / 55)
     nowhere = calibration.compute_probabilities(np.full((1, 3), -np.inf), np.zeros((1, 3), bool))
     assert nowhere[0].tolist() == [0, 0, 0, 1]

@@ -9,7 +9,8 @@ import pytest
 
 from simulator import SceneGraphMemory, Sighting
 from simulator.memory.clock import Clock
-from simulator.memory.home_history import NUM_LOOKS_KEPT, HomeHistory
+from simulator.memory.home_history import MOST_FURNITURE, NUM_LOOKS_KEPT, HomeHistory
+from simulator.policies.adaptive import Adaptive
 
 FRIDGE, SHELF, TABLE, BED, BEDROOM_SHELF, DESK = range(6)
 MUG = 0
@@ -155,3 +156,28 @@ def test_counts_that_do_not_fit_are_refused(lived_in, part, value, message):
     data["history"][part] = value
     with pytest.raises(ValueError, match=message):
         type(content).from_json(data)
+
+
+def test_a_home_of_much_furniture_takes_no_square_of_it(tmp_path):
+    """Moves among 5,000 places would be 100 MB, copied whenever somebody asks."""
+    memory = SceneGraphMemory()
+    room = memory.add_room("kitchen")
+    ids = [memory.add_furniture("shelf", room) for _ in range(MOST_FURNITURE)]
+    for turn, number in enumerate((ids[0], ids[1])):
+        memory.observe(number, [Sighting("mug")])
+        memory.step()
+        assert memory.batch.history.moves.sum() == turn
+    assert memory.batch.history.counts_moves
+    more = memory.add_furniture("shelf", room)
+    memory.observe(more, [Sighting("mug")])
+    history = memory.batch.history
+    assert not history.counts_moves
+    assert history.moves.shape == (1, MOST_FURNITURE + 1, MOST_FURNITURE + 1)
+    assert history.moves.base is None or history.moves.strides == (0, 0, 0)
+    assert history.counters["num_moved"][0] == 2
+    memory.save(tmp_path / "home.sgm")
+    copy = SceneGraphMemory.load(tmp_path / "home.sgm")
+    assert copy.batch.history.to_json() == history.to_json()
+    memory.remove_furniture(more)
+    assert memory.batch.history.counts_moves
+    assert memory.rank(Adaptive(), "mug")[0][0] in ids

@@ -111,8 +111,8 @@ def test_a_kind_is_done_at_its_furniture_else_in_its_rooms_else_anywhere():
     washing, grooming = kinds.index("washing up"), kinds.index("grooming")
     rooms, where = ["kitchen", "bathroom"], np.array([0, 0, 1])
     weights = compute_spot_weights(rooms, ["sink", "fridge", "toilet"], where)
-    # In a kitchen the sink counts 10 in BEHAVIOR, the fridge 2; toilets are not for washing up.
-    assert weights[washing].tolist() == [10, 2, 0]
+    # In a kitchen the sink counts 10 in BEHAVIOR; fridges and toilets are not for washing up.
+    assert weights[washing].tolist() == [10, 0, 0]
     weights = compute_spot_weights(rooms, ["chair", "fridge", "bidet"], where)
     assert weights[grooming, 2] > 0  # no furniture of its own: anywhere in a bathroom
     weights = compute_spot_weights(["attic"], ["chest"], np.array([0]))

@@ -1,5 +1,7 @@
 """A home with habits, for searches."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -30,8 +32,8 @@ class Home:
         at: where each thing is, as a position in `furniture`.
     """
 
-    def __init__(self, seed: int, miss_rate: float) -> None:
-        self.memory = SceneGraphMemory()
+    def __init__(self, seed: int, miss_rate: float, log: Path | None = None) -> None:
+        self.memory = SceneGraphMemory(log=log)
         self.furniture = []
         for room, labels in ROOMS.items():
             number = self.memory.add_room(room)
@@ -65,8 +67,12 @@ class Home:
         """Look at three places a step, at random."""
         for _ in range(num_looks // 3):
             self.pass_time()
-            for furniture in self._rng.choice(self.furniture, 3, replace=False).tolist():
+            for furniture in self.choose(3):
                 self.memory.observe(furniture, self.look(furniture))
+
+    def choose(self, count: int) -> list[int]:
+        """Choose furniture to look at, at random."""
+        return self._rng.choice(self.furniture, count, replace=False).tolist()
 
 
 @pytest.fixture

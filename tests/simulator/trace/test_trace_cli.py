@@ -90,7 +90,7 @@ def test_collecting_a_simulated_home_again(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--by-day"], "step_seconds and by_day must come with trace"),
+        (["--by-day"], "step_seconds, by_day and replays must come with trace"),
         (["--trace", "{home}", "--policy", "ceiling"], "nobody knows of the homes, got ceiling"),
         (["--trace", "{home}", "--steps", "7"], "at most the 6 steps of 3600 s"),
         (["--trace", "{home}", "--step-seconds", "0"], "step must be a number of seconds > 0"),

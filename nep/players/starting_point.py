@@ -1,0 +1,64 @@
+"""Training that starts from the weights of another network."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from datamodules.graph import GraphBuilder
+from nep.model.module import NEPModule
+from nep.players.checkpoints import TrainedModel
+
+# What belongs to a training, and not to the network that comes out of it; the features say the rest
+_NOT_TAKEN = (
+    "learning_rate", "schedule", "listwise_weight", "paper_loss", "dropout", "clock_dropout",
+    "belief", "clock", "evidence", "_instantiator",
+)  # fmt: skip
+
+
+def make_settings(start: TrainedModel) -> dict[str, Any]:
+    """Return the part of a config of `nep.fit` by which a network is made like another."""
+    hyperparameters = dict(start.module.hparams)
+    return {
+        "model": {name: value for name, value in hyperparameters.items() if name not in _NOT_TAKEN},
+        "data": {"features": asdict(start.builder.config)},
+    }
+
+
+def take_weights(
+    start: TrainedModel, source: str | Path, module: NEPModule, builder: GraphBuilder
+) -> None:
+    """Copy the weights of a network into one that is to be trained.
+
+    Args:
+        start: where the weights are from.
+        source: its name, for errors.
+        module: gets the weights.
+        builder: of what the module will be trained on.
+
+    Raises:
+        ValueError: if features, text vectors, or the parts of the network differ.
+    """
+    theirs = asdict(start.builder.config) | {"text vectors": start.builder.text_name}
+    ours = asdict(builder.config) | {"text vectors": builder.text_name}
+    for name, value in theirs.items():
+        if ours[name] != value:
+            raise ValueError(
+                f"data.features must be those of the network to start from, {name} = {value} in "
+                f"{source}, got {ours[name]}. Leave them out, or start from another network."
+            )
+    try:
+        module.load_state_dict(start.module.state_dict())
+    except RuntimeError as error:
+        raise ValueError(
+            f"model must have the parts of the network to start from, {source}, got others: "
+            f"{_shorten(error)}. Leave model.encoder and the like out of the config: --from names "
+            "them."
+        ) from None
+
+
+def _shorten(error: Exception) -> str:
+    """Return the first fault of several."""
+    lines = [line.strip() for line in str(error).splitlines()]
+    return lines[min(1, len(lines) - 1)].rstrip(". ")[:160]
