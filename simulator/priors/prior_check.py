@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from simulator.messages import shorten
+
 VERSION = 1
 RELATIONS = ("in", "onTop")
 

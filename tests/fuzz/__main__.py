@@ -21,6 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
 _GIGABYTE = 1 << 30
 _SECONDS = 20
 _PER_PROCESS = 50
