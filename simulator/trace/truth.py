@@ -107,7 +107,8 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
     ) as error:
         raise ValueError(
             f"{path}: simulation must be whole, got {type(error).__name__}: "
-            f"{shorten_values(str(error))}. Record the home again, or delete the file to replay it like any recorded home."
+            f"{shorten_values(str(error))}. Record the home again, or delete the file to replay it "
+            "like any recorded home."
         ) from None
     return truth
 
