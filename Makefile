@@ -5,6 +5,7 @@
 #   make reproduce                           train and play what the paper's tables need; goes on where it stopped
 #   make test | make quick                   all tests | those that are not slow
 #   make check | make bench                  ruff and mypy | benchmarks
+#   make fuzz                                change files of every kind, load and use them (minutes)
 #   make docs                                pages of the API, built from the docstrings
 #   make fit PYTHON=/path/to/python3.11      choose the Python that .venv is made from
 
@@ -15,10 +16,10 @@ ARGS ?=
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help install fit any-home reproduce test quick check bench docs clean
+.PHONY: help install fit any-home reproduce test quick check bench fuzz docs clean
 
 help:
-	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 9
+	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 10
 
 install: $(STAMP)
 
@@ -50,6 +51,9 @@ check: $(STAMP)
 
 bench: $(STAMP)
 	$(PY) benchmarks $(ARGS)
+
+fuzz: $(STAMP)
+	$(PY) tests/fuzz $(ARGS)
 
 docs: $(STAMP)
 	$(PY) docs/make_api.py $(ARGS)

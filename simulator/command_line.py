@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import sys
 from argparse import ArgumentError
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Union, get_args, get_origin
 
 from simulator.fan_out import BACKENDS
 from simulator.home_options import SOURCES, HomeOptions
-from simulator.messages import MAX_LENGTH
+from simulator.messages import shorten_values
 from simulator.world.dynamics import DYNAMICS
 from simulator.world.sensing import SENSING
 
@@ -207,8 +206,7 @@ def _make_line(error: Exception) -> str:
             "steps, places or workers."
         )
     line = " ".join(str(error).split())
-    line = re.sub(rf"('[^']{{{MAX_LENGTH}}})[^']+'", r"\1...'", line)
-    return "error: " + re.sub(rf"(\S{{{MAX_LENGTH}}})\S{{3,}}", r"\1...", line)
+    return "error: " + shorten_values(line)
 
 
 def _get_summary(function: Callable[..., Any]) -> str:

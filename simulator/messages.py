@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 MAX_LENGTH = 200  # characters of a value in a message
@@ -30,3 +31,9 @@ def shorten(value: Any, length: int = MAX_LENGTH) -> str:
 def shorten_text(text: str, length: int = MAX_LENGTH) -> str:
     """Cut what a message quotes of a text, a name or another message, without quotation marks."""
     return text if len(text) <= length else f"{text[: length - 3]}..."
+
+
+def shorten_values(message: str) -> str:
+    """Cut every value that a message quotes, and every word of it, to `MAX_LENGTH` characters."""
+    message = re.sub(rf"('[^']{{{MAX_LENGTH}}})[^']+'", r"\1...'", message)
+    return re.sub(rf"(\S{{{MAX_LENGTH}}})\S{{4,}}", r"\1...", message)

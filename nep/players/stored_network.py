@@ -107,11 +107,15 @@ def check_archive(path: Path) -> None:
 
     Raises:
         ValueError: if it does.
+        TypeError: if it is a damaged one.
     """
     if not zipfile.is_zipfile(path):
         return  # whatever it is, it is read as it is
-    with zipfile.ZipFile(path) as archive:
-        size = sum(entry.file_size for entry in archive.infolist())
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(entry.file_size for entry in archive.infolist())
+    except (zipfile.BadZipFile, NotImplementedError) as error:
+        raise TypeError(str(error)) from error
     if size > path.stat().st_size:
         raise ValueError(
             f"checkpoint must hold its weights as they are, got a compressed file at {path}. "

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from datetime import datetime
+from numbers import Real
 from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING, Any
@@ -325,13 +326,18 @@ class SceneGraphMemory:
         code does not).
         """
         self._state.layout.check_furniture(furniture)
+        if not isinstance(seen, Iterable):
+            raise TypeError(
+                f"seen must hold Sighting objects, got {seen!r} at {self.describe(furniture)}. "
+                "Write [] where nothing was detected."
+            )
         for sighting in seen:
             if not isinstance(sighting, Sighting):
                 raise TypeError(
                     f"seen must hold Sighting objects, got {sighting!r} at "
                     f"{self.describe(furniture)}. Write Sighting('milk', relation='in')."
                 )
-        if not 0 < coverage <= 1:
+        if not isinstance(coverage, Real) or not 0 < coverage <= 1:
             raise ValueError(
                 f"coverage must be above 0 and at most 1, got {coverage!r} at "
                 f"{self.describe(furniture)}. Give the share in view, or leave out the look."
@@ -355,7 +361,7 @@ class SceneGraphMemory:
         """
         self._state.layout.check_furniture(furniture)
         words = read_words("description", description)
-        if not 0 < coverage <= 1:
+        if not isinstance(coverage, Real) or not 0 < coverage <= 1:
             raise ValueError(
                 f"coverage must lie above 0 and at most at 1, got {coverage} at "
                 f"{self.describe(furniture)}. Give the share of it that was in view."

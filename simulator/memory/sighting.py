@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 
 from simulator.memory.words import read_words
 
@@ -51,9 +52,9 @@ class Sighting:
         """
         read_words("description", self.description)
         object.__setattr__(self, "relation", read_relation(self.relation))
-        if not 0 <= self.confidence <= 1:
+        if not isinstance(self.confidence, Real) or not 0 <= self.confidence <= 1:
             raise ValueError(
-                f"confidence must lie in [0, 1], got {self.confidence} for {self.description!r}. "
+                f"confidence must lie in [0, 1], got {self.confidence!r} for {self.description!r}. "
                 "Give a probability."
             )
 

@@ -21,8 +21,8 @@ def read_words(what: str, text: str) -> str:
         Words in lower case with one space between them, in Unicode's composed form.
 
     Raises:
-        ValueError: if it is no text, has no word, is longer than `MAX_LENGTH` characters, or holds
-            control characters or half a character.
+        ValueError: if it is no text, has no word, is longer than `MAX_LENGTH` characters or than
+            a line, or holds control characters or half a character.
     """
     if not isinstance(text, str):
         raise ValueError(f"{what} must be a non-empty text, got {text!r}. Name it in words.")
@@ -31,6 +31,8 @@ def read_words(what: str, text: str) -> str:
             f"{what} must have at most {MAX_LENGTH} characters, got {len(text)} in "
             f"{text[:40]!r}... Shorten it."
         )
+    if len(text.splitlines()) > 1:
+        raise ValueError(f"{what} must be one line, got {text!r}. Leave line breaks out.")
     words = " ".join(unicodedata.normalize("NFC", text.casefold()).replace("_", " ").split())
     if not words:
         raise ValueError(f"{what} must be a non-empty text, got {text!r}. Name it in words.")

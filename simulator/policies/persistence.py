@@ -190,10 +190,10 @@ class Persistence(Policy):
         share = self._compute_shares(pairs)
         pairs["arrivals"] += (share * found.arrivals).sum(axis=1)
         pairs["time_absent"] += steps - (share * found.time_present).sum(axis=1)
-        np.add.at(self._departures, home, share * found.departures)
-        np.add.at(self._time_present, home, share * found.time_present)
+        _add(self._departures, home, share * found.departures)
+        _add(self._time_present, home, share * found.time_present)
         counted = np.where(pairs["was_seen"][:, None], share, 0.0)  # others say nothing of kinds
-        np.add.at(self._num_of_kind, home, counted - pairs["share"])
+        _add(self._num_of_kind, home, counted - pairs["share"])
         pairs["share"] = counted
         self._pairs["pair"][rows] = pairs
 
@@ -208,6 +208,17 @@ class Persistence(Policy):
         """Return how likely pairs (n,) are of each kind, (n, K)."""
         weight = self.compute_kind_shares()[pairs["home"]] * np.exp(pairs["log_likelihood"])
         return weight / weight.sum(axis=1, keepdims=True)
+
+
+def _add(sums: np.ndarray, home: np.ndarray, values: np.ndarray) -> None:
+    """Add the values of pairs, (n, K), to the sums of their homes, (H, K), the smallest first.
+
+    In the order of the pairs, sums would differ in the last digit between two memories of the same
+    home in which the objects are numbered differently.
+    """
+    for kind in range(values.shape[1]):
+        order = np.lexsort((values[:, kind], home))
+        np.add.at(sums[:, kind], home[order], values[order, kind])
 
 
 def _get_prior(memory: MemoryBatch, home: np.ndarray, prior: np.ndarray) -> np.ndarray:

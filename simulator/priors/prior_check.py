@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from simulator.messages import shorten
+
 VERSION = 1
 RELATIONS = ("in", "onTop")
 
@@ -99,7 +101,7 @@ def find_problems(data: Any) -> Iterator[str]:
         yield f"prior must have known parts only, got {extra!r}. Remove it"
     rooms = data.get("rooms")
     if not _is_list(rooms) or not rooms or not all(map(_is_name, rooms)):
-        yield f"rooms must be a non-empty list of texts, got {rooms!r}. Name the rooms"
+        yield f"rooms must be a non-empty list of texts, got {_shorten(rooms)}. Name the rooms"
         return
     if len(set(rooms)) < len(rooms):
         yield f"rooms must be unique, got {rooms!r}. Remove the repeated one"
@@ -140,8 +142,7 @@ def _is_list(value: Any) -> bool:
 
 
 def _shorten(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
+    return shorten(value, 60)
 
 
 def _find_row_problems(part: str, rows: Sequence[Any]) -> Iterator[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from numbers import Real
 from threading import Lock
 from typing import Any
 
@@ -104,8 +105,11 @@ class Finder:
             ValueError: if the description is no name (`read_words`), there is no furniture yet, or
                 `k` is below 1.
         """
-        if k is not None and k < 1:
-            raise ValueError(f"k must be at least 1, got {k}. Leave it out for all places.")
+        if k is not None and (not isinstance(k, (int, np.integer)) or k < 1):
+            raise ValueError(
+                f"k must be at least 1, got {k!r}. Give a whole number, or leave it out for all "
+                "places."
+            )
         resolution = self.resolve(memory, description)
         asked = memory.ask(resolution.matches or (description,))
         belief = self._compute_belief(asked)
@@ -246,8 +250,8 @@ def check_share(share: float) -> None:
     Raises:
         ValueError: if it is no share above 0 and below 1.
     """
-    if not 0 < share < 1:
+    if not isinstance(share, Real) or not 0 < share < 1:
         raise ValueError(
-            f"elsewhere_share must lie above 0 and below 1, got {share}. Choose for example "
+            f"elsewhere_share must lie above 0 and below 1, got {share!r}. Choose for example "
             "0.1: one search in ten is for something that is at no known place."
         )

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from simulator.memory.sighting import RELATIONS, read_relation
 from simulator.memory.words import read_words
+from simulator.messages import shorten_values
 from simulator.trace.layout import LAYOUT_FILE, Layout, get_label, read_start
 
 EVENTS_FILE = "events.csv"
@@ -60,7 +61,9 @@ def load_events(path: Path, layout: Layout) -> tuple[Event, ...]:
     try:
         events = tuple(_read_rows(reader, layout))
     except (ValueError, csv.Error) as error:
-        raise ValueError(f"{path}, row {max(reader.reader.line_num, 1)}: {error}") from None
+        raise ValueError(
+            f"{path}, row {max(reader.reader.line_num, 1)}: {shorten_values(str(error))}"
+        ) from None
     if not events:
         raise ValueError(f"events must have a row, got none in {path}. Say where something is.")
     return events

@@ -14,6 +14,7 @@ from typing import Any
 
 from simulator.files import read_json
 from simulator.memory.words import read_words
+from simulator.messages import shorten
 
 LAYOUT_FILE = "layout.json"
 LAYOUT_VERSION = 1
@@ -258,5 +259,4 @@ def _is_positive(value: Any) -> bool:
 
 
 def _shorten(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
+    return shorten(value, 60)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from simulator.files import read_json
-from simulator.messages import shorten
+from simulator.messages import shorten, shorten_values
 from simulator.world.config import HomeConfig
 
 TRUTH_FILE = "simulation.json"
@@ -106,8 +106,9 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
         RecursionError,
     ) as error:
         raise ValueError(
-            f"{path}: simulation must be whole, got {type(error).__name__}: {error}. Record the "
-            "home again, or delete the file to replay it like any recorded home."
+            f"{path}: simulation must be whole, got {type(error).__name__}: "
+            f"{shorten_values(str(error))}. Record the home again, or delete the file to replay it "
+            "like any recorded home."
         ) from None
     return truth
 

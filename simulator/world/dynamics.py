@@ -34,6 +34,8 @@ class Dynamics(Part, ABC):
 
     # Whether an object has its slot for good, also while it is out of the home for some steps.
     keeps_slots: ClassVar[bool] = False
+    # Whether every move is drawn from the rows of T, whatever the time: then `ceiling` is exact.
+    follows_transitions: ClassVar[bool] = False
 
     @property
     def clock(self) -> Clock | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -24,6 +24,8 @@ class PaperDynamics(Dynamics):
     Source: algorithm 1, appendix A "Evolution of the environment"; docs/design.md, rulings 2, 7
     and 8.
     """
+
+    follows_transitions: ClassVar[bool] = True
 
     @classmethod
     def start(

@@ -168,6 +168,12 @@ class SampledSource(HomeSource):
     """
 
     @property
+    def knows(self) -> frozenset[str]:
+        """What is known of the true homes: class weights mean something where T is all there is."""
+        known = super().knows
+        return known if self.home.dynamics.follows_transitions else known - {TRUE_PLACE_WEIGHTS}
+
+    @property
     def labels(self) -> list[str]:
         """House, floor, and all that the prior names."""
         furniture = [row.label for row in self.prior.furniture]

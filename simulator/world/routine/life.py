@@ -83,8 +83,8 @@ class RoutineLife(Life):
         homes.object_moved[self._members] = has_moved & (after >= 0)
         homes.num_objects[self._members] = (after >= 0).sum(axis=1)
 
-    def compute_shares(self) -> np.ndarray:
-        """Return the share of time that every object spends at each place, float32 (H, C, P).
+    def count_hours(self) -> np.ndarray:
+        """Count at how many hours every object is at each place, whole float32 (H, C, P).
 
         Found by living `outlook_days` in a copy of the homes as they were at step 0, with random
         numbers of its own, and looking every hour. Time out of the home does not count.
@@ -104,21 +104,18 @@ class RoutineLife(Life):
                 until = now[is_on] + 3600.0 * hour
                 self._live(state, habits, place, self._members[is_on], until)
                 count_places(place, self._members[is_on], counts)
-            total = counts.sum(axis=2, keepdims=True)
-            self._outlook = np.divide(counts, total, out=counts, where=total > 0)
+            self._outlook = counts
         return self._outlook
 
     def transition_rows(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
         """Return the share of time at each place of objects of descriptions, (n,), (n,) -> (n, P).
 
-        Objects of one description in a home count together; see `compute_shares`.
+        Objects of one description in a home count together; see `count_hours`.
         """
-        shares = self.compute_shares()
-        is_such = self._homes.object_code[homes] == codes[:, None]  # (n, C)
-        is_such &= shares[homes].any(axis=2)
-        rows, slots = np.nonzero(is_such)
-        found = np.zeros((len(homes), shares.shape[2]), dtype=np.float32)
-        np.add.at(found, rows, shares[homes[rows], slots])
+        counts = self.count_hours()
+        rows, slots = np.nonzero(self._homes.object_code[homes] == codes[:, None])
+        found = np.zeros((len(homes), counts.shape[2]), dtype=np.float32)
+        np.add.at(found, rows, counts[homes[rows], slots])
         total = found.sum(axis=1, keepdims=True)
         return np.divide(found, total, out=found, where=total > 0)
 

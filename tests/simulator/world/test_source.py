@@ -5,8 +5,15 @@ import pickle
 import numpy as np
 import pytest
 
+from simulator.policies import list_policies
 from simulator.world.config import HomeConfig
-from simulator.world.source import Group, SampledSource
+from simulator.world.dynamics import make_dynamics
+from simulator.world.source import (
+    TRUE_PLACE_WEIGHTS,
+    TRUE_TRANSITIONS,
+    Group,
+    SampledSource,
+)
 from simulator.world.streams import Streams
 
 HOME = HomeConfig(rooms=("kitchen", "bedroom"), furniture_per_room=3)
@@ -42,3 +49,13 @@ def test_a_description_names_the_rules_and_the_prior(tiny_prior):
     assert described["home"]["furniture_per_room"] == 3
     assert described["prior"] == tiny_prior.checksum
     assert SampledSource().describe() == SampledSource(home=HomeConfig()).describe()
+
+
+def test_the_ceiling_plays_only_where_moves_follow_t():
+    """In homes with routines where a thing goes depends on the hour: T is not all there is."""
+    assert TRUE_PLACE_WEIGHTS in SampledSource(home=HomeConfig()).knows
+    people = SampledSource(home=HomeConfig(dynamics=make_dynamics("routine")))
+    assert TRUE_PLACE_WEIGHTS not in people.knows
+    assert TRUE_TRANSITIONS in people.knows
+    assert "ceiling" not in list_policies(people)
+    assert "oracle" in list_policies(people)

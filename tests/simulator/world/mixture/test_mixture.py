@@ -13,6 +13,7 @@ from simulator.priors.prior_graph import PriorGraph
 from simulator.snapshots.shards import get_shard_name, load_manifest, load_shard
 from simulator.tasks.registry import TASKS
 from simulator.tasks.rollout import Rollout, make_memory
+from simulator.testing import check_homes
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.mixture import Mixture
 from simulator.world.mixture.source import MixtureSource
@@ -94,6 +95,10 @@ def test_a_home_does_not_depend_on_those_beside_it(source, homes):
         again.transition_rows(np.full(num_slots, 37), codes)[:, :num_places],
         alone.transition_rows(np.zeros(num_slots, dtype=int), codes),
     )
+
+
+def test_mixed_homes_pass_the_check_of_homes(source):
+    check_homes(source.make, num_homes=8)
 
 
 def test_splits_share_no_home(source):

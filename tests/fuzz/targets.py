@@ -1,0 +1,230 @@
+"""What is fuzzed: a good folder of each kind of file, how it is changed, how it is used."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mutate
+import numpy as np
+import torch
+
+from datamodules.features import FeatureConfig
+from datamodules.graph import GraphBuilder
+from datamodules.snapshot_dataset import SnapshotDataset
+from nep import ObjectFinder
+from nep.encoders import MLP
+from nep.model.module import NEPModule
+from nep.players.checkpoints import TrainedModel, save_exported
+from simulator import (
+    Bayesian,
+    HomeConfig,
+    PriorGraph,
+    SampledHomes,
+    SceneGraphMemory,
+    Sighting,
+    Streams,
+)
+from simulator.collect import CollectConfig, collect
+from simulator.files import compute_checksum
+from simulator.igridson.layout_file import DEFAULT_LAYOUT, load_layout
+from simulator.memory import storage
+from simulator.priors.prior_graph import load_prior
+from simulator.snapshots.shards import MANIFEST, load_shard, save_shard
+from simulator.trace.record import record_homes
+from simulator.trace.source import RecordedSource
+from simulator.trace.trace import save_trace
+from simulator.world.source import SampledSource
+
+SMALL = HomeConfig(furniture_per_room=2, objects_per_furniture=2)
+Rng = np.random.Generator
+
+
+@dataclass(frozen=True)
+class Target:
+    """One kind of file.
+
+    Attributes:
+        make: writes good files into a folder.
+        change: changes them.
+        use: loads them, and does with them what a user does.
+    """
+
+    make: Callable[[Path], None]
+    change: Callable[[Path, Rng], None]
+    use: Callable[[Path], Any]
+
+
+def make_memory() -> SceneGraphMemory:
+    """Return a memory of two places that has looked at both."""
+    memory = SceneGraphMemory()
+    kitchen = memory.add_room("kitchen")
+    shelf = memory.add_furniture("shelf", kitchen)
+    memory.add_furniture("table", kitchen)
+    for _ in range(3):
+        memory.observe(shelf, [Sighting("red mug"), Sighting("plate", "in")])
+        memory.step()
+    return memory
+
+
+def use_memory(folder: Path) -> None:
+    memory = SceneGraphMemory.load(folder / "home.sgm")
+    memory.rank(Bayesian(), "red mug")
+    for furniture in list(memory.furniture_ids)[:2]:
+        memory.observe(furniture, [Sighting("red mug")])
+    memory.step()
+    memory.save(folder / "again.sgm")
+    SceneGraphMemory.load(folder / "again.sgm")
+
+
+def change_memory(folder: Path, rng: Rng) -> None:
+    path = folder / "home.sgm"
+    if rng.random() < 0.3:
+        path.write_bytes(mutate.mutate_bytes(path.read_bytes(), rng))
+        return
+    file = json.loads(path.read_bytes())
+    file["content"] = mutate.mutate_json(file["content"], rng)
+    file["checksum"] = storage._compute_checksum(file["version"], file["content"])
+    path.write_text(json.dumps(file))
+
+
+def make_trace(folder: Path) -> None:
+    homes = SampledHomes(PriorGraph.default(), SMALL, Streams(0, "train", [0]))
+    for trace in record_homes(homes, 4):
+        save_trace(trace, folder / "home")
+
+
+def use_trace(folder: Path) -> None:
+    source = RecordedSource(folders=[str(folder / "home")])
+    homes = source.make(Streams(0, "test", [0]))
+    for _ in range(min(source.num_steps or 1, 3)):
+        homes.evolve()
+
+
+def use_prior(folder: Path) -> None:
+    prior = load_prior(str(folder / "prior.json"))
+    if set(SMALL.rooms) <= set(prior.rooms):
+        SampledHomes(prior, SMALL, Streams(0, "test", [0])).evolve()
+
+
+def make_collection(folder: Path) -> None:
+    config = CollectConfig(homes=SampledSource(home=SMALL), num_homes=1, steps=4)
+    collect(config, folder, progress=False)
+
+
+def change_collection(folder: Path, rng: Rng) -> None:
+    manifest = json.loads((folder / MANIFEST).read_text())
+    path = folder / next(iter(manifest["shards"]))
+    if rng.random() < 0.3:
+        manifest = mutate.mutate_json(manifest, rng)
+    elif rng.random() < 0.3:
+        path.write_bytes(mutate.mutate_bytes(path.read_bytes(), rng))
+        manifest["shards"][path.name] = compute_checksum(path)
+    else:
+        arrays = load_shard(path)
+        name = str(rng.choice(sorted(arrays)))
+        array = arrays[name].copy()
+        kind = rng.integers(5)
+        if kind == 0:
+            del arrays[name]
+        elif kind == 1:
+            arrays[name] = array[: len(array) // 2]
+        elif kind == 2:
+            arrays[name] = array.astype(str(rng.choice(["int64", "float32", "uint8", "bool"])))
+        elif kind == 3:
+            arrays[name] = array[..., None]
+        elif array.size:
+            odd = rng.choice([0, -1, -2, 1, 7, 255, 2**31 - 1])
+            array.reshape(-1)[int(rng.integers(array.size))] = np.array(odd).astype(array.dtype)
+            arrays[name] = array
+        manifest["shards"][path.name] = save_shard(path, arrays)
+    (folder / MANIFEST).write_text(json.dumps(manifest))
+
+
+def use_collection(folder: Path) -> None:
+    dataset = SnapshotDataset(folder, GraphBuilder(FeatureConfig()))
+    if len(dataset):
+        dataset.__getitems__(list(range(min(len(dataset), 3))))
+
+
+def make_exported(folder: Path) -> None:
+    torch.manual_seed(0)
+    save_exported(
+        folder / "net", TrainedModel(NEPModule(MLP(units=8)), GraphBuilder(FeatureConfig())), {}
+    )
+
+
+def change_exported(folder: Path, rng: Rng) -> None:
+    config_path, weights = folder / "net" / "config.json", folder / "net" / "weights.safetensors"
+    config = json.loads(config_path.read_text())
+    if rng.random() < 0.2:
+        weights.write_bytes(mutate.mutate_bytes(weights.read_bytes(), rng))
+        config["weights_sha256"] = hashlib.sha256(weights.read_bytes()).hexdigest()
+    else:
+        part = str(rng.choice(["model", "features", "calibration", "schema"]))
+        config[part] = mutate.mutate_json(config[part], rng)
+    config_path.write_text(json.dumps(config))
+
+
+def use_exported(folder: Path) -> None:
+    ObjectFinder.load(folder / "net").rank(make_memory(), "red mug")
+
+
+def make_checkpoint(folder: Path) -> None:
+    torch.manual_seed(0)
+    builder, module = GraphBuilder(FeatureConfig()), NEPModule(MLP(units=8))
+    content = {
+        "state_dict": module.state_dict(),
+        "hyper_parameters": dict(module.hparams),
+        "datamodule_hyper_parameters": {
+            "features": {}, "feature_schema": 1, "text": builder.text_name, "training": None,
+        },
+    }  # fmt: skip
+    torch.save(content, folder / "last.ckpt")
+
+
+def change_checkpoint(folder: Path, rng: Rng) -> None:
+    path = folder / "last.ckpt"
+    if rng.random() < 0.5:
+        path.write_bytes(mutate.mutate_bytes(path.read_bytes(), rng))
+        return
+    content = torch.load(path, weights_only=True)
+    part = str(rng.choice(["hyper_parameters", "datamodule_hyper_parameters"]))
+    content[part] = mutate.mutate_json(content[part], rng)
+    torch.save(content, path)
+
+
+def use_checkpoint(folder: Path) -> None:
+    ObjectFinder.load(folder / "last.ckpt").rank(make_memory(), "red mug")
+
+
+def change_any(folder: Path, rng: Rng) -> None:
+    """Change one file of a folder, as bytes, lines or JSON."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    path = files[int(rng.integers(len(files)))]
+    content = path.read_bytes()
+    if rng.random() < 0.3:
+        path.write_bytes(mutate.mutate_bytes(content, rng))
+    elif path.suffix == ".json":
+        path.write_text(json.dumps(mutate.mutate_json(json.loads(content), rng)))
+    else:
+        path.write_bytes(mutate.mutate_text(content, rng))
+
+
+TARGETS = {
+    "memory": Target(lambda f: make_memory().save(f / "home.sgm"), change_memory, use_memory),
+    "trace": Target(make_trace, change_any, use_trace),
+    "prior": Target(lambda f: PriorGraph.default().save(f / "prior.json"), change_any, use_prior),
+    "collection": Target(make_collection, change_collection, use_collection),
+    "exported": Target(make_exported, change_exported, use_exported),
+    "checkpoint": Target(make_checkpoint, change_checkpoint, use_checkpoint),
+    "layout": Target(
+        lambda f: (f / "home.txt").write_bytes(DEFAULT_LAYOUT.read_bytes()) and None,
+        change_any,
+        lambda f: load_layout(f / "home.txt"),
+    ),
+}

@@ -1,0 +1,51 @@
+"""Arguments of a robot's calls that are of the wrong kind: said in words, and nothing changes."""
+
+import pytest
+
+from simulator import Bayesian, SceneGraphMemory, Sighting
+from simulator.robot.finder import Finder
+
+
+@pytest.fixture
+def memory():
+    memory = SceneGraphMemory()
+    memory.observe(memory.add_furniture("shelf", memory.add_room("kitchen")), [Sighting("mug")])
+    return memory
+
+
+@pytest.mark.parametrize("seen", [None, 3, "mug", ["mug"]])
+def test_what_was_seen_is_a_list_of_sightings(memory, seen):
+    with pytest.raises(TypeError, match=r"seen must hold Sighting objects, got"):
+        memory.observe(0, seen)
+
+
+@pytest.mark.parametrize("coverage", ["x", None, float("nan"), 0, 2])
+def test_coverage_is_a_share(memory, coverage):
+    with pytest.raises(ValueError, match=r"coverage must be above 0 and at most 1, got"):
+        memory.observe(0, [], coverage=coverage)
+
+
+@pytest.mark.parametrize("k", ["x", 1.5, 0, -1])
+def test_k_is_a_whole_number(memory, k):
+    with pytest.raises(ValueError, match=r"k must be at least 1, got .*whole number"):
+        Finder(Bayesian()).rank(memory, "mug", k=k)
+
+
+@pytest.mark.parametrize("name", ["a\nb", "a\r\nb", "a\u2028b", "a\x85b"])
+def test_names_are_one_line(memory, name):
+    for call in (memory.add_room, lambda text: memory.add_furniture(text, 0), Sighting):
+        with pytest.raises(ValueError, match=r"must be one line, got '.*'\. Leave line breaks out"):
+            call(name)
+
+
+@pytest.mark.parametrize("share", ["x", None, float("nan")])
+def test_shares_are_numbers(share):
+    with pytest.raises(ValueError, match=r"elsewhere_share must lie above 0 and below 1, got"):
+        Finder(Bayesian(), elsewhere_share=share)
+    with pytest.raises(ValueError, match=r"confidence must lie in \[0, 1\], got"):
+        Sighting("mug", confidence=share)
+
+
+def test_a_room_is_an_id(memory):
+    with pytest.raises(KeyError, match=r"room must be an id from add_room, got True"):
+        memory.add_furniture("table", True)
