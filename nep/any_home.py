@@ -51,7 +51,7 @@ def _make_parser() -> argparse.ArgumentParser:
         "Run again to resume: what has been played is in the JSON file beside the table.",
         formatter_class=argparse.ArgumentDefaultsHelpFormatter,
     )
-    parser.add_argument("--out", type=Path, default=Path("results/any_home.md"), help="the table")
+    parser.add_argument("--out", type=Path, default=Path("any_home.md"), help="the table")
     parser.add_argument(
         "--checkpoint", action="append", metavar="[NAME=]SOURCE",
         help="a network, the first one is compared with the best rule; may be given several times",

@@ -92,12 +92,12 @@ def read_calibration(data: Any) -> Calibration | None:
     """
     if data is None:
         return None
+    for name, value in dict(data).items():  # also of what only older networks say
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not is_number or math.isnan(value) or value == math.inf:
+            raise TypeError(f"{name} of the calibration is {shorten(value)}")
     calibration = Calibration.from_json(data)
-    for row in fields(Calibration):
-        value = getattr(calibration, row.name)
-        if type(value) not in (int, float) or not math.isfinite(value):
-            raise TypeError(f"{row.name} of the calibration is {shorten(value)}")
-    if calibration.temperature <= 0 or not 0 <= calibration.elsewhere_share <= 1:
+    if not 0 < calibration.temperature < math.inf or not 0 <= calibration.elsewhere_share <= 1:
         raise TypeError("temperature or elsewhere_share of the calibration is out of range")
     return calibration
 

@@ -1,11 +1,44 @@
-"""What filters do with the densities of each query over furniture nodes."""
+"""What filters do with the densities of each query over furniture nodes.
+
+One file, since a kernel calls functions of its own file alone: first what all filters share, then
+how `HomeFilter` learns which places a home uses, and follows objects among them.
+"""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from simulator.compiled.chains import ChainArrays, list_entries
 from simulator.compiled.kernel import kernel
+
+# No single look and no number of them rules out a place for good: the densities are approximate.
+MOST_CERTAIN = 0.95  # a look is no more certain to find an object than this
+LEAST_POSSIBLE = 0.02
+MOST_EXPECTED = 3.0  # no more objects than so many are expected at a place
+
+# The arrays of `simulator.policies.look_log.Chains`: number of each key's newest entry, number of
+# the oldest entry kept, then `at`, `value`, `share` and `previous` of the entries kept.
+ChainArrays = tuple[np.ndarray, int, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
+@kernel
+def list_entries(chain: ChainArrays, key: int, since: int) -> np.ndarray:
+    """Return the rows of a key's entries with `at` >= since, oldest first; none for key -1."""
+    newest, first, at, _, _, previous = chain
+    count = 0
+    if key >= 0:
+        entry = newest[key]
+        while entry >= first and at[entry - first] >= since:
+            count += 1
+            entry = previous[entry - first]
+    rows = np.empty(count, dtype=np.int64)
+    if count > 0:
+        entry = newest[key]
+        for number in range(count - 1, -1, -1):
+            rows[number] = entry - first
+            entry = previous[entry - first]
+    return rows
 
 
 @kernel
@@ -173,3 +206,202 @@ def follow_places(
             if was_seen:  # else there is nothing to spread
                 spread(own_last, moves, leave, kept, rate, 0.0, rooms, scratch)
             spread(own_others, moves, leave, kept, rate, add_rate[query], rooms, scratch)
+
+
+@kernel
+def update_class_noise(
+    type_possible: np.ndarray,
+    unseen: np.ndarray,
+    group: np.ndarray,
+    node: int,
+    is_type_seen: bool,
+    miss: float,
+) -> None:
+    """Learn from one look what class noise has left to the type of one query, in place.
+
+    Args:
+        type_possible: `HomeBelief.type_possible`, (F,).
+        unseen: `HomeBelief.unseen`, (F,).
+        group: number of each furniture node's room and label, which share class noise, (F,).
+        node: furniture looked at.
+        is_type_seen: whether an object of the type was seen there.
+        miss: probability that a look misses an object.
+    """
+    if not is_type_seen:
+        possible = type_possible[node]
+        expected = unseen[node] / max(possible, LEAST_POSSIBLE)  # if it is possible
+        left = possible * math.exp(-min(expected * (1 - miss), MOST_EXPECTED))
+        left = max(left / (left + 1 - possible), LEAST_POSSIBLE)
+        for other in range(len(group)):
+            if group[other] == group[node] and type_possible[other] < 1:
+                type_possible[other] = left
+    unseen[node] *= miss
+
+
+@kernel
+def update_instance_noise(
+    own_possible: np.ndarray,
+    type_possible: np.ndarray,
+    believed: float,
+    node: int,
+    is_seen: bool,
+    miss: float,
+) -> None:
+    """Learn from one look what instance noise has left to the description of one query, in place.
+
+    Args:
+        own_possible: `HomeBelief.own_possible`, (F,).
+        type_possible: `HomeBelief.type_possible`, (F,).
+        believed: how many such objects were expected where it looks.
+        node: furniture looked at.
+        is_seen: whether the object was seen there.
+        miss: probability that a look misses an object.
+    """
+    own = own_possible[node]
+    if is_seen or own >= 1:
+        own_possible[node] = 1
+        return
+    found = min(believed, 1.0) * (1 - miss)
+    # P(seen | possible); P(seen | impossible) = 0
+    found = min(found / max(own * type_possible[node], 1e-6), MOST_CERTAIN)
+    own_possible[node] = max(own * (1 - found) / (1 - own * found), LEAST_POSSIBLE)
+
+
+@kernel
+def make_transitions(
+    weight: np.ndarray,
+    type_possible: np.ndarray,
+    own_possible: np.ndarray,
+    room: np.ndarray,
+    transitions: np.ndarray,
+) -> None:
+    """Compute where objects of one query go, in place.
+
+    Args:
+        weight: of the prior at each furniture node, (F,).
+        type_possible: `HomeBelief.type_possible`, (F,).
+        own_possible: `HomeBelief.own_possible`, (F,).
+        room: of each furniture node, (F,).
+        transitions: filled with `moves` and `leave` of `make_transition`, of the description,
+            then of its type, (4, F).
+    """
+    for_type = weight * type_possible
+    for_own = for_type * own_possible
+    total = _add_up(for_own)
+    scale = 1 / total if total > 0 else 1.0
+    make_transition(for_own, scale, room, transitions[0], transitions[1])
+    total = _add_up(for_type)
+    scale = 1 / total if total > 0 else 1.0
+    make_transition(for_type, scale, room, transitions[2], transitions[3])
+
+
+@kernel
+def _add_up(values: np.ndarray) -> float:
+    """Return the sum, added in order."""
+    total = 0.0
+    for value in values:
+        total += value
+    return total
+
+
+@kernel
+def follow_home(
+    last: np.ndarray,
+    others: np.ndarray,
+    type_possible: np.ndarray,
+    own_possible: np.ndarray,
+    unseen: np.ndarray,
+    as_of: tuple[np.ndarray, np.ndarray, int],
+    subjects: tuple[np.ndarray, np.ndarray, np.ndarray],
+    rules: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    type_add_rate: np.ndarray,
+    room: np.ndarray,
+    group: np.ndarray,
+    num_nodes: np.ndarray,
+    round_time: np.ndarray,
+    first_round: int,
+    looks: ChainArrays,
+    sightings: ChainArrays,
+    type_sightings: ChainArrays,
+    questions: ChainArrays,
+) -> None:
+    """Carry the belief about each query from its time to now, in place; see `HomeFilter`.
+
+    Args:
+        last: `HomeBelief.last`, (Q, F).
+        others: likewise.
+        type_possible: likewise.
+        own_possible: likewise.
+        unseen: likewise.
+        as_of: as for `follow_places`.
+        subjects: home, object row and type key of each query, (Q,).
+        rules: as for `follow_places`.
+        type_add_rate: expected number of objects of the type that come in a step, (Q,).
+        room: number of what objects stay in when they move, (Q, F).
+        group: number of each furniture node's room and label, (Q, F).
+        num_nodes: furniture nodes of each query's home, (Q,).
+        round_time: time of each round of looks, (R,).
+        first_round: number of the first of them.
+        looks: chains of `LookLog`.
+        sightings: likewise.
+        type_sightings: likewise.
+        questions: likewise.
+    """
+    since_time, since_round, now = as_of
+    home, subject, type_key = subjects
+    weight, move_rate, asked_move_rate, remove_rate, add_rate, miss_rate = rules
+    for query in range(len(last)):
+        num = num_nodes[query]
+        rooms, groups = room[query, :num], group[query, :num]
+        own_last, own_others = last[query, :num], others[query, :num]
+        for_type, for_own = type_possible[query, :num], own_possible[query, :num]
+        of_type = unseen[query, :num]
+        transitions = np.empty((4, num))
+        scratch = np.empty((2, max(num, rooms.max() + 1)))
+        make_transitions(weight[query, :num], for_type, for_own, rooms, transitions)
+        time = since_time[query]
+        look = list_entries(looks, home[query], since_round[query])
+        seen = list_entries(sightings, subject[query], since_round[query])
+        type_seen = list_entries(type_sightings, type_key[query], since_round[query])
+        asked = list_entries(questions, subject[query], time + 1)
+        next_look = next_seen = next_type = next_asked = 0
+        was_seen = own_last.any()
+        while True:
+            first_look = next_look
+            while next_look < len(look):
+                number = looks[2][look[next_look]]
+                if round_time[number - first_round] != time:
+                    break
+                is_seen = next_seen < len(seen) and sightings[2][seen[next_seen]] == number
+                next_seen += is_seen
+                was_seen |= is_seen
+                is_type_seen = (
+                    next_type < len(type_seen) and type_sightings[2][type_seen[next_type]] == number
+                )
+                next_type += is_type_seen
+                node = looks[3][look[next_look]]
+                out_of_view = 1 - looks[4][look[next_look]]
+                miss = miss_rate[query] + out_of_view * (1 - miss_rate[query])
+                update_class_noise(for_type, of_type, groups, node, is_type_seen, miss)
+                believed = own_last[node] + own_others[node]
+                update_instance_noise(for_own, for_type, believed, node, is_seen, miss)
+                correct_places(own_last, own_others, node, is_seen, miss)
+                next_look += 1
+            if time == now:
+                break
+            if next_look > first_look:
+                make_transitions(weight[query, :num], for_type, for_own, rooms, transitions)
+            time += 1
+            rate = move_rate[query]
+            if next_asked < len(asked) and questions[2][asked[next_asked]] == time:
+                rate = asked_move_rate[query]
+                next_asked += 1
+            kept = 1 - remove_rate[query]
+            moves, leave = transitions[0], transitions[1]
+            if was_seen:  # else there is nothing to spread
+                spread(own_last, moves, leave, kept, rate, 0.0, rooms, scratch)
+            spread(own_others, moves, leave, kept, rate, add_rate[query], rooms, scratch)
+            moves, leave = transitions[2], transitions[3]
+            spread(
+                of_type, moves, leave, kept, move_rate[query], type_add_rate[query], rooms, scratch
+            )

@@ -128,7 +128,7 @@ class HomeFilter(PriorFilter):
         self, belief: Belief, as_of: AsOf, now: int, subjects: Subjects, rules: Rules
     ) -> None:
         """Carry beliefs on to a time, in place, with the looks and questions until then."""
-        from simulator.compiled.home_filter import follow_home  # loads numba
+        from simulator.compiled.filters import follow_home  # loads numba
 
         assert isinstance(belief, HomeBelief)
         home, types = subjects.home, subjects.type

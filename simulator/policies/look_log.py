@@ -9,7 +9,7 @@ import numpy as np
 from simulator.arrays.table import Table
 
 if TYPE_CHECKING:  # loads numba
-    from simulator.compiled.chains import ChainArrays
+    from simulator.compiled.filters import ChainArrays
 
 
 class Chains:
@@ -30,7 +30,7 @@ class Chains:
 
     @property
     def arrays(self) -> ChainArrays:
-        """What compiled functions read, see `simulator.compiled.chains`."""
+        """What compiled functions read, see `simulator.compiled.filters`."""
         entries = self._entries
         return (
             self._newest, self._first, entries["at"], entries["value"], entries["share"],

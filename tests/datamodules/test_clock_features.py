@@ -131,7 +131,7 @@ def test_traces_that_cannot_be_trained_on(tmp_path):
         ({"features": clock}, r"got sampled homes, in which no time of day.*recorded homes"),
         ({"features": clock, "trace": known, "val_trace": unknown}, "layout.json of unknown. Add"),
         ({"trace": known}, r"must come together, .*and val_trace None. Name folders for both"),
-        ({"by_day": True}, "by_day must come with trace, got no trace. Name a folder"),
+        ({"by_day": True}, "by_day and replays must come with trace, got no trace. Name a folder"),
         ({"trace": known, "val_trace": known}, "must differ from those to train on, got known in"),
         ({"trace": known, "val_trace": []}, "traces must be one or more folders, got none"),
         ({"trace": ["nowhere"], "val_trace": known}, "trace must be a folder with layout.json"),

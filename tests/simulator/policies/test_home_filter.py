@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from simulator.compiled.home_filter import (
+from simulator.compiled.filters import (
     make_transitions,
     update_class_noise,
     update_instance_noise,

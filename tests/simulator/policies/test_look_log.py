@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from simulator.compiled.chains import list_entries
+from simulator.compiled.filters import list_entries
 from simulator.policies.look_log import Chains, LookLog
 
 
