@@ -115,6 +115,8 @@ class SGMDataModule(pl.LightningDataModule):
                 "trace and val_trace must come together, and step_seconds and by_day with them,"
                 f" got trace {trace} and val_trace {val_trace}. Name folders for both."
             )
+        if [] in (trace, val_trace):
+            raise ValueError("traces must be one or more folders, got none. Name a folder.")
         folders = tuple(trace or ())
         options = HomeOptions(homes, home, prior, folders, step_seconds, by_day, replays)
         source = val_source = options.make()
