@@ -9,8 +9,8 @@ import time
 
 from _measure import Benchmark, Measure, run
 
-from datamodules.text import TextVectors
-from datamodules.text.train import __main__ as train
+from simulator.text import TextVectors
+from simulator.text.train import __main__ as train
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:

@@ -26,10 +26,10 @@ from datamodules.features import (
 from datamodules.graph_arrays import GraphArrays
 from datamodules.object_edges import ObjectEdges
 from datamodules.pairs import FIRST_OBJECT_TYPE, OBJECT_UP, Pairs
-from datamodules.text import TextVectors
 from simulator.memory.candidates import propose_rows, sample_places
 from simulator.memory.memory_batch import NEVER
 from simulator.snapshots.snapshots import Snapshots, forget
+from simulator.text import TextVectors
 
 
 class GraphBuilder:

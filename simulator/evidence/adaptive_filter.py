@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.arrays.padded import sum_rows
+from simulator.evidence.expected import Expected
 from simulator.evidence.object_counts import ObjectCounts, compute_hour, compute_hours_per_step
 from simulator.memory.home_history import NUM_HOURS
 from simulator.memory.memory_batch import MemoryBatch, Queries
@@ -74,30 +75,32 @@ class Rates:
 
 
 def compute_destinations(
-    memory: MemoryBatch, queries: Queries, counts: ObjectCounts, hours: float = 0.0
+    memory: MemoryBatch,
+    queries: Queries,
+    counts: ObjectCounts,
+    expected: Expected,
+    hours: float = 0.0,
 ) -> np.ndarray:
     """Return where each object goes when it moves, (Q, F + 1), the last column elsewhere.
 
-    In proportion to how often it was seen at a place, plus its prior as one more sighting, plus a
-    little everywhere: more where there is no prior.
+    In proportion to how often it was seen at a place, plus what is expected as one more sighting,
+    plus a little everywhere: more where nothing is expected.
 
     Args:
         memory: the memory.
         queries: the objects.
         counts: `ObjectCounts.gather` of the same.
+        expected: of the same.
         hours: how much sightings at other hours of the day are discounted, 0 to 1.
     """
     is_place = memory.is_furniture[queries.home]
     num_places = is_place.sum(axis=1)
-    prior = queries.prior.sum(axis=2).astype(float)
-    total = sum_rows(prior, num_places)[:, None]
-    has_prior = total > 1e-9
-    prior = np.divide(prior, total, out=np.zeros_like(prior), where=has_prior)
+    trust = expected.trust[:, None]
     seen = counts.num_true.astype(float)
     if hours > 0 and counts.hours is not None:
         seen = seen * (1 - hours) + hours * weigh_hours(memory, queries, counts.hours)
-    anywhere = (0.3 + ~has_prior) / num_places[:, None]
-    weight = (seen + prior + anywhere) * is_place
+    anywhere = (0.3 + (1 - trust)) / num_places[:, None]
+    weight = (seen + trust * expected.share + anywhere) * is_place
     total = sum_rows(weight, num_places)[:, None] + anywhere
     return np.append(weight, anywhere, axis=1) / total
 

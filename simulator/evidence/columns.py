@@ -43,6 +43,12 @@ PLACE_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
         "posterior_2",
         "posterior_8",
     ),
+    "words": (
+        "by_name",
+        "log_by_name",
+        "by_name_rank",
+        "furniture_cosine",
+    ),
     "filters": (
         "belief_anywhere",
         "log_belief_anywhere",
@@ -124,6 +130,11 @@ QUESTION_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
         "last_right",
         "common_right",
         "prior_right",
+    ),
+    "words": (
+        "is_known",
+        "name_cosine",
+        "most_by_name",
     ),
     "object": (
         "was_seen",

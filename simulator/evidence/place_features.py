@@ -91,6 +91,17 @@ def compute_prior(question: Question) -> Columns:
     return columns
 
 
+def compute_words(question: Question) -> Columns:
+    """Where things are kept that are called most alike, and how sure what the place is called."""
+    by_name, cosine = question.expected.by_name, question.expected.name_cosine[:, None]
+    return {
+        "by_name": by_name,
+        "log_by_name": np.where(cosine > 0, compute_log(by_name, question), 0),
+        "by_name_rank": np.where(cosine > 0, rank(by_name), 0),
+        "furniture_cosine": question.expected.furniture_cosine,
+    }
+
+
 def compute_filters(question: Question) -> Columns:
     """What the adaptive filters believe."""
     columns: Columns = {}
@@ -181,6 +192,7 @@ PLACE_GROUPS: Mapping[str, Callable[[Question], Columns]] = {
     "looks": compute_looks,
     "times": compute_times,
     "prior": compute_prior,
+    "words": compute_words,
     "filters": compute_filters,
     "places": compute_places,
     "others": compute_others,

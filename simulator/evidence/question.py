@@ -12,6 +12,7 @@ from simulator.evidence.adaptive_filter import (
     compute_beliefs,
     compute_destinations,
 )
+from simulator.evidence.expected import Expected
 from simulator.evidence.object_counts import ObjectCounts, compute_hours_per_step
 from simulator.memory.memory_batch import MemoryBatch, Queries
 
@@ -43,8 +44,7 @@ class Question:
         hours: length of a time step, (Q, 1).
         looks: at each furniture node, (Q, F).
         last_look: when, -1 for never, (Q, F).
-        prior: share of each place, zero without a prior, (Q, F).
-        has_prior: bool (Q, 1).
+        expected: where it is expected before it is seen.
         last: where it was last seen, -1 for never, (Q,).
         was_seen: bool (Q, 1).
         num_seen: its sightings, (Q, 1).
@@ -66,8 +66,7 @@ class Question:
     hours: np.ndarray
     looks: np.ndarray
     last_look: np.ndarray
-    prior: np.ndarray
-    has_prior: np.ndarray
+    expected: Expected
     last: np.ndarray
     was_seen: np.ndarray
     num_seen: np.ndarray
@@ -88,11 +87,10 @@ class Question:
         home, objects, edges = queries.home, memory.objects, memory.edges
         counts = ObjectCounts.gather(memory, queries)
         rates = Rates.estimate(memory, queries)
-        destinations = compute_destinations(memory, queries, counts)
+        expected = Expected.by_words(memory, queries)
+        destinations = compute_destinations(memory, queries, counts, expected)
         hours = compute_hours_per_step(memory, home)
         is_place = memory.is_furniture[home]
-        prior = queries.prior.sum(axis=2).astype(float)
-        total = prior.sum(axis=1, keepdims=True)
         num_seen = counts.num_true.sum(axis=1, keepdims=True)
         is_known = objects["last_furniture"] >= 0
         known_home, known_place = objects["home"][is_known], objects["last_furniture"][is_known]
@@ -120,8 +118,7 @@ class Question:
             hours=hours[:, None],
             looks=memory.furniture_num_observed[home],
             last_look=memory.furniture_last_observed[home],
-            prior=np.divide(prior, total, out=np.zeros_like(prior), where=total > 1e-9),
-            has_prior=total > 1e-9,
+            expected=expected,
             last=objects["last_furniture"][queries.object],
             was_seen=num_seen > 0,
             num_seen=num_seen,
@@ -150,6 +147,16 @@ class Question:
     def take_at(self, values: np.ndarray, place: np.ndarray) -> np.ndarray:
         """Return the values (Q, F) of one place per question, any one where it is -1, (Q,)."""
         return values[np.arange(len(values)), np.maximum(place, 0)]
+
+    @property
+    def prior(self) -> np.ndarray:
+        """The share of each place that is expected, by the prior or by words, (Q, F)."""
+        return self.expected.share
+
+    @property
+    def has_prior(self) -> np.ndarray:
+        """Whether anything is expected, bool (Q, 1)."""
+        return self.expected.trust[:, None] > 0
 
     @property
     def usual(self) -> np.ndarray:

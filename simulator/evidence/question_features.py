@@ -76,6 +76,16 @@ def compute_trust(question: Question) -> Columns:
     }
 
 
+def compute_words(question: Question) -> Columns:
+    """Whether the prior knows the object, and how sure its name tells where it is kept."""
+    expected = question.expected
+    return {
+        "is_known": expected.trust == 1,
+        "name_cosine": expected.name_cosine,
+        "most_by_name": expected.by_name.max(axis=1),
+    }
+
+
 def compute_object(question: Question) -> Columns:
     """Where the object tends to be, how sure that is, and what filters say in sum."""
     share, last, was_seen = question.share, question.last, question.was_seen[:, 0]
@@ -123,6 +133,7 @@ QUESTION_GROUPS: Mapping[str, Callable[[Question], Columns]] = {
     "size": compute_size,
     "movement": compute_movement,
     "trust": compute_trust,
+    "words": compute_words,
     "object": compute_object,
     "hour": compute_hour_of_day,
 }

@@ -10,6 +10,7 @@ from simulator.evidence.adaptive_filter import (
     compute_beliefs,
     compute_destinations,
 )
+from simulator.evidence.expected import Expected
 from simulator.evidence.object_counts import ObjectCounts
 from simulator.memory.memory_batch import MemoryBatch, Queries
 from simulator.policies.policy import Policy, mask_furniture
@@ -36,5 +37,6 @@ class Adaptive(Policy):
         """Return the probability of each furniture node, and last of elsewhere, (Q, F + 1)."""
         counts = ObjectCounts.gather(memory, queries)
         rates = Rates.estimate(memory, queries)
-        goes = compute_destinations(memory, queries, counts, self._settings.hours)
+        expected = Expected.by_prior(memory, queries)
+        goes = compute_destinations(memory, queries, counts, expected, self._settings.hours)
         return compute_beliefs(memory, queries, counts, rates, goes, [self._settings])[:, 0]

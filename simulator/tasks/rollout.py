@@ -20,8 +20,9 @@ def make_memory(homes: Homes) -> MemoryBatch:
     labels = homes.labels
     index = {label: i for i, label in enumerate(labels)} | {"": -1}  # beyond a smaller home
     rooms, furniture = homes.room_labels.tolist(), homes.furniture_labels.tolist()
-    place_prior = PlacePrior(homes.prior, rooms, furniture, homes.furniture_room)
-    place_prior.weights = homes.view_prior(place_prior.weights)
+    place_prior = PlacePrior(
+        homes.prior, rooms, furniture, homes.furniture_room, view=homes.view_prior
+    )
     return MemoryBatch(
         labels,
         np.array([[index[label] for label in row] for row in rooms]),

@@ -18,7 +18,8 @@ BLENDED = "blended"  # half the true weights, half those of other types; in test
 VIEWS = (TRUE, NOISY, UNKNOWN_WORDS, OTHER_HOME, NONE, BLENDED)
 
 _UNKNOWN_SHARE = 0.4  # of the labels of a home with unknown words
-_STRANGER_SHARE = 0.5  # of these: names of other things; the others are synonyms
+_STRANGER_SHARE = 0.15  # of these: names of other things, which say nothing
+_SYNONYM_SHARE = 0.35  # of these: synonyms, where there are any; all others keep their word
 _FORGOTTEN_SHARE = 0.3  # of the weights of a noisy prior
 _NOISE = 1.0  # standard deviation of the logarithm of the others
 
@@ -26,8 +27,8 @@ _NOISE = 1.0  # standard deviation of the logarithm of the others
 class MixedHomes(SampledHomes):
     """Sampled homes whose agents know the prior each in their own way.
 
-    The true homes follow the true prior. What an agent does not know by its word has no prior
-    weight anywhere; where it is called by a word of its own, all of its type in the home are.
+    The true homes follow the true prior. What an agent does not know has no prior weight anywhere,
+    whether it is called by another word, then all of its type in the home are, or by its own.
 
     Attributes:
         views: one of `VIEWS` for each home, (H,).
@@ -43,6 +44,7 @@ class MixedHomes(SampledHomes):
     def set_views(self, views: tuple[str, ...]) -> None:
         """Say how the agent of each home knows the prior, (H,); once, before a memory is made."""
         self.views = views
+        self._is_unknown = np.zeros(self.type_labels.shape, dtype=bool)
         for home, view in enumerate(views):
             if view == UNKNOWN_WORDS:
                 self._rename(home)
@@ -51,9 +53,12 @@ class MixedHomes(SampledHomes):
         """Return the prior of the layouts as the agents of these homes know it, (H, O, F, 2)."""
         seen = weights.copy()
         for home, view in enumerate(self.views):
-            if view in (TRUE, UNKNOWN_WORDS):
+            if view == TRUE:
                 continue
             own = seen[home, :, : self.home_num_furniture[home]]
+            if view == UNKNOWN_WORDS:
+                own[self._is_unknown[home, : len(own)]] = 0  # nor may words lead there
+                continue
             rng = self.streams.generator("prior view", home)
             if view == NONE:
                 own[:] = 0
@@ -68,27 +73,29 @@ class MixedHomes(SampledHomes):
         return seen
 
     def _rename(self, home: int) -> None:
-        """Give part of the types and of the furniture of a home other words."""
+        """Let the prior not know part of the types, and give part of the labels other words."""
         words = load_words(self.streams.split)
         rng = self.streams.generator("words", home)
         free = list(rng.permutation(words.strangers))
         furniture = self.furniture_labels[home]
-        labels = dict.fromkeys([*self.type_labels[home], *furniture[furniture != ""]])
-        new = {}
-        for label in labels:
+        places = dict.fromkeys(furniture[furniture != ""].tolist())
+        new: dict[str, str] = {}
+        for label in dict.fromkeys([*self.type_labels[home], *places]):
             chance, kind, which = rng.random(3)
             synonyms = words.synonyms.get(label, ())
             if chance >= _UNKNOWN_SHARE:
                 continue
-            if kind < _STRANGER_SHARE or not synonyms:
-                if free:
-                    new[label] = str(free.pop())
-            else:
+            if kind < _STRANGER_SHARE and free:
+                new[label] = str(free.pop())
+            elif synonyms and (kind < _STRANGER_SHARE + _SYNONYM_SHARE or label in places):
                 new[label] = synonyms[int(which * len(synonyms))]
+            elif label not in places:
+                new[label] = label  # its own word, of which the agent knows nothing
         for number, label in enumerate(self.type_labels[home]):
             if label in new:
                 self.type_labels[home, number] = new[label]
                 self.prior_types[home, number] = -1
+                self._is_unknown[home, number] = True
         self.furniture_labels[home] = [new.get(label, label) for label in furniture]
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from simulator.compiled.adaptive_filter import follow_looks
 from simulator.evidence.adaptive_filter import FilterSettings, Rates, compute_destinations
+from simulator.evidence.expected import Expected
 from simulator.evidence.object_counts import ObjectCounts
 from simulator.policies.adaptive import Adaptive
 from simulator.policies.heuristics import Bayesian
@@ -116,7 +117,7 @@ def test_destinations_by_hand(rollout):
     memory = rollout.memory
     queries = ask_all(memory, 0)
     counts = ObjectCounts.gather(memory, queries)
-    found = compute_destinations(memory, queries, counts)
+    found = compute_destinations(memory, queries, counts, Expected.by_prior(memory, queries))
     weight = counts.num_true + queries.prior.sum(axis=2) + 0.05
     expected = weight / (weight.sum(axis=1, keepdims=True) + 0.05)
     np.testing.assert_allclose(found[:, :-1], expected, rtol=1e-6)

@@ -164,13 +164,23 @@ def test_changed_views_are_distributions_that_differ_from_the_prior(view):
 def test_unknown_words_have_no_prior_and_the_home_stays_what_it_was():
     homes, plain = make_with_view(UNKNOWN_WORDS, num_homes=20), make_with_view(TRUE, num_homes=20)
     np.testing.assert_array_equal(homes.object_place, plain.object_place)
-    is_new = homes.type_labels != np.array(homes.object_labels, dtype=object)
-    np.testing.assert_array_equal(homes.prior_types < 0, is_new)
+    is_new = homes.prior_types < 0
     assert is_new.mean() == pytest.approx(0.4, abs=0.06)
     words = load_words("train")
-    for home, number in np.argwhere(is_new):
+    is_called_otherwise = homes.type_labels != np.array(homes.object_labels, dtype=object)
+    assert (is_new | ~is_called_otherwise).all()
+    for home, number in np.argwhere(is_called_otherwise):
         label, new = homes.object_labels[number], homes.type_labels[home, number]
         assert new in words.synonyms.get(label, ()) or new in words.strangers
+    # 15 % strangers; of the others, 41 % take one of their synonyms if they have any.
+    is_stranger = np.isin(homes.type_labels[is_new], words.strangers)
+    assert is_stranger.mean() == pytest.approx(0.15, abs=0.03)
+    has_synonym = np.array([label in words.synonyms for label in homes.object_labels])
+    expected = 0.15 + 0.35 * has_synonym.mean()
+    assert is_called_otherwise[is_new].mean() == pytest.approx(expected, abs=0.04)
+    weights = make_memory(homes).place_prior.weights  # nor may similar words lead there
+    assert not weights[is_new].any()
+    assert weights[~is_new].any()
     rollout = Rollout(homes, make_policy("bayesian", homes))
     codes, queries = rollout.ask()
     types = homes.object_descriptions.type_of_code[codes]

@@ -1,5 +1,5 @@
 """Text vectors of labels: a small spaCy Tok2Vec pipeline that ships with the package."""
 
-from datamodules.text.vectors import TextVectors
+from simulator.text.vectors import TextVectors
 
 __all__ = ["TextVectors"]

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import spacy
 
-from datamodules.text import TextVectors
-from datamodules.text.train import __main__ as train
-from datamodules.text.vectors import SHIPPED_PIPELINE
 from simulator.priors.prior_graph import PriorGraph
+from simulator.text import TextVectors
+from simulator.text.train import __main__ as train
+from simulator.text.vectors import SHIPPED_PIPELINE
 
 
 @pytest.fixture(scope="module")
@@ -177,12 +177,12 @@ def test_shipped_pipeline_is_small_and_plain() -> None:
 def test_import_is_light_and_loading_needs_neither_pickle_nor_network() -> None:
     script = """
 import sys
-import datamodules.text
+import simulator.text
 assert not {"spacy", "torch"} & set(sys.modules)
 import spacy
 events = []
 sys.addaudithook(lambda e, _: events.append(e) if e.startswith(("pickle.", "socket.")) else None)
-datamodules.text.TextVectors().vectors(["mug"])
+simulator.text.TextVectors().vectors(["mug"])
 assert not events, events
 """
     root = Path(__file__).parents[2]

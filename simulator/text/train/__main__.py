@@ -1,4 +1,4 @@
-"""Train the small text pipeline: `python -m datamodules.text.train --out DIR`.
+"""Train the small text pipeline: `python -m simulator.text.train --out DIR`.
 
 The tok2vec of en_core_web_sm (hashed norm, prefix, suffix and shape; width 96; four window encoder
 layers) learns vectors whose cosines are those of the facets in taxonomy.json.
@@ -29,7 +29,7 @@ from thinc.api import (
     set_dropout_rate,
 )
 
-from datamodules.text.vectors import TextVectors
+from simulator.text.vectors import TextVectors
 
 FloatArray = NDArray[np.float32]
 
@@ -248,7 +248,7 @@ def compute_accuracy(text: TextVectors) -> dict[str, float]:
 
 def main(arguments: list[str] | None = None) -> None:
     """Train, save, and print how many of the evaluation's triples hold."""
-    parser = argparse.ArgumentParser(prog="python -m datamodules.text.train", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m simulator.text.train", description=__doc__)
     parser.add_argument("--out", type=Path, required=True, help="folder for the pipeline")
     parser.add_argument("--epochs", type=int, default=40)
     parser.add_argument("--batch-size", type=int, default=128)
