@@ -47,6 +47,8 @@ PLACE_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
         "by_name",
         "log_by_name",
         "by_name_rank",
+        "similar_here",
+        "log_similar_here",
         "furniture_cosine",
     ),
     "filters": (
@@ -86,6 +88,8 @@ PLACE_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
         "same_name_share",
         "companions_now",
         "companions_often",
+        "strays",
+        "strays_share",
     ),
     "rooms": (
         "is_same_room",
@@ -135,6 +139,8 @@ QUESTION_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
         "is_known",
         "name_cosine",
         "most_by_name",
+        "similar_known",
+        "most_similar",
     ),
     "object": (
         "was_seen",

@@ -92,12 +92,15 @@ def compute_prior(question: Question) -> Columns:
 
 
 def compute_words(question: Question) -> Columns:
-    """Where things are kept that are called most alike, and how sure what the place is called."""
+    """Where things of such names are kept by the prior and in this home, and the place's own."""
+    similar = question.similar / (question.similar.sum(axis=1, keepdims=True) + 0.1)
     by_name, cosine = question.expected.by_name, question.expected.name_cosine[:, None]
     return {
         "by_name": by_name,
         "log_by_name": np.where(cosine > 0, compute_log(by_name, question), 0),
         "by_name_rank": np.where(cosine > 0, rank(by_name), 0),
+        "similar_here": similar,
+        "log_similar_here": compute_log(similar, question),
         "furniture_cosine": question.expected.furniture_cosine,
     }
 
@@ -135,12 +138,12 @@ def compute_places(question: Question) -> Columns:
 
 
 def compute_others(question: Question) -> Columns:
-    """Where things of the same name were seen, and where its companions are and tend to be.
+    """Where things of the same name, its companions, and what is out of its place were seen.
 
     Things of a name, this one among them, at furniture of the same label, in the room and in the
     home: what belongs on one shelf may belong on the next.
     """
-    same, fresh = question.same, question.fresh
+    same, fresh, strays = question.same, question.fresh, question.strays
     is_most = question.share >= question.share.max(axis=1, keepdims=True)
     often = np.where(is_most, 0, question.often)
     label = question.memory.furniture_label[question.queries.home]
@@ -159,6 +162,8 @@ def compute_others(question: Question) -> Columns:
         "same_name_share": same / np.maximum(same.sum(axis=1, keepdims=True), 1),
         "companions_now": fresh / np.maximum(fresh.sum(axis=1, keepdims=True), 0.5),
         "companions_often": often / np.maximum(often.sum(axis=1, keepdims=True), 0.5),
+        "strays": np.log1p(strays),
+        "strays_share": strays / (strays.sum(axis=1, keepdims=True) + 0.5),
     }
 
 

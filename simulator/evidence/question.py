@@ -28,6 +28,8 @@ FILTERS = {
     "asked": FilterSettings(asks_moved=0.5),
 }
 
+_WIDTH = 0.1  # of cosines by which the names of two things are alike
+
 
 @dataclass(frozen=True, slots=True)
 class Question:
@@ -53,7 +55,8 @@ class Question:
         popularity: how many objects were last seen at each place, (Q, F).
         num_known: how many objects were ever seen, (Q, 1).
         moves: from place to place, (Q, F, F).
-        same, fresh, often: from `gather_others`, (Q, F).
+        same, fresh, often, similar, strays: from `gather_others`, (Q, F).
+        most_similar: likewise, (Q,).
     """
 
     memory: MemoryBatch
@@ -78,6 +81,9 @@ class Question:
     same: np.ndarray
     fresh: np.ndarray
     often: np.ndarray
+    similar: np.ndarray
+    most_similar: np.ndarray
+    strays: np.ndarray
 
     @classmethod
     def gather(cls, memory: MemoryBatch, queries: Queries) -> Question:
@@ -98,12 +104,13 @@ class Question:
         np.add.at(popularity, (known_home, known_place), 1)
         num_known = np.bincount(known_home, minlength=memory.num_homes)
         edge_counts = np.bincount(edges["home"], minlength=memory.num_homes)
-        same, fresh, often = gather_others(
+        cosine = memory.label_vectors.cosines(objects["label"][queries.object])
+        same, fresh, often, similar, most_similar, strays = gather_others(
             home.astype(np.int64), queries.object.astype(np.int64), counts.num_true.astype(float),
             rates.home * hours, memory.time,
             objects["label"], objects["last_furniture"], objects["last_observed"],
             np.argsort(edges["home"], kind="stable"), np.append(0, np.cumsum(edge_counts)),
-            edges["object"], edges["furniture"], edges["num_true"],
+            edges["object"], edges["furniture"], edges["num_true"], np.exp((cosine - 1) / _WIDTH),
         )  # fmt: skip
         return cls(
             memory=memory,
@@ -130,6 +137,9 @@ class Question:
             same=same,
             fresh=fresh,
             often=often,
+            similar=similar,
+            most_similar=most_similar,
+            strays=strays,
         )
 
     def get_belief(self, name: str) -> np.ndarray:

@@ -83,6 +83,8 @@ def compute_words(question: Question) -> Columns:
         "is_known": expected.trust == 1,
         "name_cosine": expected.name_cosine,
         "most_by_name": expected.by_name.max(axis=1),
+        "similar_known": np.log1p(question.similar.sum(axis=1)),
+        "most_similar": question.most_similar,
     }
 
 

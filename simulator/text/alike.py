@@ -29,9 +29,8 @@ class Alike:
         """Return the cosine of each word to each known one, float64 (n, K), -1 to itself."""
         new = [word for word in dict.fromkeys(words) if word not in self._row_of]
         if new:
-            vectors = load_vectors().vectors([*new, *self._known]).astype(float)
-            vectors /= np.sqrt((vectors**2).sum(axis=1, keepdims=True))
-            for word, row in zip(new, vectors[: len(new)] @ vectors[len(new) :].T, strict=True):
+            rows = np.einsum("nd,kd->nk", load_units(new), load_units(self._known))
+            for word, row in zip(new, rows, strict=True):
                 row[[known == word for known in self._known]] = -1
                 self._row_of[word] = row
         return np.array([self._row_of[word] for word in words]).reshape(-1, len(self._known))
@@ -49,7 +48,31 @@ def weigh(cosines: np.ndarray, is_present: np.ndarray | bool = True) -> np.ndarr
     return np.divide(weights, total, out=np.zeros_like(weights), where=total > 0)
 
 
+class LabelVectors:
+    """Vectors of labels that are numbered; the list may grow.
+
+    Args:
+        labels: text of every number; kept, not copied.
+    """
+
+    def __init__(self, labels: list[str]) -> None:
+        self.labels = labels
+        self._units = np.zeros((0, TextVectors.WIDTH))
+
+    def cosines(self, label: np.ndarray) -> np.ndarray:
+        """Return the cosine of labels to every label, (n,) -> float64 (n, L)."""
+        new = self.labels[len(self._units) :]
+        if new:
+            self._units = np.concatenate([self._units, load_units(new)])
+        return np.einsum("nd,ld->nl", self._units[label], self._units)
+
+
+def load_units(words: Sequence[str]) -> np.ndarray:
+    """Return the vectors of words, each of length one, float64 (n, 96)."""
+    vectors = _load_pipeline().vectors(words).astype(float)
+    return vectors / np.sqrt((vectors**2).sum(axis=1, keepdims=True))
+
+
 @lru_cache(maxsize=1)
-def load_vectors() -> TextVectors:
-    """Load the shipped pipeline, once for all that ask."""
+def _load_pipeline() -> TextVectors:
     return TextVectors()
