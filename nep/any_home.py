@@ -73,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             kinds |= list_recorded(
                 options.recorded, _RECORDED_SEARCHES, tuple(range(_RECORDED_SEEDS))
             )
-        kinds = choose_kinds(kinds, options.kinds)
+        kinds = dict(choose_kinds(kinds, options.kinds))
         scores = {}
         path = options.out.with_suffix(".json")
         path.parent.mkdir(parents=True, exist_ok=True)

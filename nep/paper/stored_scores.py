@@ -81,7 +81,9 @@ class Evaluation:
         (make,) = list_contestants(self.setting.task, policies, networks).values()
         scores = evaluate_policy(
             make,
-            import_source(self.source)(None, HomeConfig(dynamic_nodes=self.setting.dynamic_nodes)),
+            import_source(self.source)(
+                PriorGraph.default(), HomeConfig(dynamic_nodes=self.setting.dynamic_nodes)
+            ),
             Streams(self.seed, "test", range(self.num_homes)),
             self.steps,
             task=self.setting.task,
