@@ -10,9 +10,12 @@ import importlib
 import os
 from typing import TYPE_CHECKING, Any
 
+from simulator.caches import keep_home_clean
+
 # Waiting threads sleep rather than spin. When another process has one of two cores, spinning made a
 # training step four times slower. Read when torch is loaded, hence here.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+keep_home_clean()  # torchmetrics imports matplotlib
 
 if TYPE_CHECKING:
     from nep.robot.finder import ObjectFinder

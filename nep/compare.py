@@ -9,6 +9,7 @@ from pathlib import Path
 
 from nep.report.results import Results
 from nep.report.tables import compute_difference, format_difference, join_table
+from simulator.process import run_main
 from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.registry import TASKS
 
@@ -83,4 +84,4 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import sys
 import warnings
@@ -21,10 +22,11 @@ from lightning.fabric.utilities.exceptions import MisconfigurationException
 from lightning.pytorch import Trainer
 from lightning.pytorch.callbacks import Callback, ModelCheckpoint, RichProgressBar
 from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCLI
-from lightning.pytorch.utilities import rank_zero_info
+from lightning.pytorch.utilities import rank_zero_only
 
 from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
+from nep.callbacks.epoch_lines import EpochLines
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.checkpoint_files import WholeCheckpoints
 from nep.model.module import NEPModule
@@ -32,6 +34,7 @@ from nep.players.checkpoints import TrainedModel, check_resumable, load_trained
 from nep.players.starting_point import make_settings, take_weights
 from simulator.command_line import BAD_INPUT, normalise, one_line_errors
 from simulator.messages import shorten_text
+from simulator.process import run_main
 
 _BEST = "val/hits_at_1"  # by which the best epoch is chosen
 CONFIG_FOLDER = Path(__file__).parent / "configs"
@@ -140,7 +143,7 @@ class FitCLI(LightningCLI):
         """Build the trainer with progress bar and checkpoints, unless they are switched off."""
         callbacks: list[Callback] = []
         if self.config.trainer.enable_progress_bar is not False:
-            callbacks.append(RichProgressBar())
+            callbacks.append(RichProgressBar() if sys.stdout.isatty() else EpochLines())
         if self.config.trainer.enable_checkpointing is not False:
             # Two callbacks: with `save_last` the last epoch is only saved where it is the best.
             callbacks += [
@@ -255,6 +258,9 @@ def find_classes(args: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
 
 def main(args: ArgsType = None) -> FitCLI:
     """Train; the online evaluation ends the run with its table."""
+    # of other people: a cloud to log to, a GPU that is not there, an interval of ours
+    logging.getLogger("lightning.pytorch.utilities.rank_zero").setLevel(logging.WARNING)
+    warnings.filterwarnings("ignore", message=".*smaller than the logging interval")
     # lightning 2.6 tests torch's tree specifications in a way that torch 2.13 deprecated
     warnings.filterwarnings("ignore", message=".isinstance.treespec, LeafSpec")
     args = sys.argv[1:] if args is None else args
@@ -285,6 +291,8 @@ def main(args: ArgsType = None) -> FitCLI:
         )
         if cli.start is not None:
             keep_start(cli.trainer, cli.start, start_score)
+    except BrokenPipeError:
+        raise
     except (OSError, MisconfigurationException) as error:  # a full disk; settings at odds
         sys.exit(f"error: {_shorten(error)}")
     return cli
@@ -309,7 +317,7 @@ def keep_start(trainer: Trainer, start: TrainedModel, start_score: float) -> Non
             trainer.lightning_module.load_state_dict(start.module.state_dict())
             trainer.save_checkpoint(callback.best_model_path)
             line += "; best.ckpt keeps the start"
-        rank_zero_info(line)
+        rank_zero_only(print)(line)
 
 
 def _can_be_folder(path: Path) -> bool:
@@ -322,4 +330,4 @@ def _shorten(error: Exception) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

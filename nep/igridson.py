@@ -16,6 +16,7 @@ from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from simulator.igridson import command
 from simulator.igridson.find_object import Searcher
+from simulator.process import run_main
 
 PROG = "python -m nep.igridson"
 
@@ -48,4 +49,4 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    run_main(main)

@@ -29,6 +29,7 @@ from nep.report.figures import draw_over_steps
 from simulator.checks import check_at_least
 from simulator.files import write_whole
 from simulator.policies import POLICIES
+from simulator.process import run_main
 
 # Everything as small as it can be, to try the command: seconds instead of hours.
 _TINY_FIT = (
@@ -198,4 +199,4 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

@@ -32,6 +32,7 @@ from simulator.memory.memory_batch import Change
 from simulator.messages import shorten
 from simulator.policies import check_policies, make_policy
 from simulator.policies.home_filter import HomeFilter
+from simulator.process import run_main
 from simulator.snapshots.recorder import Recorder
 from simulator.snapshots.shard_check import MAX_HOMES, check_manifest
 from simulator.snapshots.shards import (
@@ -335,4 +336,4 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

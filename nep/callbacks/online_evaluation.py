@@ -9,7 +9,6 @@ from pathlib import Path
 
 import lightning.pytorch as pl
 from lightning.pytorch.loggers import TensorBoardLogger
-from lightning.pytorch.utilities import rank_zero_info
 from matplotlib.figure import Figure
 from rich.console import Console
 
@@ -133,9 +132,7 @@ class OnlineEvaluation(pl.Callback):
         """Let the heuristics and oracles play, once, as late as possible: it takes seconds."""
         policies = [name for name in self.policies if find_policy(name).needs <= self.homes.knows]
         if policies and trainer.progress_bar_callback is not None:
-            rank_zero_info(
-                f"{len(policies)} heuristics and oracles play {self.num_homes} validation homes."
-            )
+            print(f"{len(policies)} heuristics and oracles play {self.num_homes} validation homes.")
         for name in policies:
             self.scores[name] = self._play(trainer, partial(make_policy, name))
 

@@ -13,6 +13,7 @@ from simulator.priors.prior_graph import PriorGraph, parse_prior
 from simulator.priors.sources.build import DEFAULT_SOURCES, SOURCES, build_from_sources
 from simulator.priors.sources.merge import BuildOptions
 from simulator.priors.sources.procthor_databases import NUM_HOUSES
+from simulator.process import run_main
 
 PROG = "python -m simulator.priors"
 _PRIOR_HELP = "prior file; default: the shipped one"
@@ -197,4 +198,4 @@ def _load(file: str) -> PriorGraph:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_main(main)

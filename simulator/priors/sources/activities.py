@@ -23,6 +23,7 @@ from simulator.priors.sources.behavior import find_places, find_synset, parse_ex
 from simulator.priors.sources.counts import PlacementCounts
 from simulator.priors.sources.packages import find_package_data
 from simulator.priors.types import load_names
+from simulator.process import run_main
 
 # An activity is of the first kind of which a part of its name is one of these words. Names that
 # are of none, garden and car for the most part, are left out and listed.
@@ -191,4 +192,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_main(main)

@@ -29,6 +29,7 @@ from thinc.api import (
     set_dropout_rate,
 )
 
+from simulator.process import run_main
 from simulator.text.vectors import TextVectors
 
 FloatArray = NDArray[np.float32]
@@ -284,4 +285,4 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)
