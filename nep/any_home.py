@@ -19,6 +19,7 @@ from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
 from nep.report.model_card import make_card
 from simulator.checks import check_at_least
 from simulator.files import write_whole
+from simulator.messages import shorten
 from simulator.policies.registry import list_policies
 from simulator.process import run_main
 
@@ -86,8 +87,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             for name in options.kinds:
                 if name not in kinds:
                     raise ValueError(
-                        f"kinds must be some of {', '.join(kinds)}, got {name!r}. Choose among "
-                        "these; recorded ones need --recorded."
+                        f"kinds must be some of {', '.join(kinds)}, got {shorten(name)}. Choose "
+                        "among these; recorded ones need --recorded."
                     )
             kinds = {name: kinds[name] for name in options.kinds}
         scores = {}

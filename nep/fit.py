@@ -33,7 +33,7 @@ from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, check_resumable, load_trained
 from nep.players.starting_point import make_settings, take_weights
 from simulator.command_line import BAD_INPUT, normalise, one_line_errors
-from simulator.messages import shorten_text
+from simulator.messages import shorten, shorten_text
 from simulator.process import run_main
 
 _BEST = "val/hits_at_1"  # by which the best epoch is chosen
@@ -249,8 +249,8 @@ def find_classes(args: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
             found = None
         if not (isinstance(found, type) and issubclass(found, base)):
             raise ValueError(
-                f"{name} must be the import path of a subclass of {base.__name__}, got {path!r}. "
-                "Check the path, and run the command in the folder of the module."
+                f"{name} must be the import path of a subclass of {base.__name__}, got "
+                f"{shorten(path)}. Check the path, and run the command in the folder of the module."
             )
         classes[name] = found
     return rest, classes
