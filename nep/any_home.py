@@ -11,27 +11,18 @@ from pathlib import Path
 
 import torch
 
-from nep.kinds.kinds import Kind, list_recorded, list_simulated
-from nep.kinds.play import play_all
+from nep.kinds.kinds import choose_kinds, list_recorded, list_simulated
+from nep.kinds.play import list_players, play_all
 from nep.kinds.table import make_overview, make_table
 from nep.players.checkpoints import CONFIG, load_config
-from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
+from nep.players.contestants import Checkpoint
 from nep.report.model_card import make_card
 from simulator.checks import check_at_least
 from simulator.files import write_whole
-from simulator.messages import shorten
-from simulator.policies.registry import list_policies
 from simulator.process import run_main
 
 _RECORDED_SEEDS = 4
 _RECORDED_SEARCHES = 200
-
-
-def list_players(kind: Kind, checkpoints: Sequence[Checkpoint]) -> dict[str, MakePolicy]:
-    """Return what makes each policy that can play in homes of a kind, and each network."""
-    names = [set(list_policies(source)) for source in kind.sources]
-    common = [name for name in list_policies(kind.sources[0]) if all(name in own for own in names)]
-    return list_contestants("predict_location", common, checkpoints)
 
 
 def note_kinds(folder: Path, overview: str) -> None:
@@ -83,14 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             kinds |= list_recorded(
                 options.recorded, _RECORDED_SEARCHES, tuple(range(_RECORDED_SEEDS))
             )
-        if options.kinds is not None:
-            for name in options.kinds:
-                if name not in kinds:
-                    raise ValueError(
-                        f"kinds must be some of {', '.join(kinds)}, got {shorten(name)}. Choose "
-                        "among these; recorded ones need --recorded."
-                    )
-            kinds = {name: kinds[name] for name in options.kinds}
+        kinds = dict(choose_kinds(kinds, options.kinds))
         scores = {}
         path = options.out.with_suffix(".json")
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -103,6 +103,11 @@ def _make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--encoders", nargs="+", default=[], help="modules of your own with encoders of --models"
     )
+    parser.add_argument(
+        "--homes", choices=("sampled", "paper"), default="sampled",
+        help="those of the paper's text, or of its released code: 24 places, 120 objects, 10 looks "
+        "(%(default)s); give them --runs and --out of their own",
+    )  # fmt: skip
     parser.add_argument("--num_homes", type=int, help="test homes (100)")
     parser.add_argument("--steps", type=int, help="steps in each (100)")
     parser.add_argument("--epochs", type=int, help="of every training (what its config says)")
@@ -138,6 +143,7 @@ def _make_plan(options: argparse.Namespace) -> Plan:
         data=options.data,
         options=tuple(_list_telling_options(options)),
         encoders=tuple(options.encoders),
+        source=options.homes,
     )
     plan.check()
     check_at_least(1, jobs=options.jobs)
@@ -147,6 +153,8 @@ def _make_plan(options: argparse.Namespace) -> Plan:
 def _list_telling_options(options: argparse.Namespace) -> list[str]:
     """Write down the options that scores depend on."""
     listed = ["--seed", str(options.seed)]
+    if options.homes != "sampled":
+        listed += ["--homes", options.homes]
     if options.models is not None:
         listed += ["--models", *options.models]
     for name in ("num_homes", "steps", "epochs"):

@@ -3,8 +3,11 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+ROOT = Path(__file__).parents[2]
 
 COMMANDS = {
     "usage": ["simulator.trace", "--help"],
@@ -28,6 +31,17 @@ def test_a_command_ends_in_silence_where_nobody_reads_on(command, unbuffered):
     os.close(writing)
     assert done.stderr == ""
     assert done.returncode in (0, 1)
+
+
+def test_every_command_is_run_by_it():
+    commands = [
+        path
+        for package in ("simulator", "nep")
+        for path in (ROOT / package).rglob("*.py")
+        if '__name__ == "__main__"' in path.read_text("utf-8")
+    ]
+    assert len(commands) > 10
+    assert [p for p in commands if "    run_main(" not in p.read_text("utf-8")] == []
 
 
 def test_another_broken_pipe_is_not_hidden(tmp_path):
@@ -86,5 +100,5 @@ def run(script, **variables):
     environment = {name: text for name, text in os.environ.items() if name not in left_out}
     return subprocess.run(
         [sys.executable, str(script)], capture_output=True, text=True, check=False,
-        env=environment | {"PYTHONPATH": os.getcwd()} | variables,
+        env=environment | {"PYTHONPATH": str(ROOT)} | variables,
     )  # fmt: skip
