@@ -110,7 +110,8 @@ def test_a_single_home_has_neither_interval_nor_spread():
     """Nobody knows how far another home would be from it."""
     one_home = [
         TaskScores(np.array([[looks]]), *(np.array([[value]]) for value in (True, True, False)),
-                   np.array([[0.75]]), np.array([[0.75]]), np.array([[1]]))
+                   np.array([[0.75]]), np.array([[0.75]]), np.array([[1]]),
+                   np.array([[False]]), np.array([[-1]]))
         for looks in (4.0, 3.0)
     ]  # fmt: skip
     scores = dict(zip(("bayesian", "NEP"), map(ScoreSummary.of, one_home), strict=True))
