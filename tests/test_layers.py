@@ -35,8 +35,8 @@ ORDER = """
     simulator.evidence simulator.policies simulator.snapshots simulator.tasks simulator.robot
     simulator.trace simulator.realism simulator.home_options simulator.command_line simulator.gym
     simulator.igridson simulator.collect simulator.testing simulator datamodules
-    nep.importers nep.layers nep.encoders nep.model nep.checkpoint_files nep.players nep.report
-    nep.kinds nep.robot nep.callbacks nep.fit nep.evaluate nep.paper nep
+    nep.importers nep.layers nep.encoders nep.model nep.checkpoint_files nep.config_files
+    nep.players nep.report nep.kinds nep.robot nep.callbacks nep.fit nep.evaluate nep.paper nep
 """.split()
 COMMANDS = "commands"
 

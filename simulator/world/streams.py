@@ -7,6 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from simulator.checks import check_seed
+
 # Homes of different splits never share a stream, whatever their index.
 SPLITS = ("train", "val", "test")
 
@@ -100,8 +102,7 @@ class Streams:
         Raises:
             ValueError: if the seed, the split or a home number is out of range.
         """
-        if seed < 0:
-            raise ValueError(f"seed must be non-negative, got {seed}. Choose 0 or more.")
+        check_seed(seed)
         if split not in SPLITS:
             raise ValueError(
                 f"split must be one of {', '.join(SPLITS)}, got {split!r}. Choose one of these."
