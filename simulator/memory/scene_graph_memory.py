@@ -15,6 +15,7 @@ import numpy as np
 
 from simulator.memory.asking import Asked
 from simulator.memory.clock import Clock
+from simulator.memory.home_layout import HomeLayout
 from simulator.memory.home_view import list_home, list_rows
 from simulator.memory.look_log import LookLog
 from simulator.memory.memory_batch import MemoryBatch, Queries
@@ -152,6 +153,11 @@ class SceneGraphMemory:
     def time(self) -> int:
         """Steps since the start."""
         return self.batch.time
+
+    @property
+    def layout(self) -> HomeLayout:
+        """Rooms and furniture by id, to be read; the methods below change them."""
+        return self._state.layout
 
     @property
     def num_furniture(self) -> int:
