@@ -5,32 +5,24 @@ from __future__ import annotations
 import json
 import shlex
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import torch
 from jsonargparse import ArgumentParser
 
-from nep.kinds.kinds import Kind, list_recorded, list_simulated
-from nep.kinds.play import play_all
+from nep.kinds.kinds import choose_kinds, list_recorded, list_simulated
+from nep.kinds.play import list_players, play_all
 from nep.kinds.table import make_overview, make_table
 from nep.players.checkpoints import CONFIG, load_config
-from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
+from nep.players.contestants import Checkpoint
 from nep.report.model_card import make_card
 from simulator.checks import check_at_least
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.files import write_whole
-from simulator.policies.registry import list_policies
 
 _RECORDED_SEEDS = 4
 _RECORDED_SEARCHES = 200
-
-
-def list_players(kind: Kind, checkpoints: Sequence[Checkpoint]) -> dict[str, MakePolicy]:
-    """Return what makes each policy that can play in homes of a kind, and each network."""
-    names = [set(list_policies(source)) for source in kind.sources]
-    common = [name for name in list_policies(kind.sources[0]) if all(name in own for own in names)]
-    return list_contestants("predict_location", common, checkpoints)
 
 
 def note_kinds(folder: Path, overview: str) -> None:
@@ -73,16 +65,6 @@ def _make_parser() -> ArgumentParser:
     return parser
 
 
-def _choose_kinds(kinds: Mapping[str, Kind], names: Sequence[str]) -> dict[str, Kind]:
-    for name in names:
-        if name not in kinds:
-            raise ValueError(
-                f"kinds must be some of {', '.join(kinds)}, got {name!r}. Choose among these; "
-                "recorded ones need --recorded."
-            )
-    return {name: kinds[name] for name in names}
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
     arguments = sys.argv[1:] if arguments is None else list(arguments)
@@ -98,8 +80,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             kinds |= list_recorded(
                 options.recorded, _RECORDED_SEARCHES, tuple(range(_RECORDED_SEEDS))
             )
-        if options.kinds is not None:
-            kinds = _choose_kinds(kinds, options.kinds)
+        kinds = dict(choose_kinds(kinds, options.kinds))
         scores = {}
         path = options.out.with_suffix(".json")
         path.parent.mkdir(parents=True, exist_ok=True)

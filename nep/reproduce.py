@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import NoReturn
+from typing import Literal, NoReturn
 
 from filelock import FileLock, Timeout
 from jsonargparse import ArgumentParser, Namespace
@@ -107,6 +107,13 @@ def _make_parser() -> ArgumentParser:
         default=(),
         help="modules of your own with encoders of --models",
     )
+    parser.add_argument(
+        "--homes",
+        type=Literal["sampled", "paper"],
+        default="sampled",
+        help="those of the paper's text, or of its released code: 24 places, 120 objects, 10 "
+        "looks; give them --runs and --out of their own",
+    )
     parser.add_argument("--num_homes", type=int | None, help="test homes; 100 if left out")
     parser.add_argument("--steps", type=int | None, help="steps in each; 100 if left out")
     parser.add_argument(
@@ -143,6 +150,7 @@ def _make_plan(options: Namespace) -> Plan:
         data=options.data,
         options=tuple(_list_telling_options(options)),
         encoders=tuple(options.encoders),
+        source=options.homes,
     )
     plan.check()
     check_at_least(1, jobs=options.jobs)
@@ -152,6 +160,8 @@ def _make_plan(options: Namespace) -> Plan:
 def _list_telling_options(options: Namespace) -> list[str]:
     """Write down the options that scores depend on."""
     listed = ["--seed", str(options.seed)]
+    if options.homes != "sampled":
+        listed += ["--homes", options.homes]
     if options.models is not None:
         listed += ["--models", *options.models]
     for name in ("num_homes", "steps", "epochs"):

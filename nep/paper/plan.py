@@ -44,6 +44,7 @@ class Plan:
         data: folder of the collections.
         options: those of the command line that change what comes out, but for the table.
         encoders: modules of encoders from outside the package.
+        source: name of where homes come from, see `simulator.home_options.SOURCES`.
     """
 
     tables: tuple[str, ...]
@@ -56,6 +57,7 @@ class Plan:
     data: Path
     options: tuple[str, ...]
     encoders: tuple[str, ...] = ()
+    source: str = "sampled"
 
     def check(self) -> None:
         """Check what no parser has checked.
@@ -100,7 +102,7 @@ class Plan:
 
     def make_training(self, network: Contestant) -> Training:
         """Return the training of a network."""
-        return Training(network, self.seed, self.fit_options, self.runs, self.data)
+        return Training(network, self.seed, self.fit_options, self.runs, self.data, self.source)
 
     def make_evaluation(
         self, setting: Setting, contestant: str, checkpoint: Path | None = None
@@ -116,6 +118,7 @@ class Plan:
             self.seed,
             path,
             self.encoders,
+            self.source,
         )
 
     def evaluate_network(self, network: Contestant) -> Evaluation:

@@ -30,6 +30,7 @@ class Training:
         options: further options of `nep.fit`, after the configs.
         runs: folder of all runs.
         data: folder of the collections.
+        source: name of where homes come from, see `simulator.home_options.SOURCES`.
     """
 
     contestant: Contestant
@@ -37,6 +38,7 @@ class Training:
     options: tuple[str, ...]
     runs: Path
     data: Path
+    source: str = "sampled"
 
     @property
     def folder(self) -> Path:
@@ -65,6 +67,7 @@ class Training:
             *(f"--config={config}" for config in configs),
             f"--data.task={setting.task}",
             f"--data.home.dynamic_nodes={str(setting.dynamic_nodes).lower()}",
+            *([] if self.source == "sampled" else [f"--data.homes={self.source}"]),
             *self.options,
         ]
 

@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
-DAY_SECONDS = 86_400.0
+HOUR_SECONDS = 3600.0
+DAY_SECONDS = 24 * HOUR_SECONDS
 WEEK_SECONDS = 7 * DAY_SECONDS
-DEFAULT_STEP_SECONDS = 3600.0
+DEFAULT_STEP_SECONDS = HOUR_SECONDS
 
 
 @dataclass(frozen=True, slots=True)

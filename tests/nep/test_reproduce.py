@@ -120,6 +120,20 @@ def test_what_has_changed_is_run_again(folder):
     assert [job.after for job in jobs] == [(), (jobs[0].name,), (jobs[1].name,)]
 
 
+def test_the_released_codes_homes_are_learnt_and_played_in(tmp_path):
+    """24 places in training and test; what was played in other homes is not taken for it."""
+    plan = make_plan(tmp_path, "--table", "figure", "--homes", "paper")
+    training = plan.make_training(enter(plan.models[0], ABLATION_SETTING))
+    home = FitCLI(training.list_all_options()).datamodule.train_config.homes.home
+    assert (home.furniture_per_room, home.objects_per_furniture, home.max_looks) == (6, 5, 10)
+    evaluation = plan.make_evaluation(ABLATION_SETTING, "random")
+    evaluation.run()
+    assert evaluation.is_done()
+    text = make_plan(tmp_path, "--table", "figure")
+    assert not text.make_evaluation(ABLATION_SETTING, "random").is_done()
+    assert "--homes paper" in plan.describe("1").command
+
+
 def test_a_damaged_checkpoint_is_trained_again(folder):
     training = make_training(folder)
     content = training.checkpoint.read_bytes()

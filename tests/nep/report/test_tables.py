@@ -18,7 +18,17 @@ def make_scores(values) -> ScoreSummary:
     right = np.array([[True, False], [True, False]])
     share = np.full((2, 2), 0.75)
     return ScoreSummary.of(
-        TaskScores(np.array(values, dtype=float), right, ~right, right, share, share, 2 - right)
+        TaskScores(
+            np.array(values, dtype=float),
+            right,
+            ~right,
+            right,
+            share,
+            share,
+            2 - right,
+            right,
+            share,
+        )
     )
 
 
@@ -48,6 +58,7 @@ def test_rows_by_hand(looks):
         {
             "accuracy": 0.5,
             "away_accuracy": 1,  # what was away was right
+            "out_of_place_accuracy": 1,
             "calibration_error": 0.25,  # confidence 0.75, accuracy 0.5
             "nll": -np.log(0.75),
             "candidate_recall": 0.5,
@@ -65,9 +76,10 @@ def test_without_the_policies_to_compare_with_there_are_no_such_columns(looks):
     rows = compute_rows(TASKS["find_object"], {"NEP": looks["NEP"]})
     header, cells = format_table(TASKS["find_object"], rows)
     assert header == [
-        "policy", "looks", "std", "answers right", "right if away", "ECE", "NLL", "recall"
+        "policy", "looks", "std", "answers right", "right if away", "right if out of place", "ECE",
+        "NLL", "recall",
     ]  # fmt: skip
-    assert cells == [["NEP", "3.50", "1.50", "0.500", "1.000", "0.250", "0.29", "0.500"]]
+    assert cells == [["NEP", "3.50", "1.50", "0.500", "1.000", "1.000", "0.250", "0.29", "0.500"]]
     assert rows[0].gap_closed is None
 
 
