@@ -25,3 +25,9 @@ def check_at_least(least: int, **values: float | None) -> None:
     for name, value in values.items():
         if value is not None and not value >= least:  # nan is below every bound
             raise ValueError(f"{name} must be at least {least}, got {shorten(value)}. Raise it.")
+
+
+def check_seed(seed: int) -> None:
+    """Raise ValueError unless a seed is one that numpy takes."""
+    if seed < 0:
+        raise ValueError(f"seed must be non-negative, got {seed}. Choose 0 or more.")

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from simulator.checks import check_at_least
+from simulator.checks import check_at_least, check_seed
 from simulator.command_line import (
     add_home_arguments,
     add_worker_arguments,
@@ -95,8 +95,7 @@ class CollectConfig:
                 f"num_homes must be at most {MAX_HOMES}, got {shorten(self.num_homes)}. Ask for "
                 "fewer."
             )
-        if self.seed < 0:
-            raise ValueError(f"seed must be non-negative, got {self.seed}. Choose 0 or more.")
+        check_seed(self.seed)
         for name, known in (("task", TASKS), ("split", SPLITS)):
             if getattr(self, name) not in known:
                 raise ValueError(

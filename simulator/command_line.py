@@ -8,7 +8,7 @@ from argparse import ArgumentError
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import UnionType
-from typing import TYPE_CHECKING, Any, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
 
 from simulator.fan_out import BACKENDS
 from simulator.home_options import SOURCES, HomeOptions
@@ -140,7 +140,8 @@ def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = ""
         elif not values:
             found.append(f"--{name}={value}" if has_value else f"--{name}")
         else:
-            found.append(f"--{name}={_find_class(name, values[0], prefix)}")
+            value = values[0] if kind == "word" else _find_class(name, values[0], prefix)
+            found.append(f"--{name}={value}")
     return found + [f"--{name}={json.dumps(values)}" for name, values in lists.items()]
 
 
@@ -219,7 +220,10 @@ def _get_summary(function: Callable[..., Any]) -> str:
 
 
 def _list_kinds(parser: ArgumentParser) -> dict[str, str]:
-    """Tell of each option whether it takes several values, "list", or may have none, "flag"."""
+    """Tell the kind of each option.
+
+    "list" takes several values, "flag" may have none, "word" is a text that stands for no class.
+    """
     kinds = {}
     for action in parser._actions:
         typehint = getattr(action, "_typehint", None)
@@ -229,7 +233,10 @@ def _list_kinds(parser: ArgumentParser) -> dict[str, str]:
         is_list = all(
             get_origin(part) in (list, tuple, Sequence) for part in parts if part is not type(None)
         )
-        kinds[action.dest] = "flag" if typehint is bool else "list" if is_list else "value"
+        is_word = typehint is str or get_origin(typehint) is Literal
+        kinds[action.dest] = (
+            "flag" if typehint is bool else "list" if is_list else "word" if is_word else "value"
+        )
     return kinds
 
 

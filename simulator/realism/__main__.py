@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from simulator.checks import check_at_least
 from simulator.command_line import make_parser, one_line_errors, parse, pick
 from simulator.files import write_whole
 from simulator.process import run_main
@@ -54,9 +55,7 @@ class RealismConfig:
         Raises:
             ValueError: if one is below 1.
         """
-        for name in ("num_homes", "days"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}. Raise it.")
+        check_at_least(1, num_homes=self.num_homes, days=self.days)
 
 
 def report(config: RealismConfig) -> str:
