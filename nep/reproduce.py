@@ -30,8 +30,8 @@ from nep.report.figures import draw_over_steps
 from simulator.checks import check_at_least
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.files import write_whole
-from simulator.policies import POLICIES
 from simulator.messages import shorten
+from simulator.policies import POLICIES
 from simulator.process import run_main
 
 # Everything as small as it can be, to try the command: seconds instead of hours.
