@@ -10,13 +10,16 @@ from nep.layers.flat_graph import FlatGraph
 from simulator.evidence.columns import CLOCK_GROUPS, PLACE_COLUMNS, QUESTION_COLUMNS
 
 _LEAST_VARIANCE = 4e-4  # of a column, so that one that hardly varies is not blown up
+_BELIEFS = tuple(name for name in PLACE_COLUMNS if name.startswith("filters.log_belief_"))
+_FIRST_BELIEF = "filters.log_belief_asked"  # what an untrained network answers, all but noise
 _MOST = 8.0  # standard deviations
 
 
 class EvidenceEmbedding(nn.Module):
     """Two layers over the evidence of a furniture node and of its question, GELU after each.
 
-    Columns are standardised by what training showed, and clipped.
+    Columns are standardised by what training showed, and clipped. `compute_shortcut` leads the
+    logarithms of the filters' beliefs past the network, so that it learns what to add to them.
 
     Args:
         units: width of both layers.
@@ -24,6 +27,7 @@ class EvidenceEmbedding(nn.Module):
             network serves homes with and without one.
     """
 
+    belief_columns: Tensor
     place_has_clock: Tensor
     question_has_clock: Tensor
 
@@ -36,6 +40,11 @@ class EvidenceEmbedding(nn.Module):
         self.place = nn.Linear(EVIDENCE_DIM, units)
         self.question = nn.Linear(QUESTION_DIM, units, bias=False)
         self.second = nn.Linear(units, units)
+        self.shortcut = nn.Linear(len(_BELIEFS), 1, bias=False)
+        with torch.no_grad():
+            self.shortcut.weight.zero_()[0, _BELIEFS.index(_FIRST_BELIEF)] = 1
+        columns = torch.tensor([PLACE_COLUMNS.index(name) for name in _BELIEFS])
+        self.register_buffer("belief_columns", columns, persistent=False)
         for name, columns in (("place", PLACE_COLUMNS), ("question", QUESTION_COLUMNS)):
             is_clock = [column.partition(".")[0] in CLOCK_GROUPS for column in columns]
             self.register_buffer(f"{name}_has_clock", torch.tensor(is_clock), persistent=False)
@@ -61,3 +70,10 @@ class EvidenceEmbedding(nn.Module):
         question = self.question_scale(question).clamp(-_MOST, _MOST)
         hidden = self.place(place) + self.question(question).index_select(0, snapshot)
         return nn.functional.gelu(self.second(nn.functional.gelu(hidden)))
+
+    def compute_shortcut(self, graph: FlatGraph) -> Tensor:
+        """Return what is added to the logits of each furniture node: (NF,)."""
+        assert graph.evidence is not None
+        beliefs = graph.evidence.index_select(1, self.belief_columns)
+        shortcut: Tensor = self.shortcut(beliefs).squeeze(1)
+        return shortcut

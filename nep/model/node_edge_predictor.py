@@ -89,9 +89,16 @@ class NodeEdgePredictor(nn.Module):
             edge = None
             query_edge = self.edge_embedding(graph, graph.query_edge)
         node = self.encoder(graph, node, edge)
-        src = node.index_select(0, graph.edge_src.index_select(0, graph.query_edge))
-        dst = node.index_select(0, graph.edge_dst.index_select(0, graph.query_edge))
+        src_row = graph.edge_src.index_select(0, graph.query_edge)
+        dst_row = graph.edge_dst.index_select(0, graph.query_edge)
+        src, dst = node.index_select(0, src_row), node.index_select(0, dst_row)
         query = torch.cat([(src + dst) / 2, query_edge], dim=1)  # (Q, 2 D)
         if self.query_attention is not None:
             query = self.query_attention(query, graph.query_snapshot, graph.num_snapshots)
-        return self.head(query).squeeze(1)
+        logit = self.head(query).squeeze(1)
+        if self.evidence_embedding is not None:
+            shortcut = self.evidence_embedding.compute_shortcut(graph)
+            before, after = graph.furniture.start, len(node) - graph.furniture.stop
+            by_node = nn.functional.pad(shortcut, (before, after))  # objects have none
+            logit = logit + by_node.index_select(0, src_row) + by_node.index_select(0, dst_row)
+        return logit
