@@ -152,6 +152,7 @@ def test_it_learns_which_place_is_true(dataset):
     module = NEPModule(
         Sets(units=16), transformer=False, evidence=True, paper_loss=False, listwise_weight=1.0
     )
+    torch.nn.init.zeros_(module.predictor.evidence_embedding.shortcut.weight)
     graph = make_graph(dataset)
     optimizer = torch.optim.Adam(module.parameters(), lr=1e-2)
     losses = []
@@ -163,6 +164,18 @@ def test_it_learns_which_place_is_true(dataset):
         losses.append(loss.item())
     assert losses[0] > 2
     assert losses[-1] < 0.3
+
+
+def test_an_untrained_network_answers_what_the_filter_believes(dataset):
+    torch.manual_seed(0)
+    module = NEPModule(Sets(units=16), transformer=False, evidence=True).eval()
+    torch.nn.init.zeros_(module.predictor.head[-1].weight)
+    graph = make_graph(dataset)
+    with torch.no_grad():
+        logits = module.predictor.score(graph)
+    place = graph.edge_dst[graph.query_edge] - graph.furniture.start
+    belief = graph.evidence[:, PLACE_COLUMNS.index("filters.log_belief_asked")]
+    torch.testing.assert_close(logits, belief[place])
 
 
 def test_segment_max_by_hand():
