@@ -20,6 +20,7 @@ from nep.report.model_card import make_card
 from simulator.checks import check_at_least
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.files import write_whole
+from simulator.process import run_main
 
 _RECORDED_SEEDS = 4
 _RECORDED_SEARCHES = 200
@@ -108,4 +109,4 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

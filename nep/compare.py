@@ -8,6 +8,8 @@ from pathlib import Path
 from nep.report.results import Results
 from nep.report.tables import compute_difference, format_difference, join_table
 from simulator.command_line import make_parser, one_line_errors, parse
+from simulator.messages import shorten
+from simulator.process import run_main
 from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.registry import TASKS
 
@@ -40,8 +42,8 @@ def _check_homes(first: Results, second: Results) -> None:
         ours, theirs = first.config.get(name), second.config.get(name)
         if ours != theirs:
             raise ValueError(
-                f"results must be of the same homes and rules, got {name} {ours!r} and {theirs!r}. "
-                "Evaluate with the same options."
+                f"results must be of the same homes and rules, got {name} {shorten(ours)} and "
+                f"{shorten(theirs)}. Evaluate with the same options."
             )
 
 
@@ -80,4 +82,4 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

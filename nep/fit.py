@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import sys
 import warnings
@@ -20,10 +21,11 @@ from lightning.fabric.utilities.exceptions import MisconfigurationException
 from lightning.pytorch import Trainer
 from lightning.pytorch.callbacks import Callback, ModelCheckpoint, RichProgressBar
 from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCLI
-from lightning.pytorch.utilities import rank_zero_info
+from lightning.pytorch.utilities import rank_zero_only
 
 from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
+from nep.callbacks.epoch_lines import EpochLines
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.checkpoint_files import WholeCheckpoints
 from nep.config_files import find_configs
@@ -31,7 +33,8 @@ from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, check_resumable, load_trained
 from nep.players.starting_point import make_settings, take_weights
 from simulator.command_line import BAD_INPUT, normalise, one_line_errors
-from simulator.messages import shorten_text
+from simulator.messages import shorten, shorten_text
+from simulator.process import run_main
 
 _BEST = "val/hits_at_1"  # by which the best epoch is chosen
 
@@ -143,7 +146,7 @@ class FitCLI(LightningCLI):
         """Build the trainer with progress bar and checkpoints, unless they are switched off."""
         callbacks: list[Callback] = []
         if self.config.trainer.enable_progress_bar is not False:
-            callbacks.append(RichProgressBar())
+            callbacks.append(RichProgressBar() if sys.stdout.isatty() else EpochLines())
         if self.config.trainer.enable_checkpointing is not False:
             # Two callbacks: with `save_last` the last epoch is only saved where it is the best.
             callbacks += [
@@ -222,8 +225,8 @@ def find_classes(args: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
             found = None
         if not (isinstance(found, type) and issubclass(found, base)):
             raise ValueError(
-                f"{name} must be the import path of a subclass of {base.__name__}, got {path!r}. "
-                "Check the path, and run the command in the folder of the module."
+                f"{name} must be the import path of a subclass of {base.__name__}, got "
+                f"{shorten(path)}. Check the path, and run the command in the folder of the module."
             )
         classes[name] = found
     return rest, classes
@@ -231,6 +234,9 @@ def find_classes(args: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
 
 def main(args: ArgsType = None) -> FitCLI:
     """Train; the online evaluation ends the run with its table."""
+    # of other people: a cloud to log to, a GPU that is not there, an interval of ours
+    logging.getLogger("lightning.pytorch.utilities.rank_zero").setLevel(logging.WARNING)
+    warnings.filterwarnings("ignore", message=".*smaller than the logging interval")
     # lightning 2.6 tests torch's tree specifications in a way that torch 2.13 deprecated
     warnings.filterwarnings("ignore", message=".isinstance.treespec, LeafSpec")
     args = sys.argv[1:] if args is None else args
@@ -261,6 +267,8 @@ def main(args: ArgsType = None) -> FitCLI:
         )
         if cli.start is not None:
             keep_start(cli.trainer, cli.start, start_score)
+    except BrokenPipeError:
+        raise
     except (OSError, MisconfigurationException) as error:  # a full disk; settings at odds
         sys.exit(f"error: {_shorten(error)}")
     return cli
@@ -285,7 +293,7 @@ def keep_start(trainer: Trainer, start: TrainedModel, start_score: float) -> Non
             trainer.lightning_module.load_state_dict(start.module.state_dict())
             trainer.save_checkpoint(callback.best_model_path)
             line += "; best.ckpt keeps the start"
-        rank_zero_info(line)
+        rank_zero_only(print)(line)
 
 
 def _can_be_folder(path: Path) -> bool:
@@ -298,4 +306,4 @@ def _shorten(error: Exception) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

@@ -17,6 +17,7 @@ from nep.players.policy import NEPPolicy
 from simulator.checks import check_at_least
 from simulator.igridson import command
 from simulator.igridson.find_object import Searcher
+from simulator.process import run_main
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,4 +58,4 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    run_main(main)

@@ -18,6 +18,7 @@ from nep.report.figures import draw_by_hour
 from simulator.checks import check_at_least
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.files import write_whole
+from simulator.process import run_main
 from simulator.trace.source import check_step_seconds
 from simulator.trace.trace import find_traces
 
@@ -119,4 +120,4 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

@@ -30,7 +30,9 @@ from nep.report.figures import draw_over_steps
 from simulator.checks import check_at_least
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.files import write_whole
+from simulator.messages import shorten
 from simulator.policies import POLICIES
+from simulator.process import run_main
 
 # Everything as small as it can be, to try the command: seconds instead of hours.
 _TINY_FIT = (
@@ -132,7 +134,7 @@ def _make_parser() -> ArgumentParser:
 def _make_plan(options: Namespace) -> Plan:
     if options.table not in _CHOICES:
         raise ValueError(
-            f"table must be one of {', '.join(_CHOICES)}, got {options.table!r}. Choose one."
+            f"table must be one of {', '.join(_CHOICES)}, got {shorten(options.table)}. Choose one."
         )
     fit_options: tuple[str, ...] = _TINY_FIT if options.tiny else ()
     if options.epochs is not None:
@@ -211,4 +213,4 @@ def _stop(message: str, status: int = 1) -> NoReturn:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

@@ -2,6 +2,15 @@
 
 from __future__ import annotations
 
+from numbers import Real
+
+from simulator.messages import shorten
+
+
+def is_number(value: object) -> bool:
+    """Tell whether a value that anybody may have given is a number; nan is one."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
 
 def check_at_least(least: int, **values: float | None) -> None:
     """Check lower bounds.
@@ -15,7 +24,7 @@ def check_at_least(least: int, **values: float | None) -> None:
     """
     for name, value in values.items():
         if value is not None and not value >= least:  # nan is below every bound
-            raise ValueError(f"{name} must be at least {least}, got {value}. Raise it.")
+            raise ValueError(f"{name} must be at least {least}, got {shorten(value)}. Raise it.")
 
 
 def check_seed(seed: int) -> None:

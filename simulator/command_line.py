@@ -176,6 +176,8 @@ def choose(
         return commands[arguments[0]](arguments[1:])
     except ArgumentError as error:
         return _report(error, 2)
+    except BrokenPipeError:  # whoever calls knows whether it matters
+        raise
     except BAD_INPUT as error:
         return _report(error, status)
 
@@ -191,6 +193,8 @@ def one_line_errors(status: int = 1) -> Iterator[None]:
         yield
     except ArgumentError as error:
         sys.exit(_report(error, 2))
+    except BrokenPipeError:
+        raise
     except BAD_INPUT as error:
         sys.exit(_make_line(error) if status == 1 else _report(error, status))
 

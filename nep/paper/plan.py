@@ -25,6 +25,7 @@ from nep.paper.stored_scores import Evaluation
 from nep.paper.training import Training, collect_data, find_config
 from nep.report.results import list_versions
 from simulator.checks import check_at_least, check_seed
+from simulator.messages import shorten
 from simulator.policies import POLICIES
 
 TABLES = ("1", "2", "figure")
@@ -70,7 +71,8 @@ class Plan:
         for config in (model.config for model in self.models if model.config):
             if not find_config(config).is_file():
                 raise ValueError(
-                    f"config must be a file or a packaged config, got {config!r}. Check the path."
+                    f"config must be a file or a packaged config, got {shorten(config)}. Check the "
+                    "path."
                 )
 
     def describe(self, table: str) -> Provenance:

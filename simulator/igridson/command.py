@@ -22,6 +22,7 @@ from simulator.igridson.find_object import (
 from simulator.igridson.layout_file import load_layout
 from simulator.igridson.report import format_table, save_results
 from simulator.igridson.travel import LOOK_COST
+from simulator.messages import shorten
 from simulator.policies import POLICIES
 from simulator.priors.prior_graph import PriorGraph
 
@@ -78,8 +79,8 @@ def find_searcher(name: str, known: Mapping[str, Searcher], look_cost: float) ->
     plain = name.removesuffix(TRAVEL)
     if plain not in known:
         raise ValueError(
-            f"policy must be one of {', '.join(known)}, got {name!r}. Choose one of these, with "
-            f"'{TRAVEL}' at its end for a travel-aware search; a trained network is played by "
+            f"policy must be one of {', '.join(known)}, got {shorten(name)}. Choose one of these, "
+            f"with '{TRAVEL}' at its end for a travel-aware search; a trained network is played by "
             "`python -m nep.igridson --checkpoint CKPT`."
         )
     return replace(known[plain], is_travel_aware=name != plain, look_cost=look_cost)

@@ -16,6 +16,7 @@ from simulator.priors.sources.activities import count_activities, make_table
 from simulator.priors.sources.build import DEFAULT_SOURCES, SOURCES, build_from_sources
 from simulator.priors.sources.merge import BuildOptions
 from simulator.priors.sources.procthor_databases import NUM_HOUSES
+from simulator.process import run_main
 
 PROG = "python -m simulator.priors"
 _PRIOR_HELP = "prior file; default: the shipped one"
@@ -217,4 +218,4 @@ def _load(file: str) -> PriorGraph:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_main(main)

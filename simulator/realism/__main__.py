@@ -9,6 +9,7 @@ from pathlib import Path
 from simulator.checks import check_at_least
 from simulator.command_line import make_parser, one_line_errors, parse, pick
 from simulator.files import write_whole
+from simulator.process import run_main
 from simulator.realism.measures import MEASURES
 from simulator.realism.report import (
     Column,
@@ -126,4 +127,4 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from simulator.checks import check_at_least
+from simulator.messages import shorten
 from simulator.world.dynamics import DYNAMICS, Dynamics
 from simulator.world.paper_dynamics import PaperDynamics
 from simulator.world.sensing import SENSING, ConstantMisses, Sensing
@@ -82,7 +83,8 @@ class HomeConfig:
         )
         if self.looks not in LOOKS:
             raise ValueError(
-                f"looks must be one of {', '.join(LOOKS)}, got {self.looks!r}. Choose one of these."
+                f"looks must be one of {', '.join(LOOKS)}, got {shorten(self.looks)}. Choose one "
+                "of these."
             )
         for name, share in (
             ("noise_zero_prob", self.noise_zero_prob),

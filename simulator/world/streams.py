@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from simulator.checks import check_seed
+from simulator.messages import shorten
 
 # Homes of different splits never share a stream, whatever their index.
 SPLITS = ("train", "val", "test")
@@ -105,7 +106,8 @@ class Streams:
         check_seed(seed)
         if split not in SPLITS:
             raise ValueError(
-                f"split must be one of {', '.join(SPLITS)}, got {split!r}. Choose one of these."
+                f"split must be one of {', '.join(SPLITS)}, got {shorten(split)}. Choose one of "
+                "these."
             )
         if len(homes) < 1 or min(homes) < 0:
             raise ValueError(

@@ -30,6 +30,7 @@ from thinc.api import (
 
 from simulator.checks import check_at_least
 from simulator.command_line import make_parser, one_line_errors, parse
+from simulator.process import run_main
 from simulator.text.vectors import TextVectors
 
 FloatArray = NDArray[np.float32]
@@ -283,4 +284,4 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)
