@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 import io
 import shlex
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import torch
+from jsonargparse import ArgumentParser, Namespace
 
 from nep.kinds.kinds import choose_kinds, list_benchmark
 from nep.kinds.play import list_players, play_all
@@ -17,7 +16,9 @@ from nep.kinds.table import make_accuracy_table, make_table
 from nep.players.contestants import Checkpoint
 from nep.report.figures import draw_by_hour
 from simulator.checks import check_at_least
+from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.files import write_whole
+from simulator.process import run_main
 from simulator.trace.source import check_step_seconds
 from simulator.trace.trace import find_traces
 
@@ -33,24 +34,30 @@ knows how often each thing is put at each place, the future included.
 [docs/traces.md](../docs/traces.md#the-benchmark-of-recorded-homes) says more."""
 
 
-def _make_parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m nep.recorded",
-        description="Play all policies and some networks in recorded homes: episodes from an empty "
-        "memory and long lives, looking where the policy says and on patrol, with the shipped "
-        "prior and one counted in the other homes. Run again to resume, or to add networks: what "
-        "has been played is in the JSON file beside the table.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+def _make_parser() -> ArgumentParser:
+    parser = make_parser(
+        "python -m nep.recorded",
+        "Play all policies and some networks in recorded homes: episodes from an empty memory and "
+        "long lives, looking where the policy says and on patrol, with the shipped prior and one "
+        "counted in the other homes. Run again to resume, or to add networks: what has been played "
+        "is in the JSON file beside the table.",
     )
     parser.add_argument(
-        "--trace", nargs="+", required=True, help="two or more recorded homes, or folders of them"
+        "--trace",
+        type=tuple[str, ...],
+        required=True,
+        help="two or more recorded homes, or folders of them",
     )
     parser.add_argument("--out", type=Path, default=Path("recorded_homes.md"), help="the table")
     parser.add_argument(
-        "--checkpoint", action="append", metavar="[NAME=]SOURCE",
-        help="a network; may be given several times; heat, which ships, if left out",
-    )  # fmt: skip
-    parser.add_argument("--kinds", nargs="+", help="names of kinds; all if left out")
+        "--checkpoint",
+        type=tuple[str, ...],
+        default=("heat",),
+        help="[NAME=]SOURCE of networks; may be given several times",
+    )
+    parser.add_argument(
+        "--kinds", type=tuple[str, ...] | None, help="names of kinds; all if left out"
+    )
     parser.add_argument("--steps", type=int, default=200, help="of an episode")
     parser.add_argument("--step_seconds", type=float, default=3600.0, help="length of a step")
     parser.add_argument(
@@ -59,9 +66,7 @@ def _make_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _describe(
-    options: argparse.Namespace, checkpoints: Sequence[Checkpoint], parser: argparse.ArgumentParser
-) -> str:
+def _describe(options: Namespace, checkpoints: Sequence[Checkpoint], parser: ArgumentParser) -> str:
     """Return the command that plays the same, without the folders of this machine."""
     listed = ["python", "-m", "nep.recorded", "--trace", "DIR"]
     for point in checkpoints:
@@ -74,15 +79,14 @@ def _describe(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
-    arguments = sys.argv[1:] if arguments is None else list(arguments)
     parser = _make_parser()
-    options = parser.parse_args(arguments)
     torch.set_num_threads(1)
-    path = options.out.with_suffix(".json")
-    try:
+    with one_line_errors(status=2):
+        options = parse(parser, arguments)
+        path = options.out.with_suffix(".json")
         check_at_least(1, steps=options.steps, replays=options.replays)
         check_step_seconds(options.step_seconds)
-        checkpoints = [Checkpoint.parse(text) for text in options.checkpoint or ["heat"]]
+        checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
         kinds = list_benchmark(options.trace, options.steps, options.step_seconds, options.replays)
         kinds = choose_kinds(kinds, options.kinds)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -92,8 +96,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
             scores[name] = play_all(
                 {name: kind}, players, path, lambda kind, player: print(f"{kind}: {player}")
             )[name]
-    except (ValueError, OSError) as error:
-        parser.error(str(error))
     about = _ABOUT.format(
         command=_describe(options, checkpoints, parser),
         replays=options.replays, others=max(options.replays // 2, 1),
@@ -118,4 +120,4 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from simulator.memory.clock import DAY_SECONDS, HOUR_SECONDS
+from simulator.messages import shorten
 from simulator.priors.prior_graph import PriorGraph
 from simulator.trace.count_prior import count_prior
 from simulator.trace.source import RecordedSource
@@ -181,8 +182,8 @@ def choose_kinds(kinds: Mapping[str, Kind], names: Sequence[str] | None) -> Mapp
     for name in names or ():
         if name not in kinds:
             raise ValueError(
-                f"kinds must be some of {', '.join(kinds)}, got {name!r}. Choose among these; "
-                "recorded ones need folders of recorded homes."
+                f"kinds must be some of {', '.join(kinds)}, got {shorten(name)}. Choose among "
+                "these; recorded ones need folders of recorded homes."
             )
     return kinds if names is None else {name: kinds[name] for name in names}
 

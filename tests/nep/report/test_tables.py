@@ -104,3 +104,24 @@ def test_one_entry_makes_a_column_everywhere(monkeypatch):
     header, cells = format_table(TASKS["find_object"], rows)
     assert (header[-1], cells[0][-1]) == ("hits@2", "100.0%")
     assert make_csv({"find_object": rows}).splitlines()[0].endswith(",candidate_recall,hits_at_2")
+
+
+def test_a_single_home_has_neither_interval_nor_spread():
+    """Nobody knows how far another home would be from it."""
+    one_home = [
+        TaskScores(np.array([[looks]]), *(np.array([[value]]) for value in (True, True, False)),
+                   np.array([[0.75]]), np.array([[0.75]]), np.array([[1]]),
+                   np.array([[False]]), np.array([[-1]]))
+        for looks in (4.0, 3.0)
+    ]  # fmt: skip
+    scores = dict(zip(("bayesian", "NEP"), map(ScoreSummary.of, one_home), strict=True))
+    rows = compute_rows(TASKS["find_object"], scores)
+    header, cells = format_table(TASKS["find_object"], rows)
+    of_nep = dict(zip(header, cells[1], strict=True))
+    assert of_nep["looks"] == "3.00"
+    assert of_nep["std"] == "n/a"
+    assert of_nep["minus bayesian [95 %]"] == "-1.00 [n/a]"
+    assert of_nep["right if away"] == "n/a"  # it was not away
+
+    (row,) = [row for row in csv.DictReader(io.StringIO(make_csv({"find_object": rows})))][1:]
+    assert (row["minus_bayesian"], row["minus_bayesian_low"], row["std"]) == ("-1.0", "", "")
