@@ -41,7 +41,9 @@ class ScheduleOracle(Policy):
 
     def __init__(self, homes: SampledHomes) -> None:
         """Keep the true homes."""
+        assert homes.clock is not None  # who has schedules has a clock
         self._homes = homes
+        self._clock = homes.clock
         self._lives: np.ndarray | None = None
 
     @classmethod
@@ -67,7 +69,7 @@ class ScheduleOracle(Policy):
         ):
             looks = self._looks[home]
             looks.append((memory.time, furniture, coverage, rows[homes == home]))
-            oldest = memory.time - _HOURS_KEPT * HOUR_SECONDS / self._homes.clock[home, 1]
+            oldest = memory.time - _HOURS_KEPT * HOUR_SECONDS / self._clock[home, 1]
             while looks[0][0] < oldest:
                 looks.popleft()
 
@@ -103,7 +105,7 @@ class ScheduleOracle(Policy):
         """
         assert self._lives is not None
         lives = self._lives[home]  # (hours, C)
-        start, step = self._homes.clock[home]
+        start, step = self._clock[home]
         now = find_hours_alike(start, time * step, len(lives))
         now = now[now >= _HOURS_KEPT]
         lived = lives[:, slots]
