@@ -71,9 +71,8 @@ class EvidenceEmbedding(nn.Module):
         hidden = self.place(place) + self.question(question).index_select(0, snapshot)
         return nn.functional.gelu(self.second(nn.functional.gelu(hidden)))
 
-    def compute_shortcut(self, graph: FlatGraph) -> Tensor:
-        """Return what is added to the logits of each furniture node: (NF,)."""
+    def compute_shortcut(self, graph: FlatGraph) -> tuple[Tensor, Tensor]:
+        """Return what is added to the logits of furniture nodes, and ln(belief), (NF,) both."""
         assert graph.evidence is not None
         beliefs = graph.evidence.index_select(1, self.belief_columns)
-        shortcut: Tensor = self.shortcut(beliefs).squeeze(1)
-        return shortcut
+        return self.shortcut(beliefs).squeeze(1), beliefs[:, _BELIEFS.index(_FIRST_BELIEF)]

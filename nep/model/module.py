@@ -41,6 +41,7 @@ class NEPModule(pl.LightningModule):
         clock: whether edges carry the clock features; follows `data.features.clock`.
         evidence: whether furniture carries evidence; follows `data.features.evidence`.
         clock_dropout: share of the training questions whose evidence hides the clock.
+        filter_share: share of the adaptive filter in the answers of a network with evidence.
 
     Source: paper section 4.3 and appendix C.
     """
@@ -61,6 +62,7 @@ class NEPModule(pl.LightningModule):
         clock: bool = False,
         evidence: bool = False,
         clock_dropout: float = 0.5,
+        filter_share: float = 0.0,
     ) -> None:
         super().__init__()
         check_at_least(0, learning_rate=learning_rate, listwise_weight=listwise_weight)
@@ -70,7 +72,8 @@ class NEPModule(pl.LightningModule):
             transformer_heads=transformer_heads,
             feed_forward_units=feed_forward_units,
         )
-        for name, share in (("dropout", dropout), ("clock_dropout", clock_dropout)):
+        shares = {"dropout": dropout, "clock_dropout": clock_dropout, "filter_share": filter_share}
+        for name, share in shares.items():
             if not 0 <= share <= 1:
                 raise ValueError(f"{name} must lie in [0, 1], got {share}. Give a share.")
         self.save_hyperparameters(
@@ -89,6 +92,7 @@ class NEPModule(pl.LightningModule):
                 "clock": clock,
                 "evidence": evidence,
                 "clock_dropout": clock_dropout,
+                "filter_share": filter_share,
                 # Lightning's name for what turns the plain encoder entry back into an encoder
                 "_instantiator": "lightning.pytorch.cli.instantiate_module",
             }
@@ -108,6 +112,7 @@ class NEPModule(pl.LightningModule):
             clock=clock,
             evidence=evidence,
             clock_dropout=clock_dropout,
+            filter_share=filter_share,
         )
         # The curve of the training metric is binned: an exact one would keep every training edge.
         self.train_metrics = MetricCollection(
