@@ -294,12 +294,13 @@ class MemoryBatch:
         Returns:
             (k,) query numbers and (k,) rows of `edges`.
         """
-        num_objects = len(self.objects)
-        edge = np.flatnonzero(_mark(queries.object, num_objects)[self.edges["object"]])
+        num_objects, objects = len(self.objects), self.edges["object"]
+        edge = np.flatnonzero(_mark(queries.object, num_objects).take(objects))
         by_object = np.argsort(queries.object, kind="stable")
         num_asked = np.bincount(queries.object, minlength=num_objects)
-        start = np.cumsum(num_asked) - num_asked
-        object_of_edge = self.edges["object"][edge]
+        start = np.empty(num_objects, dtype=np.int64)
+        start[queries.object[by_object[::-1]]] = np.arange(len(by_object))[::-1]  # the first stays
+        object_of_edge = objects[edge]
         count = num_asked[object_of_edge]  # an object may be asked for more than once
         query = by_object[concatenate_ranges(start[object_of_edge], count)]
         return query, np.repeat(edge, count)
@@ -332,19 +333,20 @@ class MemoryBatch:
 
         Source: paper section 4.2, appendix B.
         """
-        looked = np.full(self.num_homes, -1)
+        looked = np.full(self.num_homes, -1, dtype=np.int32)
         looked[home] = furniture
         look = _Look(self, home, coverage)
         if confidence is not None and (confidence < 1).any():
             seen_object, seen_relation = look.sort_out(seen_object, seen_relation, confidence)
         edges = self.edges
-        touched = np.flatnonzero(looked[edges["home"]] == edges["furniture"])
+        touched = np.flatnonzero(looked.take(edges["home"]) == edges["furniture"])
         touched_key = edges["object"][touched] * 2 + edges["relation"][touched]
         num_keys = 2 * len(self.objects)
         is_seen_key = _mark(seen_object * 2 + seen_relation, num_keys)
         is_seen = is_seen_key[touched_key]
         again = touched[is_seen]
-        self.history.note_look(self, looked, look.is_counted, seen_object, again, self._pending)
+        has_changed = _mark(seen_object, len(self.objects))
+        self.history.note_look(self, looked, look.is_counted, has_changed, again, self._pending)
         self._update_edges(touched, is_seen, look.weigh(touched_key))
         edges["confidence"][again] = look.get_confidence(touched_key[is_seen])
         is_new_false = self._mark_looked_up(looked, num_keys) & ~is_seen_key
@@ -363,7 +365,6 @@ class MemoryBatch:
         is_counted = look.is_counted[home]
         self.furniture_num_observed[home, furniture] += is_counted
         self.furniture_last_observed[home[is_counted], furniture[is_counted]] = self.time
-        has_changed = _mark(seen_object, len(self.objects))
         self._update_objects(np.flatnonzero(has_changed), looked)
         has_changed[edges["object"][added]] = True
         return Change(
@@ -376,7 +377,7 @@ class MemoryBatch:
         edges = self.edges
         before = edges["missed"][rows]
         after = (before + weight).astype(np.float32)
-        edges["missed"][rows] = np.where(is_seen, 0, after)
+        edges["missed"][rows] = after * ~is_seen
         is_counted = is_seen | (np.floor(after + 0.5) > np.floor(before + 0.5))
         if not is_counted.all():
             rows, is_seen = rows[is_counted], is_seen[is_counted]
@@ -388,7 +389,7 @@ class MemoryBatch:
         edges["last_changed"][rows[has_changed]] = self.time
         edges["last_true"][rows[is_seen]] = self.time
         edges["is_true"][rows] = is_seen
-        edges["num_absent"][rows] = np.where(is_seen, 0, edges["num_absent"][rows] + 1)
+        edges["num_absent"][rows] = (edges["num_absent"][rows] + 1) * ~is_seen
 
     def _note_hours(self, edges: np.ndarray) -> None:
         assert self.clock is not None
@@ -454,6 +455,7 @@ class _Look:
         self.coverage = np.zeros(memory.num_homes)  # (H,)
         self.coverage[home] = 1.0 if coverage is None else coverage
         self.is_counted = self.coverage >= 0.5
+        self._is_whole = coverage is None or bool((coverage == 1).all())
         self._confidence: np.ndarray | None = None  # the highest by key, 0 for what was not seen
 
     def sort_out(
@@ -471,6 +473,8 @@ class _Look:
 
     def weigh(self, keys: np.ndarray) -> np.ndarray:
         """Return what part of a look counts against keys (n,), should they not be seen."""
+        if self._is_whole and self._confidence is None:
+            return np.ones(len(keys))
         weight = self.coverage[self._memory.objects["home"][keys // 2]]
         if self._confidence is None:
             return weight
