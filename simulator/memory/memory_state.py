@@ -104,12 +104,13 @@ class MemoryState:
         self.asked = None
         self.step = StepLog()
 
-    def ask(self, descriptions: Sequence[str], before_looks: bool) -> Asked:
+    def ask(self, descriptions: Sequence[str], before_looks: bool, later: int = 0) -> Asked:
         """Ask for objects, and change nothing; see `SceneGraphMemory.ask`."""
         words = [read_words("description", description) for description in descriptions]
         current, step = self.batch.copy(), self.step
+        current.time += later
         batch, num_known = current.copy(), len(self.descriptions)
-        if before_looks and step.before is not None:
+        if before_looks and step.before is not None and not later:
             batch, num_known = step.before.copy(), step.num_objects
         known = np.array([self.find_row(description) for description in descriptions])
         vocabulary = Vocabulary(self.prior, batch.labels)
@@ -127,7 +128,7 @@ class MemoryState:
             rows=known,
             descriptions=tuple(self.descriptions),
             looks=tuple(
-                self.list_looks(batch, key if key < num_known else -1, row, own)
+                self.list_looks(batch, key if key < num_known else -1, row, own, current.time)
                 for key, row, own in zip(keys.tolist(), known.tolist(), words, strict=True)
             ),
             num_instances=np.maximum(at_once[known], 1),
@@ -165,7 +166,7 @@ class MemoryState:
         """List every place where the object of a row was ever seen, the latest first."""
         return list_places(self.batch, self.furniture_ids, row)
 
-    def list_looks(self, batch: MemoryBatch, row: int, row_now: int, words: str) -> Looks:
+    def list_looks(self, batch: MemoryBatch, row: int, row_now: int, words: str, now: int) -> Looks:
         """List what all looks say about an object.
 
         Args:
@@ -173,24 +174,25 @@ class MemoryState:
             row: of the object in it, -1 for what was not seen until then.
             row_now: its row now.
             words: of its description.
+            now: the time step that is asked about.
         """
         in_vain, seen = np.zeros((2, len(self.layout.furniture)))
-        steps_ago = list_looks_before(batch, row, self.batch.time)
+        steps_ago = list_looks_before(batch, row, now)
         sought_ago = np.full(len(self.layout.furniture), np.inf)
         sought = np.zeros(len(self.layout.furniture))
         position = {number: index for index, number in enumerate(self.furniture_ids)}
-        if self.step.before is not None and batch.time == self.batch.time:
+        if self.step.before is not None and batch.time == now == self.batch.time:
             for furniture, count in self.step.sum_in_vain(row_now).items():
                 in_vain[position[furniture]] += count
         edges = self.batch.edges
-        now = (edges["object"] == row_now) & (edges["last_true"] == self.batch.time)
-        np.maximum.at(seen, edges["furniture"][now], edges["confidence"][now])
+        is_now = (edges["object"] == row_now) & (edges["last_true"] == now)
+        np.maximum.at(seen, edges["furniture"][is_now], edges["confidence"][is_now])
         for (name, furniture), (count, time) in self.sought.items():
-            if name == words and time == self.batch.time:
+            if name == words and time == now:
                 in_vain[position[furniture]] += count
             elif name == words:
                 sought[position[furniture]] = count
-                sought_ago[position[furniture]] = self.batch.time - time
+                sought_ago[position[furniture]] = now - time
         return Looks(
             in_vain=in_vain,
             steps_ago=np.column_stack([steps_ago, sought_ago]),

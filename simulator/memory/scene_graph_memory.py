@@ -15,6 +15,7 @@ import numpy as np
 
 from simulator.memory.asking import Asked
 from simulator.memory.clock import Clock
+from simulator.memory.home_layout import HomeLayout
 from simulator.memory.home_view import list_home, list_rows
 from simulator.memory.look_log import LookLog
 from simulator.memory.memory_batch import MemoryBatch, Queries
@@ -152,6 +153,11 @@ class SceneGraphMemory:
     def time(self) -> int:
         """Steps since the start."""
         return self.batch.time
+
+    @property
+    def layout(self) -> HomeLayout:
+        """Rooms and furniture by id, to be read; the methods below change them."""
+        return self._state.layout
 
     @property
     def num_furniture(self) -> int:
@@ -404,20 +410,7 @@ class SceneGraphMemory:
         Raises:
             ValueError: if the memory has no clock, or the time lies before the present step.
         """
-        if self.clock is None:
-            raise ValueError(
-                "memory must have a clock for step_to, got none. Make it with "
-                "SceneGraphMemory(clock=Clock(datetime.now(), step_seconds=600))."
-            )
-        seconds = (time - self.clock.start).total_seconds()
-        num_steps = math.floor(seconds / self.clock.step_seconds + 1e-9) - self.time
-        if num_steps < 0:
-            raise ValueError(
-                f"time must not be before the present step, got {time} at "
-                f"{self.clock.shift(self.time * self.clock.step_seconds).start}. Time only goes "
-                "forward."
-            )
-        self.step(num_steps)
+        self.step(self._count_steps(time))
 
     def query(self, description: str) -> Queries:
         """Ask for an object; until the next `step` its hypothetical edges are in the graph.
@@ -482,20 +475,29 @@ class SceneGraphMemory:
             if node.description in matches
         )
 
-    def ask(self, descriptions: Sequence[str], before_looks: bool = True) -> Asked:
+    def ask(
+        self,
+        descriptions: Sequence[str],
+        before_looks: bool = True,
+        at: datetime | int | None = None,
+    ) -> Asked:
         """Ask for objects, and leave the memory as it is; safe beside a thread that observes.
 
         Args:
             descriptions: one or more, seen before or not; each means the object of that name.
             before_looks: whether policies are asked of the memory before the looks of this step,
                 which then say for themselves what they say.
+            at: when: a time step, or a date and time by the clock; not before the present step,
+                None for it.
 
         Raises:
-            ValueError: if a description is no name (`read_words`), or there is no furniture yet.
+            ValueError: if a description is no name (`read_words`), there is no furniture yet, or
+                the time has passed.
         """
         self._check_furniture()
+        later = 0 if at is None else self._count_steps(at)
         with self._lock:
-            return self._state.ask(descriptions, before_looks)
+            return self._state.ask(descriptions, before_looks, later)
 
     def places_of(self, description: str) -> list[SeenAt]:
         """Return every place where an object was ever seen, the latest sighting first.
@@ -533,6 +535,33 @@ class SceneGraphMemory:
         from pandas import DataFrame  # an extra: only this needs it
 
         return DataFrame(list_rows(self.to_dict()))
+
+    def _count_steps(self, time: datetime | int) -> int:
+        """Return how many steps it is until a time."""
+        if isinstance(time, datetime):
+            if self.clock is None:
+                raise ValueError(
+                    "memory must have a clock for a date and time, got none. Make it with "
+                    "SceneGraphMemory(clock=Clock(datetime.now(), step_seconds=600))."
+                )
+            seconds = (time - self.clock.start).total_seconds()
+            num_steps = math.floor(seconds / self.clock.step_seconds + 1e-9) - self.time
+        elif isinstance(time, (int, np.integer)) and not isinstance(time, bool):
+            num_steps = int(time) - self.time
+        else:
+            raise ValueError(
+                f"time must be a datetime or a time step, got {time!r}. Write for example "
+                "datetime(2026, 11, 16, 18, 30)."
+            )
+        if not 0 <= num_steps <= MAX_TIME - self.time:
+            now: Any = f"time step {self.time}"
+            if self.clock is not None and isinstance(time, datetime):
+                now = self.clock.shift(self.time * self.clock.step_seconds).start
+            raise ValueError(
+                f"time must not be before the present step, nor after step {MAX_TIME}, got {time} "
+                f"at {now}. Time only goes forward."
+            )
+        return num_steps
 
     def _check_furniture(self) -> None:
         if not self._state.layout.furniture:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from datetime import datetime
 from numbers import Real
 from threading import Lock
 from typing import Any
@@ -92,18 +93,21 @@ class Finder:
         description: str,
         k: int | None = None,
         exclude: Collection[int] = (),
+        at: datetime | int | None = None,
     ) -> Ranking:
-        """Rank the places where something may be.
+        """Rank the places where something may be, now or at a time to come.
 
         Args:
             memory: what was seen so far; it needs furniture.
             description: what to look for, in words: "the red mug", seen before or not.
             k: most places to return; None for all.
             exclude: furniture ids to leave out; their probability is not given to others.
+            at: when it will be looked for: a time step, or a date and time by the memory's clock;
+                None for the present step.
 
         Raises:
-            ValueError: if the description is no name (`read_words`), there is no furniture yet, or
-                `k` is below 1.
+            ValueError: if the description is no name (`read_words`), there is no furniture yet,
+                `k` is below 1, or the time has passed.
         """
         if k is not None and (not isinstance(k, (int, np.integer)) or k < 1):
             raise ValueError(
@@ -111,7 +115,7 @@ class Finder:
                 "places."
             )
         resolution = self.resolve(memory, description)
-        asked = memory.ask(resolution.matches or (description,))
+        asked = memory.ask(resolution.matches or (description,), at=at)
         belief = self._compute_belief(asked)
         order = np.argsort(-belief.places, kind="stable")
         if exclude:

@@ -2,7 +2,6 @@
 
 import ast
 import re
-import shutil
 import sys
 from pathlib import Path
 
@@ -64,8 +63,6 @@ def test_there_are_notebooks():
 def test_notebook_runs_with_small_settings(path, tmp_path, monkeypatch):
     work = tmp_path / "work"
     work.mkdir()
-    for module in path.parent.glob("*.py"):
-        shutil.copy(module, work)
     # This folder is searched first: the kernel is the interpreter that runs the tests.
     write_kernel_spec(tmp_path / "kernels" / "python3")
     monkeypatch.setenv("JUPYTER_PATH", str(tmp_path))

@@ -30,7 +30,7 @@ def test_time_as_a_date(memory):
     assert memory.time == 7
     with pytest.raises(ValueError, match=r"must not be before .*, got 2026-11-20 08:00:00 at 2026"):
         memory.step_to(datetime(2026, 11, 20, 8))
-    with pytest.raises(ValueError, match=r"must have a clock for step_to, got none"):
+    with pytest.raises(ValueError, match=r"must have a clock for a date and time, got none"):
         SceneGraphMemory().step_to(datetime(2026, 11, 20))
 
 

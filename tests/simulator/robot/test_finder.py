@@ -1,9 +1,11 @@
 """Asking any policy: what was seen now, several of a kind, and questions that leave no trace."""
 
 import threading
+from datetime import datetime
 
 import pytest
 
+from simulator.memory.clock import Clock
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import Sighting
 from simulator.policies.heuristics import Bayesian
@@ -39,6 +41,35 @@ def test_a_look_in_vain_is_bayes_rule(make_home):
         after = {p.furniture: p.probability for p in finder.rank(home.memory, "wallet")}
         odds = before[best] / before[other]
         assert after[best] / after[other] == pytest.approx(odds * 0.1**times)
+
+
+def test_a_time_to_come_is_asked_of_as_if_it_had_come(make_home, finder):
+    """Looks of this step are earlier ones then; the memory stays as it is."""
+    home = make_home()
+    counter, other = home.furniture[:2]
+    home.memory.observe(counter, [Sighting("wallet")])
+    home.memory.observe(other, [])
+    now = finder.rank(home.memory, "wallet")
+    later = finder.rank(home.memory, "wallet", at=home.memory.time + 30)
+    assert later[0].probability < now[0].probability
+    home.memory.step(30)
+    come = finder.rank(home.memory, "wallet")
+    expected = {place.furniture: place.probability for place in come}
+    assert {place.furniture: place.probability for place in later} == pytest.approx(expected)
+    assert later.elsewhere == pytest.approx(come.elsewhere)
+    with pytest.raises(ValueError, match=r"must not be before the present step.*Time only goes"):
+        finder.rank(home.memory, "wallet", at=home.memory.time - 1)
+    with pytest.raises(ValueError, match=r"must be a datetime or a time step, got 'soon'"):
+        finder.rank(home.memory, "wallet", at="soon")
+
+
+def test_a_date_to_come(finder):
+    memory = SceneGraphMemory(clock=Clock(datetime(2026, 11, 16, 7, 30), step_seconds=600))
+    table = memory.add_furniture("table", memory.add_room("kitchen"))
+    memory.observe(table, [Sighting("mug")])
+    by_date = finder.rank(memory, "mug", at=datetime(2026, 11, 16, 8, 5))
+    assert by_date.elsewhere == finder.rank(memory, "mug", at=3).elsewhere
+    assert memory.time == 0
 
 
 def test_no_place_is_ruled_out(finder):

@@ -1,0 +1,101 @@
+"""Where one thing was, and was believed to be, over time: a strip of places over hours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from simulator.drawing.belief import BELIEF, TRUE_PLACE, compute_shade
+from simulator.drawing.home import MISSING, SEEN, mix
+
+
+@dataclass(frozen=True)
+class History:
+    """One thing over time steps, at the P places that it has to do with.
+
+    Attributes:
+        description: what it is called.
+        places: names, (P,).
+        hours: time of each step, (T,), ascending.
+        belief: probability of each place at each step, (T, P), nan where nobody was asked; None if
+            nobody was asked at all.
+        truth: whether it was there, bool (T, P); None if nobody knows.
+        look_hour, look_place, is_found: looks at these places, and whether they saw it, (n,) each.
+        unit: of the hours, for the axis.
+    """
+
+    description: str
+    places: tuple[str, ...]
+    hours: np.ndarray
+    belief: np.ndarray | None
+    truth: np.ndarray | None
+    look_hour: np.ndarray
+    look_place: np.ndarray
+    is_found: np.ndarray
+    unit: str = "h"
+
+    @property
+    def edges(self) -> np.ndarray:
+        """Where the strip of each step begins, and the end of the last, (T + 1,)."""
+        last = self.hours[-1:]
+        width = np.diff(self.hours)[-1:] if len(self.hours) > 1 else np.ones(1)
+        return np.concatenate([self.hours, last + width])
+
+    def list_stays(self) -> list[tuple[int, float, float]]:
+        """List where it truly was: place, from and until which hour."""
+        if self.truth is None:
+            return []
+        stays = []
+        edges = self.edges
+        for place in range(len(self.places)):
+            change = np.diff(np.concatenate([[0], self.truth[:, place].astype(int), [0]]))
+            for begin, end in zip(
+                np.flatnonzero(change > 0), np.flatnonzero(change < 0), strict=True
+            ):
+                stays.append((place, float(edges[begin]), float(edges[end])))
+        return stays
+
+
+def draw_history(axes: Axes, history: History) -> Axes:
+    """Draw places over hours: belief as shades, the truth as bars, looks as marks.
+
+    Example:
+        >>> draw_history(plt.subplots()[1], replay.trace_object("red mug", finder))
+
+    Args:
+        axes: where to draw.
+        history: what to draw.
+
+    Returns:
+        The axes.
+    """
+    num_places = len(history.places)
+    if history.belief is not None and num_places:
+        shade = compute_shade(np.nan_to_num(history.belief.T))
+        image = mix("#ffffff", BELIEF, shade.ravel()).reshape(*shade.shape, 3)
+        image[np.isnan(history.belief.T)] = 0.95
+        axes.pcolormesh(history.edges, np.arange(num_places + 1) - 0.5, image, zorder=0)
+    for number, (place, begin, end) in enumerate(history.list_stays()):
+        axes.plot(
+            [begin, end], [place, place], color=TRUE_PLACE, linewidth=3, solid_capstyle="butt",
+            label="truly there" if number == 0 else None, zorder=2,
+        )  # fmt: skip
+    found = np.asarray(history.is_found, dtype=bool)
+    for name, rows, marker, colour in (
+        ("look that saw it", found, "o", SEEN),
+        ("look that did not", ~found, "x", MISSING),
+    ):
+        if rows.any():
+            axes.scatter(
+                history.look_hour[rows], history.look_place[rows] + 0.25, label=name, s=22,
+                marker=marker, color=colour, linewidths=1.2, zorder=3,
+            )  # fmt: skip
+    axes.set_yticks(np.arange(num_places), history.places)
+    axes.set_ylim(max(num_places, 1) - 0.5, -0.5)
+    axes.set_xlabel(history.unit)
+    axes.set_title(history.description, loc="left")
+    axes.tick_params(axis="y", length=0)
+    axes.spines[["top", "right", "left"]].set_visible(False)
+    return axes

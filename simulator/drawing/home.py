@@ -1,0 +1,151 @@
+"""A home from above: rooms, furniture, and a dot per object."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.patches import FancyBboxPatch, Rectangle
+
+from simulator.drawing.floor_plan import FloorPlan
+from simulator.memory.memory_batch import NEVER
+from simulator.memory.scene_graph_memory import SceneGraphMemory
+from simulator.priors.draw import ROOM_COLOURS
+from simulator.world.homes import NUM_RELATIONS
+
+OTHER_ROOM = "#777777"
+SEEN, MISSING = "#1f77b4", "#d62728"  # at the last look at its place
+_LARGEST_TEXT, _SMALLEST_TEXT = 8.0, 3.5  # points
+
+# By name in the legend: the place of each object, and how to draw the dots.
+Dots = Mapping[str, tuple[np.ndarray, dict[str, Any]]]
+
+
+def draw_home(
+    axes: Axes,
+    home: FloorPlan | SceneGraphMemory,
+    dots: Dots | None = None,
+    *,
+    is_known: np.ndarray | None = None,
+) -> Axes:
+    """Draw a home from above; what lies on furniture stands above its box.
+
+    Example:
+        >>> draw_home(plt.subplots()[1], memory)
+
+    Args:
+        axes: where to draw.
+        home: a floor plan; or a memory, which is drawn with what it holds.
+        dots: by name in the legend: the place of each object as in `simulator.Homes`
+            (2 * furniture + relation, relation 0 "in", 1 "onTop"), and how to draw the dots; None
+            for what the memory holds.
+        is_known: furniture drawn with a full outline, bool (F,); None for all, of a memory for what
+            was looked at.
+
+    Returns:
+        The axes.
+    """
+    plan = home if isinstance(home, FloorPlan) else FloorPlan.of_memory(home)
+    if isinstance(home, SceneGraphMemory):
+        batch = home.batch
+        dots = list_dots(home) if dots is None else dots
+        is_known = batch.furniture_last_observed[0] != NEVER if is_known is None else is_known
+    draw_plan(axes, plan, is_known=is_known)
+    if dots:
+        places = np.concatenate([np.asarray(at, dtype=np.int64) for at, _ in dots.values()])
+        ends = np.cumsum([len(at) for at, _ in dots.values()])
+        spots = np.split(plan.list_spots(places), ends[:-1])
+        for (name, (_, style)), own in zip(dots.items(), spots, strict=True):
+            axes.scatter(own[:, 0], own[:, 1], label=name, zorder=3, **style)
+    return axes
+
+
+def draw_plan(
+    axes: Axes,
+    plan: FloorPlan,
+    *,
+    is_known: np.ndarray | None = None,
+    colours: np.ndarray | None = None,
+) -> None:
+    """Draw rooms and furniture.
+
+    Args:
+        axes: where to draw.
+        plan: where they stand.
+        is_known: as in `draw_home`.
+        colours: of the furniture, RGB (F, 3); None for white.
+    """
+    for name, (x, y, width, height) in zip(plan.rooms, plan.room_box, strict=True):
+        colour = get_room_colour(name)
+        pad = 0.08 * plan.size
+        axes.add_patch(
+            FancyBboxPatch(
+                (x, y), width, height, boxstyle=f"round,pad={pad}", facecolor=colour, alpha=0.14,
+                edgecolor="none", zorder=0,
+            )
+        )  # fmt: skip
+    for node, (x, y, width, height) in enumerate(plan.furniture_box):
+        known = is_known is None or is_known[node]
+        axes.add_patch(
+            Rectangle(
+                (x, y), width, height, linewidth=0.9, zorder=1,
+                facecolor="white" if colours is None else colours[node],
+                edgecolor="#555555" if known else "#bbbbbb", linestyle="-" if known else ":",
+            )
+        )  # fmt: skip
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.axis("off")
+    _write_names(axes, plan)
+
+
+def list_dots(memory: SceneGraphMemory) -> Dots:
+    """Return what a memory holds: what the last look at its place showed, and what it missed."""
+    edges = memory.batch.edges
+    was_seen = edges["num_true"] > 0
+    place = edges["furniture"] * NUM_RELATIONS + edges["relation"]
+    is_true = edges["is_true"]
+    missing = {"s": 9, "facecolors": "none", "edgecolors": MISSING, "linewidths": 0.8}
+    return {
+        "seen at the last look": (place[is_true], {"s": 12, "color": SEEN}),
+        "missing at the last look": (place[was_seen & ~is_true], missing),
+    }
+
+
+def get_room_colour(name: str) -> str:
+    """Return the colour of a room by its name, "bedroom" or "bedroom 2"."""
+    return ROOM_COLOURS.get(name.rstrip("0123456789 "), OTHER_ROOM)
+
+
+def mix(colour: str, other: str, share: np.ndarray) -> np.ndarray:
+    """Return colours on the way from one to another, (n,) -> RGB (n, 3)."""
+    first, second = np.array(to_rgb(colour)), np.array(to_rgb(other))
+    return first + (second - first) * np.asarray(share)[:, None]
+
+
+def _write_names(axes: Axes, plan: FloorPlan) -> None:
+    """Write names as large as boxes allow; where they could not be read, none of furniture."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    width = abs(np.subtract(*axes.get_xlim())) or 1.0
+    height = abs(np.subtract(*axes.get_ylim())) or 1.0
+    inches = axes.get_position().size * figure.get_size_inches()
+    scale = 72 * min(inches[0] / width, inches[1] / height)  # points per unit
+    for name, (x, y, _, height) in zip(plan.rooms, plan.room_box, strict=True):
+        size = min(10.0, 0.35 * scale * plan.size)
+        if size >= _SMALLEST_TEXT:
+            axes.text(
+                x, y + height + 0.1 * plan.size, name, color=get_room_colour(name), weight="bold",
+                va="bottom", fontsize=size,
+            )  # fmt: skip
+    for name, (x, y) in zip(plan.furniture, plan.corner, strict=True):
+        # A letter is about 0.55 of its height wide.
+        size = min(_LARGEST_TEXT, scale * plan.size / max(0.55 * len(name), 1.0))
+        if size >= _SMALLEST_TEXT:
+            axes.text(
+                x + 0.5 * plan.size, y + 0.1 * plan.size, name, ha="center", va="center",
+                fontsize=size, zorder=4,
+            )  # fmt: skip
