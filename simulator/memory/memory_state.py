@@ -299,7 +299,7 @@ class MemoryState:
         self.asked = content.asked
         if content.asked is not None:
             self.query_row(content.asked)
-        batch.history = content.history  # now: to ask again is no new question
+        batch.count_history(content.history)  # now: to ask again is no new question
         self.sought = dict(content.sought)
         self.step = StepLog()
         for look in content.looks:
