@@ -105,13 +105,11 @@ class Desk:
         """
         story = self.stage.story
         key = (self.stage.version, description, judge)
-        with self._lock:
+        with self._lock:  # who asks for the same meanwhile gets it then
             history = self._histories.get(key)
-        if history is None:
-            finder = None if judge is None else self.judges.get(judge)
-            history = story.trace_object(description, finder)
-            with self._lock:
-                self._histories[key] = history
+            if history is None:
+                finder = None if judge is None else self.judges.get(judge)
+                history = self._histories[key] = story.trace_object(description, finder)
                 while len(self._histories) > _HISTORIES_KEPT:
                     self._histories.popitem(last=False)
         hours = 1.0 if story.clock is None else story.clock.step_seconds / 3600

@@ -131,8 +131,8 @@ def save_page(desk: Desk, asked: Sequence[str], path: Path) -> None:
             for number in last.furniture_ids[:_MOST_FURNITURE]
         },
     }
-    # "</" would end the element that holds the data.
-    data = json.dumps(content, separators=(",", ":")).replace("</", "<\\/")
+    # A "<" of a name could end the element that holds the data.
+    data = json.dumps(content, separators=(",", ":")).replace("<", "\\u003c")
     page = f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{escape(story.title)}</title>
 <style>{CSS}</style></head><body>

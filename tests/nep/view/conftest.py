@@ -21,7 +21,7 @@ _FLAGS = (
 
 @pytest.fixture
 def log(tmp_path):
-    """A robot's log: a red mug on the desk, which is gone at step 5 and on the counter at step 6."""
+    """A robot's log: a red mug on the desk, gone at step 5, on the counter at step 6."""
     path = tmp_path / "looks.jsonl"
     memory = SceneGraphMemory(log=path)
     kitchen, study = memory.add_room("kitchen"), memory.add_room("study")
