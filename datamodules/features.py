@@ -15,6 +15,7 @@ from simulator.evidence.columns import (
 )
 from simulator.memory.clock import DAY_SECONDS, compute_week_seconds
 from simulator.memory.memory_batch import NEVER
+from simulator.messages import shorten
 from simulator.snapshots.snapshots import Snapshots
 
 # Paper appendix B: average number of nodes (200) or edges (500) over ten times the steps (100).
@@ -83,7 +84,7 @@ class FeatureConfig:
         for name in self.evidence_without:
             if name not in known:
                 raise ValueError(
-                    f"evidence_without must hold some of {', '.join(known)}, got {name!r}. "
+                    f"evidence_without must hold some of {', '.join(known)}, got {shorten(name)}. "
                     "Choose among these."
                 )
 

@@ -10,6 +10,8 @@ from typing import BinaryIO
 
 import numpy as np
 
+from simulator.messages import shorten
+
 
 class MappedTable:
     """Rows of named columns in a file without a name, which is gone when the table is.
@@ -94,7 +96,7 @@ class TableWriter:
             raise OSError(
                 error.errno,
                 "disk must take a copy of the collection for as long as it is read, got "
-                f"{error.strerror!r}. Free some space.",
+                f"{shorten(error.strerror)}. Free some space.",
             ) from error
         self._num_rows += len(rows)
 

@@ -10,9 +10,13 @@ import importlib
 import os
 from typing import TYPE_CHECKING, Any
 
+from simulator.caches import keep_home_clean
+from simulator.messages import shorten
+
 # Waiting threads sleep rather than spin. When another process has one of two cores, spinning made a
 # training step four times slower. Read when torch is loaded, hence here.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+keep_home_clean()  # torchmetrics imports matplotlib
 
 if TYPE_CHECKING:
     from nep.robot.finder import ObjectFinder
@@ -50,6 +54,6 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """Load a public name when it is first used: torch takes seconds."""
     if name not in _MODULES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        raise AttributeError(f"module {shorten(__name__)} has no attribute {shorten(name)}")
     value = globals()[name] = getattr(importlib.import_module(_MODULES[name]), name)
     return value

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import shlex
 import sys
@@ -10,26 +9,21 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import torch
+from jsonargparse import ArgumentParser
 
-from nep.kinds.kinds import Kind, list_recorded, list_simulated
-from nep.kinds.play import play_all
+from nep.kinds.kinds import choose_kinds, list_recorded, list_simulated
+from nep.kinds.play import list_players, play_all
 from nep.kinds.table import make_overview, make_table
 from nep.players.checkpoints import CONFIG, load_config
-from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
+from nep.players.contestants import Checkpoint
 from nep.report.model_card import make_card
 from simulator.checks import check_at_least
+from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.files import write_whole
-from simulator.policies.registry import list_policies
+from simulator.process import run_main
 
 _RECORDED_SEEDS = 4
 _RECORDED_SEARCHES = 200
-
-
-def list_players(kind: Kind, checkpoints: Sequence[Checkpoint]) -> dict[str, MakePolicy]:
-    """Return what makes each policy that can play in homes of a kind, and each network."""
-    names = [set(list_policies(source)) for source in kind.sources]
-    common = [name for name in list_policies(kind.sources[0]) if all(name in own for own in names)]
-    return list_contestants("predict_location", common, checkpoints)
 
 
 def note_kinds(folder: Path, overview: str) -> None:
@@ -44,21 +38,28 @@ def note_kinds(folder: Path, overview: str) -> None:
     write_whole(folder / "MODEL_CARD.md", make_card(folder.resolve().name, config).encode())
 
 
-def _make_parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m nep.any_home",
-        description="Play all policies and some networks in every kind of home, and write a table. "
-        "Run again to resume: what has been played is in the JSON file beside the table.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+def _make_parser() -> ArgumentParser:
+    parser = make_parser(
+        "python -m nep.any_home",
+        "Play all policies and some networks in every kind of home, and write a table. Run again "
+        "to resume: what has been played is in the JSON file beside the table.",
     )
     parser.add_argument("--out", type=Path, default=Path("any_home.md"), help="the table")
     parser.add_argument(
-        "--checkpoint", action="append", metavar="[NAME=]SOURCE",
-        help="a network, the first one is compared with the best rule; may be given several times",
-    )  # fmt: skip
-    parser.add_argument("--card", type=Path, help="exported folder whose card gets the overview")
-    parser.add_argument("--recorded", nargs="+", default=[], help="folders of recorded homes")
-    parser.add_argument("--kinds", nargs="+", help="names of kinds; all if left out")
+        "--checkpoint",
+        type=tuple[str, ...],
+        default=("any_home",),
+        help="[NAME=]SOURCE of networks, the first one is compared with the best rule",
+    )
+    parser.add_argument(
+        "--card", type=Path | None, help="exported folder whose card gets the overview"
+    )
+    parser.add_argument(
+        "--recorded", type=tuple[str, ...], default=(), help="folders of recorded homes"
+    )
+    parser.add_argument(
+        "--kinds", type=tuple[str, ...] | None, help="names of kinds; all if left out"
+    )
     parser.add_argument("--num_homes", type=int, default=30, help="homes of each simulated kind")
     parser.add_argument("--steps", type=int, default=100, help="time steps in each of these")
     parser.add_argument("--searches", type=int, default=50, help="searches in each of these")
@@ -68,27 +69,19 @@ def _make_parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
     arguments = sys.argv[1:] if arguments is None else list(arguments)
-    parser = _make_parser()
-    options = parser.parse_args(arguments)
     torch.set_num_threads(1)
-    try:
+    with one_line_errors(status=2):
+        options = parse(_make_parser(), arguments)
         check_at_least(
             1, num_homes=options.num_homes, steps=options.steps, searches=options.searches
         )
-        checkpoints = [Checkpoint.parse(text) for text in options.checkpoint or ["any_home"]]
+        checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
         kinds = dict(list_simulated(options.num_homes, options.steps, options.searches))
         if options.recorded:
             kinds |= list_recorded(
                 options.recorded, _RECORDED_SEARCHES, tuple(range(_RECORDED_SEEDS))
             )
-        if options.kinds is not None:
-            for name in options.kinds:
-                if name not in kinds:
-                    raise ValueError(
-                        f"kinds must be some of {', '.join(kinds)}, got {name!r}. Choose among "
-                        "these; recorded ones need --recorded."
-                    )
-            kinds = {name: kinds[name] for name in options.kinds}
+        kinds = dict(choose_kinds(kinds, options.kinds))
         scores = {}
         path = options.out.with_suffix(".json")
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -97,8 +90,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
             scores[name] = play_all(
                 {name: kind}, players, path, lambda kind, player: print(f"{kind}: {player}")
             )[name]
-    except (ValueError, OSError) as error:
-        parser.error(str(error))
     titles = {name: kind.title for name, kind in kinds.items()}
     command = shlex.join(["python", "-m", "nep.any_home", *arguments])
     overview = make_overview(titles, scores, [point.name for point in checkpoints])
@@ -118,4 +109,4 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

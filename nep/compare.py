@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from nep.report.results import Results
 from nep.report.tables import compute_difference, format_difference, join_table
+from simulator.command_line import make_parser, one_line_errors, parse
+from simulator.messages import shorten
+from simulator.process import run_main
 from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.registry import TASKS
 
@@ -41,8 +42,8 @@ def _check_homes(first: Results, second: Results) -> None:
         ours, theirs = first.config.get(name), second.config.get(name)
         if ours != theirs:
             raise ValueError(
-                f"results must be of the same homes and rules, got {name} {ours!r} and {theirs!r}. "
-                "Evaluate with the same options."
+                f"results must be of the same homes and rules, got {name} {shorten(ours)} and "
+                f"{shorten(theirs)}. Evaluate with the same options."
             )
 
 
@@ -69,18 +70,16 @@ def _compare_task(task: str, first: Results, second: Results) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
-    parser = argparse.ArgumentParser(
-        prog="python -m nep.compare",
-        description="Print how two runs of nep.evaluate in the same homes differ, home by home.",
+    parser = make_parser(
+        "python -m nep.compare",
+        "Print how two runs of nep.evaluate in the same homes differ, home by home.",
     )
     parser.add_argument("first", type=Path, help="results.json of a run")
     parser.add_argument("second", type=Path, help="results.json of another one")
-    options = parser.parse_args(sys.argv[1:] if arguments is None else list(arguments))
-    try:
+    with one_line_errors(status=2):
+        options = parse(parser, arguments)
         print(compare(Results.load(options.first), Results.load(options.second)), end="")
-    except ValueError as error:
-        parser.error(str(error))
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

@@ -31,6 +31,7 @@ from simulator.fan_out import check_workers
 from simulator.files import write_whole
 from simulator.home_options import HomeOptions
 from simulator.policies import POLICIES, check_policies, list_policies
+from simulator.process import run_main
 from simulator.tasks.evaluation import play_games
 from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.registry import TASKS
@@ -282,4 +283,4 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

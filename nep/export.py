@@ -42,6 +42,7 @@ from simulator.command_line import (
 from simulator.files import compute_checksum, write_whole
 from simulator.home_options import HomeOptions
 from simulator.policies import find_policy, make_policy
+from simulator.process import run_main
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import Streams
@@ -295,4 +296,4 @@ def _write_command(parser: ArgumentParser, options: Namespace, arguments: Sequen
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import sys
 import warnings
-from argparse import ArgumentParser
 from collections.abc import Sequence
 from copy import deepcopy
 from importlib import import_module
@@ -21,20 +21,22 @@ from lightning.fabric.utilities.exceptions import MisconfigurationException
 from lightning.pytorch import Trainer
 from lightning.pytorch.callbacks import Callback, ModelCheckpoint, RichProgressBar
 from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCLI
-from lightning.pytorch.utilities import rank_zero_info
+from lightning.pytorch.utilities import rank_zero_only
 
 from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
+from nep.callbacks.epoch_lines import EpochLines
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.checkpoint_files import WholeCheckpoints
+from nep.config_files import find_configs
 from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, check_resumable, load_trained
 from nep.players.starting_point import make_settings, take_weights
 from simulator.command_line import BAD_INPUT, normalise, one_line_errors
-from simulator.messages import shorten_text
+from simulator.messages import shorten, shorten_text
+from simulator.process import run_main
 
 _BEST = "val/hits_at_1"  # by which the best epoch is chosen
-CONFIG_FOLDER = Path(__file__).parent / "configs"
 
 
 class FitCLI(LightningCLI):
@@ -67,6 +69,9 @@ class FitCLI(LightningCLI):
 
     def add_arguments_to_parser(self, parser: LightningArgumentParser) -> None:
         """Add our own arguments and tie pruning to the encoder."""
+        parser.add_argument(
+            "--base", type=str | None, help="In a config file: packaged config that it changes."
+        )
         parser.add_argument("--ckpt_path", type=str | None, help="Checkpoint to resume from.")
         parser.add_argument(
             "--from",
@@ -84,7 +89,7 @@ class FitCLI(LightningCLI):
         parser.link_arguments("model.num_hops", "data.num_hops", apply_on="instantiate")
 
     def parse_arguments(self, parser: LightningArgumentParser, args: ArgsType) -> None:
-        """Parse, after bare config names have been found among the packaged configs."""
+        """Parse, after configs have been found, and what they build on."""
         if args is None:
             args = sys.argv[1:]
         if isinstance(args, list):
@@ -92,6 +97,7 @@ class FitCLI(LightningCLI):
                 args = normalise(parser, find_configs(args), prefix="data.")
                 args = [*_list_settings(args), *args]
                 self.config = parser.parse_args(args)
+                self.config.pop("base")  # what it says has been taken over
             except (UnicodeDecodeError, RecursionError) as error:
                 parser.error(f"--config must be a YAML file in UTF-8, got {_shorten(error)}.")
             except (FileNotFoundError, ValueError) as error:
@@ -140,7 +146,7 @@ class FitCLI(LightningCLI):
         """Build the trainer with progress bar and checkpoints, unless they are switched off."""
         callbacks: list[Callback] = []
         if self.config.trainer.enable_progress_bar is not False:
-            callbacks.append(RichProgressBar())
+            callbacks.append(RichProgressBar() if sys.stdout.isatty() else EpochLines())
         if self.config.trainer.enable_checkpointing is not False:
             # Two callbacks: with `save_last` the last epoch is only saved where it is the best.
             callbacks += [
@@ -158,24 +164,6 @@ class FitCLI(LightningCLI):
         if not any(isinstance(plugin, CheckpointIO) for plugin in own):
             kwargs["plugins"] = [*own, WholeCheckpoints()]
         return super().instantiate_trainer(**kwargs)
-
-
-def find_configs(args: Sequence[str]) -> list[str]:
-    """Replace a config name that is no file here by the packaged config of that name.
-
-    Args:
-        args: command line; the values of `--config` and `-c` are looked at.
-
-    Raises:
-        FileNotFoundError: if a YAML file is named that is neither here nor packaged.
-    """
-    found = list(args)
-    for position, arg in enumerate(found):
-        if arg in ("--config", "-c") and position + 1 < len(found):
-            found[position + 1] = _find_config(found[position + 1])
-        elif arg.startswith("--config="):
-            found[position] = "--config=" + _find_config(arg.removeprefix("--config="))
-    return found
 
 
 def _list_settings(args: Sequence[str]) -> list[str]:
@@ -205,18 +193,6 @@ def _is_on(name: str, features: Namespace | FeatureConfig | None) -> bool:
     return settings is not None and bool(getattr(settings, name))
 
 
-def _find_config(name: str) -> str:
-    if not name.endswith((".yaml", ".yml")) or Path(name).exists():
-        return name
-    packaged = CONFIG_FOLDER / name
-    if not packaged.is_file():
-        names = ", ".join(sorted(path.name for path in CONFIG_FOLDER.glob("*.yaml")))
-        raise FileNotFoundError(
-            f"--config must name a file, got '{name}'. Give a path, or a packaged config: {names}."
-        )
-    return str(packaged)
-
-
 def find_classes(args: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
     """Import the classes of `--model_class` and `--data_class`.
 
@@ -229,16 +205,19 @@ def find_classes(args: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
     Raises:
         ValueError: if there is no such class, or it is no subclass of ours.
     """
-    parser = ArgumentParser(add_help=False, allow_abbrev=False)
     bases = {"model_class": NEPModule, "data_class": SGMDataModule}
-    for name in bases:
-        parser.add_argument(f"--{name}")
-    options, rest = parser.parse_known_args(args)
+    rest, paths = [], {}
+    values = iter(args)
+    for arg in values:
+        option, has_value, value = arg.partition("=")
+        name = option.removeprefix("--")
+        if option.startswith("--") and name in bases:
+            paths[name] = value if has_value else next(values, "")
+        else:
+            rest.append(arg)
     classes = {}
-    for name, base in bases.items():
-        path = getattr(options, name)
-        if path is None:
-            continue
+    for name, path in paths.items():
+        base = bases[name]
         module, _, attribute = path.rpartition(".")
         try:
             found = getattr(import_module(module), attribute, None)
@@ -246,8 +225,8 @@ def find_classes(args: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
             found = None
         if not (isinstance(found, type) and issubclass(found, base)):
             raise ValueError(
-                f"{name} must be the import path of a subclass of {base.__name__}, got {path!r}. "
-                "Check the path, and run the command in the folder of the module."
+                f"{name} must be the import path of a subclass of {base.__name__}, got "
+                f"{shorten(path)}. Check the path, and run the command in the folder of the module."
             )
         classes[name] = found
     return rest, classes
@@ -255,6 +234,9 @@ def find_classes(args: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
 
 def main(args: ArgsType = None) -> FitCLI:
     """Train; the online evaluation ends the run with its table."""
+    # of other people: a cloud to log to, a GPU that is not there, an interval of ours
+    logging.getLogger("lightning.pytorch.utilities.rank_zero").setLevel(logging.WARNING)
+    warnings.filterwarnings("ignore", message=".*smaller than the logging interval")
     # lightning 2.6 tests torch's tree specifications in a way that torch 2.13 deprecated
     warnings.filterwarnings("ignore", message=".isinstance.treespec, LeafSpec")
     args = sys.argv[1:] if args is None else args
@@ -285,6 +267,8 @@ def main(args: ArgsType = None) -> FitCLI:
         )
         if cli.start is not None:
             keep_start(cli.trainer, cli.start, start_score)
+    except BrokenPipeError:
+        raise
     except (OSError, MisconfigurationException) as error:  # a full disk; settings at odds
         sys.exit(f"error: {_shorten(error)}")
     return cli
@@ -309,7 +293,7 @@ def keep_start(trainer: Trainer, start: TrainedModel, start_score: float) -> Non
             trainer.lightning_module.load_state_dict(start.module.state_dict())
             trainer.save_checkpoint(callback.best_model_path)
             line += "; best.ckpt keeps the start"
-        rank_zero_info(line)
+        rank_zero_only(print)(line)
 
 
 def _can_be_folder(path: Path) -> bool:
@@ -322,4 +306,4 @@ def _shorten(error: Exception) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

@@ -6,46 +6,56 @@ The commands are those of `python -m simulator.igridson`, with one more policy, 
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import torch
 
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
+from simulator.checks import check_at_least
 from simulator.igridson import command
 from simulator.igridson.find_object import Searcher
+from simulator.process import run_main
 
-PROG = "python -m nep.igridson"
+
+@dataclass(frozen=True, slots=True)
+class NetworkOptions:
+    """A network that plays as the policy `nep`.
+
+    Attributes:
+        checkpoint: the network: a checkpoint, an exported folder or one that ships.
+        threads: CPU threads; all cores if left out.
+        encoders: modules of your own with its encoder.
+    """
+
+    checkpoint: str | None = None
+    threads: int | None = None
+    encoders: tuple[str, ...] = ()
+
+    def make_searchers(self) -> dict[str, Searcher]:
+        """Load the network, if there is one.
+
+        Raises:
+            ValueError: if it cannot be read, or there is no thread.
+        """
+        check_at_least(1, threads=self.threads)
+        if self.threads is not None:
+            torch.set_num_threads(self.threads)
+        if self.checkpoint is None:
+            return {}
+        import_encoders(self.encoders)
+        return {"nep": Searcher(NEPPolicy.load(self.checkpoint).play_in)}
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Load the checkpoint and hand on to iGridson's own command line."""
-    parser = argparse.ArgumentParser(prog=PROG, add_help=False, allow_abbrev=False)
-    parser.add_argument("--checkpoint")  # a name of one that ships with the package is no path
-    parser.add_argument("--threads", type=int)
-    parser.add_argument("--encoders", action="append", default=[])  # modules of one's own
-    options, rest = parser.parse_known_args(args)
-    if options.threads is not None:
-        if options.threads < 1:
-            print(
-                f"error: threads must be at least 1, got {options.threads}. Raise it.",
-                file=sys.stderr,
-            )
-            return 2
-        torch.set_num_threads(options.threads)
-    searchers: dict[str, Searcher] = {}
-    if options.checkpoint is not None:
-        try:
-            import_encoders(options.encoders)
-            policy = NEPPolicy.load(options.checkpoint)
-        except (ValueError, OSError) as error:
-            print(f"{PROG}: {error}", file=sys.stderr)
-            return 2
-        searchers["nep"] = Searcher(policy.play_in)
-    return command.main(rest, searchers, f"{PROG} [--checkpoint CKPT] [--threads N]")
+    """Run the command line; options may stand before the command, too."""
+    args = sys.argv[1:] if args is None else args
+    at = next((place for place, arg in enumerate(args) if arg in command.COMMANDS), 0)
+    args = [*args[at : at + 1], *args[:at], *args[at + 1 :]]
+    return command.main(args, "python -m nep.igridson", NetworkOptions)
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    run_main(main)

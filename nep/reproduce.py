@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import argparse
 import io
 import os
 import sys
 from collections.abc import Sequence
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
+from typing import Literal, NoReturn
 
 from filelock import FileLock, Timeout
+from jsonargparse import ArgumentParser, Namespace
 from rich.console import Console
 
 from nep.paper.experiments import (
@@ -27,8 +28,11 @@ from nep.paper.plan import TABLES, Plan, plan_stages
 from nep.paper.stages import run_stages
 from nep.report.figures import draw_over_steps
 from simulator.checks import check_at_least
+from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.files import write_whole
+from simulator.messages import shorten
 from simulator.policies import POLICIES
+from simulator.process import run_main
 
 # Everything as small as it can be, to try the command: seconds instead of hours.
 _TINY_FIT = (
@@ -37,6 +41,7 @@ _TINY_FIT = (
     "--online.steps=2",
 )  # fmt: skip
 _TINY_HOMES, _TINY_STEPS = 3, 4
+_CHOICES = (*TABLES, "all")
 _LOG_WIDTH = 100
 # Held in the folder of runs by the command that works there: a training deletes what it finds of
 # itself, which another command may be writing. The system frees it when the command is killed.
@@ -79,14 +84,14 @@ def make_files(plan: Plan) -> dict[str, bytes]:
     return files
 
 
-def _make_parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m nep.reproduce",
-        description="Train and play what the paper's tables need, as far as that is not done yet, "
-        "and write them. Interrupted, the same command goes on; what is finished stays.",
+def _make_parser() -> ArgumentParser:
+    parser = make_parser(
+        "python -m nep.reproduce",
+        "Train and play what the paper's tables need, as far as that is not done yet, and write "
+        "them. Interrupted, the same command goes on; what is finished stays.",
     )
     parser.add_argument(
-        "--table", choices=(*TABLES, "all"), default="all", help="what to make (%(default)s)"
+        "--table", type=str, default="all", help=f"what to make: {', '.join(_CHOICES)}"
     )
     folders = {
         "out": ("results", "tables and figure"),
@@ -94,33 +99,43 @@ def _make_parser() -> argparse.ArgumentParser:
         "data": ("data", "collected snapshots"),
     }
     for name, (folder, what) in folders.items():
-        text = f"folder for {what} (%(default)s)"
-        parser.add_argument(f"--{name}", type=Path, default=Path(folder), help=text)
+        parser.add_argument(f"--{name}", type=Path, default=Path(folder), help=f"folder for {what}")
     known = ", ".join(model.name for model in MODELS)
-    text = f"networks of Table 1, of {known}, or config files (the paper's)"
-    parser.add_argument("--models", nargs="+", help=text)
+    text = f"networks of Table 1, of {known}, or config files; the paper's if left out"
+    parser.add_argument("--models", type=tuple[str, ...] | None, help=text)
     parser.add_argument(
-        "--encoders", nargs="+", default=[], help="modules of your own with encoders of --models"
-    )
-    parser.add_argument("--num_homes", type=int, help="test homes (100)")
-    parser.add_argument("--steps", type=int, help="steps in each (100)")
-    parser.add_argument("--epochs", type=int, help="of every training (what its config says)")
-    parser.add_argument(
-        "--seed", type=int, default=0, help="of training and of the test homes (%(default)s)"
+        "--encoders",
+        type=tuple[str, ...],
+        default=(),
+        help="modules of your own with encoders of --models",
     )
     parser.add_argument(
-        "--jobs",
-        type=int,
-        default=os.cpu_count() or 1,
-        help="processes with one thread each (one per core)",
+        "--homes",
+        type=Literal["sampled", "paper"],
+        default="sampled",
+        help="those of the paper's text, or of its released code: 24 places, 120 objects, 10 "
+        "looks; give them --runs and --out of their own",
+    )
+    parser.add_argument("--num_homes", type=int | None, help="test homes; 100 if left out")
+    parser.add_argument("--steps", type=int | None, help="steps in each; 100 if left out")
+    parser.add_argument(
+        "--epochs", type=int | None, help="of every training; what its config says if left out"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of training and of the test homes")
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count() or 1, help="processes with one thread each"
     )
     parser.add_argument(
-        "--tiny", action="store_true", help="everything as small as can be, to try the command"
+        "--tiny", type=bool, default=False, help="everything as small as can be, to try the command"
     )
     return parser
 
 
-def _make_plan(options: argparse.Namespace) -> Plan:
+def _make_plan(options: Namespace) -> Plan:
+    if options.table not in _CHOICES:
+        raise ValueError(
+            f"table must be one of {', '.join(_CHOICES)}, got {shorten(options.table)}. Choose one."
+        )
     fit_options: tuple[str, ...] = _TINY_FIT if options.tiny else ()
     if options.epochs is not None:
         check_at_least(1, epochs=options.epochs)
@@ -137,15 +152,18 @@ def _make_plan(options: argparse.Namespace) -> Plan:
         data=options.data,
         options=tuple(_list_telling_options(options)),
         encoders=tuple(options.encoders),
+        source=options.homes,
     )
     plan.check()
     check_at_least(1, jobs=options.jobs)
     return plan
 
 
-def _list_telling_options(options: argparse.Namespace) -> list[str]:
+def _list_telling_options(options: Namespace) -> list[str]:
     """Write down the options that scores depend on."""
     listed = ["--seed", str(options.seed)]
+    if options.homes != "sampled":
+        listed += ["--homes", options.homes]
     if options.models is not None:
         listed += ["--models", *options.models]
     for name in ("num_homes", "steps", "epochs"):
@@ -158,44 +176,41 @@ def _list_telling_options(options: argparse.Namespace) -> list[str]:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
-    arguments = sys.argv[1:] if arguments is None else list(arguments)
-    parser = _make_parser()
-    options = parser.parse_args(arguments)
     console = Console() if sys.stdout.isatty() else Console(width=_LOG_WIDTH)
-    try:
+    with one_line_errors(status=2):
+        options = parse(_make_parser(), arguments)
         plan = _make_plan(options)
         for folder in (plan.runs, plan.data, options.out):
             folder.mkdir(parents=True, exist_ok=True)
-    except (ValueError, OSError) as error:
-        parser.error(str(error))
     try:
         with FileLock(plan.runs / _LOCK, timeout=0):
             failed = run_stages(plan_stages(plan), options.jobs, console)
     except Timeout:
-        parser.exit(
-            1,
+        _stop(
             f"error: runs must be a folder that one command works in at a time, got {plan.runs}, "
-            "where another one does. Wait until it has ended, or give another --runs.\n",
+            "where another one does. Wait until it has ended, or give another --runs."
         )
     except KeyboardInterrupt:
-        parser.exit(130, "interrupted; the same command goes on from here\n")
+        _stop("interrupted; the same command goes on from here", status=130)
     except BrokenProcessPool:
-        parser.exit(
-            1,
+        _stop(
             "error: workers must live, got one that was killed. If memory ran out, give fewer "
-            "--jobs; the same command goes on from here.\n",
+            "--jobs; the same command goes on from here."
         )
     if failed:
         lines = [f"{name}: {error}" for name, error in failed.items()]
         message = "\n".join(["error: every job must end well, got", *lines])
-        parser.exit(1, f"{message}\nMend it; the same command goes on from here.\n")
-    try:
+        _stop(f"{message}\nMend it; the same command goes on from here.")
+    with one_line_errors():
         for name, content in make_files(plan).items():
             write_whole(options.out / name, content)
             console.print(f"wrote {options.out / name}", highlight=False, markup=False)
-    except OSError as error:
-        parser.exit(1, f"error: {error}\n")
+
+
+def _stop(message: str, status: int = 1) -> NoReturn:
+    print(message, file=sys.stderr)
+    sys.exit(status)
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

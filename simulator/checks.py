@@ -2,6 +2,15 @@
 
 from __future__ import annotations
 
+from numbers import Real
+
+from simulator.messages import shorten
+
+
+def is_number(value: object) -> bool:
+    """Tell whether a value that anybody may have given is a number; nan is one."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
 
 def check_at_least(least: int, **values: float | None) -> None:
     """Check lower bounds.
@@ -15,4 +24,10 @@ def check_at_least(least: int, **values: float | None) -> None:
     """
     for name, value in values.items():
         if value is not None and not value >= least:  # nan is below every bound
-            raise ValueError(f"{name} must be at least {least}, got {value}. Raise it.")
+            raise ValueError(f"{name} must be at least {least}, got {shorten(value)}. Raise it.")
+
+
+def check_seed(seed: int) -> None:
+    """Raise ValueError unless a seed is one that numpy takes."""
+    if seed < 0:
+        raise ValueError(f"seed must be non-negative, got {seed}. Choose 0 or more.")

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from simulator.checks import check_at_least
+from simulator.checks import check_at_least, check_seed
 from simulator.command_line import (
     add_home_arguments,
     add_worker_arguments,
@@ -32,6 +32,7 @@ from simulator.memory.memory_batch import Change
 from simulator.messages import shorten
 from simulator.policies import check_policies, make_policy
 from simulator.policies.home_filter import HomeFilter
+from simulator.process import run_main
 from simulator.snapshots.recorder import Recorder
 from simulator.snapshots.shard_check import MAX_HOMES, check_manifest
 from simulator.snapshots.shards import (
@@ -94,13 +95,12 @@ class CollectConfig:
                 f"num_homes must be at most {MAX_HOMES}, got {shorten(self.num_homes)}. Ask for "
                 "fewer."
             )
-        if self.seed < 0:
-            raise ValueError(f"seed must be non-negative, got {self.seed}. Choose 0 or more.")
+        check_seed(self.seed)
         for name, known in (("task", TASKS), ("split", SPLITS)):
             if getattr(self, name) not in known:
                 raise ValueError(
-                    f"{name} must be one of {', '.join(known)}, got {getattr(self, name)!r}. "
-                    "Choose one of these."
+                    f"{name} must be one of {', '.join(known)}, got "
+                    f"{shorten(getattr(self, name))}. Choose one of these."
                 )
 
         check_policies([self.policy])
@@ -256,7 +256,7 @@ def _make_folder(out: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ValueError(
-            f"output folder must be one that can be made, got {error.strerror!r} for {out}. "
+            f"output folder must be one that can be made, got {shorten(error.strerror)} for {out}. "
             "Choose another folder."
         ) from error
 
@@ -278,8 +278,8 @@ def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
         )
         if strangers:
             raise ValueError(
-                f"output folder must be empty or hold a collection, got {strangers[0]!r} in {out}. "
-                "Choose another folder."
+                f"output folder must be empty or hold a collection, got {shorten(strangers[0])} in "
+                f"{out}. Choose another folder."
             )
         save_manifest(out, settings, {})
     manifest = load_manifest(out)
@@ -335,4 +335,4 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

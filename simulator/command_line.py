@@ -8,7 +8,7 @@ from argparse import ArgumentError
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import UnionType
-from typing import TYPE_CHECKING, Any, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
 
 from simulator.fan_out import BACKENDS
 from simulator.home_options import SOURCES, HomeOptions
@@ -140,7 +140,8 @@ def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = ""
         elif not values:
             found.append(f"--{name}={value}" if has_value else f"--{name}")
         else:
-            found.append(f"--{name}={_find_class(name, values[0], prefix)}")
+            value = values[0] if kind == "word" else _find_class(name, values[0], prefix)
+            found.append(f"--{name}={value}")
     return found + [f"--{name}={json.dumps(values)}" for name, values in lists.items()]
 
 
@@ -175,6 +176,8 @@ def choose(
         return commands[arguments[0]](arguments[1:])
     except ArgumentError as error:
         return _report(error, 2)
+    except BrokenPipeError:  # whoever calls knows whether it matters
+        raise
     except BAD_INPUT as error:
         return _report(error, status)
 
@@ -190,6 +193,8 @@ def one_line_errors(status: int = 1) -> Iterator[None]:
         yield
     except ArgumentError as error:
         sys.exit(_report(error, 2))
+    except BrokenPipeError:
+        raise
     except BAD_INPUT as error:
         sys.exit(_make_line(error) if status == 1 else _report(error, status))
 
@@ -215,7 +220,10 @@ def _get_summary(function: Callable[..., Any]) -> str:
 
 
 def _list_kinds(parser: ArgumentParser) -> dict[str, str]:
-    """Tell of each option whether it takes several values, "list", or may have none, "flag"."""
+    """Tell the kind of each option.
+
+    "list" takes several values, "flag" may have none, "word" is a text that stands for no class.
+    """
     kinds = {}
     for action in parser._actions:
         typehint = getattr(action, "_typehint", None)
@@ -225,7 +233,10 @@ def _list_kinds(parser: ArgumentParser) -> dict[str, str]:
         is_list = all(
             get_origin(part) in (list, tuple, Sequence) for part in parts if part is not type(None)
         )
-        kinds[action.dest] = "flag" if typehint is bool else "list" if is_list else "value"
+        is_word = typehint is str or get_origin(typehint) is Literal
+        kinds[action.dest] = (
+            "flag" if typehint is bool else "list" if is_list else "word" if is_word else "value"
+        )
     return kinds
 
 

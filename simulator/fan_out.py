@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from typing import Any, TypeVar
 
 from simulator.checks import check_at_least
+from simulator.messages import shorten
 
 BACKENDS = ("processes", "ray")
 _JOBS_PER_ROUND = 4  # per worker, where results come round by round
@@ -69,7 +70,8 @@ def _call(
 def _choose_backend(backend: str) -> AbstractContextManager[Any]:
     if backend not in BACKENDS:
         raise ValueError(
-            f"backend must be one of {', '.join(BACKENDS)}, got {backend!r}. Choose one of these."
+            f"backend must be one of {', '.join(BACKENDS)}, got {shorten(backend)}. Choose one of "
+            "these."
         )
     if backend == "processes":
         return nullcontext()

@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
+from simulator.messages import shorten
+
 LOCK = ".lock"  # name of the file by which a folder is locked
 
 
@@ -35,8 +37,8 @@ def write_whole(path: Path, content: bytes) -> None:
         partial.unlink(missing_ok=True)
         raise OSError(
             error.errno,
-            f"disk must take {len(content)} bytes, got {error.strerror!r} for {path}. Free some "
-            "space and run the same command again: finished files are kept.",
+            f"disk must take {len(content)} bytes, got {shorten(error.strerror)} for {path}. Free "
+            "some space and run the same command again: finished files are kept.",
         ) from error
 
 
@@ -112,7 +114,7 @@ def _check_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(found) < len(pairs):
         keys = [key for key, _ in pairs]
         twice = next(key for key in keys if keys.count(key) > 1)
-        raise ValueError(f"the key {twice[:50]!r} twice in one object")
+        raise ValueError(f"the key {shorten(twice[:50])} twice in one object")
     return found
 
 

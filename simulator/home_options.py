@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 
 from simulator.priors.prior_graph import PriorGraph, load_prior
 from simulator.trace.source import RecordedSource
@@ -20,6 +21,12 @@ SOURCES: Mapping[str, str] = {
 
 # A source's class is one; its further arguments are options of the command line.
 MakeSource = Callable[[PriorGraph, HomeConfig], HomeSource]
+
+
+def import_source(name: str) -> MakeSource:
+    """Return the class of a source by its name in `SOURCES`."""
+    module, _, class_name = SOURCES[name].rpartition(".")
+    return getattr(import_module(module), class_name)
 
 
 @dataclass(frozen=True, slots=True)

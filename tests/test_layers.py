@@ -30,15 +30,15 @@ FORBIDDEN = {
 # files, the package's `__init__.py` among them, count as the package itself; a `__main__.py` is a
 # command, on top of all.
 ORDER = """
-    simulator.arrays simulator.messages simulator.checks simulator.files simulator.fan_out
-    simulator.compiled simulator.priors simulator.text simulator.memory simulator.world
-    simulator.evidence simulator.policies simulator.snapshots simulator.tasks simulator.robot
-    simulator.trace simulator.drawing simulator.replay simulator.realism simulator.home_options
-    simulator.command_line simulator.gym simulator.igridson simulator.collect simulator.testing
-    simulator datamodules
-    nep.importers nep.layers nep.encoders nep.model nep.checkpoint_files nep.players nep.report
-    nep.kinds nep.robot nep.callbacks nep.fit nep.evaluate nep.paper nep.view
-    nep
+    simulator.arrays simulator.messages simulator.checks simulator.caches simulator.files
+    simulator.fan_out simulator.process simulator.compiled simulator.priors simulator.text
+    simulator.memory simulator.world simulator.evidence simulator.policies simulator.snapshots
+    simulator.tasks simulator.robot simulator.trace simulator.drawing simulator.replay
+    simulator.realism
+    simulator.home_options simulator.command_line simulator.gym simulator.igridson
+    simulator.collect simulator.testing simulator datamodules nep.importers nep.layers
+    nep.encoders nep.model nep.checkpoint_files nep.config_files nep.players nep.report nep.kinds
+    nep.robot nep.callbacks nep.fit nep.evaluate nep.paper nep.view nep
 """.split()
 COMMANDS = "commands"
 

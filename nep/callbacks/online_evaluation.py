@@ -9,7 +9,6 @@ from pathlib import Path
 
 import lightning.pytorch as pl
 from lightning.pytorch.loggers import TensorBoardLogger
-from lightning.pytorch.utilities import rank_zero_info
 from matplotlib.figure import Figure
 from rich.console import Console
 
@@ -20,7 +19,7 @@ from nep.players.policy import NEPPolicy
 from nep.report.figures import draw_over_steps
 from nep.report.results import ScoreSummary
 from nep.report.statistics import compute_gap_closed
-from nep.report.tables import Row, compute_rows, make_markdown, make_rich_table
+from nep.report.tables import Row, compute_rows, format_number, make_markdown, make_rich_table
 from simulator.checks import check_at_least
 from simulator.files import write_whole
 from simulator.policies import POLICIES, check_policies, find_policy, make_policy
@@ -118,7 +117,7 @@ class OnlineEvaluation(pl.Callback):
     def _summarise(self) -> str:
         recall = f"candidate recall {self.scores[self.name].metrics['candidate_recall']:.3f}"
         gaps = [
-            f"Bayesian-to-{top.title()} gap closed {share:.0%}"
+            f"Bayesian-to-{top.title()} gap closed {format_number(share, '.0%')}"
             for top, share in self._compute_gaps().items()
         ]
         return "; ".join([recall, ", ".join(gaps)] if gaps else [recall])
@@ -133,9 +132,7 @@ class OnlineEvaluation(pl.Callback):
         """Let the heuristics and oracles play, once, as late as possible: it takes seconds."""
         policies = [name for name in self.policies if find_policy(name).needs <= self.homes.knows]
         if policies and trainer.progress_bar_callback is not None:
-            rank_zero_info(
-                f"{len(policies)} heuristics and oracles play {self.num_homes} validation homes."
-            )
+            print(f"{len(policies)} heuristics and oracles play {self.num_homes} validation homes.")
         for name in policies:
             self.scores[name] = self._play(trainer, partial(make_policy, name))
 

@@ -10,6 +10,7 @@ from torch import Tensor, nn
 from datamodules.batch import EDGE_TYPES, NODE_TYPES
 from nep.encoders.dgl_encoder import DGLEncoder, EdgeType
 from nep.encoders.encoder import check_num_convolutions
+from nep.layers.heads import check_heads
 
 
 class DGLHGT(DGLEncoder):
@@ -32,11 +33,7 @@ class DGLHGT(DGLEncoder):
     def __init__(self, units: int = 64, heads: int = 2, num_convolutions: int = 1) -> None:
         super().__init__(units)
         check_num_convolutions(num_convolutions)
-        if heads < 1 or units % heads:
-            raise ValueError(
-                f"heads of DGLHGT must divide its units, got {heads} heads for {units} units. "
-                "Choose for instance 1, 2 or 4 heads for 64 units."
-            )
+        check_heads("DGLHGT", heads, units)
         self.heads = heads
         self.num_convolutions = num_convolutions
         self.num_hops = num_convolutions

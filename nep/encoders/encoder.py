@@ -9,6 +9,7 @@ from typing import Any
 from torch import Tensor, nn
 
 from nep.layers.flat_graph import FlatGraph
+from simulator.checks import check_at_least
 
 
 class Encoder(nn.Module, ABC):
@@ -36,8 +37,7 @@ class Encoder(nn.Module, ABC):
 
     def __init__(self, units: int) -> None:
         super().__init__()
-        if units < 1:
-            raise ValueError(f"units must be at least 1, got {units}. The paper has 64.")
+        check_at_least(1, units=units)
         self.units = units
 
     @abstractmethod

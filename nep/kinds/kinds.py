@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from simulator.memory.clock import DAY_SECONDS, HOUR_SECONDS
+from simulator.messages import shorten
 from simulator.priors.prior_graph import PriorGraph
 from simulator.trace.count_prior import count_prior
 from simulator.trace.source import RecordedSource
@@ -26,8 +29,9 @@ class Kind:
         sources: where its homes come from; all homes of each are played.
         num_homes: homes of a source that has as many as wanted.
         num_steps: time steps of Predict Object Location.
-        num_searches: searches of Find Object.
+        num_searches: searches of Find Object; 0 for none.
         seeds: of homes, or of questions and misses in homes that are recorded.
+        num_warm_up: of the steps and searches, the first ones, which are played but not scored.
     """
 
     title: str
@@ -36,6 +40,7 @@ class Kind:
     num_steps: int
     num_searches: int
     seeds: tuple[int, ...] = (0,)
+    num_warm_up: int = 0
 
 
 def list_simulated(num_homes: int, num_steps: int, num_searches: int) -> Mapping[str, Kind]:
@@ -83,12 +88,7 @@ def list_recorded(
     Raises:
         ValueError: if there is no trace, one is broken, or there is only one.
     """
-    paths = [str(path) for path in find_traces(folders)]
-    if len(paths) < 2:
-        raise ValueError(
-            f"recorded homes must be two or more, so that a prior can be counted in the others, "
-            f"got {len(paths)}. Name more folders."
-        )
+    paths = _find_several(folders)
 
     def record(title: str, num_steps: int, step_seconds: float, priors: list[PriorGraph]) -> Kind:
         sources = [
@@ -98,11 +98,8 @@ def list_recorded(
         least = min(source.num_steps for source in sources)
         return Kind(title, tuple(sources), 1, min(num_steps, least), num_searches, seeds)
 
-    traces = [load_trace(path) for path in paths]
     shipped = [PriorGraph.default()] * len(paths)
-    counted = [
-        count_prior([trace for trace in traces if trace is not own], 3600.0)[0] for own in traces
-    ]
+    counted = _count_in_others(paths)
     return {
         "recorded-hour-200": record("Recorded, 200 hourly steps", 200, 3600.0, shipped),
         "recorded-hour-1000": record("Recorded, 1,000 hourly steps", 1000, 3600.0, shipped),
@@ -115,3 +112,97 @@ def list_recorded(
             "Recorded, 1,000 hourly steps, prior counted in the other homes", 1000, 3600.0, counted
         ),
     }
+
+
+_LOOKS = {"policy": "the policy says where the robot looks", "patrol": "the robot is on patrol"}
+_SCORED_SECONDS = 10 * DAY_SECONDS  # the end of a long life
+
+
+def list_benchmark(
+    folders: Sequence[str], num_steps: int, step_seconds: float, replays: int
+) -> Mapping[str, Kind]:
+    """List the kinds of the benchmark of recorded homes, by name.
+
+    Episodes from an empty memory and long lives, of which the last ten days are scored; the policy
+    says where the robot looks, or a patrol; the shipped prior, or one counted in the other homes.
+
+    Args:
+        folders: traces, or folders of traces.
+        num_steps: of an episode.
+        step_seconds: length of a step.
+        replays: how often each home is played in episodes; half as often in long lives.
+
+    Raises:
+        ValueError: if there is no trace, one is broken or too short, or there is only one.
+    """
+    paths = _find_several(folders)
+    own_others = zip(_count_in_others(paths), [[path] for path in paths], strict=True)
+    priors = {
+        "shipped": ("the shipped prior", [(PriorGraph.default(), paths)]),
+        "counted": ("a prior counted in the other homes", list(own_others)),
+    }
+    num_scored = math.ceil(_SCORED_SECONDS / step_seconds)
+    kinds = {}
+    for name, (knowing, homes) in priors.items():
+        for looks, looking in _LOOKS.items():
+            rules = HomeConfig(looks=looks)
+            episodes, lives = (
+                tuple(
+                    RecordedSource(prior, rules, own, step_seconds, replays=times)
+                    for prior, own in homes
+                )
+                for times in (replays, max(replays // 2, 1))
+            )
+            life = min(source.num_steps for source in lives)
+            if life <= num_scored:
+                raise ValueError(
+                    f"recorded homes must be longer than the {num_scored} steps of their last ten "
+                    f"days, got one of {life}. Leave it out, or record longer."
+                )
+            num_steps = min(num_steps, life)
+            # On patrol nobody searches: Find Object looks where the policy says.
+            searches = looks == "policy"
+            kinds[f"episodes-{looks}-{name}"] = Kind(
+                f"Episodes of {num_steps} steps from an empty memory; {looking}, {knowing}",
+                episodes, 1, num_steps, num_steps * searches,
+            )  # fmt: skip
+            kinds[f"lives-{looks}-{name}"] = Kind(
+                f"The last ten days of lives of {life} steps; {looking}, {knowing}",
+                lives, 1, life, life * searches, num_warm_up=life - num_scored,
+            )  # fmt: skip
+    return kinds
+
+
+def choose_kinds(kinds: Mapping[str, Kind], names: Sequence[str] | None) -> Mapping[str, Kind]:
+    """Choose some kinds by name, all for None.
+
+    Raises:
+        ValueError: if there is no kind of a name.
+    """
+    for name in names or ():
+        if name not in kinds:
+            raise ValueError(
+                f"kinds must be some of {', '.join(kinds)}, got {shorten(name)}. Choose among "
+                "these; recorded ones need folders of recorded homes."
+            )
+    return kinds if names is None else {name: kinds[name] for name in names}
+
+
+def _find_several(folders: Sequence[str]) -> list[str]:
+    """Find two or more traces."""
+    paths = [str(path) for path in find_traces(folders)]
+    if len(paths) < 2:
+        raise ValueError(
+            f"recorded homes must be two or more, so that a prior can be counted in the others, "
+            f"got {len(paths)}. Name more folders."
+        )
+    return paths
+
+
+def _count_in_others(paths: Sequence[str]) -> list[PriorGraph]:
+    """Count a prior for each trace in all the others."""
+    traces = [load_trace(path) for path in paths]
+    return [
+        count_prior([trace for trace in traces if trace is not own], HOUR_SECONDS)[0]
+        for own in traces
+    ]

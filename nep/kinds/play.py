@@ -3,41 +3,57 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from nep.kinds.kinds import Kind
-from nep.players.contestants import MakePolicy
+from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
 from simulator.files import write_whole
+from simulator.policies.registry import list_policies
 from simulator.tasks.evaluation import evaluate_policy
-from simulator.tasks.metrics import METRICS, compute_nll
+from simulator.tasks.metrics import METRICS, compute_accuracy_among, compute_nll
 from simulator.tasks.scores import TaskScores
 from simulator.world.streams import Streams
 
 # What is kept of every home, so that players can be compared home by home.
 HOME_COLUMNS = ("accuracy", "nll", "looks")
-SHARED_COLUMNS = ("calibration_error", "away_accuracy")
+SHARED_COLUMNS = ("calibration_error", "away_accuracy", "out_of_place_accuracy")
 
 Scores = dict[str, dict[str, dict[str, list[float]]]]  # by kind, player and column
+
+
+def list_players(kind: Kind, checkpoints: Sequence[Checkpoint]) -> dict[str, MakePolicy]:
+    """Return what makes each policy that can play in homes of a kind, and each network."""
+    names = [set(list_policies(source)) for source in kind.sources]
+    common = [name for name in list_policies(kind.sources[0]) if all(name in own for own in names)]
+    return list_contestants("predict_location", common, checkpoints)
 
 
 def play_kind(kind: Kind, make: MakePolicy) -> dict[str, list[float]]:
     """Let one player answer and search in all homes of a kind.
 
     Returns:
-        `HOME_COLUMNS`, a number per home each, and `SHARED_COLUMNS`, one number each.
+        `HOME_COLUMNS`, a number per home each, and `SHARED_COLUMNS`, one number each; without
+        "looks" where nobody searches. Where all homes have a clock, "by_hour", too: the share of
+        right first guesses in each hour of the day, nan where nothing was asked.
     """
     located = _play(kind, make, "predict_location", kind.num_steps)
-    searched = _play(kind, make, "find_object", kind.num_searches)
-    return {
+    columns = {
         "accuracy": located.is_correct.mean(axis=1).tolist(),
         "nll": [compute_nll(row) for row in located.likelihood],
-        "looks": searched.home_values.tolist(),
         **{name: [METRICS[name].compute(located)] for name in SHARED_COLUMNS},
     }
+    if kind.num_searches:
+        searched = _play(kind, make, "find_object", kind.num_searches)
+        columns["looks"] = searched.home_values.tolist()
+    if (located.hour >= 0).all():
+        columns["by_hour"] = [
+            compute_accuracy_among(located.is_correct, located.hour == hour) for hour in range(24)
+        ]
+    return columns
 
 
 def play_all(
@@ -71,7 +87,8 @@ def _play(kind: Kind, make: MakePolicy, task: str, num_steps: int) -> TaskScores
         num_homes = source.num_homes or kind.num_homes
         for seed in kind.seeds:
             streams = Streams(seed, "test", range(num_homes))
-            parts.append(evaluate_policy(make, source, streams, num_steps, task=task))
+            scores = evaluate_policy(make, source, streams, num_steps, task=task)
+            parts.append(scores.skip(kind.num_warm_up))
     sizes = np.cumsum([0, *(len(part.values) for part in parts)])
     homes = [list(range(first, end)) for first, end in pairwise(sizes.tolist())]
     return TaskScores.join(homes, parts)

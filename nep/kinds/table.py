@@ -8,7 +8,7 @@ import numpy as np
 
 from nep.kinds.play import Scores
 from nep.report.statistics import compute_bootstrap_interval
-from nep.report.tables import join_table
+from nep.report.tables import Difference, format_difference, join_table
 
 ORACLES = ("oracle", "ceiling")  # know the true homes: no rules that a robot could follow
 
@@ -19,6 +19,7 @@ _COLUMNS = (
     ("calibration_error", "calibration error", ".3f", False),
     ("looks", "looks until found", ".2f", False),
     ("away_accuracy", "right if away", ".3f", True),
+    ("out_of_place_accuracy", "right if out of place", ".3f", True),
 )
 _COMPARED = tuple(column for column in _COLUMNS if column[0] in ("accuracy", "nll", "looks"))
 
@@ -41,25 +42,43 @@ def make_overview(titles: Mapping[str, str], scores: Scores, networks: Sequence[
             own = np.array(scores[kind][networks[0]][column[0]])
             rule = find_best_rule(scores[kind], column, networks)
             other = np.array(scores[kind][rule][column[0]])
-            low, high = compute_bootstrap_interval(own - other)
+            difference = Difference(
+                float((own - other).mean()), *compute_bootstrap_interval(own - other)
+            )
             cells += [
                 format(own.mean(), column[2]),
                 f"{other.mean():{column[2]}} {rule}",
-                f"{(own - other).mean():+{column[2]}} [{low:+{column[2]}}, {high:+{column[2]}}]",
+                format_difference(difference, column[2]),
             ]
         rows.append(cells)
     return join_table(header, rows)
 
 
 def make_table(scores: Mapping[str, Mapping[str, Sequence[float]]]) -> str:
-    """Return the Markdown table of one kind, the best first guess last."""
+    """Return the Markdown table of one kind, the best first guess last.
+
+    Columns that some player lacks are left out, such as looks where nobody searches.
+    """
+    shown = [column for column in _COLUMNS if all(column[0] in own for own in scores.values())]
     means = {
-        player: {name: float(np.mean(columns[name])) for name, *_ in _COLUMNS}
+        player: {name: float(np.mean(columns[name])) for name, *_ in shown}
         for player, columns in scores.items()
     }
     order = sorted(means, key=lambda player: means[player]["accuracy"])
-    rows = [[player, *(format(means[player][c[0]], c[2]) for c in _COLUMNS)] for player in order]
-    return join_table(["who", *(heading for _, heading, _, _ in _COLUMNS)], rows)
+    rows = [[player, *(format(means[player][c[0]], c[2]) for c in shown)] for player in order]
+    return join_table(["who", *(heading for _, heading, _, _ in shown)], rows)
+
+
+def make_accuracy_table(scores: Scores) -> str:
+    """Return a Markdown table of the share of right first guesses: players by kinds."""
+    players = dict.fromkeys(player for own in scores.values() for player in own)
+    rows = []
+    for player in players:
+        played = [own[player]["accuracy"] if player in own else None for own in scores.values()]
+        rows.append(
+            [player, *("" if values is None else f"{np.mean(values):.3f}" for values in played)]
+        )
+    return join_table(["who", *scores], rows)
 
 
 def find_best_rule(

@@ -10,6 +10,7 @@ from torch.nn import functional as F
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES
 from nep.layers.flat_graph import FlatGraph
+from nep.layers.heads import check_heads
 from nep.layers.segment import segment_softmax, segment_sum
 
 
@@ -43,11 +44,7 @@ class HANConv(nn.Module):
 
     def __init__(self, units: int, heads: int, negative_slope: float = 0.2) -> None:
         super().__init__()
-        if heads < 1 or units % heads:
-            raise ValueError(
-                f"HAN's heads must divide its units, got {heads} heads for {units} units. "
-                "Choose for instance 1, 2 or 4 heads for 64 units."
-            )
+        check_heads("HAN", heads, units)
         head_units = units // heads
         self.heads = heads
         self.negative_slope = negative_slope

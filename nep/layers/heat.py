@@ -10,6 +10,7 @@ from torch.nn import functional as F
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES
 from nep.layers.flat_graph import FlatGraph
+from nep.layers.heads import check_heads
 from nep.layers.segment import attend, segment_softmax, segment_sum
 
 
@@ -62,11 +63,7 @@ class HEATConv(nn.Module):
         negative_slope: float = 0.2,
     ) -> None:
         super().__init__()
-        if heads < 1 or out_units % heads:
-            raise ValueError(
-                f"HEAT's heads must divide its units, got {heads} heads for {out_units} units. "
-                "Choose for instance 1, 2 or 4 heads for 64 units."
-            )
+        check_heads("HEAT", heads, out_units)
         head_units = out_units // heads
         self.heads = heads
         self.negative_slope = negative_slope

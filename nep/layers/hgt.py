@@ -9,6 +9,7 @@ from torch import Tensor, nn
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES
 from nep.layers.flat_graph import FlatGraph
+from nep.layers.heads import check_heads
 from nep.layers.segment import segment_softmax, segment_sum
 
 
@@ -41,11 +42,7 @@ class HGTConv(nn.Module):
 
     def __init__(self, units: int, heads: int) -> None:
         super().__init__()
-        if heads < 1 or units % heads:
-            raise ValueError(
-                f"HGT's heads must divide its units, got {heads} heads for {units} units. "
-                "Choose for instance 1, 2 or 4 heads for 64 units."
-            )
+        check_heads("HGT", heads, units)
         head_units = units // heads
         self.heads = heads
         self.key = nn.Parameter(torch.empty(len(NODE_TYPES), units, units))  # K

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from simulator.messages import shorten
 from simulator.policies import POLICIES
 from simulator.tasks.metrics import STEP_METRICS, Metric
 from simulator.tasks.registry import TASKS
@@ -131,13 +132,13 @@ def find_models(names: Sequence[str] | None) -> tuple[Model, ...]:
             continue
         if path.suffix != ".yaml":
             raise ValueError(
-                f"model must be one of {', '.join(known)}, got {name!r}. Choose one of these, or "
-                "give a config file, my_model.yaml."
+                f"model must be one of {', '.join(known)}, got {shorten(name)}. Choose one of "
+                "these, or give a config file, my_model.yaml."
             )
         if path.stem in taken:
             raise ValueError(
-                f"config files must be named otherwise than models, policies and each other, got "
-                f"{name!r}. Rename the file."
+                "config files must be named otherwise than models, policies and each other, got "
+                f"{shorten(name)}. Rename the file."
             )
         taken.add(path.stem)
         config = str(path.absolute()) if path.is_file() else name

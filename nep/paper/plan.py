@@ -24,7 +24,8 @@ from nep.paper.stages import Job
 from nep.paper.stored_scores import Evaluation
 from nep.paper.training import Training, collect_data, find_config
 from nep.report.results import list_versions
-from simulator.checks import check_at_least
+from simulator.checks import check_at_least, check_seed
+from simulator.messages import shorten
 from simulator.policies import POLICIES
 
 TABLES = ("1", "2", "figure")
@@ -44,6 +45,7 @@ class Plan:
         data: folder of the collections.
         options: those of the command line that change what comes out, but for the table.
         encoders: modules of encoders from outside the package.
+        source: name of where homes come from, see `simulator.home_options.SOURCES`.
     """
 
     tables: tuple[str, ...]
@@ -56,6 +58,7 @@ class Plan:
     data: Path
     options: tuple[str, ...]
     encoders: tuple[str, ...] = ()
+    source: str = "sampled"
 
     def check(self) -> None:
         """Check what no parser has checked.
@@ -64,12 +67,12 @@ class Plan:
             ValueError: if a count or the seed is out of range, or a config is no file.
         """
         check_at_least(1, num_homes=self.num_homes, steps=self.steps)
-        if self.seed < 0:
-            raise ValueError(f"seed must be non-negative, got {self.seed}. Choose 0 or more.")
+        check_seed(self.seed)
         for config in (model.config for model in self.models if model.config):
             if not find_config(config).is_file():
                 raise ValueError(
-                    f"config must be a file or a packaged config, got {config!r}. Check the path."
+                    f"config must be a file or a packaged config, got {shorten(config)}. Check the "
+                    "path."
                 )
 
     def describe(self, table: str) -> Provenance:
@@ -101,7 +104,7 @@ class Plan:
 
     def make_training(self, network: Contestant) -> Training:
         """Return the training of a network."""
-        return Training(network, self.seed, self.fit_options, self.runs, self.data)
+        return Training(network, self.seed, self.fit_options, self.runs, self.data, self.source)
 
     def make_evaluation(
         self, setting: Setting, contestant: str, checkpoint: Path | None = None
@@ -117,6 +120,7 @@ class Plan:
             self.seed,
             path,
             self.encoders,
+            self.source,
         )
 
     def evaluate_network(self, network: Contestant) -> Evaluation:

@@ -10,11 +10,11 @@ from nep.paper.experiments import Setting
 from nep.players.contestants import Checkpoint, list_contestants
 from nep.report.results import Results, ScoreSummary, list_versions
 from simulator.files import compute_checksum
+from simulator.home_options import import_source
 from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.metrics import METRICS
 from simulator.world.config import HomeConfig
-from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 SCORES_VERSION = 1  # raise it when the same settings give other scores
@@ -31,6 +31,7 @@ class Evaluation:
         homes, steps, seed: of the test homes.
         path: the file.
         encoders: modules of encoders from outside the package.
+        source: name of where homes come from, see `simulator.home_options.SOURCES`.
     """
 
     setting: Setting
@@ -41,6 +42,7 @@ class Evaluation:
     seed: int
     path: Path
     encoders: tuple[str, ...] = ()
+    source: str = "sampled"
 
     def describe(self) -> dict[str, Any]:
         """Return everything that the scores depend on, as JSON values."""
@@ -49,6 +51,7 @@ class Evaluation:
             "metrics": [*METRICS],
             "task": self.setting.task,
             "dynamic_nodes": self.setting.dynamic_nodes,
+            "source": self.source,
             "contestant": self.contestant,
             "checkpoint": compute_checksum(self.checkpoint) if self.checkpoint else None,
             "prior": PriorGraph.default().checksum,
@@ -78,7 +81,9 @@ class Evaluation:
         (make,) = list_contestants(self.setting.task, policies, networks).values()
         scores = evaluate_policy(
             make,
-            SampledSource(home=HomeConfig(dynamic_nodes=self.setting.dynamic_nodes)),
+            import_source(self.source)(
+                PriorGraph.default(), HomeConfig(dynamic_nodes=self.setting.dynamic_nodes)
+            ),
             Streams(self.seed, "test", range(self.num_homes)),
             self.steps,
             task=self.setting.task,

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from datamodules.features import FEATURE_SCHEMA_VERSION
-from nep.fit import CONFIG_FOLDER, FitCLI, main
+from nep.config_files import CONFIG_FOLDER, list_files
+from nep.fit import FitCLI, main
 from nep.paper.experiments import Contestant
 from simulator.files import compute_checksum, write_whole
 from simulator.priors.prior_graph import PriorGraph
@@ -29,6 +30,7 @@ class Training:
         options: further options of `nep.fit`, after the configs.
         runs: folder of all runs.
         data: folder of the collections.
+        source: name of where homes come from, see `simulator.home_options.SOURCES`.
     """
 
     contestant: Contestant
@@ -36,6 +38,7 @@ class Training:
     options: tuple[str, ...]
     runs: Path
     data: Path
+    source: str = "sampled"
 
     @property
     def folder(self) -> Path:
@@ -64,6 +67,7 @@ class Training:
             *(f"--config={config}" for config in configs),
             f"--data.task={setting.task}",
             f"--data.home.dynamic_nodes={str(setting.dynamic_nodes).lower()}",
+            *([] if self.source == "sampled" else [f"--data.homes={self.source}"]),
             *self.options,
         ]
 
@@ -88,7 +92,9 @@ class Training:
         return {
             "options": self.list_options(),
             "configs": {
-                Path(config).name: _read_config(config) for config in self.contestant.configs
+                file.name: _read_config(file)
+                for config in self.contestant.configs
+                for file in list_files(find_config(config))
             },
             "feature_schema": FEATURE_SCHEMA_VERSION,
             "prior": PriorGraph.default().checksum,
@@ -125,9 +131,9 @@ def find_config(config: str) -> Path:
     return CONFIG_FOLDER / config
 
 
-def _read_config(config: str) -> list[str]:
+def _read_config(path: Path) -> list[str]:
     """Return the lines of a config, but for comments."""
-    lines = find_config(config).read_text(encoding="utf-8").splitlines()
+    lines = path.read_text(encoding="utf-8").splitlines()
     return [line for line in lines if not line.lstrip().startswith("#")]
 
 

@@ -34,6 +34,7 @@ from nep.players.stored_network import (
     read_features,
 )
 from simulator.files import read_json, write_whole
+from simulator.messages import shorten
 
 FORMAT = "node edge predictor"
 FORMAT_VERSION = 2
@@ -95,8 +96,8 @@ def load_checkpoint(path: Path) -> TrainedModel:
             training = dict(training)
     except OSError as error:
         raise ValueError(
-            f"checkpoint must be a file that can be read, got {error.strerror!r} for {path}. "
-            "Train one with `python -m nep.fit`, or check the path."
+            f"checkpoint must be a file that can be read, got {shorten(error.strerror)} for "
+            f"{path}. Train one with `python -m nep.fit`, or check the path."
         ) from error
     except (KeyError, TypeError, AttributeError, RuntimeError) as error:
         raise ValueError(
@@ -124,8 +125,8 @@ def check_resumable(path: Path, module: NEPModule) -> None:
         check_weights(weights, wanted, path)
     except OSError as error:
         raise ValueError(
-            f"checkpoint must be a file that can be read, got {error.strerror!r} for {path}. "
-            "Check --ckpt_path, or leave it out."
+            f"checkpoint must be a file that can be read, got {shorten(error.strerror)} for "
+            f"{path}. Check --ckpt_path, or leave it out."
         ) from error
     except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(
@@ -186,7 +187,7 @@ def load_exported(folder: Path) -> TrainedModel:
         text = config["schema"]["text"]
     except OSError as error:
         raise ValueError(
-            f"exported folder must have {WEIGHTS}, got {error.strerror!r} in {folder}. "
+            f"exported folder must have {WEIGHTS}, got {shorten(error.strerror)} in {folder}. "
             "Export again with `python -m nep.export`."
         ) from error
     except (KeyError, TypeError, AttributeError, RuntimeError, SafetensorError) as error:
@@ -209,7 +210,7 @@ def load_config(folder: Path) -> dict[str, Any]:
         version, schema = config["version"], dict(config["schema"])
     except OSError as error:
         raise ValueError(
-            f"exported folder must have {CONFIG}, got {error.strerror!r} in {folder}. "
+            f"exported folder must have {CONFIG}, got {shorten(error.strerror)} in {folder}. "
             "Export again with `python -m nep.export`, or check the path."
         ) from error
     except (ValueError, KeyError, TypeError) as error:
@@ -219,8 +220,8 @@ def load_config(folder: Path) -> dict[str, Any]:
         ) from error
     if config.get("format") != FORMAT or version != FORMAT_VERSION:
         raise ValueError(
-            f"exported folder must have version {FORMAT_VERSION}, got {version!r} in {folder}. "
-            "Install the version of the package that wrote it, or export again."
+            f"exported folder must have version {FORMAT_VERSION}, got {shorten(version)} in "
+            f"{folder}. Install the version of the package that wrote it, or export again."
         )
     check_feature_schema(schema.get("feature_schema"), folder)
     for name, expected in make_schema().items():

@@ -14,6 +14,7 @@ from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from nep.players.shipped import PRETRAINED, find_trained
 from simulator.files import compute_checksum
+from simulator.messages import shorten
 from simulator.policies import POLICIES, Policy, check_policies, make_policy
 from simulator.tasks.registry import TASKS, check_task
 from simulator.world.homes import Homes
@@ -108,8 +109,8 @@ def check_contestants(
         for name in names:
             if name in POLICIES or names.count(name) > 1:
                 raise ValueError(
-                    f"names of checkpoints must differ from each other and from the policies, got "
-                    f"{name!r} twice for {task}. Give NAME=SOURCE or NAME@TASK=SOURCE."
+                    "names of checkpoints must differ from each other and from the policies, got "
+                    f"{shorten(name)} twice for {task}. Give NAME=SOURCE or NAME@TASK=SOURCE."
                 )
     for task in tasks:
         if not policies and all(point.task not in (None, task) for point in checkpoints):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib
 from collections.abc import Sequence
 
+from simulator.messages import shorten
+
 
 def import_encoders(modules: Sequence[str]) -> None:
     """Import modules that define encoders, so that networks made of them can be loaded.
@@ -19,6 +21,6 @@ def import_encoders(modules: Sequence[str]) -> None:
             importlib.import_module(name)
         except ImportError as error:
             raise ValueError(
-                f"encoders must be modules that can be imported, got {name!r} ({error}). "
+                f"encoders must be modules that can be imported, got {shorten(name)} ({error}). "
                 "Put their folder on PYTHONPATH."
             ) from error

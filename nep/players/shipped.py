@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from simulator.messages import shorten
+
 CONFIG = "config.json"  # of an exported folder
 PRETRAINED = Path(__file__).parents[1] / "pretrained"
 
@@ -22,13 +24,18 @@ def find_trained(source: str | Path) -> Path:
     Raises:
         ValueError: if there is no such file or folder.
     """
+    if not isinstance(source, (str, Path)):
+        raise ValueError(
+            f"checkpoint must be named by a text or a path, got {shorten(source)}. Name a file, an "
+            f"exported folder or one of {', '.join(list_shipped())}."
+        )
     if source in list_shipped():
         return PRETRAINED / source
     path = Path(source)
     if not path.exists():
         raise ValueError(
             "checkpoint must be a file that can be read, an exported folder or one of "
-            f"{', '.join(list_shipped())}, got {str(source)!r}. Train one with "
-            "`python -m nep.fit`, or check the path."
+            f"{', '.join(list_shipped())}, got {shorten(str(source))}. Train one with `python -m "
+            "nep.fit`, or check the path."
         )
     return path

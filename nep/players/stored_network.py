@@ -151,8 +151,8 @@ def _check_arguments(
         default = defaults[name].default if name in defaults else inspect.Parameter.empty
         if default is not inspect.Parameter.empty and not _is_like(value, default):
             raise ValueError(
-                f"hyper-parameter {name} must be a value like {default!r}, got {shorten(value)} "
-                f"in {where}. Train again, or export again."
+                f"hyper-parameter {name} must be a value like {shorten(default)}, got "
+                f"{shorten(value)} in {where}. Train again, or export again."
             )
         if type(value) is int and abs(value) > highest:
             raise ValueError(

@@ -85,6 +85,30 @@ def draw_over_steps(
     return figure
 
 
+def draw_by_hour(accuracy: Mapping[str, Mapping[str, Sequence[float]]]) -> Figure:
+    """Draw the share of wrong answers in each hour of the day, a panel each for some kinds of play.
+
+    Args:
+        accuracy: share of right answers in hours 0 to 23, nan where nothing was asked, by player
+            and by title; the best player of a panel stands at its top.
+    """
+    num_rows = -(-len(accuracy) // 2)
+    most = max(len(players) for players in accuracy.values())
+    figure = Figure(figsize=(15, (0.6 + 0.26 * most) * num_rows), dpi=90, layout="constrained")
+    panels = figure.subplots(num_rows, 2, squeeze=False).ravel()
+    for axes, (title, players) in zip(panels, accuracy.items(), strict=False):
+        names = sorted(players, key=lambda player: -float(np.nanmean(players[player])))
+        wrong = 1 - np.array([players[name] for name in names])  # (players, 24)
+        image = axes.imshow(wrong, vmin=0, vmax=1, cmap="magma_r", aspect="auto")
+        axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names], fontsize=8)
+        axes.set_xticks(range(0, 24, 3), [f"{hour}:00" for hour in range(0, 24, 3)], fontsize=8)
+        axes.set_title(title, loc="left", fontsize=9)
+    for axes in panels[len(accuracy) :]:
+        axes.set_axis_off()
+    figure.colorbar(image, ax=list(panels), label="share of wrong first guesses", shrink=0.5)
+    return figure
+
+
 def _label_ends(axes: Axes, ends: list[tuple[float, str, str]], x: float) -> None:
     """Write names at the ends of curves, each as near to its own as the others allow."""
     ends = sorted(ends)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from simulator.files import read_json, write_whole
+from simulator.messages import shorten
 from simulator.tasks.metrics import METRICS
 from simulator.tasks.registry import TASKS
 from simulator.tasks.scores import TaskScores
@@ -93,8 +94,8 @@ class Results:
             content = read_json(path)
         except (OSError, ValueError) as error:
             raise ValueError(
-                f"results must be a file that can be read as JSON, got {str(error)!r} for {path}. "
-                "Name a results.json."
+                f"results must be a file that can be read as JSON, got {shorten(str(error))} for "
+                f"{path}. Name a results.json."
             ) from error
         found = content.get("results_version") if isinstance(content, dict) else None
         if found != RESULTS_VERSION:
@@ -111,8 +112,8 @@ class Results:
             return cls(content["command"], content["config"], content["versions"], tasks)
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise ValueError(
-                f"results must hold all that Results.save writes, got {error!r} in {path}. Was the "
-                "file edited? Make it again."
+                f"results must hold all that Results.save writes, got {shorten(error)} in {path}. "
+                "Was the file edited? Make it again."
             ) from error
 
 

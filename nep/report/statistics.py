@@ -8,7 +8,7 @@ import numpy as np
 def compute_bootstrap_interval(
     values: np.ndarray, *, level: float = 0.95, num_resamples: int = 10_000, seed: int = 0
 ) -> tuple[float, float]:
-    """Return the percentile bootstrap interval of a mean over homes.
+    """Return the percentile bootstrap interval of a mean over homes; nan of a single home.
 
     Give the differences of two policies, home by home, for a paired comparison.
 
@@ -20,6 +20,8 @@ def compute_bootstrap_interval(
 
     Source: docs/design.md, ruling 22.
     """
+    if len(values) < 2:
+        return float("nan"), float("nan")
     rng = np.random.default_rng(seed)
     means = values[rng.integers(0, len(values), (num_resamples, len(values)))].mean(axis=1)
     low, high = np.quantile(means, [(1 - level) / 2, (1 + level) / 2])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -27,7 +28,7 @@ class Difference:
 
     Attributes:
         mean: over homes.
-        low, high: 95 % bootstrap interval.
+        low, high: 95 % bootstrap interval; nan of a single home.
     """
 
     mean: float
@@ -41,7 +42,8 @@ class Row:
 
     Attributes:
         policy: its name.
-        mean, std: score, and its standard deviation over homes (docs/design.md, ruling 22).
+        mean, std: score, and its standard deviation over homes (docs/design.md, ruling 22), nan of
+            a single one.
         differences: to each reference that played, None to itself.
         gap_closed: share of the way from Bayesian to the ceiling, None unless both played.
         metrics: what was computed of its answers, by name in `METRICS`.
@@ -88,7 +90,7 @@ def compute_rows(
             Row(
                 policy=name,
                 mean=float(values.mean()),
-                std=float(values.std()),
+                std=float(values.std()) if len(values) > 1 else float("nan"),
                 differences=differences,
                 gap_closed=gap,
                 metrics=own.metrics,
@@ -109,23 +111,28 @@ def format_table(task: type[Task], rows: list[Row]) -> tuple[list[str], list[lis
     header += [column.title for column in METRICS.values()]
     cells = []
     for row in rows:
-        line = [row.policy, format(row.mean, metric.format), format(row.std, metric.format)]
+        line = [row.policy, *(format_number(x, metric.format) for x in (row.mean, row.std))]
         for name in references:
             delta = row.differences.get(name)
             line.append(format_difference(delta, metric.format))
         if has_gap:
-            line.append("" if row.gap_closed is None else f"{row.gap_closed:.0%}")
-        line += [format(row.metrics[name], METRICS[name].format) for name in METRICS]
+            line.append("" if row.gap_closed is None else format_number(row.gap_closed, ".0%"))
+        line += [format_number(row.metrics[name], METRICS[name].format) for name in METRICS]
         cells.append(line)
     return header, cells
+
+
+def format_number(value: float, form: str) -> str:
+    """Return a number as a cell; "n/a" where there is none."""
+    return "n/a" if math.isnan(value) else format(value, form)
 
 
 def format_difference(delta: Difference | None, form: str) -> str:
     """Return a difference with its interval, signed; empty where there is none."""
     if delta is None:
         return ""
-    mean, low, high = (format(x, f"+{form}") for x in (delta.mean, delta.low, delta.high))
-    return f"{mean} [{low}, {high}]"
+    mean, low, high = (format_number(x, f"+{form}") for x in (delta.mean, delta.low, delta.high))
+    return f"{mean} [n/a]" if math.isnan(delta.low) else f"{mean} [{low}, {high}]"
 
 
 def make_rich_table(task: type[Task], rows: list[Row], title: str) -> Table:
@@ -165,9 +172,11 @@ def make_csv(tables: Mapping[str, Sequence[Row]], key: str = "task") -> str:
     writer.writerow([key, "policy", "mean", "std", *differences, "gap_closed", *METRICS])
     for task, rows in tables.items():
         for row in rows:
-            line: list[str | float | None] = [task, row.policy, row.mean, row.std]
+            numbers: list[float | None] = [row.mean, row.std]
             for name in REFERENCES:
                 delta = row.differences.get(name)
-                line += [delta.mean, delta.low, delta.high] if delta else [None] * 3
-            writer.writerow([*line, row.gap_closed, *(row.metrics[name] for name in METRICS)])
+                numbers += [delta.mean, delta.low, delta.high] if delta else [None] * 3
+            numbers += [row.gap_closed, *(row.metrics[name] for name in METRICS)]
+            cells = [None if x is None or math.isnan(x) else x for x in numbers]
+            writer.writerow([task, row.policy, *cells])
     return file.getvalue()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +11,17 @@ from datamodules.features import require_clock
 from nep.players.calibration import Calibration
 from nep.players.checkpoints import TrainedModel, load_trained
 from nep.players.policy import NEPPolicy
+from nep.robot.adaptation import Adaptation, Questions, fit_adaptation
 from simulator.memory.asking import Asked
+from simulator.memory.look_log import read_log
+from simulator.memory.memory_batch import SURE
 from simulator.memory.names import Similarity
+from simulator.memory.replay import replay
+from simulator.policies.adaptive import Adaptive
 from simulator.robot.belief import Detector
 from simulator.robot.finder import DEFAULT_SHARE, Finder
+
+_MOST_QUESTIONS = 2000  # the latest ones, to adapt to
 
 
 class ObjectFinder(Finder):
@@ -29,6 +36,7 @@ class ObjectFinder(Finder):
         ...     print(place.name, place.probability, place.why)
 
     Attributes:
+        adaptation: to the home that it was adapted to; none at first.
         calibration: what turns logits into probabilities before the looks of a time step. A
             checkpoint that was never calibrated has the softmax of its logits.
     """
@@ -56,6 +64,7 @@ class ObjectFinder(Finder):
                 "knows the rules of simulated homes. Train without, or take the shipped 'heat'."
             )
         self._builder = model.builder
+        self.adaptation = Adaptation()
         self._network = NEPPolicy(model.module.eval(), model.builder)
         self.calibration = model.calibration or Calibration()
         if elsewhere_share is None:
@@ -86,10 +95,63 @@ class ObjectFinder(Finder):
         """
         return cls(load_trained(source), elsewhere_share, detector)
 
+    def adapt(self, log: str | Path) -> Adaptation:
+        """Learn the home that a robot has looked around in, in seconds.
+
+        The looks are made again in a new memory; whatever one of them showed is asked for just
+        before it, as if nobody knew. The adaptation is kept where it makes looks likelier that it
+        was not fitted to, and left out where it does not; it is returned in both cases.
+
+        Args:
+            log: of a `SceneGraphMemory(log="looks.jsonl")` of this home.
+
+        Returns:
+            The adaptation, whose `save` keeps it beside the memory; `finder.adaptation =
+            Adaptation.load(path)` takes it up again.
+
+        Raises:
+            ValueError: if the file is no log, or shows too little.
+        """
+        self.adaptation = Adaptation()
+        self.adaptation = fit_adaptation(Questions.join(list(self._ask_again(log))))
+        return self.adaptation
+
+    def _ask_again(self, log: str | Path) -> Iterator[tuple[dict[int, tuple[float, float]], int]]:
+        """Yield what was made of each thing just before a look showed it, and where that was."""
+        lines = read_log(log)
+        left = sum(len(line.values["seen"]) for line in lines if line.kind == "look")
+        for memory, line, furniture in replay(lines):
+            if line.kind != "look":
+                continue
+            names = list(
+                dict.fromkeys(name for name, _, sure in line.values["seen"] if sure >= SURE)
+            )
+            left -= len(line.values["seen"])
+            if not names or left > _MOST_QUESTIONS:
+                continue
+            asked = memory.ask(names)
+            with self._lock:
+                scores, belief = self._score(asked)
+            number_of = {own: number for number, own in furniture.items()}
+            numbers = [number_of[own] for own in asked.furniture_ids]
+            for row in zip(scores.tolist(), belief.tolist(), strict=True):
+                yield (
+                    dict(zip(numbers, zip(*row, strict=True), strict=True)),
+                    line.values["furniture"],
+                )
+
+    def _score(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
+        """Return logits, and what the adaptive filter believes, (K, F) both."""
+        scores = self._network.score_places(asked.batch, asked.queries).max(axis=2)
+        return scores, Adaptive().follow(asked.batch, asked.queries)[:, :-1]
+
     def _judge(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
         if self._builder.config.clock:
             require_clock(asked.batch.clock)
-        scores = self._network.score_places(asked.batch, asked.queries).max(axis=2)  # (K, F)
+        if self.adaptation.is_used:
+            scores = self.adaptation.change(*self._score(asked), asked.furniture_ids)
+        else:
+            scores = self._network.score_places(asked.batch, asked.queries).max(axis=2)  # (K, F)
         probability = self.calibration.compute_probabilities(scores)
         return probability[:, :-1], probability[:, -1]
 

@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium.spaces import Discrete
 
 from simulator.gym.search_series import SearchSeries
+from simulator.messages import shorten
 from simulator.policies import Policy
 from simulator.world.homes import Homes
 from simulator.world.source import HomeSource
@@ -89,7 +90,7 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
         if action not in self.action_space:
             raise ValueError(
                 f"action must be a furniture index from 0 to {self.num_furniture - 1}, got "
-                f"{action!r}. Choose one that info['action_mask'] allows."
+                f"{shorten(action)}. Choose one that info['action_mask'] allows."
             )
         search = self.searches.search
         if search.is_over[0]:

@@ -11,6 +11,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from simulator.gym.search_series import SearchSeries
+from simulator.messages import shorten
 from simulator.policies import Policy
 from simulator.world.homes import Homes
 from simulator.world.source import HomeSource
@@ -108,8 +109,8 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
             or not ((actions >= 0) & (actions < num_furniture)).all()
         ):
             raise ValueError(
-                f"actions must be {self.num_envs} furniture indices from 0 to "
-                f"{num_furniture - 1}, got {actions!r}. Choose what info['action_mask'] allows."
+                f"actions must be {self.num_envs} furniture indices from 0 to {num_furniture - 1}, "
+                f"got {shorten(actions)}. Choose what info['action_mask'] allows."
             )
         search = self.searches.search
         rewards = -1.0 * ~search.is_over

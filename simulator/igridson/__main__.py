@@ -1,6 +1,7 @@
 """`python -m simulator.igridson play | run | video`."""
 
 from simulator.igridson.command import main
+from simulator.process import run_main
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    run_main(main)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from tqdm import tqdm
 
@@ -22,6 +22,7 @@ from simulator.igridson.find_object import (
 from simulator.igridson.layout_file import load_layout
 from simulator.igridson.report import format_table, save_results
 from simulator.igridson.travel import LOOK_COST
+from simulator.messages import shorten
 from simulator.policies import POLICIES
 from simulator.priors.prior_graph import PriorGraph
 
@@ -31,29 +32,41 @@ if TYPE_CHECKING:
 TRAVEL = "+travel"  # ending of a policy's name that makes the search travel-aware
 
 _BELIEVERS = ("bayesian", "prior_filter", "ceiling")  # whose scores are near probabilities
+_POLICY_HELP = f"one of {', '.join(POLICIES)}; with '{TRAVEL}' at its end, walking distances count"
+
+
+class MoreOptions(Protocol):
+    """A dataclass of further options that adds policies, such as a trained network."""
+
+    def make_searchers(self) -> Mapping[str, Searcher]:
+        """Return policies by name."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoOptions:
+    """No further options."""
+
+    def make_searchers(self) -> Mapping[str, Searcher]:
+        """Return no policy."""
+        return {}
 
 
 def main(
     args: Sequence[str] | None = None,
-    searchers: Mapping[str, Searcher] | None = None,
     prog: str = "python -m simulator.igridson",
+    more: type[MoreOptions] = NoOptions,
 ) -> int:
     """Run the command line.
 
     Args:
         args: arguments; those of the process if None.
-        searchers: further policies by name, such as a trained network.
         prog: the command, for the help.
+        more: dataclass of further options, each described in its docstring.
 
     Returns:
         The exit status: 0, or 2 if an argument is wrong.
     """
-    known = {name: Searcher(policy.make) for name, policy in POLICIES.items()}
-    known |= dict(searchers or {})
-    commands = {
-        name: partial(command, prog, known)
-        for name, command in (("play", _play), ("run", _run), ("video", _film))
-    }
+    commands = {name: partial(run, prog, more) for name, run in COMMANDS.items()}
     return choose(prog, commands, args, status=2)
 
 
@@ -66,15 +79,16 @@ def find_searcher(name: str, known: Mapping[str, Searcher], look_cost: float) ->
     plain = name.removesuffix(TRAVEL)
     if plain not in known:
         raise ValueError(
-            f"policy must be one of {', '.join(known)}, got {name!r}. Choose one of these, with "
-            f"'{TRAVEL}' at its end for a travel-aware search; a trained network is played by "
+            f"policy must be one of {', '.join(known)}, got {shorten(name)}. Choose one of these, "
+            f"with '{TRAVEL}' at its end for a travel-aware search; a trained network is played by "
             "`python -m nep.igridson --checkpoint CKPT`."
         )
     return replace(known[plain], is_travel_aware=name != plain, look_cost=look_cost)
 
 
-def _make_parser(prog: str, description: str) -> ArgumentParser:
+def _make_parser(prog: str, more: type[MoreOptions], description: str) -> ArgumentParser:
     parser = make_parser(prog, description)
+    parser.add_class_arguments(more)
     parser.add_argument("--seed", type=int, default=RunConfig().seed)
     parser.add_argument(
         "--layout", type=Path | None, help="layout file; the shipped home if absent"
@@ -89,8 +103,10 @@ def _make_parser(prog: str, description: str) -> ArgumentParser:
     return parser
 
 
-def _name_policies(known: Mapping[str, Searcher]) -> str:
-    return f"one of {', '.join(known)}; with '{TRAVEL}' at its end, walking distances count"
+def _find_searchers(options: Namespace, more: type[MoreOptions]) -> dict[str, Searcher]:
+    """Return all policies by name, those of further options last."""
+    known = {name: Searcher(policy.make) for name, policy in POLICIES.items()}
+    return known | dict(more(**pick(options, more)).make_searchers())
 
 
 def _list_default(known: Mapping[str, Searcher]) -> list[str]:
@@ -103,19 +119,20 @@ def _load_prior(options: Namespace) -> PriorGraph:
     return PriorGraph.default() if options.prior is None else PriorGraph.load(options.prior)
 
 
-def _play(prog: str, known: Mapping[str, Searcher], arguments: Sequence[str]) -> int:
+def _play(prog: str, more: type[MoreOptions], arguments: Sequence[str]) -> int:
     """Search with the keyboard."""
     from simulator.igridson.env import IGridsonEnv
     from simulator.igridson.play import HELP, play
 
-    parser = _make_parser(f"{prog} play", "Search with the keyboard.")
+    parser = _make_parser(f"{prog} play", more, "Search with the keyboard.")
     parser.add_argument(
         "--policy",
         type=str | None,
-        help=f"show what it believes from what you have seen: {_name_policies(known)}",
+        help=f"show what it believes from what you have seen: {_POLICY_HELP}",
     )
     parser.add_argument("--show_all", type=bool, default=False, help="show where all objects are")
     options = parse(parser, arguments)
+    known = _find_searchers(options, more)
     searcher = None
     if options.policy is not None:
         searcher = find_searcher(options.policy, known, options.look_cost)
@@ -128,24 +145,25 @@ def _play(prog: str, known: Mapping[str, Searcher], arguments: Sequence[str]) ->
     return 0
 
 
-def _run(prog: str, known: Mapping[str, Searcher], arguments: Sequence[str]) -> int:
+def _run(prog: str, more: type[MoreOptions], arguments: Sequence[str]) -> int:
     """Search thousands of times, for a table."""
-    parser = _make_parser(f"{prog} run", "Search thousands of times, for a table.")
+    parser = _make_parser(f"{prog} run", more, "Search thousands of times, for a table.")
     parser.add_argument(
         "--policy",
-        type=tuple[str, ...],
-        default=tuple(_list_default(known)),
+        type=tuple[str, ...] | None,
         help="default: all, and travel-aware those whose scores are near probabilities; "
-        + _name_policies(known),
+        + _POLICY_HELP,
     )
     parser.add_class_arguments(RunConfig, skip={"seed"})
     parser.add_argument("--out", type=Path | None, help="JSON file for the results")
     parser.add_argument("--quiet", type=bool, default=False, help="no progress bars")
     options = parse(parser, arguments)
     config = RunConfig(**pick(options, RunConfig))
+    known = _find_searchers(options, more)
     prior, layout = _load_prior(options), load_layout(options.layout)
     check_attempts(config, layout)
-    searchers = {name: find_searcher(name, known, options.look_cost) for name in options.policy}
+    names = _list_default(known) if options.policy is None else options.policy
+    searchers = {name: find_searcher(name, known, options.look_cost) for name in names}
     results: dict[str, Runs] = {}
     seconds: dict[str, float] = {}
     for name, searcher in searchers.items():
@@ -169,15 +187,15 @@ def _run(prog: str, known: Mapping[str, Searcher], arguments: Sequence[str]) -> 
     return 0
 
 
-def _film(prog: str, known: Mapping[str, Searcher], arguments: Sequence[str]) -> int:
+def _film(prog: str, more: type[MoreOptions], arguments: Sequence[str]) -> int:
     """Film searches."""
     from PIL import Image
 
     from simulator.igridson.env import IGridsonEnv
     from simulator.igridson.video import check_format, film_searches, save_video
 
-    parser = _make_parser(f"{prog} video", "Film searches.")
-    parser.add_argument("--policy", type=str, default="prior_filter", help=_name_policies(known))
+    parser = _make_parser(f"{prog} video", more, "Film searches.")
+    parser.add_argument("--policy", type=str, default="prior_filter", help=_POLICY_HELP)
     parser.add_argument("--out", type=Path, required=True, help="file ending in .gif or .mp4")
     parser.add_argument("--still", type=Path | None, help="PNG file for the last picture")
     parser.add_argument("--searches", type=int, default=2, help="searches that are filmed")
@@ -185,6 +203,7 @@ def _film(prog: str, known: Mapping[str, Searcher], arguments: Sequence[str]) ->
     parser.add_argument("--tile", type=int, default=40, help="pixels per cell")
     options = parse(parser, arguments)
     check_format(options.out)
+    known = _find_searchers(options, more)
     searcher = find_searcher(options.policy, known, options.look_cost)
     env = IGridsonEnv(
         options.layout, _load_prior(options), tile_size=options.tile, render_mode="rgb_array"
@@ -194,3 +213,7 @@ def _film(prog: str, known: Mapping[str, Searcher], arguments: Sequence[str]) ->
     if options.still is not None:
         Image.fromarray(frames[-1]).save(options.still)
     return 0
+
+
+# The commands by name.
+COMMANDS = {"play": _play, "run": _run, "video": _film}

@@ -25,6 +25,7 @@ from simulator.igridson.layout_file import load_layout
 from simulator.igridson.navigation import Routes
 from simulator.igridson.placement import Placement
 from simulator.igridson.scene import Scene, list_things
+from simulator.messages import shorten
 from simulator.policies import Bayesian, Policy
 from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.rollout import Rollout
@@ -198,7 +199,7 @@ class IGridsonEnv(MiniGridEnv):
         if action not in self.action_space:
             raise ValueError(
                 f"action must be one of {', '.join(f'{a.value} {a.name}' for a in GridAction)}, "
-                f"got {action!r}. Choose one of these."
+                f"got {shorten(action)}. Choose one of these."
             )
         before = self.position
         self._looked = -1

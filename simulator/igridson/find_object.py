@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from simulator.checks import check_at_least
+from simulator.checks import check_at_least, check_seed
 from simulator.igridson.layout import GridLayout
 from simulator.igridson.navigation import Routes
 from simulator.igridson.travel import LOOK_COST, ByTravel
@@ -76,8 +76,7 @@ class RunConfig:
                 f"runs must be a multiple of the {self.queries_per_home} queries per home, got "
                 f"{self.runs}. Change one of them."
             )
-        if self.seed < 0:
-            raise ValueError(f"seed must be non-negative, got {self.seed}. Choose 0 or more.")
+        check_seed(self.seed)
 
     @property
     def num_homes(self) -> int:

@@ -20,6 +20,7 @@ import numpy as np
 
 from simulator.igridson.layout import GridFurniture, GridLayout
 from simulator.igridson.layout_check import check_layout
+from simulator.messages import shorten
 
 VERSION_LINE = "iGridson layout 1"
 SECTIONS = ("rooms", "map", "furniture", "start")
@@ -143,7 +144,7 @@ def _split_sections(text: str) -> dict[str, list[tuple[int, str]]]:
     lines = [line.partition(";")[0].rstrip() for line in text.splitlines()]
     if not lines or lines[0] != VERSION_LINE:
         raise ValueError(
-            f"layout must begin with the line '{VERSION_LINE}', got {(lines or [''])[0]!r}. "
+            f"layout must begin with the line '{VERSION_LINE}', got {shorten((lines or [''])[0])}. "
             "Add the line, or give another file."
         )
     sections: dict[str, list[tuple[int, str]]] = {}
@@ -153,8 +154,8 @@ def _split_sections(text: str) -> dict[str, list[tuple[int, str]]]:
             current = sections.setdefault(line, [])
         elif line and current is None:
             raise ValueError(
-                f"line must belong to a section ({', '.join(SECTIONS)}), got {line!r} in line "
-                f"{number}. Begin a section first."
+                f"line must belong to a section ({', '.join(SECTIONS)}), got {shorten(line)} in "
+                f"line {number}. Begin a section first."
             )
         elif line and current is not None:
             current.append((number, line))
@@ -169,8 +170,8 @@ def _parse_room(number: int, line: str) -> tuple[str, str]:
     letter, _, name = line.strip().partition(" ")
     if len(letter) != 1 or letter in "#+" or not name.strip():
         raise ValueError(
-            f"room must be a letter and a name, got {line!r} in line {number}. "
-            "Write for example 'k kitchen'."
+            f"room must be a letter and a name, got {shorten(line)} in line {number}. Write for "
+            "example 'k kitchen'."
         )
     return letter, name.strip()
 
@@ -193,8 +194,8 @@ def _parse_map(lines: list[tuple[int, str]], letters: list[str]) -> np.ndarray:
             if letter not in ("#", "+", *letters):
                 raise ValueError(
                     f"cell must be '#', '+' or a room's letter ({', '.join(letters)}), got "
-                    f"{letter!r} at column {column}, row {row} (line {number}). "
-                    "Name the room in the section 'rooms'."
+                    f"{shorten(letter)} at column {column}, row {row} (line {number}). Name the "
+                    "room in the section 'rooms'."
                 )
     return np.array([list(line) for _, line in lines])
 
@@ -209,8 +210,8 @@ def _parse_furniture(number: int, line: str) -> GridFurniture:
     label = " ".join(words[3:])
     if not label or width < 1 or height < 1:
         raise ValueError(
-            f"furniture must {rule}, got {line!r} in line {number}. "
-            "Write for example '1 1  1x2  fridge'."
+            f"furniture must {rule}, got {shorten(line)} in line {number}. Write for example '1 1  "
+            "1x2  fridge'."
         )
     return GridFurniture(label, column, row, width, height)
 
@@ -220,7 +221,7 @@ def _parse_numbers(number: int, text: str, what: str, rule: str, count: int) -> 
     words = text.split()
     if len(words) != count or not all(word.isdecimal() and len(word) < 10 for word in words):
         raise ValueError(
-            f"{what} must {rule}, got {text!r} in line {number}. Write non-negative numbers of at "
-            "most 9 digits."
+            f"{what} must {rule}, got {shorten(text)} in line {number}. Write non-negative numbers "
+            "of at most 9 digits."
         )
     return tuple(int(word) for word in words)

@@ -10,9 +10,12 @@ from typing import Any
 
 import numpy as np
 
-DAY_SECONDS = 86_400.0
+from simulator.messages import shorten
+
+HOUR_SECONDS = 3600.0
+DAY_SECONDS = 24 * HOUR_SECONDS
 WEEK_SECONDS = 7 * DAY_SECONDS
-DEFAULT_STEP_SECONDS = 3600.0
+DEFAULT_STEP_SECONDS = HOUR_SECONDS
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,17 +41,17 @@ class Clock:
         """
         if not isinstance(self.start, datetime):
             raise TypeError(
-                f"start must be a datetime, got {self.start!r}. "
-                "Write datetime(2026, 11, 16, 7, 30), or datetime.now()."
+                f"start must be a datetime, got {shorten(self.start)}. Write datetime(2026, 11, "
+                "16, 7, 30), or datetime.now()."
             )
         if self.start.tzinfo is not None:
             raise ValueError(
-                f"start must be local time, got the time zone of {self.start.isoformat()!r}. "
-                "Leave the zone out."
+                "start must be local time, got the time zone of "
+                f"{shorten(self.start.isoformat())}. Leave the zone out."
             )
         seconds = self.step_seconds
         if isinstance(seconds, bool) or not isinstance(seconds, (int, float)):
-            raise TypeError(f"step_seconds must be a number, got {seconds!r}. Take 3600.")
+            raise TypeError(f"step_seconds must be a number, got {shorten(seconds)}. Take 3600.")
         if not (math.isfinite(seconds) and seconds > 0):
             raise ValueError(f"step_seconds must be a number > 0, got {seconds}. Take 3600.")
 

@@ -11,6 +11,7 @@ import numpy as np
 from simulator.memory.place_prior import PlacePrior
 from simulator.memory.vocabulary import Vocabulary
 from simulator.memory.words import read_words
+from simulator.messages import shorten
 from simulator.priors.prior_graph import PriorGraph
 
 
@@ -147,8 +148,8 @@ class HomeLayout:
         """
         if not isinstance(room, (int, np.integer)) or room not in self.rooms:
             raise KeyError(
-                f"room must be an id from add_room, got {room!r}; there are {len(self.rooms)} "
-                "rooms. Add the room first."
+                f"room must be an id from add_room, got {shorten(room)}; there are "
+                f"{len(self.rooms)} rooms. Add the room first."
             )
 
     def check_furniture(self, furniture: int) -> None:
@@ -159,7 +160,7 @@ class HomeLayout:
         """
         if not isinstance(furniture, (int, np.integer)) or furniture not in self.furniture:
             raise KeyError(
-                f"furniture must be an id from add_furniture, got {furniture!r}; there are "
+                f"furniture must be an id from add_furniture, got {shorten(furniture)}; there are "
                 f"{len(self.furniture)} furniture nodes. Add it first."
             )
 
@@ -178,6 +179,6 @@ def read_position(position: Any = None) -> tuple[float, float] | None:
         x = y = math.nan
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError(
-            f"position must be two numbers, got {position!r}. Give metres, such as (1.5, 4)."
+            f"position must be two numbers, got {shorten(position)}. Give metres, such as (1.5, 4)."
         )
     return x, y

@@ -12,6 +12,7 @@ from typing import Any
 from simulator.memory.clock import Clock
 from simulator.memory.home_layout import Furniture, HomeLayout
 from simulator.memory.words import read_words
+from simulator.messages import shorten
 
 LOG_VERSION = 1
 # What the values of a line must name, by kind.
@@ -127,7 +128,8 @@ def read_log(path: str | Path) -> list[LogLine]:
         whole = _cut_torn_line(path)
     except OSError as error:
         raise ValueError(
-            f"log must be a file that can be read, got {error.strerror!r} for {path}. Make one "
+            f"log must be a file that can be read, got {shorten(error.strerror)} for {path}. Make "
+            "one "
             'with SceneGraphMemory(log="looks.jsonl").'
         ) from error
     return _read_lines(whole, path)
@@ -163,7 +165,7 @@ def _read_lines(content: bytes, path: Path) -> list[LogLine]:
         try:
             lines.append(_read_line(json.loads(text.decode("utf-8"))))
             if number == 1 and lines[0].kind != "start":
-                raise ValueError(f"{lines[0].kind!r} before any start")
+                raise ValueError(f"{shorten(lines[0].kind)} before any start")
         except (ValueError, TypeError, KeyError) as error:
             raise ValueError(
                 f"line {number} of a log must be one that SceneGraphMemory wrote, got "
@@ -176,11 +178,11 @@ def _read_lines(content: bytes, path: Path) -> list[LogLine]:
 def _read_line(data: Any) -> LogLine:
     kind, time = data["kind"], data["time"]
     if kind not in _FIELDS or not isinstance(time, int) or time < 0:
-        raise ValueError(f"kind {kind!r} at time {time!r}")
+        raise ValueError(f"kind {shorten(kind)} at time {shorten(time)}")
     values = {name: data[name] for name in _FIELDS[kind]}
     if kind == "start":
         if values["version"] != LOG_VERSION:
-            raise ValueError(f"version {values['version']!r} instead of {LOG_VERSION}")
+            raise ValueError(f"version {shorten(values['version'])} instead of {LOG_VERSION}")
         clock = values["clock"]
         values["clock"] = None if clock is None else Clock.from_json(clock)
         values["furniture"] = {row[0]: make_furniture(row) for row in values["furniture"]}

@@ -22,6 +22,7 @@ from simulator.memory.memory_batch import (
 )
 from simulator.memory.step_log import StepLook
 from simulator.memory.words import read_words
+from simulator.messages import shorten
 
 OBJECT_COLUMNS = (*OBJECT_COUNTERS, "last_furniture", *OBJECT_HISTORY)
 _EDGE_NUMBERS = ("object", "furniture", "relation", *EDGE_COUNTERS, *EDGE_HISTORY)
@@ -266,7 +267,10 @@ class MemoryContent:
             read_words("description", name)
             _check_between("time of a look", [time], 0, self.time)
             if furniture not in layout.furniture or not 0 < count < MAX_TIME:
-                raise ValueError(f"no {count!r} looks for {name!r} at furniture {furniture!r}")
+                raise ValueError(
+                    f"no {shorten(count)} looks for {shorten(name)} at furniture "
+                    f"{shorten(furniture)}"
+                )
         _check_between("asked", [] if self.asked is None else [self.asked], 0, num_objects - 1)
         texts = [*self.labels, *layout.rooms.values(), *self.descriptions]
         for node in layout.furniture.values():
@@ -335,4 +339,4 @@ def _read_measures(data: Mapping[str, list[float]]) -> Columns:
 def _check_between(what: str, values: Any, low: int, high: int) -> None:
     for value in np.asarray(values).tolist():
         if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
-            raise ValueError(f"{what} must lie in {low} to {high}, got {value!r}")
+            raise ValueError(f"{what} must lie in {low} to {high}, got {shorten(value)}")

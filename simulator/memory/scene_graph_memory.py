@@ -26,6 +26,7 @@ from simulator.memory.names import NameIndex, Resolution, Similarity
 from simulator.memory.sighting import SeenAt, Sighting
 from simulator.memory.storage import load_content, save_content
 from simulator.memory.words import read_words
+from simulator.messages import shorten
 from simulator.priors.prior_graph import PriorGraph
 
 if TYPE_CHECKING:  # pandas is an extra; policies read memories; the memory only names their type
@@ -301,8 +302,8 @@ class SceneGraphMemory:
         row = self._state.find_row(description)
         if row < 0:
             raise KeyError(
-                f"description must be one that was seen or asked for, got {description!r}; there "
-                f"are {len(self._state.descriptions)} objects. Check its words."
+                f"description must be one that was seen or asked for, got {shorten(description)}; "
+                f"there are {len(self._state.descriptions)} objects. Check its words."
             )
         with self._lock:
             self._state.remove(objects=[row])
@@ -343,18 +344,18 @@ class SceneGraphMemory:
         self._state.layout.check_furniture(furniture)
         if not isinstance(seen, Iterable):
             raise TypeError(
-                f"seen must hold Sighting objects, got {seen!r} at {self.describe(furniture)}. "
-                "Write [] where nothing was detected."
+                f"seen must hold Sighting objects, got {shorten(seen)} at "
+                f"{self.describe(furniture)}. Write [] where nothing was detected."
             )
         for sighting in seen:
             if not isinstance(sighting, Sighting):
                 raise TypeError(
-                    f"seen must hold Sighting objects, got {sighting!r} at "
+                    f"seen must hold Sighting objects, got {shorten(sighting)} at "
                     f"{self.describe(furniture)}. Write Sighting('milk', relation='in')."
                 )
         if not isinstance(coverage, Real) or not 0 < coverage <= 1:
             raise ValueError(
-                f"coverage must be above 0 and at most 1, got {coverage!r} at "
+                f"coverage must be above 0 and at most 1, got {shorten(coverage)} at "
                 f"{self.describe(furniture)}. Give the share in view, or leave out the look."
             )
         with self._lock:
@@ -397,8 +398,8 @@ class SceneGraphMemory:
         """
         if not isinstance(num_steps, (int, np.integer)) or num_steps < 0:
             raise ValueError(
-                f"num_steps must be a whole number, 0 or more, got {num_steps!r}. Time only goes "
-                "forward."
+                f"num_steps must be a whole number, 0 or more, got {shorten(num_steps)}. Time only "
+                "goes forward."
             )
         if self.time + num_steps > MAX_TIME:
             raise ValueError(
@@ -559,7 +560,7 @@ class SceneGraphMemory:
             num_steps = int(time) - self.time
         else:
             raise ValueError(
-                f"time must be a datetime or a time step, got {time!r}. Write for example "
+                f"time must be a datetime or a time step, got {shorten(time)}. Write for example "
                 "datetime(2026, 11, 16, 18, 30)."
             )
         if not 0 <= num_steps <= MAX_TIME - self.time:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from numbers import Real
 
 from simulator.memory.words import read_words
+from simulator.messages import shorten
 
 RELATIONS = ("in", "onTop")
 _SPELLINGS = {"in": "in", "inside": "in", "ontop": "onTop", "on": "onTop", "": "onTop"}
@@ -22,8 +23,8 @@ def read_relation(relation: str) -> str:
         known = _SPELLINGS.get(relation.casefold().replace(" ", "").replace("_", ""))
     if known is None:
         raise ValueError(
-            f"relation must be one of {', '.join(RELATIONS)}, got {relation!r}. "
-            "Choose one of these; empty means onTop."
+            f"relation must be one of {', '.join(RELATIONS)}, got {shorten(relation)}. Choose one "
+            "of these; empty means onTop."
         )
     return known
 
@@ -54,8 +55,8 @@ class Sighting:
         object.__setattr__(self, "relation", read_relation(self.relation))
         if not isinstance(self.confidence, Real) or not 0 <= self.confidence <= 1:
             raise ValueError(
-                f"confidence must lie in [0, 1], got {self.confidence!r} for {self.description!r}. "
-                "Give a probability."
+                f"confidence must lie in [0, 1], got {shorten(self.confidence)} for "
+                f"{shorten(self.description)}. Give a probability."
             )
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from simulator.memory.memory_batch import MemoryBatch
 from simulator.memory.sighting import Sighting
+from simulator.messages import shorten
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +42,7 @@ class StepLook:
         """
         furniture, coverage, seen = data
         if not isinstance(furniture, int) or not 0 < float(coverage) <= 1:
-            raise ValueError(f"look at {furniture!r} with coverage {coverage!r}")
+            raise ValueError(f"look at {shorten(furniture)} with coverage {shorten(coverage)}")
         return cls(furniture, tuple(Sighting(*one) for one in seen), float(coverage))
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from simulator.files import read_json, write_whole
 from simulator.memory.memory_content import MemoryContent
+from simulator.messages import shorten
 
 FORMAT = "scene graph memory"
 FORMAT_VERSION = 3
@@ -24,7 +25,8 @@ def save_content(path: str | Path, content: MemoryContent) -> None:
     path = Path(path)
     if not path.parent.is_dir():
         raise FileNotFoundError(
-            f"folder of a memory file must exist, got {str(path.parent)!r} for {path}. Make it."
+            f"folder of a memory file must exist, got {shorten(str(path.parent))} for {path}. Make "
+            "it."
         )
     data = content.to_json()
     checksum = _compute_checksum(FORMAT_VERSION, data)
@@ -44,7 +46,7 @@ def load_content(path: str | Path) -> MemoryContent:
         file = read_json(path, allow_nan=True)
     except OSError as error:
         raise ValueError(
-            f"memory file must be one that can be read, got {error.strerror!r} for {path}. "
+            f"memory file must be one that can be read, got {shorten(error.strerror)} for {path}. "
             "Check the path."
         ) from error
     except ValueError as error:
@@ -60,7 +62,8 @@ def load_content(path: str | Path) -> MemoryContent:
     if file.get("version") not in range(_FIRST_VERSION, FORMAT_VERSION + 1):
         raise ValueError(
             f"memory file must have version {_FIRST_VERSION} to {FORMAT_VERSION}, got "
-            f"{file.get('version')!r} for {path}. Install the version of the package that wrote it."
+            f"{shorten(file.get('version'))} for {path}. Install the version of the package that "
+            "wrote it."
         )
     try:
         if file.get("checksum") != _compute_checksum(file["version"], file.get("content")):

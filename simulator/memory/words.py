@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import unicodedata
 
+from simulator.messages import shorten
+
 MAX_LENGTH = 200
 
 
@@ -25,20 +27,20 @@ def read_words(what: str, text: str) -> str:
             a line, or holds control characters or half a character.
     """
     if not isinstance(text, str):
-        raise ValueError(f"{what} must be a non-empty text, got {text!r}. Name it in words.")
+        raise ValueError(f"{what} must be a non-empty text, got {shorten(text)}. Name it in words.")
     if len(text) > MAX_LENGTH:
         raise ValueError(
             f"{what} must have at most {MAX_LENGTH} characters, got {len(text)} in "
-            f"{text[:40]!r}... Shorten it."
+            f"{shorten(text[:40])}... Shorten it."
         )
     if len(text.splitlines()) > 1:
-        raise ValueError(f"{what} must be one line, got {text!r}. Leave line breaks out.")
+        raise ValueError(f"{what} must be one line, got {shorten(text)}. Leave line breaks out.")
     words = " ".join(unicodedata.normalize("NFC", text.casefold()).replace("_", " ").split())
     if not words:
-        raise ValueError(f"{what} must be a non-empty text, got {text!r}. Name it in words.")
+        raise ValueError(f"{what} must be a non-empty text, got {shorten(text)}. Name it in words.")
     if any(unicodedata.category(letter) in ("Cc", "Cs") for letter in words):
         raise ValueError(
-            f"{what} must not hold control characters or half a character, got {text!r}. "
+            f"{what} must not hold control characters or half a character, got {shorten(text)}. "
             "Decode it as UTF-8 and leave them out."
         )
     return words

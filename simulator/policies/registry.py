@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterable, Mapping
 
+from simulator.messages import shorten
 from simulator.policies.adaptive import Adaptive
 from simulator.policies.filters import Ceiling, PriorFilter
 from simulator.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
@@ -44,20 +45,20 @@ def find_policy(name: str) -> type[Policy]:
     module, separator, class_name = name.partition(":")
     if not separator:
         raise ValueError(
-            f"policy must be one of {', '.join(POLICIES)}, got {name!r}. Choose one of these, or "
-            "name a class of your own as my_module:MyPolicy."
+            f"policy must be one of {', '.join(POLICIES)}, got {shorten(name)}. Choose one of "
+            "these, or name a class of your own as my_module:MyPolicy."
         )
     try:
         found = getattr(importlib.import_module(module), class_name, None)
     except ImportError as error:
         raise ValueError(
-            f"policy must be in a module that can be imported, got {name!r}: {error}. Run the "
-            "command in the folder of the module, or install its package."
+            f"policy must be in a module that can be imported, got {shorten(name)}: {error}. Run "
+            "the command in the folder of the module, or install its package."
         ) from error
     if not (isinstance(found, type) and issubclass(found, Policy)):
         raise ValueError(
-            f"policy must be a subclass of simulator.policies.Policy, got {name!r}. Derive it "
-            "from Policy, or check the name."
+            f"policy must be a subclass of simulator.policies.Policy, got {shorten(name)}. Derive "
+            "it from Policy, or check the name."
         )
     return found
 

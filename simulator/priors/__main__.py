@@ -1,18 +1,22 @@
-"""Command line: `python -m simulator.priors build | from-trace | show | check | compare`."""
+"""Command line: `python -m simulator.priors --help`."""
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from simulator.command_line import choose, make_parser, parse, pick
+from simulator.files import write_whole
 from simulator.priors.compare import compare_priors
 from simulator.priors.prior_check import find_problems
 from simulator.priors.prior_graph import PriorGraph, parse_prior
+from simulator.priors.sources.activities import count_activities, make_table
 from simulator.priors.sources.build import DEFAULT_SOURCES, SOURCES, build_from_sources
 from simulator.priors.sources.merge import BuildOptions
 from simulator.priors.sources.procthor_databases import NUM_HOUSES
+from simulator.process import run_main
 
 PROG = "python -m simulator.priors"
 _PRIOR_HELP = "prior file; default: the shipped one"
@@ -26,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     commands = {
         "build": build, "from-trace": count_traces, "show": show, "check": check,
-        "compare": compare,
+        "compare": compare, "activities": count_kinds,
     }  # fmt: skip
     return choose(PROG, commands, arguments)
 
@@ -96,6 +100,23 @@ def count_traces(arguments: Sequence[str]) -> int:
         print(f"left out: {line}")
     prior.save(options.out)
     print(f"{options.out}: {summarise_prior(prior)}")
+    return 0
+
+
+def count_kinds(arguments: Sequence[str]) -> int:
+    """Count activities of BEHAVIOR and write the table of what people use where."""
+    parser = make_parser(
+        f"{PROG} activities",
+        "Count activities of BEHAVIOR and write the table of what people use where.",
+    )
+    parser.add_argument("--out", type=Path, required=True, help="the JSON file to write")
+    parser.add_argument("--bddl", type=Path | None, help="folder of the package bddl")
+    options = parse(parser, arguments)
+    kinds, left_out = count_activities(options.bddl)
+    write_whole(options.out, (json.dumps(make_table(kinds), indent=1) + "\n").encode())
+    for kind, counts in kinds.items():
+        print(f"{kind}: {counts.num_activities} activities, {len(counts.objects)} object types")
+    print(f"of no kind: {len(left_out)} ({', '.join(left_out)})")
     return 0
 
 
@@ -197,4 +218,4 @@ def _load(file: str) -> PriorGraph:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_main(main)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from simulator.caches import keep_home_clean
 from simulator.priors.prior_graph import Placement, PriorGraph
 
 if TYPE_CHECKING:
@@ -98,6 +99,7 @@ def draw_heat_map(
 
 def _make_figure(width: float, height: float) -> Figure:
     """A figure that needs no display and leaves no global state behind."""
+    keep_home_clean()
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure

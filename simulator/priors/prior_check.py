@@ -94,17 +94,17 @@ def find_problems(data: Any) -> Iterator[str]:
         yield f"prior must be a JSON object, got {type(data).__name__}. Start from a built file"
         return
     if data.get("version") != VERSION:
-        yield f"version must be {VERSION}, got {data.get('version')!r}. Rebuild the file"
+        yield f"version must be {VERSION}, got {shorten(data.get('version'))}. Rebuild the file"
     if not isinstance(data.get("metadata", {}), Mapping):
         yield "metadata must be a JSON object. Remove or mend it"
     for extra in sorted(set(data) - PARTS):
-        yield f"prior must have known parts only, got {extra!r}. Remove it"
+        yield f"prior must have known parts only, got {shorten(extra)}. Remove it"
     rooms = data.get("rooms")
     if not _is_list(rooms) or not rooms or not all(map(_is_name, rooms)):
         yield f"rooms must be a non-empty list of texts, got {_shorten(rooms)}. Name the rooms"
         return
     if len(set(rooms)) < len(rooms):
-        yield f"rooms must be unique, got {rooms!r}. Remove the repeated one"
+        yield f"rooms must be unique, got {shorten(rooms)}. Remove the repeated one"
     well_formed = True
     for part in FIELDS:
         if not _is_list(data.get(part)) or not data[part]:
@@ -159,10 +159,10 @@ def _find_row_problems(part: str, rows: Sequence[Any]) -> Iterator[str]:
             yield f"{name} must be a JSON object, got {_shorten(row)}. Write one field per column"
             continue
         for field in sorted(required - row.keys()):
-            yield f"{name} must have the field {field!r}, got {sorted(row)}. Add it"
+            yield f"{name} must have the field {shorten(field)}, got {sorted(row)}. Add it"
         for field, value in row.items():
             if field not in fields:
-                yield f"{name} must have known fields only, got {field!r}. Remove it"
+                yield f"{name} must have known fields only, got {shorten(field)}. Remove it"
                 continue
             holds, rule = fields[field]
             if not holds(value):
@@ -187,17 +187,18 @@ def _find_link_problems(data: Mapping[str, Any]) -> Iterator[str]:
     for index, row in enumerate(data["furniture"]):
         node = (row["room"], row["label"])
         if row["room"] not in rooms:
-            yield f"furniture[{index}].room must be in rooms, got {row['room']!r}. Add the room"
+            found = shorten(row["room"])
+            yield f"furniture[{index}].room must be in rooms, got {found}. Add the room"
         if nodes.setdefault(node, index) != index:
             yield f"furniture[{index}] must be unique, got {node} again. Remove it"
     furnished = {row["room"] for row in data["furniture"] if row["prob"] > 0}
     for room in data["rooms"]:
         if room not in furnished:
-            yield f"rooms must have furniture with prob > 0, got none for {room!r}. Add some"
+            yield f"rooms must have furniture with prob > 0, got none for {shorten(room)}. Add some"
     objects: dict[str, int] = {}
     for index, row in enumerate(data["objects"]):
         if objects.setdefault(row["label"], index) != index:
-            yield f"objects[{index}] must be unique, got {row['label']!r} again. Remove it"
+            yield f"objects[{index}] must be unique, got {shorten(row['label'])} again. Remove it"
 
     furniture_rooms: dict[str, list[str]] = {}
     for room, label in nodes:
@@ -208,13 +209,14 @@ def _find_link_problems(data: Mapping[str, Any]) -> Iterator[str]:
     for index, row in enumerate(data["placements"]):
         name, room, furniture = f"placements[{index}]", row["room"], row["furniture"]
         if row["object"] not in objects:
-            yield f"{name}.object must be in objects, got {row['object']!r}. Add the type"
+            yield f"{name}.object must be in objects, got {shorten(row['object'])}. Add the type"
         if room is not None and room not in rooms:
-            yield f"{name}.room must be in rooms or null, got {room!r}. Add the room"
+            yield f"{name}.room must be in rooms or null, got {shorten(room)}. Add the room"
             continue
         row_rooms = furniture_rooms.get(furniture, []) if room is None else [room]
         if not row_rooms or (row_rooms[0], furniture) not in nodes:
-            yield f"{name}.furniture must be in furniture, got {furniture!r} ({room}). Add the type"
+            found = f"{shorten(furniture)} ({room})"
+            yield f"{name}.furniture must be in furniture, got {found}. Add the type"
             continue
         for row_room in row_rooms:
             cell = (row_room, furniture, row["object"], row["relation"])
@@ -228,8 +230,8 @@ def _find_link_problems(data: Mapping[str, Any]) -> Iterator[str]:
     for label, index in objects.items():
         if label not in used_objects:
             yield (
-                f"objects[{index}] must have a placement with prob > 0, got none for {label!r}. "
-                "Add one or remove the type"
+                f"objects[{index}] must have a placement with prob > 0, got none for "
+                f"{shorten(label)}. Add one or remove the type"
             )
     for node, index in nodes.items():
         if node not in used_nodes:

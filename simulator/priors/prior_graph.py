@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.files import parse_json
+from simulator.messages import shorten
 from simulator.priors.prior_check import PARTS, RELATIONS, VERSION, check_prior
 
 Adjectives = tuple[tuple[str, ...], ...]
@@ -193,7 +194,7 @@ def load_prior(path: str | None) -> PriorGraph:
         return PriorGraph.load(path)
     except OSError as error:
         raise ValueError(
-            f"prior must be a file that can be read, got {error.strerror!r} for {path}. "
+            f"prior must be a file that can be read, got {shorten(error.strerror)} for {path}. "
             "Check the path, or leave it out for the shipped prior."
         ) from error
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 
+from simulator.messages import shorten
 from simulator.priors.prior_graph import Placement, PriorGraph
 
 
@@ -17,12 +18,14 @@ def select_rows(
         ValueError: if the prior has no such room or object; lists what it has.
     """
     if room is not None and room not in prior.rooms:
-        raise ValueError(f"room must be one of {', '.join(prior.rooms)}, got {room!r}. Choose one.")
+        raise ValueError(
+            f"room must be one of {', '.join(prior.rooms)}, got {shorten(room)}. Choose one."
+        )
     labels = [row.label for row in prior.objects]
     if label is not None and label not in labels:
         close = [other for other in labels if label[:3] in other] or labels
         raise ValueError(
-            f"object must be in the prior, got {label!r}. Choose one of {', '.join(close)}."
+            f"object must be in the prior, got {shorten(label)}. Choose one of {', '.join(close)}."
         )
     return tuple(
         row

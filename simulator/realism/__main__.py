@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from simulator.checks import check_at_least
 from simulator.command_line import make_parser, one_line_errors, parse, pick
 from simulator.files import write_whole
+from simulator.process import run_main
 from simulator.realism.measures import MEASURES
 from simulator.realism.report import (
     Column,
@@ -53,9 +55,7 @@ class RealismConfig:
         Raises:
             ValueError: if one is below 1.
         """
-        for name in ("num_homes", "days"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} must be at least 1, got {getattr(self, name)}. Raise it.")
+        check_at_least(1, num_homes=self.num_homes, days=self.days)
 
 
 def report(config: RealismConfig) -> str:
@@ -127,4 +127,4 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

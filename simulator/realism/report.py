@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from simulator.caches import keep_home_clean
 from simulator.realism.measures import MEASURES, Behaviour, follow_homes, measure_behaviour
 from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
@@ -89,6 +90,7 @@ def make_table(recorded: Mapping[str, Behaviour], simulated: Sequence[Column]) -
 
 def draw_behaviour(recorded: Mapping[str, Behaviour], simulated: Sequence[Column]) -> Figure:
     """Draw every measure: a dot per recorded home, and mean and spread of the simulated ones."""
+    keep_home_clean()
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11, 7), dpi=120, layout="constrained")

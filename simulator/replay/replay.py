@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import OrderedDict
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from threading import RLock
 
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.memory.clock import Clock
 from simulator.memory.look_log import LogLine
+from simulator.memory.replay import Replayer
 from simulator.memory.scene_graph_memory import SceneGraphMemory
-from simulator.memory.sighting import Sighting
 from simulator.priors.prior_graph import PriorGraph
 from simulator.replay.story import PastLook, Question, Story
 from simulator.replay.truth import TruePlaces
@@ -64,7 +63,7 @@ class Replay(Story):
         self._times = [line.time for line in self._lines]
         self.num_steps = self._times[-1] if self._times else 0
         self._lock = RLock()
-        self._memories: OrderedDict[int, _Player] = OrderedDict()
+        self._memories: OrderedDict[int, Replayer] = OrderedDict()
         self.looks = tuple(self._list_looks())
 
     def memory_at(self, step: int) -> SceneGraphMemory:
@@ -82,7 +81,7 @@ class Replay(Story):
             if known is None:
                 earlier = [number for number in self._memories if number < step]
                 begin = max(earlier, default=-1)
-                player = _Player(SceneGraphMemory(self._prior, self.clock))
+                player = Replayer(SceneGraphMemory(self._prior, self.clock))
                 if earlier:
                     player = self._memories[begin].copy()
                 for stop in [*range(begin - begin % _KEEP_EVERY, step, _KEEP_EVERY), step]:
@@ -94,13 +93,15 @@ class Replay(Story):
             self._memories.move_to_end(step)
             return known.memory
 
-    def _play(self, player: _Player, begin: int, end: int) -> None:
+    def _play(self, player: Replayer, begin: int, end: int) -> None:
         """Apply what happened after step `begin` until the end of step `end`."""
         for line in self._lines[bisect_right(self._times, begin) : bisect_right(self._times, end)]:
-            player.apply(line)
-        player.go_to(end)
+            _go_to(player.memory, line.time)
+            if line.kind != "step":
+                player.apply(line)
+        _go_to(player.memory, end)
 
-    def _keep(self, step: int, player: _Player) -> None:
+    def _keep(self, step: int, player: Replayer) -> None:
         self._memories[step] = player
         num_edges = max(len(player.memory.batch.edges), 1)
         most = min(max(_EDGES_KEPT // num_edges, _FEWEST_KEPT), _MOST_KEPT)
@@ -109,11 +110,11 @@ class Replay(Story):
 
     def _list_looks(self) -> Iterator[PastLook]:
         """List all looks, with the ids that the replayed memory gives."""
-        player = _Player(SceneGraphMemory(self._prior))
+        player = Replayer(SceneGraphMemory(self._prior))
         for line in self._lines:
             values = line.values
-            if line.kind in ("look", "absent"):
-                furniture = player.find_place(line)
+            if line.kind in ("look", "absent") and values["furniture"] in player.furniture:
+                furniture = player.furniture[values["furniture"]]
                 is_look = line.kind == "look"
                 seen = tuple(row[0] for row in values["seen"]) if is_look else ()
                 missed = None
@@ -127,122 +128,13 @@ class Replay(Story):
                 yield PastLook(
                     line.time, furniture, seen, missed, sought, float(values["coverage"])
                 )
-            elif line.kind != "step":
+            elif line.kind != "step":  # a look at furniture that there is not is an error
                 player.apply(line)
 
 
-class _Player:
-    """Applies the lines of a log to a memory, whose ids may be others than those of the log."""
-
-    def __init__(
-        self,
-        memory: SceneGraphMemory,
-        rooms: Mapping[tuple[int, str], int] | None = None,
-        places: Mapping[tuple[int, str], int] | None = None,
-    ) -> None:
-        self.memory = memory
-        self._rooms = dict(rooms or {})  # id by id and name in the log
-        self._places = dict(places or {})
-        self._room_of = {number: room for (number, _), room in self._rooms.items()}
-        self._place_of = {number: place for (number, _), place in self._places.items()}
-
-    def copy(self) -> _Player:
-        """Return a player that goes on alone."""
-        return _Player(self.memory.copy(), self._rooms, self._places)
-
-    def go_to(self, step: int) -> None:
-        """Let time pass."""
-        self.memory.step(step - self.memory.time)
-
-    def find_place(self, line: LogLine) -> int:
-        """Return the furniture that a line is about.
-
-        Raises:
-            ValueError: if it was never added.
-        """
-        number = line.values["furniture"]
-        if number not in self._place_of:
-            raise ValueError(
-                f"every {line.kind} of a log must be of furniture that was added, got {number!r} "
-                f"at time step {line.time}. Mend the line, or take it out."
-            )
-        return self._place_of[number]
-
-    def apply(self, line: LogLine) -> None:
-        """Change the memory as a line says.
-
-        Raises:
-            ValueError: if the line names a room or furniture that there is not.
-        """
-        memory, values = self.memory, line.values
-        self.go_to(line.time)
-        if line.kind == "start":
-            for number, label in values["rooms"].items():
-                self._add_room(number, label)
-            for number, node in values["furniture"].items():
-                self._add_furniture(
-                    line, number, node.label, node.room, node.description, node.position
-                )
-        elif line.kind == "room":
-            self._add_room(values["room"], values["label"])
-        elif line.kind == "furniture":
-            self._add_furniture(
-                line, values["furniture"], values["label"], values["room"], values["description"],
-                values["position"],
-            )  # fmt: skip
-        elif line.kind == "move":
-            place = self.find_place(line)
-            memory.move_furniture(place, self._find_room(line, values["room"]), values["position"])
-        elif line.kind == "look":
-            seen = [Sighting(*row) for row in values["seen"]]
-            memory.observe(self.find_place(line), seen, values["coverage"])
-        elif line.kind == "absent":
-            place = self.find_place(line)
-            memory.note_absent(place, values["description"], values["coverage"])
-        elif line.kind == "remove_furniture":
-            self._forget(self.find_place(line))
-        elif line.kind == "remove_room":
-            room = self._find_room(line, values["room"])
-            for place in memory.list_furniture(room):
-                self._forget(place)
-            memory.remove_room(room)
-            self._rooms = {key: other for key, other in self._rooms.items() if other != room}
-        elif line.kind == "remove_object":
-            with suppress(KeyError):  # it was remembered from before the log
-                memory.remove_object(values["description"])
-
-    def _forget(self, place: int) -> None:
-        self.memory.remove_furniture(place)
-        self._places = {key: other for key, other in self._places.items() if other != place}
-
-    def _add_room(self, number: int, label: str) -> None:
-        if (number, label) not in self._rooms:
-            self._rooms[number, label] = self.memory.add_room(label)
-        self._room_of[number] = self._rooms[number, label]
-
-    def _add_furniture(
-        self,
-        line: LogLine,
-        number: int,
-        label: str,
-        room: int,
-        description: str,
-        position: tuple[float, float] | None,
-    ) -> None:
-        key = (number, description)
-        if key not in self._places:
-            self._places[key] = self.memory.add_furniture(
-                label, self._find_room(line, room), description, position
-            )
-        self._place_of[number] = self._places[key]
-
-    def _find_room(self, line: LogLine, number: int) -> int:
-        if number not in self._room_of:
-            raise ValueError(
-                f"every room of a log must be one that was added, got {number!r} in a "
-                f"{line.kind} at time step {line.time}. Mend the line, or take it out."
-            )
-        return self._room_of[number]
+def _go_to(memory: SceneGraphMemory, step: int) -> None:
+    """Let time pass; a log may say it in one line for many steps."""
+    memory.step(step - memory.time)
 
 
 def _follow_time(lines: Sequence[LogLine]) -> Iterator[LogLine]:

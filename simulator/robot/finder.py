@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 from datetime import datetime
-from numbers import Real
 from threading import Lock
 from typing import Any
 
 import numpy as np
 
+from simulator.checks import is_number
 from simulator.memory.asking import Asked
 from simulator.memory.names import Resolution, Similarity
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import RELATIONS
+from simulator.messages import shorten
 from simulator.policies.policy import Policy
 from simulator.policies.probabilities import compute_probabilities
 from simulator.robot.belief import Detector, join_beliefs, update_belief
@@ -111,9 +112,10 @@ class Finder:
         """
         if k is not None and (not isinstance(k, (int, np.integer)) or k < 1):
             raise ValueError(
-                f"k must be at least 1, got {k!r}. Give a whole number, or leave it out for all "
-                "places."
+                f"k must be at least 1, got {shorten(k)}. Give a whole number, or leave it out for "
+                "all places."
             )
+        check_ids(exclude)
         resolution = self.resolve(memory, description)
         asked = memory.ask(resolution.matches or (description,), at=at)
         belief = self._compute_belief(asked)
@@ -198,6 +200,7 @@ class Finder:
         Raises:
             ValueError: as in `search_plan`.
         """
+        check_ids(exclude)
         distance = distance or find_distance(memory, start)
         return ObjectSearch(
             self, memory, description, start, distance, look_cost, frozenset(exclude), give_up_at
@@ -248,14 +251,29 @@ class Finder:
         return None
 
 
+def check_ids(exclude: Collection[int]) -> None:
+    """Check which furniture is left out.
+
+    Raises:
+        ValueError: if it is no collection of whole numbers.
+    """
+    if not isinstance(exclude, Collection) or not all(
+        isinstance(number, (int, np.integer)) for number in exclude
+    ):
+        raise ValueError(
+            f"exclude must be furniture ids, got {shorten(exclude)}. Give a list of what "
+            "add_furniture returned."
+        )
+
+
 def check_share(share: float) -> None:
     """Check how often things are elsewhere.
 
     Raises:
         ValueError: if it is no share above 0 and below 1.
     """
-    if not isinstance(share, Real) or not 0 < share < 1:
+    if not is_number(share) or not 0 < share < 1:
         raise ValueError(
-            f"elsewhere_share must lie above 0 and below 1, got {share!r}. Choose for example "
-            "0.1: one search in ten is for something that is at no known place."
+            f"elsewhere_share must lie above 0 and below 1, got {shorten(share)}. Choose for "
+            "example 0.1: one search in ten is for something that is at no known place."
         )

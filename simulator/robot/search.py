@@ -6,9 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from simulator.checks import is_number
 from simulator.memory.names import read_name
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import Sighting
+from simulator.messages import shorten
 from simulator.robot.ranking import Ranking
 from simulator.robot.search_plan import Distance, Look, SearchPlan, plan_search
 
@@ -57,10 +59,10 @@ class ObjectSearch:
         give_up_at: float,
     ) -> None:
         """Start; `Finder.search` says what the arguments are."""
-        if not 0 < give_up_at <= 1:
+        if not is_number(give_up_at) or not 0 < give_up_at <= 1:
             raise ValueError(
-                f"give_up_at must lie above 0 and at most at 1, got {give_up_at}. Give the "
-                "probability of elsewhere from which on looking is not worth it."
+                f"give_up_at must lie above 0 and at most at 1, got {shorten(give_up_at)}. Give "
+                "the probability of elsewhere from which on looking is not worth it."
             )
         self.description = description
         self.memory = memory

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from simulator.checks import is_number
 from simulator.memory.scene_graph_memory import SceneGraphMemory
+from simulator.messages import shorten
 from simulator.robot.ranking import Place
 from simulator.tasks.tour import compute_tour_costs, plan_tour
 
@@ -98,13 +100,13 @@ def plan_search(
     """
     if distance is None and start is not None:
         raise ValueError(
-            f"start must come with distances, got start={start!r} alone. Give distance=, a "
+            f"start must come with distances, got start={shorten(start)} alone. Give distance=, a "
             "function of (start or furniture id, furniture id)."
         )
-    if not 0 <= look_cost < np.inf:
+    if not is_number(look_cost) or not 0 <= look_cost < np.inf:
         raise ValueError(
-            f"look_cost must be a finite number, 0 or more, got {look_cost}. Give the cost of a "
-            "look in the unit of the distances."
+            f"look_cost must be a finite number, 0 or more, got {shorten(look_cost)}. Give the "
+            "cost of a look in the unit of the distances."
         )
     first_leg = np.array([_measure(distance, start, place.furniture) for place in places])  # (K,)
     is_near = np.isfinite(first_leg)
@@ -174,7 +176,7 @@ def _measure(distance: Distance | None, start: Any, to: int) -> float:
     cost = float(distance(start, to))
     if not cost >= 0:  # nan, too
         raise ValueError(
-            f"distance from {start!r} to {to} must be a number, 0 or more, got {cost}. Where there "
-            "is no way, give math.inf."
+            f"distance from {shorten(start)} to {to} must be a number, 0 or more, got {cost}. "
+            "Where there is no way, give math.inf."
         )
     return cost

@@ -13,6 +13,7 @@ from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
 from simulator.files import read_json, write_whole
+from simulator.messages import shorten
 
 SCHEMA_VERSION = 2
 MANIFEST = "manifest.json"
@@ -90,7 +91,8 @@ def load_manifest(folder: Path) -> dict[str, Any]:
         ) from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ValueError(
-            f"manifest must be whole, got {error!r} in {path}. Delete the folder and collect again."
+            f"manifest must be whole, got {shorten(error)} in {path}. Delete the folder and "
+            "collect again."
         ) from error
     if version != SCHEMA_VERSION:
         raise ValueError(

@@ -37,10 +37,9 @@ def compute_accuracy(scores: TaskScores) -> float:
     return float(scores.is_correct.mean(axis=1).mean())
 
 
-def compute_away_accuracy(scores: TaskScores) -> float:
-    """Return the share of right answers about objects that have left their last known place."""
-    is_away = scores.is_away
-    return float(scores.is_correct[is_away].mean()) if is_away.any() else float("nan")
+def compute_accuracy_among(is_correct: np.ndarray, is_meant: np.ndarray) -> float:
+    """Return the share of right answers among some, nan where there is none; bool, one shape."""
+    return float(is_correct[is_meant].mean()) if is_meant.any() else float("nan")
 
 
 def compute_calibration_error(
@@ -97,7 +96,16 @@ STEP_METRICS = _index(
 # numbers of results. One entry here makes one more.
 METRICS = _index(
     Metric("accuracy", "answers right", ".3f", True, compute_accuracy),
-    Metric("away_accuracy", "right if away", ".3f", True, compute_away_accuracy),
+    # about objects that have left the place where the agent saw them last
+    Metric(
+        "away_accuracy", "right if away", ".3f", True,
+        lambda scores: compute_accuracy_among(scores.is_correct, scores.is_away),
+    ),
+    # about objects that are not where they have been most of the time
+    Metric(
+        "out_of_place_accuracy", "right if out of place", ".3f", True,
+        lambda scores: compute_accuracy_among(scores.is_correct, scores.is_out_of_place),
+    ),
     Metric(
         "calibration_error", "ECE", ".3f", False,
         lambda scores: compute_calibration_error(

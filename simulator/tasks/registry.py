@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from simulator.messages import shorten
 from simulator.tasks.find_object import FindObject
 from simulator.tasks.predict_location import PredictLocation
 from simulator.tasks.relative_likelihood import RelativeLikelihood
@@ -25,5 +26,5 @@ def check_task(name: str) -> None:
     """
     if name not in TASKS:
         raise ValueError(
-            f"task must be one of {', '.join(TASKS)}, got {name!r}. Choose one of these."
+            f"task must be one of {', '.join(TASKS)}, got {shorten(name)}. Choose one of these."
         )

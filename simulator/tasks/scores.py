@@ -7,11 +7,13 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from simulator.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
 from simulator.policies import Policy
 from simulator.policies.probabilities import compute_probabilities
 from simulator.tasks.answer import Answer
 from simulator.tasks.task import Task
+from simulator.tasks.usual_places import UsualPlaces
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +32,9 @@ class TaskScores:
         confidence: probability that the policy gave to its choice, (H, A).
         likelihood: probability that it gave to the true places together, (H, A).
         rank: one more than the number of places with a higher score than every true one, (H, A).
+        is_out_of_place: whether the object was not where such objects had been most of the time
+            so far, see `UsualPlaces`; the same for every policy, bool (H, A).
+        hour: of the day when it was asked, 0 to 23, -1 where nobody knows, (H, A).
     """
 
     values: np.ndarray
@@ -39,6 +44,8 @@ class TaskScores:
     confidence: np.ndarray
     likelihood: np.ndarray
     rank: np.ndarray
+    is_out_of_place: np.ndarray
+    hour: np.ndarray
 
     @property
     def home_values(self) -> np.ndarray:
@@ -60,6 +67,15 @@ class TaskScores:
         }
         return cls(**columns)
 
+    def skip(self, num_steps: int) -> TaskScores:
+        """Return the scores without those of the first steps."""
+        rest = self.values.shape[1] - num_steps
+        columns = {field.name: getattr(self, field.name) for field in fields(self)}
+        for name, column in columns.items():
+            num_answers = column.shape[1] * rest // self.values.shape[1]
+            columns[name] = column[:, column.shape[1] - num_answers :]
+        return TaskScores(**columns)
+
 
 class AnswerLog:
     """Listens to a task and keeps what `TaskScores` says about its answers.
@@ -71,6 +87,7 @@ class AnswerLog:
         """Listen to a task that `policy` plays."""
         self._memory = game.rollout.memory
         self._kind = policy.score_kind
+        self._usual = UsualPlaces(game.rollout.homes)
         self._rows: list[dict[str, np.ndarray]] = []
         game.on_answer = self._add
 
@@ -93,9 +110,25 @@ class AnswerLog:
             "confidence": probability[np.arange(len(answer.choice)), answer.choice],
             "likelihood": (probability * answers).sum(axis=1),
             "rank": 1 + (scores > best).sum(axis=1),
+            "is_out_of_place": self._usual.compute_out_of_place(
+                answer.queries.home, self._memory.objects["key"][answer.queries.object], answers
+            ),
+            "hour": compute_hours(self._memory, answer.queries.home),
         }
+        self._usual.count()
         num_homes = self._memory.num_homes
         self._rows.append({name: column.reshape(num_homes, -1) for name, column in row.items()})
+
+
+def compute_hours(memory: MemoryBatch, home: np.ndarray) -> np.ndarray:
+    """Return the hour of the day that it is in homes (Q,), -1 where nobody knows, int (Q,)."""
+    hours = np.full(len(home), -1)
+    if memory.clock is not None:
+        clock = memory.clock[home]
+        is_known = ~np.isnan(clock[:, 0])
+        seconds = compute_week_seconds(clock[is_known], np.full(is_known.sum(), memory.time))
+        hours[is_known] = seconds % DAY_SECONDS // HOUR_SECONDS
+    return hours
 
 
 def compute_away(memory: MemoryBatch, queries: Queries, answers: np.ndarray) -> np.ndarray:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from simulator.messages import shorten
+
 if TYPE_CHECKING:
     from spacy.language import Language
 
@@ -60,7 +62,8 @@ class TextVectors:
         """
         if isinstance(labels, str):
             raise TypeError(
-                f"labels must be a sequence of strings, got {labels!r}. Pass [{labels!r}]"
+                f"labels must be a sequence of strings, got {shorten(labels)}. Pass "
+                f"[{shorten(labels)}]"
             )
         new = [label for label in dict.fromkeys(labels) if label not in self._vector_of]
         self._vector_of.update(zip(new, self._compute_vectors(new), strict=True))
@@ -78,7 +81,7 @@ class TextVectors:
         for label, text in zip(labels, texts, strict=True):
             if not text:
                 raise ValueError(
-                    f"label must contain a word, got {label!r}. Give every node type a name"
+                    f"label must contain a word, got {shorten(label)}. Give every node type a name"
                 )
         for doc in self._nlp.pipe(texts):
             mean = doc.tensor.mean(axis=0)  # (96,)
@@ -92,8 +95,8 @@ def _load_pipeline(pipeline: str | Path) -> Language:
 
     if not (Path(pipeline) / "config.cfg").is_file() and not spacy.util.is_package(str(pipeline)):
         raise ModuleNotFoundError(
-            "text pipeline must be an installed package or a folder with config.cfg, "
-            f"got {str(pipeline)!r}. Run `python -m spacy download {pipeline}`, or leave it out "
+            "text pipeline must be an installed package or a folder with config.cfg, got "
+            f"{shorten(str(pipeline))}. Run `python -m spacy download {pipeline}`, or leave it out "
             "to use the shipped pipeline"
         )
     others = ["tagger", "morphologizer", "parser", "senter", "ner", "attribute_ruler", "lemmatizer"]
@@ -105,6 +108,6 @@ def _check_width(nlp: Language, width: int) -> None:
     found = nlp.get_pipe("tok2vec").model.get_dim("nO") if has_tok2vec else None  # type: ignore[attr-defined]
     if found != width:
         raise ValueError(
-            f"text pipeline must have a tok2vec component of width {width}, got {found} "
-            f"in {nlp.meta['name']!r}. Use en_core_web_sm or the shipped pipeline"
+            f"text pipeline must have a tok2vec component of width {width}, got {found} in "
+            f"{shorten(nlp.meta['name'])}. Use en_core_web_sm or the shipped pipeline"
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +12,7 @@ from simulator.home_options import HomeOptions
 from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from simulator.memory.look_log import read_log
 from simulator.priors.prior_graph import load_prior
+from simulator.process import run_main
 from simulator.trace.from_log import make_trace, split_trace
 from simulator.trace.importers import IMPORTERS
 from simulator.trace.layout import read_start
@@ -183,4 +183,4 @@ def summarise(trace: Trace) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_main(main)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -12,7 +13,7 @@ from pathlib import Path
 
 from simulator.memory.sighting import RELATIONS, read_relation
 from simulator.memory.words import read_words
-from simulator.messages import shorten_values
+from simulator.messages import shorten, shorten_values
 from simulator.trace.layout import LAYOUT_FILE, Layout, get_label, read_start
 
 EVENTS_FILE = "events.csv"
@@ -50,8 +51,8 @@ def load_events(path: Path, layout: Layout) -> tuple[Event, ...]:
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise ValueError(
-            f"events must be a file that can be read, got {error.strerror!r} for {path}. "
-            "A trace is a folder with layout.json and events.csv."
+            f"events must be a file that can be read, got {shorten(error.strerror)} for {path}. A "
+            "trace is a folder with layout.json and events.csv."
         ) from error
     except UnicodeDecodeError as error:
         raise ValueError(
@@ -127,10 +128,17 @@ def _read_row(
     before = known.get(read_words("object", name))
     description = (row.get("description") or "").strip()
     if before is not None:
+        if _get_spelling(name) != _get_spelling(before.object):
+            raise ValueError(
+                f"names must not differ in case alone, got {shorten(name)} after "
+                f"{shorten(before.object)}. Write the same thing in the same way, or give another "
+                "thing another name."
+            )
         if description and _differ(description, before.description):
             raise ValueError(
-                f"description of an object must stay the same, got {description!r} for {name!r}, "
-                f"which was {before.description!r}. Give another thing another name."
+                f"description of an object must stay the same, got {shorten(description)} for "
+                f"{shorten(name)}, which was {shorten(before.description)}. Give another thing "
+                "another name."
             )
         name, description = before.object, before.description
     elif description:
@@ -140,16 +148,16 @@ def _read_row(
     if not row["furniture"].strip():
         if before is None:
             raise ValueError(
-                f"object must be somewhere before it is gone, got {name!r} for the first time. "
-                "Mend its name, or say first where it is."
+                f"object must be somewhere before it is gone, got {shorten(name)} for the first "
+                "time. Mend its name, or say first where it is."
             )
         return Event(time, name, description, GONE, before.relation)
     place = furniture.get(read_words("furniture", row["furniture"]))
     if place is None:
         names = ", ".join(entry.name for entry in layout.furniture)
         raise ValueError(
-            f"furniture must be in layout.json, got {row['furniture']!r}. "
-            f"Add it there, or mend its name; known: {names}."
+            f"furniture must be in layout.json, got {shorten(row['furniture'])}. Add it there, or "
+            f"mend its name; known: {names}."
         )
     return Event(time, name, description, place, RELATIONS.index(read_relation(row["relation"])))
 
@@ -161,7 +169,9 @@ def _read_time(text: str, last: float, start: datetime | None) -> float:
     except ValueError:
         time = _read_date(text, start)
     if not math.isfinite(time) or time < 0:
-        raise ValueError(f"time_s must be a number of seconds >= 0, got {text!r}. Mend the row.")
+        raise ValueError(
+            f"time_s must be a number of seconds >= 0, got {shorten(text)}. Mend the row."
+        )
     if time < last:
         raise ValueError(f"time_s must not decrease, got {text} after {last:g}. Sort the rows.")
     return time
@@ -174,10 +184,16 @@ def _read_date(text: str, start: datetime | None) -> float:
         return math.nan
     if start is None:
         raise ValueError(
-            f"time_s must be in seconds where {LAYOUT_FILE} has no start, got {text!r}. Add a line "
+            f"time_s must be in seconds where {LAYOUT_FILE} has no start, got {shorten(text)}. Add "
+            "a line "
             'like "start": "2024-05-06T07:30".'
         )
     return (date - start).total_seconds()
+
+
+def _get_spelling(name: str) -> str:
+    """Return a name with its case, and all else as `read_words` compares it."""
+    return " ".join(unicodedata.normalize("NFC", name).replace("_", " ").split())
 
 
 def _differ(one: str, other: str) -> bool:

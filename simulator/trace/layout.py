@@ -111,11 +111,11 @@ def read_start(start: Any) -> datetime:
         time = datetime.fromisoformat(start)
     except (TypeError, ValueError):
         raise ValueError(
-            f"start must be a date and time, got {start!r}. Write it like 2024-05-06T07:30."
+            f"start must be a date and time, got {shorten(start)}. Write it like 2024-05-06T07:30."
         ) from None
     if time.tzinfo is not None:
         raise ValueError(
-            f"start must be local time, got the time zone of {start!r}. Leave the zone out."
+            f"start must be local time, got the time zone of {shorten(start)}. Leave the zone out."
         )
     return time
 
@@ -130,8 +130,8 @@ def load_layout(path: Path) -> Layout:
         data = read_json(path)
     except OSError as error:
         raise ValueError(
-            f"layout must be a file that can be read, got {error.strerror!r} for {path}. "
-            "A trace is a folder with layout.json and events.csv."
+            f"layout must be a file that can be read, got {shorten(error.strerror)} for {path}. A "
+            "trace is a folder with layout.json and events.csv."
         ) from error
     except ValueError as error:
         raise ValueError(f"layout must be JSON in UTF-8, got {error} in {path}. Mend it.") from None
@@ -167,7 +167,7 @@ def make_layout_json(layout: Layout) -> str:
     if layout.start is not None:
         parts.append(f'"start": "{layout.start.isoformat()}"')
     if layout.end_s is not None:
-        parts.append(f'"end_s": {layout.end_s!r}')
+        parts.append(f'"end_s": {json.dumps(layout.end_s)}')
     return "{\n " + ",\n ".join(parts) + "\n}\n"
 
 
@@ -176,14 +176,14 @@ def _read_layout(data: Any) -> Layout:
         raise ValueError(f"layout must be a JSON object, got {_shorten(data)}. See docs/traces.md.")
     if data.get("version", LAYOUT_VERSION) != LAYOUT_VERSION:
         raise ValueError(
-            f"version must be {LAYOUT_VERSION}, got {data['version']!r}. "
-            "Install the version of the package that wrote it."
+            f"version must be {LAYOUT_VERSION}, got {shorten(data['version'])}. Install the "
+            "version of the package that wrote it."
         )
     _check_fields("layout", data, _FIELDS)
     rooms = tuple(_read_rooms(data.get("rooms")))
     start, end_s = data.get("start"), data.get("end_s")
     if end_s is not None and not _is_positive(end_s):
-        raise ValueError(f"end_s must be a number of seconds > 0, got {end_s!r}. Mend it.")
+        raise ValueError(f"end_s must be a number of seconds > 0, got {shorten(end_s)}. Mend it.")
     return Layout(
         rooms,
         tuple(_read_furniture(data.get("furniture"), rooms)),
@@ -212,7 +212,7 @@ def _read_furniture(rows: Any, rooms: tuple[Room, ...]) -> Iterator[Furniture]:
         if room is None:
             raise ValueError(
                 f"{where}.room must be one of {', '.join(r.name for r in rooms)}, got "
-                f"{entry['room']!r}. Add the room, or mend its name."
+                f"{shorten(entry['room'])}. Add the room, or mend its name."
             )
         label = _read_label(f"{where}.label", entry.get("label"), name)
         description = entry.get("description")
@@ -238,14 +238,16 @@ def _check_fields(where: str, row: Mapping[str, Any], fields: tuple[str, ...]) -
     for name in row:
         if name not in fields:
             raise ValueError(
-                f"{where} must have the fields {', '.join(fields)}, got {name!r}. Remove it."
+                f"{where} must have the fields {', '.join(fields)}, got {shorten(name)}. Remove it."
             )
 
 
 def _read_name(what: str, name: Any, seen: set[str]) -> str:
     words = read_words(what, name)
     if words in seen:
-        raise ValueError(f"{what} must be unique, got {name!r} again. Number them: {name} 2.")
+        raise ValueError(
+            f"{what} must be unique, got {shorten(name)} again. Number them: {name} 2."
+        )
     seen.add(words)
     return str(name).strip()
 

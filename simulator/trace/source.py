@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from simulator.checks import check_at_least
 from simulator.memory.clock import DEFAULT_STEP_SECONDS
 from simulator.priors.prior_graph import PriorGraph
 from simulator.trace.episode import Episode, make_episode, split_days
@@ -97,8 +98,7 @@ class RecordedSource(HomeSource):
         replays: int,
     ) -> None:
         super().__init__(prior, home)
-        if replays < 1:
-            raise ValueError(f"replays must be at least 1, got {replays}. Play each home once.")
+        check_at_least(1, replays=replays)
         self._cut = (step_seconds, by_day)
         self._replays = replays
         self.traces = list(traces)

@@ -82,7 +82,7 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
     try:
         data = read_json(path)
         if data["version"] != TRUTH_VERSION:
-            raise ValueError(f"version {data['version']!r} instead of {TRUTH_VERSION}")
+            raise ValueError(f"version {shorten(data['version'])} instead of {TRUTH_VERSION}")
         truth = Truth(
             HomeConfig.from_json(data["rules"]),
             float(data["step_seconds"]),
@@ -120,5 +120,7 @@ def _read_weights(data: Any, num_places: int) -> Weights:
     }
     for text, row in weights.items():
         if not all(0 <= place < num_places and weight >= 0 for place, weight in row.items()):
-            raise ValueError(f"a place outside the layout, or a negative weight, for {text!r}")
+            raise ValueError(
+                f"a place outside the layout, or a negative weight, for {shorten(text)}"
+            )
     return weights

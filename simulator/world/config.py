@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from simulator.checks import check_at_least
+from simulator.messages import shorten
 from simulator.world.dynamics import DYNAMICS, Dynamics
 from simulator.world.paper_dynamics import PaperDynamics
 from simulator.world.sensing import SENSING, ConstantMisses, Sensing
@@ -72,17 +74,17 @@ class HomeConfig:
                 f"furniture_per_room must be one number, or one for each of the {len(self.rooms)} "
                 f"rooms, got {len(sizes)}. Name as many as there are rooms."
             )
-        for name, lowest in (
-            ("furniture_per_room", min(sizes)),
-            ("objects_per_furniture", self.objects_per_furniture),
-            ("max_looks", 1 if self.max_looks is None else self.max_looks),
-            ("looks_per_step", self.looks_per_step),
-        ):
-            if lowest < 1:
-                raise ValueError(f"{name} must be at least 1, got {lowest}. Raise it.")
+        check_at_least(
+            1,
+            furniture_per_room=min(sizes),
+            objects_per_furniture=self.objects_per_furniture,
+            max_looks=self.max_looks,
+            looks_per_step=self.looks_per_step,
+        )
         if self.looks not in LOOKS:
             raise ValueError(
-                f"looks must be one of {', '.join(LOOKS)}, got {self.looks!r}. Choose one of these."
+                f"looks must be one of {', '.join(LOOKS)}, got {shorten(self.looks)}. Choose one "
+                "of these."
             )
         for name, share in (
             ("noise_zero_prob", self.noise_zero_prob),

@@ -8,6 +8,8 @@ from dataclasses import asdict
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from simulator.messages import shorten
+
 if TYPE_CHECKING:
     from typing_extensions import Self
 
@@ -82,18 +84,18 @@ class Registry(dict[str, str]):
         name = fields.pop("name")
         if name not in self:
             raise ValueError(
-                f"{self._what} of a file must be one of {', '.join(self)}, got {name!r}. "
+                f"{self._what} of a file must be one of {', '.join(self)}, got {shorten(name)}. "
                 "Add it to the registry first."
             )
         try:
             return self.find(base, name).from_json(fields)
         except TypeError as error:
-            raise ValueError(f"{self._what} {name!r} has other fields: {error}") from None
+            raise ValueError(f"{self._what} {shorten(name)} has other fields: {error}") from None
 
     def _say(self, name: str) -> str:
         return (
-            f"{self._what} must be one of {', '.join(self)}, or the import path of a class, "
-            f"got {name!r}"
+            f"{self._what} must be one of {', '.join(self)}, or the import path of a class, got "
+            f"{shorten(name)}"
         )
 
     @property

@@ -12,6 +12,7 @@ import numpy as np
 from simulator.arrays.grouped import compute_rank_in_group
 from simulator.arrays.ragged import pad_rows
 from simulator.memory.clock import make_clock_rows
+from simulator.messages import shorten
 from simulator.priors.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig, spread_configs
 from simulator.world.descriptions import Adjectives, DescriptionTable
@@ -346,8 +347,8 @@ def _find_rooms(rooms: Sequence[str], layout_rooms: Sequence[str]) -> np.ndarray
     for room in layout_rooms:
         if room not in rooms:
             raise ValueError(
-                f"room of a layout must be one of {', '.join(rooms)}, got {room!r}. "
-                "Name it in the rooms of the config."
+                f"room of a layout must be one of {', '.join(rooms)}, got {shorten(room)}. Name it "
+                "in the rooms of the config."
             )
     runs = [room for room, _ in itertools.groupby(layout_rooms)]
     if len(runs) > len(set(runs)):
@@ -364,8 +365,8 @@ def _find_nodes(prior: PriorGraph, layout: Sequence[tuple[str, str]]) -> np.ndar
     for place in layout:
         if place not in nodes:
             raise ValueError(
-                f"furniture of a layout must be in the prior, got {place[1]!r} in {place[0]!r}. "
-                "Use furniture that the prior knows in that room."
+                f"furniture of a layout must be in the prior, got {shorten(place[1])} in "
+                f"{shorten(place[0])}. Use furniture that the prior knows in that room."
             )
     return np.array([nodes[place] for place in layout], dtype=np.int32)
 
@@ -384,8 +385,8 @@ def _index_nodes(
     for room, nodes in usable.items():
         if len(nodes) == 0:
             raise ValueError(
-                f"room must have furniture that can hold an object, got none for {room!r} in the "
-                f"prior, whose rooms are {', '.join(prior.rooms)}. Choose other rooms, or add "
-                "furniture with placements to the prior."
+                f"room must have furniture that can hold an object, got none for {shorten(room)} "
+                f"in the prior, whose rooms are {', '.join(prior.rooms)}. Choose other rooms, or "
+                "add furniture with placements to the prior."
             )
     return usable

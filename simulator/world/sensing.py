@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from simulator.messages import shorten
 from simulator.world.homes import NUM_RELATIONS, Homes
 from simulator.world.parts import Part, Registry
 
@@ -272,7 +273,7 @@ def _check_rates(rates: Mapping[str, float]) -> None:
     for label, rate in rates.items():
         if not 0 <= rate <= 1:
             raise ValueError(
-                f"rate of {label!r} must lie in [0, 1], got {rate}. Give a probability."
+                f"rate of {shorten(label)} must lie in [0, 1], got {rate}. Give a probability."
             )
 
 

@@ -7,6 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from simulator.checks import check_seed
+from simulator.messages import shorten
+
 # Homes of different splits never share a stream, whatever their index.
 SPLITS = ("train", "val", "test")
 
@@ -100,11 +103,11 @@ class Streams:
         Raises:
             ValueError: if the seed, the split or a home number is out of range.
         """
-        if seed < 0:
-            raise ValueError(f"seed must be non-negative, got {seed}. Choose 0 or more.")
+        check_seed(seed)
         if split not in SPLITS:
             raise ValueError(
-                f"split must be one of {', '.join(SPLITS)}, got {split!r}. Choose one of these."
+                f"split must be one of {', '.join(SPLITS)}, got {shorten(split)}. Choose one of "
+                "these."
             )
         if len(homes) < 1 or min(homes) < 0:
             raise ValueError(

@@ -15,8 +15,9 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 
 from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
+from nep.config_files import CONFIG_FOLDER, find_configs
 from nep.encoders import MLP
-from nep.fit import CONFIG_FOLDER, FitCLI, find_configs, main
+from nep.fit import FitCLI, main
 from nep.model.module import NEPModule
 from nep.players.checkpoints import load_trained
 from nep.players.policy import NEPPolicy
@@ -120,15 +121,26 @@ def test_an_ablation_is_put_after_the_config_of_a_model(
 
 
 def test_a_file_here_goes_before_the_packaged_one(folder):
-    packaged = str(CONFIG_FOLDER / "gcn.yaml")
-    assert find_configs(["--config", "gcn.yaml"]) == ["--config", packaged]
-    assert find_configs(["--config=gcn.yaml", "-c", "gcn.yaml"]) == [
-        f"--config={packaged}",
-        "-c",
-        packaged,
-    ]
+    packaged = [f"--config={CONFIG_FOLDER / name}" for name in ("paper.yaml", "gcn.yaml")]
+    assert find_configs(["--config", "gcn.yaml"]) == packaged
+    assert find_configs(["--config=gcn.yaml", "-c", "gcn.yaml"]) == 2 * packaged
     (folder / "gcn.yaml").write_text("seed_everything: 3")
-    assert find_configs(["--config", "gcn.yaml"]) == ["--config", "gcn.yaml"]
+    assert find_configs(["--config", "gcn.yaml"]) == ["--config=gcn.yaml"]
+
+
+def test_a_config_builds_on_another(folder):
+    """It says what differs; what is saved says everything, and names no other file."""
+    (folder / "mine.yaml").write_text("# ours\nbase: heat_plus.yaml\ndata:\n  steps: 7\n")
+    cli = FitCLI(["--config", "mine.yaml", "--data.num_homes=3"])
+    assert type(cli.model.predictor.encoder).__name__ == "HEAT"  # heat.yaml
+    assert cli.model.hparams["learning_rate"] == 1e-3  # heat_plus.yaml
+    assert cli.datamodule.train_config.steps == 7
+    assert cli.datamodule.train_config.num_homes == 3
+    assert cli.datamodule.builder.config.belief
+    assert cli.config.data.batch_size == 100  # paper.yaml
+    assert cli.config.trainer.logger.init_args.save_dir == "runs"
+    assert cli.config.trainer.logger.init_args.name == "heat_plus"
+    assert "base" not in cli.config
 
 
 @pytest.mark.parametrize(
@@ -143,6 +155,7 @@ def test_a_file_here_goes_before_the_packaged_one(folder):
         (["--config", "heat.yaml", "--model.encoder.init_args.heads", "3"], "got 3 heads for 64"),
         (["--config", "heat.yaml", "--data.num_homes", "0"], "num_homes must be at least 1, got 0"),
         (["--config", "heat.yaml", "--model.encoder", "nep.encoders.GAT"], "nep.encoders.GAT"),
+        (["--base", "heat.yaml"], "--base must stand in a config file, got --base on the command"),
     ],
 )
 def test_bad_input_ends_with_a_message(args, message, folder, capsys):
@@ -155,11 +168,19 @@ def test_bad_input_ends_with_a_message(args, message, folder, capsys):
 
 def test_unknown_key_in_a_config_file_is_named(folder, capsys):
     (folder / "my.yaml").write_text(
-        (CONFIG_FOLDER / "heat.yaml").read_text().replace("  num_homes:", "  num_hauses:")
+        (CONFIG_FOLDER / "paper.yaml").read_text().replace("  num_homes:", "  num_hauses:")
     )
     with pytest.raises(SystemExit):
         main(["--config", "my.yaml"])
     assert "hauses" in capsys.readouterr().err
+
+
+def test_a_base_that_is_no_packaged_config_is_named(folder, capsys):
+    (folder / "my.yaml").write_text("base: hot.yaml\n")
+    with pytest.raises(SystemExit):
+        main(["--config", "my.yaml"])
+    error = " ".join(capsys.readouterr().err.split())
+    assert "base must be a packaged config, got 'hot.yaml' in my.yaml. Choose from: any_" in error
 
 
 def test_damaged_data_ends_with_a_message_that_names_the_file(folder, capsys):

@@ -45,7 +45,18 @@ def test_missing_checkpoints_are_named(tmp_path, capsys):
 
 
 def test_the_shipped_network_plays(tmp_path, capsys):
-    args = ["run", "--policy", "nep", "--checkpoint", "heat", "--runs", "4",
+    """Options of the network may stand before the command."""
+    args = ["--checkpoint", "heat", "run", "--policy", "nep", "--runs", "4",
             "--queries-per-home", "4", "--quiet", "--out", str(tmp_path / "runs.json")]  # fmt: skip
     assert main(args) == 0
     assert "| nep | " in capsys.readouterr().out
+
+
+def test_the_network_is_in_the_help_and_its_options_are_checked(capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["run", "--help"])
+    assert stop.value.code == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "the network: a checkpoint, an exported folder or one that ships" in text
+    assert main(["run", "--threads", "0"]) == 2
+    assert capsys.readouterr().err == "error: threads must be at least 1, got 0. Raise it.\n"

@@ -18,6 +18,7 @@ from nep.paper.plan import plan_stages
 from nep.paper.stages import _THREAD_VARIABLES
 from nep.paper.training import Training
 from nep.reproduce import _LOCK, _make_parser, _make_plan, main
+from simulator.command_line import parse
 from simulator.policies import POLICIES
 
 pytestmark = pytest.mark.slow
@@ -35,7 +36,7 @@ def reproduce(folder: Path, *options: str) -> None:
 
 def make_plan(folder: Path, *options: str):
     arguments = [*TINY, *map(str, list_folders(folder)), *options]
-    return _make_plan(_make_parser().parse_args(arguments))
+    return _make_plan(parse(_make_parser(), arguments))
 
 
 def list_jobs(plan):
@@ -119,6 +120,20 @@ def test_what_has_changed_is_run_again(folder):
     assert [job.after for job in jobs] == [(), (jobs[0].name,), (jobs[1].name,)]
 
 
+def test_the_released_codes_homes_are_learnt_and_played_in(tmp_path):
+    """24 places in training and test; what was played in other homes is not taken for it."""
+    plan = make_plan(tmp_path, "--table", "figure", "--homes", "paper")
+    training = plan.make_training(enter(plan.models[0], ABLATION_SETTING))
+    home = FitCLI(training.list_all_options()).datamodule.train_config.homes.home
+    assert (home.furniture_per_room, home.objects_per_furniture, home.max_looks) == (6, 5, 10)
+    evaluation = plan.make_evaluation(ABLATION_SETTING, "random")
+    evaluation.run()
+    assert evaluation.is_done()
+    text = make_plan(tmp_path, "--table", "figure")
+    assert not text.make_evaluation(ABLATION_SETTING, "random").is_done()
+    assert "--homes paper" in plan.describe("1").command
+
+
 def test_a_damaged_checkpoint_is_trained_again(folder):
     training = make_training(folder)
     content = training.checkpoint.read_bytes()
@@ -189,9 +204,10 @@ def test_configs_keep_what_they_say(tmp_path):
         "--seed_everything=3", "--data.seed=3", "--config=heat.yaml", "--data.task=find_object",
         "--data.home.dynamic_nodes=false", "--trainer.max_epochs=1",
     ]  # fmt: skip
-    lines = training.describe()["configs"]["heat.yaml"]
-    assert "  learning_rate: 1.0e-4" in lines
-    assert not any(line.startswith("#") for line in lines)
+    configs = training.describe()["configs"]
+    assert list(configs) == ["paper.yaml", "heat.yaml"]  # what it builds on, too
+    assert "  learning_rate: 1.0e-4" in configs["paper.yaml"]
+    assert not any(line.startswith("#") for lines in configs.values() for line in lines)
     defaults = {model.name for model in find_models(None)}
     assert {"hms", "mlp", "gcn", "heat"} <= defaults
     assert not {"hgt", "han"} & defaults  # only where they are named
@@ -219,10 +235,7 @@ def test_a_config_by_path_is_a_model_by_its_name(tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (
-            ["--table", "3"],
-            r"invalid choice: '3' \(choose from '?1'?, '?2'?, '?figure'?, '?all'?\)",
-        ),
+        (["--table", "3"], "table must be one of 1, 2, figure, all, got '3'. Choose one."),
         (["--models", "gat"], "model must be one of hms, mlp, .*, got 'gat'. Choose one"),
         (["--models", "no.yaml"], "config must be a file or a packaged config, got 'no.yaml'. Ch"),
         (["--models", "a/mlp.yaml"], "must be named otherwise than models, .*, got 'a/mlp.yaml'"),

@@ -1,5 +1,8 @@
 """Values in messages are cut; nothing makes it fail."""
 
+import re
+from pathlib import Path
+
 import pytest
 
 from simulator.messages import shorten, shorten_values
@@ -30,3 +33,16 @@ def test_values_within_a_message_are_cut_and_the_rest_stays():
         f"time must be a number, got '{'x y ' * 50}...' and {'z' * 200}... here. Mend it."
     )
     assert shorten_values("short, got 'a b' here") == "short, got 'a b' here"
+
+
+def test_no_message_repeats_a_whole_value():
+    """What is no message is written by `repr`."""
+    root = Path(__file__).parents[2]
+    found = [
+        f"{path.relative_to(root)}: {line.strip()}"
+        for package in ("simulator", "datamodules", "nep")
+        for path in (root / package).rglob("*.py")
+        for line in path.read_text(encoding="utf-8").splitlines()
+        if re.search(r"\{[^{}]+!r\}", line)
+    ]
+    assert found == [], "write {shorten(value)} instead of {value!r}"

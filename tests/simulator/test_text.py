@@ -264,9 +264,9 @@ def test_command_line_writes_a_pipeline_that_loads(
 ) -> None:
     monkeypatch.setattr(train, "load_taxonomy", lambda: TINY_TAXONOMY)
     out = tmp_path / "new" / "folder"
-    train.main(["--out", str(out), "--epochs", "1"])
+    train.main(["--out", str(out), "--epochs", "1", "--batch-size", "64"])
     assert set(json.loads(capsys.readouterr().out)["accuracy"]) == set(train.load_evaluation())
     assert TextVectors(out).name == f"en_household-{train.VERSION}"
     with pytest.raises(SystemExit):
         train.main(["--out", str(out), "--epochs", "0"])
-    assert "--epochs must be at least 1, got 0" in capsys.readouterr().err
+    assert "error: epochs must be at least 1, got 0" in capsys.readouterr().err

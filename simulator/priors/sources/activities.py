@@ -1,24 +1,20 @@
 """What people use where, by kind of activity: read from BEHAVIOR's definitions.
 
-`python -m simulator.priors.sources.activities --out FILE` writes the table that
+`python -m simulator.priors activities --out FILE` writes the table that
 `simulator.world.routine.kinds` loads; the package `bddl` is needed for that alone.
 """
 
 from __future__ import annotations
 
-import argparse
 import csv
-import json
 import re
-import sys
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from simulator.files import write_whole
 from simulator.priors.sources.behavior import find_places, find_synset, parse_expression, walk_facts
 from simulator.priors.sources.counts import PlacementCounts
 from simulator.priors.sources.packages import find_package_data
@@ -169,26 +165,3 @@ def make_table(kinds: Mapping[str, KindCounts]) -> dict[str, Any]:
 def _read_assumed() -> Iterator[dict[str, str]]:
     path = resources.files("simulator.priors").joinpath("data", "assumed_activities.csv")
     yield from csv.DictReader(path.read_text(encoding="utf-8").splitlines())
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the table; return the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m simulator.priors.sources.activities")
-    parser.add_argument("--out", type=Path, required=True, help="the JSON file to write")
-    parser.add_argument("--bddl", type=Path, help="folder of the package bddl")
-    options = parser.parse_args(arguments)
-    try:
-        kinds, left_out = count_activities(options.bddl)
-    except (ValueError, OSError, ModuleNotFoundError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
-    text = json.dumps(make_table(kinds), indent=1) + "\n"
-    write_whole(options.out, text.encode())
-    for kind, counts in kinds.items():
-        print(f"{kind}: {counts.num_activities} activities, {len(counts.objects)} object types")
-    print(f"of no kind: {len(left_out)} ({', '.join(left_out)})")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -7,6 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from simulator.messages import shorten
 from simulator.priors.prior_graph import PriorGraph
 from simulator.priors.sources.behavior import count_behavior
 from simulator.priors.sources.counts import PlacementCounts
@@ -53,11 +54,13 @@ def load_source(
     key, _, text = name.partition("=")
     path = Path(text) if text else None
     if key not in SOURCES:
-        raise ValueError(f"source must be one of {', '.join(SOURCES)}, got {key!r}. Choose one.")
+        raise ValueError(
+            f"source must be one of {', '.join(SOURCES)}, got {shorten(key)}. Choose one."
+        )
     if path is None and key in NEEDS_PATH:
-        raise ValueError(f"source {key!r} must have a path, got none. Write {key}=PATH.")
+        raise ValueError(f"source {shorten(key)} must have a path, got none. Write {key}=PATH.")
     if path is not None and not path.exists():
-        raise FileNotFoundError(f"source {key!r} must exist, got {path}. Correct the path.")
+        raise FileNotFoundError(f"source {shorten(key)} must exist, got {path}. Correct the path.")
     counters: dict[str, Callable[[], PlacementCounts]] = {
         "procthor": lambda: count_procthor_databases(
             path, num_houses=num_houses, seed=seed, progress=progress

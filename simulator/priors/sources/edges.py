@@ -7,6 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from simulator.messages import shorten
 from simulator.priors.sources.counts import PlaceKey, PlacementCounts
 from simulator.priors.types import ROOMS, TypeTables
 
@@ -72,8 +73,8 @@ def _spread_rooms(key: PlaceKey, rooms_of: Mapping[str, set[str]], source: str) 
     rooms = sorted(rooms_of.get(furniture, ()))
     if not rooms:
         raise ValueError(
-            f"a placement without a room must be of furniture with known rooms, got "
-            f"{furniture!r} from {source}. Name a room for it."
+            "a placement without a room must be of furniture with known rooms, got "
+            f"{shorten(furniture)} from {source}. Name a room for it."
         )
     return [(other, furniture, label, relation) for other in rooms]
 

@@ -9,6 +9,7 @@ from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
+from simulator.messages import shorten
 from simulator.priors.sources.counts import PlaceKey, PlacementCounts
 from simulator.priors.types import load_names, load_types
 
@@ -77,11 +78,11 @@ def _read_model(
         relation = RELATIONS.get(parts[-1].lower()) if len(parts) == 3 else None
         if relation is None:
             rule = "key must be furniture-room-onTop or furniture-room-inside"
-            _report(f"{rule}, got {key!r} in {where}", counts, skip_bad)
+            _report(f"{rule}, got {shorten(key)} in {where}", counts, skip_bad)
             continue
         if not _is_weight(weight):
-            rule = f"weight of {key!r} must be a finite number >= 0"
-            _report(f"{rule}, got {weight!r} in {where}", counts, skip_bad)
+            rule = f"weight of {shorten(key)} must be a finite number >= 0"
+            _report(f"{rule}, got {shorten(weight)} in {where}", counts, skip_bad)
             continue
         furniture = names.find_furniture(parts[0])
         room = names.find_room(re.sub(r"_\d+$", "", parts[1]))

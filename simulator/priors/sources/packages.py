@@ -5,6 +5,8 @@ from __future__ import annotations
 from importlib.util import find_spec
 from pathlib import Path
 
+from simulator.messages import shorten
+
 INSTALL = 'Install them with `pip install --no-deps "procthor==0.0.1.dev2" "bddl==3.6.0"`'
 
 
@@ -19,11 +21,13 @@ def find_package_data(package: str, folder: str) -> Path:
     spec = find_spec(package)
     if spec is None or not spec.submodule_search_locations:
         raise ModuleNotFoundError(
-            f"building the default prior must find the package {package!r}, got none. {INSTALL}."
+            f"building the default prior must find the package {shorten(package)}, got none. "
+            f"{INSTALL}."
         )
     path = Path(spec.submodule_search_locations[0], folder)
     if not path.is_dir():
         raise ModuleNotFoundError(
-            f"package {package!r} must hold the folder {folder!r}, got none at {path}. {INSTALL}."
+            f"package {shorten(package)} must hold the folder {shorten(folder)}, got none at "
+            f"{path}. {INSTALL}."
         )
     return path

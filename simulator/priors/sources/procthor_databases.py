@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from simulator.checks import check_at_least
 from simulator.priors.sources.counts import PlacementCounts
 from simulator.priors.sources.packages import find_package_data
 from simulator.priors.sources.procthor_assets import (
@@ -68,8 +69,7 @@ def count_procthor_databases(
 
     Source: ProcTHOR (Deitke et al., 2022), generator rules; the code is ours.
     """
-    if num_houses < 1:
-        raise ValueError(f"num_houses must be >= 1, got {num_houses}. Sample some houses.")
+    check_at_least(1, num_houses=num_houses)
     assets = load_assets(find_package_data("procthor", "databases") if folder is None else folder)
     rng = np.random.default_rng(np.random.SeedSequence([0x70726F63, seed]))
     draw = _draw_uniforms(rng).__next__

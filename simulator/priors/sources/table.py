@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from simulator.files import parse_json
+from simulator.messages import shorten
 from simulator.priors.sources.counts import PlacementCounts
 from simulator.priors.types import load_names, load_types
 
@@ -86,7 +87,7 @@ def _read_rows(path: Path) -> Iterator[tuple[str, Any]]:
 
 def _read_row(row: Any) -> tuple[str, str, str, str | None, float]:
     if not isinstance(row, Mapping):
-        raise ValueError(f"row must be an object, got {row!r}")
+        raise ValueError(f"row must be an object, got {shorten(row)}")
     unknown = [str(column) for column in row if column not in COLUMNS]
     if unknown:
         raise ValueError(f"row must have the columns {', '.join(COLUMNS)}, got {unknown}")
@@ -96,12 +97,12 @@ def _read_row(row: Any) -> tuple[str, str, str, str | None, float]:
             raise ValueError(f"{column} must be named, got nothing")
     relation = RELATIONS.get(texts["relation"].lower()) if texts["relation"] else None
     if texts["relation"] and relation is None:
-        raise ValueError(f"relation must be onTop or in, got {texts['relation']!r}")
+        raise ValueError(f"relation must be onTop or in, got {shorten(texts['relation'])}")
     raw = row.get("weight")
     try:
         weight = 1.0 if raw is None or raw == "" else float(raw)
     except (TypeError, ValueError):
         weight = math.nan
     if not math.isfinite(weight) or weight < 0:
-        raise ValueError(f"weight must be a number >= 0, got {raw!r}")
+        raise ValueError(f"weight must be a number >= 0, got {shorten(raw)}")
     return texts["room"], texts["furniture"], texts["object"], relation, weight

@@ -6,7 +6,6 @@ layers) learns vectors whose cosines are those of the facets in taxonomy.json.
 
 from __future__ import annotations
 
-import argparse
 import json
 import logging
 import time
@@ -29,6 +28,9 @@ from thinc.api import (
     set_dropout_rate,
 )
 
+from simulator.checks import check_at_least
+from simulator.command_line import make_parser, one_line_errors, parse
+from simulator.process import run_main
 from simulator.text.vectors import TextVectors
 
 FloatArray = NDArray[np.float32]
@@ -248,20 +250,18 @@ def compute_accuracy(text: TextVectors) -> dict[str, float]:
 
 def main(arguments: list[str] | None = None) -> None:
     """Train, save, and print how many of the evaluation's triples hold."""
-    parser = argparse.ArgumentParser(prog="python -m simulator.text.train", description=__doc__)
+    parser = make_parser("python -m simulator.text.train", "Train the small text pipeline.")
     parser.add_argument("--out", type=Path, required=True, help="folder for the pipeline")
     parser.add_argument("--epochs", type=int, default=40)
-    parser.add_argument("--batch-size", type=int, default=128)
-    parser.add_argument("--learning-rate", type=float, default=5e-3)
+    parser.add_argument("--batch_size", type=int, default=128)
+    parser.add_argument("--learning_rate", type=float, default=5e-3)
     parser.add_argument("--seed", type=int, default=0)
-    options = parser.parse_args(arguments)
-    for name in ("epochs", "batch_size"):
-        if getattr(options, name) < 1:
-            option = "--" + name.replace("_", "-")
-            parser.error(f"{option} must be at least 1, got {getattr(options, name)}. Raise it")
+    with one_line_errors(status=2):
+        options = parse(parser, arguments)
+        check_at_least(1, epochs=options.epochs, batch_size=options.batch_size)
+        options.out.mkdir(parents=True, exist_ok=True)  # before the minutes of training
     logging.basicConfig(format="%(message)s")
     logger.setLevel(logging.INFO)
-    options.out.mkdir(parents=True, exist_ok=True)  # before the minutes of training
     start = time.perf_counter()
     evaluation = load_evaluation()
     nlp = train(
@@ -284,4 +284,4 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

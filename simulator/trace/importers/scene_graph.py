@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from simulator.messages import shorten
 from simulator.priors.types import load_names
 from simulator.trace.importers.home_builder import HomeBuilder
 from simulator.trace.trace import Trace
@@ -63,8 +64,8 @@ def read_scene_graph(
         graph = spark_dsg.DynamicSceneGraph.load(str(path))
     except (RuntimeError, ValueError, IndexError) as error:
         raise ValueError(
-            f"scene graph must be one that spark_dsg saved, got {str(error)[:80]!r} for {path}. "
-            "Save it again with DynamicSceneGraph.save."
+            f"scene graph must be one that spark_dsg saved, got {shorten(str(error)[:80])} for "
+            f"{path}. Save it again with DynamicSceneGraph.save."
         ) from None
     reader = _GraphReader(spark_dsg, graph, HomeBuilder(furniture_labels))
     reader.read()

@@ -22,7 +22,7 @@ _EARLIEST = datetime(2024, 1, 1)
 
 
 def _default_views() -> dict[str, float]:
-    return {TRUE: 0.3, NOISY: 0.25, UNKNOWN_WORDS: 0.25, OTHER_HOME: 0.1, NONE: 0.1}
+    return {TRUE: 0.25, NOISY: 0.2, UNKNOWN_WORDS: 0.35, OTHER_HOME: 0.1, NONE: 0.1}
 
 
 @dataclass(frozen=True)

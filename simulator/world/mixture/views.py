@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from simulator.priors.prior_graph import PriorGraph
@@ -11,17 +13,17 @@ from simulator.world.streams import Streams
 
 TRUE = "true"  # as the homes were drawn
 NOISY = "noisy"  # weights blurred, and some forgotten
-UNKNOWN_WORDS = "unknown words"  # part of the labels are words that the prior does not know
+UNKNOWN_WORDS = "unknown words"  # noisy, and part of the labels are words that it does not know
 OTHER_HOME = "other home"  # the weights of other types: confident and wrong
 NONE = "none"  # no weights
 BLENDED = "blended"  # half the true weights, half those of other types; in test homes alone
 VIEWS = (TRUE, NOISY, UNKNOWN_WORDS, OTHER_HOME, NONE, BLENDED)
 
 _UNKNOWN_SHARE = 0.4  # of the labels of a home with unknown words
-_STRANGER_SHARE = 0.15  # of these: names of other things, which say nothing
+_STRANGER_SHARE = 0.25  # of these: names of other things, which say nothing
 _SYNONYM_SHARE = 0.35  # of these: synonyms, where there are any; all others keep their word
 _FORGOTTEN_SHARE = 0.3  # of the weights of a noisy prior
-_NOISE = 1.0  # standard deviation of the logarithm of the others
+_NOISE = (0.3, 1.5)  # standard deviation of the logarithm of the others, evenly in between
 
 
 class MixedHomes(SampledHomes):
@@ -58,19 +60,36 @@ class MixedHomes(SampledHomes):
             own = seen[home, :, : self.home_num_furniture[home]]
             if view == UNKNOWN_WORDS:
                 own[self._is_unknown[home, : len(own)]] = 0  # nor may words lead there
-                continue
             rng = self.streams.generator("prior view", home)
             if view == NONE:
                 own[:] = 0
-            if view == NOISY:
+            if view in (NOISY, UNKNOWN_WORDS):
                 own[rng.random(own.shape) < _FORGOTTEN_SHARE] = 0
-                own *= np.exp(rng.normal(0, _NOISE, own.shape))
+                own *= np.exp(rng.uniform(*_NOISE) * self._draw_noise(rng, own.shape))
             if view in (OTHER_HOME, BLENDED):
                 others = own[rng.permutation(len(own))]
                 own[:] = others if view == OTHER_HOME else (own + others) / 2
             total = own.sum(axis=(1, 2), keepdims=True)
             np.divide(own, total, out=own, where=total > 0)
         return seen
+
+    def _draw_noise(self, rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
+        """Draw standard normal noise of weights, (O, F, 2), by which a home differs from the prior.
+
+        A third of its variance is that of a place and a third that of a kind: what is kept
+        together elsewhere is kept together here, so that no mean over similar things removes it.
+        """
+        place, kind, own = (rng.normal(size=size) for size in ((1, *shape[1:]), shape, shape))
+        return (place + np.einsum("op,pfr->ofr", self._kinship, kind) + own) / np.sqrt(3)
+
+    @cached_property
+    def _kinship(self) -> np.ndarray:
+        """How alike the object types of the prior are kept, rows of length one, (O, O)."""
+        weights = self.prior.weights.reshape(len(self.prior.objects), -1)
+        length = np.sqrt((weights**2).sum(axis=1, keepdims=True))
+        unit = np.divide(weights, length, out=np.zeros_like(weights), where=length > 0)
+        alike = (unit @ unit.T) ** 4 + np.eye(len(unit)) * (length == 0)
+        return alike / np.sqrt((alike**2).sum(axis=1, keepdims=True))
 
     def _rename(self, home: int) -> None:
         """Let the prior not know part of the types, and give part of the labels other words."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
+from simulator.messages import shorten
 from simulator.world.dynamics import Dynamics
 from simulator.world.routine.occasions import DEFAULT_OCCASIONS, Occasion, check_occasions
 
@@ -158,8 +159,8 @@ class RoutineDynamics(Dynamics):
             return Clock(datetime.fromisoformat(self.start_time), self.step_seconds)
         except (TypeError, ValueError) as error:
             raise ValueError(
-                "start_time and step_seconds must be a date and time and a number of seconds, "
-                f"got {self.start_time!r} and {self.step_seconds!r}: {error}"
+                "start_time and step_seconds must be a date and time and a number of seconds, got "
+                f"{shorten(self.start_time)} and {shorten(self.step_seconds)}: {error}"
             ) from None
 
     @classmethod

@@ -7,9 +7,9 @@ import shutil
 import numpy as np
 import pytest
 
-from nep.any_home import list_players, main, note_kinds
+from nep.any_home import main, note_kinds
 from nep.kinds.kinds import list_simulated
-from nep.kinds.play import HOME_COLUMNS, SHARED_COLUMNS
+from nep.kinds.play import HOME_COLUMNS, SHARED_COLUMNS, list_players
 from nep.kinds.table import find_best_rule, make_overview, make_table
 from nep.players.shipped import PRETRAINED
 

@@ -18,7 +18,17 @@ def make_scores(values) -> ScoreSummary:
     right = np.array([[True, False], [True, False]])
     share = np.full((2, 2), 0.75)
     return ScoreSummary.of(
-        TaskScores(np.array(values, dtype=float), right, ~right, right, share, share, 2 - right)
+        TaskScores(
+            np.array(values, dtype=float),
+            right,
+            ~right,
+            right,
+            share,
+            share,
+            2 - right,
+            right,
+            share,
+        )
     )
 
 
@@ -48,6 +58,7 @@ def test_rows_by_hand(looks):
         {
             "accuracy": 0.5,
             "away_accuracy": 1,  # what was away was right
+            "out_of_place_accuracy": 1,
             "calibration_error": 0.25,  # confidence 0.75, accuracy 0.5
             "nll": -np.log(0.75),
             "candidate_recall": 0.5,
@@ -65,9 +76,10 @@ def test_without_the_policies_to_compare_with_there_are_no_such_columns(looks):
     rows = compute_rows(TASKS["find_object"], {"NEP": looks["NEP"]})
     header, cells = format_table(TASKS["find_object"], rows)
     assert header == [
-        "policy", "looks", "std", "answers right", "right if away", "ECE", "NLL", "recall"
+        "policy", "looks", "std", "answers right", "right if away", "right if out of place", "ECE",
+        "NLL", "recall",
     ]  # fmt: skip
-    assert cells == [["NEP", "3.50", "1.50", "0.500", "1.000", "0.250", "0.29", "0.500"]]
+    assert cells == [["NEP", "3.50", "1.50", "0.500", "1.000", "1.000", "0.250", "0.29", "0.500"]]
     assert rows[0].gap_closed is None
 
 
@@ -92,3 +104,24 @@ def test_one_entry_makes_a_column_everywhere(monkeypatch):
     header, cells = format_table(TASKS["find_object"], rows)
     assert (header[-1], cells[0][-1]) == ("hits@2", "100.0%")
     assert make_csv({"find_object": rows}).splitlines()[0].endswith(",candidate_recall,hits_at_2")
+
+
+def test_a_single_home_has_neither_interval_nor_spread():
+    """Nobody knows how far another home would be from it."""
+    one_home = [
+        TaskScores(np.array([[looks]]), *(np.array([[value]]) for value in (True, True, False)),
+                   np.array([[0.75]]), np.array([[0.75]]), np.array([[1]]),
+                   np.array([[False]]), np.array([[-1]]))
+        for looks in (4.0, 3.0)
+    ]  # fmt: skip
+    scores = dict(zip(("bayesian", "NEP"), map(ScoreSummary.of, one_home), strict=True))
+    rows = compute_rows(TASKS["find_object"], scores)
+    header, cells = format_table(TASKS["find_object"], rows)
+    of_nep = dict(zip(header, cells[1], strict=True))
+    assert of_nep["looks"] == "3.00"
+    assert of_nep["std"] == "n/a"
+    assert of_nep["minus bayesian [95 %]"] == "-1.00 [n/a]"
+    assert of_nep["right if away"] == "n/a"  # it was not away
+
+    (row,) = [row for row in csv.DictReader(io.StringIO(make_csv({"find_object": rows})))][1:]
+    assert (row["minus_bayesian"], row["minus_bayesian_low"], row["std"]) == ("-1.0", "", "")

@@ -219,3 +219,9 @@ def test_probabilities_worked_by_hand():
     assert got[0] == pytest.approx(np.array([3, 36, 0, 16]) / 55)
     nowhere = calibration.compute_probabilities(np.full((1, 3), -np.inf), np.zeros((1, 3), bool))
     assert nowhere[0].tolist() == [0, 0, 0, 1]
+
+
+@pytest.mark.parametrize("source", [None, 3, b"heat", ["heat"]])
+def test_a_network_is_named_by_a_text_or_a_path(source):
+    with pytest.raises(ValueError, match=r"checkpoint must be named by a text or a path, got"):
+        ObjectFinder.load(source)

@@ -17,6 +17,7 @@ from simulator.evidence.question import Question
 from simulator.evidence.question_features import QUESTION_GROUPS
 from simulator.policies.adaptive import Adaptive
 from simulator.tasks.rollout import Rollout
+from simulator.text.alike import Alike
 
 FRIDGE, SHELF, TABLE, BED, BEDROOM_SHELF, DESK = range(6)
 MUG, PLATE = 0, 4
@@ -101,6 +102,31 @@ def test_places_and_others_by_hand(columns):
     fresh = 2 / math.sqrt(5) * math.exp(-4 * 1.5 / 17)
     assert columns["others.companions_now"] == at(table=fresh / max(fresh, 0.5))
     assert columns["others.same_name"] == at()
+
+
+def test_words_by_hand(columns):
+    """The plate, on the table, is the only other thing; mugs and plates have alike names."""
+    cosine = float(Alike(["plate"]).cosines(["mug"])[0, 0])
+    likeness = math.exp((cosine - 1) / 0.1)
+    assert columns["words.most_similar"] == pytest.approx(likeness)
+    assert columns["words.similar_here"] == at(table=likeness / (likeness + 0.1))
+    assert columns["words.is_known"] == 1
+    assert columns["words.furniture_cosine"] == pytest.approx(np.ones(6))
+
+
+def test_what_is_out_of_its_place_by_hand(make_tiny_memory):
+    """The plate: twice on the table, then on the desk; a tenth of the time counts as ten."""
+    memory = make_tiny_memory()
+    for furniture in (TABLE, TABLE, DESK):
+        see(memory, furniture, PLATE)
+    memory.step()
+    columns = compute_features(memory, ask(memory)).place[0]
+    rate = (1 + 0.5) / (2 + 15)  # one move in two steps of following
+    worth = math.exp(-10 * rate)  # seen a step ago
+    strays = columns[:, PLACE_COLUMNS.index("others.strays")]
+    assert strays == at(desk=math.log1p(worth))
+    share = columns[:, PLACE_COLUMNS.index("others.strays_share")]
+    assert share == at(desk=worth / (worth + 0.5))
 
 
 def test_trust_by_hand(columns):

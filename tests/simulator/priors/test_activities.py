@@ -6,12 +6,12 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
+from simulator.priors.__main__ import main
 from simulator.priors.prior_graph import PriorGraph
 from simulator.priors.sources.activities import (
     KIND_WORDS,
     count_activities,
     find_kind,
-    main,
     make_table,
 )  # fmt: skip
 from simulator.world.routine.kinds import (
@@ -66,7 +66,7 @@ def test_activities_are_counted_by_kind(tmp_path):
 
 @pytest.mark.skipif(find_spec("bddl") is None, reason="needs the build-time package bddl")
 def test_the_table_that_ships_is_what_the_command_makes(tmp_path, capsys):
-    assert main(["--out", str(tmp_path / "activities.json")]) == 0
+    assert main(["activities", "--out", str(tmp_path / "activities.json")]) == 0
     made = json.loads((tmp_path / "activities.json").read_text())
     from importlib import resources
 
@@ -78,7 +78,7 @@ def test_the_table_that_ships_is_what_the_command_makes(tmp_path, capsys):
 
 def test_a_broken_definition_is_an_error(tmp_path, capsys):
     write(tmp_path, "cook_bacon", "", "(")
-    assert main(["--out", str(tmp_path / "out.json"), "--bddl", str(tmp_path)]) == 1
+    assert main(["activities", "--out", str(tmp_path / "out.json"), "--bddl", str(tmp_path)]) == 1
     assert "error: " in capsys.readouterr().err
     assert not (tmp_path / "out.json").exists()
 

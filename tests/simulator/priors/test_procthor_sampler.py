@@ -190,7 +190,7 @@ def test_choose_weighted_follows_the_weights():
 
 
 def test_no_houses_and_no_package_are_refused(databases, monkeypatch):
-    with pytest.raises(ValueError, match="num_houses must be >= 1, got 0"):
+    with pytest.raises(ValueError, match="num_houses must be at least 1, got 0"):
         count_procthor_databases(databases, num_houses=0)
     monkeypatch.setattr("simulator.priors.sources.packages.find_spec", lambda name: None)
     with pytest.raises(ModuleNotFoundError, match=r"package 'procthor'.*pip install --no-deps"):

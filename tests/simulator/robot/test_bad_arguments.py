@@ -49,3 +49,29 @@ def test_shares_are_numbers(share):
 def test_a_room_is_an_id(memory):
     with pytest.raises(KeyError, match=r"room must be an id from add_room, got True"):
         memory.add_furniture("table", True)
+
+
+@pytest.mark.parametrize("exclude", [3, "x", None, [1.5]])
+def test_what_is_excluded_is_a_list_of_ids(memory, exclude):
+    finder = Finder(Bayesian())
+    for ask in (finder.rank, finder.search, finder.search_plan):
+        with pytest.raises(ValueError, match=r"exclude must be furniture ids, got .* Give a list"):
+            ask(memory, "mug", exclude=exclude)
+
+
+@pytest.mark.parametrize("value", ["x", None, [1], float("nan")])
+def test_costs_and_bounds_of_a_search_are_numbers(memory, value):
+    finder = Finder(Bayesian())
+    for ask in (finder.search, finder.search_plan):
+        with pytest.raises(ValueError, match=r"look_cost must be a finite number, 0 or more, got"):
+            ask(memory, "mug", look_cost=value)
+    with pytest.raises(ValueError, match=r"give_up_at must lie above 0 and at most at 1, got"):
+        finder.search(memory, "mug", give_up_at=value)
+
+
+@pytest.mark.parametrize("name", ["x" * 100_000, "x\n" * 90])
+def test_a_message_repeats_little_of_a_value(memory, name):
+    for call in (memory.add_room, Sighting, lambda text: memory.move_furniture(text, 0)):
+        with pytest.raises((ValueError, KeyError)) as caught:
+            call(name)
+        assert len(str(caught.value)) < 500

@@ -7,7 +7,7 @@ from simulator.policies import Policy
 from simulator.tasks.evaluation import play_task
 from simulator.tasks.metrics import METRICS, STEP_METRICS
 from simulator.tasks.registry import TASKS
-from simulator.tasks.scores import TaskScores, compute_away
+from simulator.tasks.scores import TaskScores, compute_away, compute_hours
 
 
 def test_away_means_seen_before_and_gone(make_tiny_memory):
@@ -26,6 +26,18 @@ def test_away_means_seen_before_and_gone(make_tiny_memory):
     assert compute_away(memory, queries, answers).tolist() == [False, True, False]
 
 
+def test_hours_run_over_midnight_and_are_unknown_without_a_clock(make_tiny_memory):
+    memory = make_tiny_memory(2)
+    assert compute_hours(memory, np.array([0, 1])).tolist() == [-1, -1]
+    # Home 0: step 0 is Sunday 23:30, a step is 45 minutes. Home 1 has no clock.
+    memory.clock = np.array([[6 * 86400 + 23.5 * 3600, 2700.0], [np.nan, np.nan]])
+    hours = []
+    for _ in range(3):  # 23:30, 0:15, 1:00
+        hours.append(compute_hours(memory, np.array([0, 1, 0])).tolist())
+        memory.step()
+    assert hours == [[23, -1, 23], [0, -1, 0], [1, -1, 1]]
+
+
 @pytest.fixture
 def scores():
     """Two homes of three steps and two answers each."""
@@ -37,6 +49,8 @@ def scores():
         confidence=np.full((2, 2), 0.55),
         likelihood=np.array([[0.5, 0.25], [0.5, 0.25]]),
         rank=np.array([[1, 2], [4, 3]]),
+        is_out_of_place=np.array([[True, True], [False, False]]),
+        hour=np.array([[7, 8], [7, 8]]),
     )
 
 
@@ -45,6 +59,7 @@ def test_metrics_of_answers_by_hand(scores):
         {
             "accuracy": 0.25,  # homes 0.5 and 0
             "away_accuracy": 1 / 3,
+            "out_of_place_accuracy": 1 / 2,
             "calibration_error": 0.55 - 0.25,  # one bin
             "nll": 1.5 * np.log(2),
             "candidate_recall": 0.75,
@@ -69,8 +84,15 @@ def test_every_task_is_scored_with_a_metric_by_name():
 def test_away_accuracy_is_nan_where_nothing_is_away():
     nothing = np.zeros((1, 2), dtype=bool)
     share = np.zeros((1, 2))
-    scores = TaskScores(share, nothing, nothing, nothing, share, share, share)
+    scores = TaskScores(share, nothing, nothing, nothing, share, share, share, nothing, share)
     assert np.isnan(METRICS["away_accuracy"].compute(scores))
+    assert np.isnan(METRICS["out_of_place_accuracy"].compute(scores))
+
+
+def test_the_first_steps_are_skipped(scores):
+    rest = scores.skip(1)  # of three steps; of two answers, one and a third
+    assert rest.values.tolist() == [[1, 2], [5, 8]]
+    assert rest.rank.tolist() == [[2], [3]]
 
 
 def test_groups_are_joined_in_the_order_of_their_homes(scores):

@@ -51,6 +51,17 @@ def test_what_was_written_is_read_again(write_home, tmp_path):
     assert replace(trace, events=trace.events[:-1]).checksum != trace.checksum
 
 
+def test_names_that_differ_in_case_alone_are_an_error(write_home):
+    folder = write_home()
+    path = folder / "events.csv"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text + "90000,Milk,table,in,\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"must not differ in case alone, got 'Milk' after 'milk'"):
+        load_trace(folder)
+    path.write_text(text + "90000,book_7,table,in,\n", encoding="utf-8")  # as "book 7"
+    assert load_trace(folder).events[-1].object == "book 7"
+
+
 names = st.text("ab 1_", min_size=1, max_size=6).filter(lambda text: text.replace("_", " ").strip())
 
 

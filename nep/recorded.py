@@ -1,0 +1,123 @@
+"""The benchmark of recorded homes: `python -m nep.recorded --trace DIR`."""
+
+from __future__ import annotations
+
+import io
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+
+import torch
+from jsonargparse import ArgumentParser, Namespace
+
+from nep.kinds.kinds import choose_kinds, list_benchmark
+from nep.kinds.play import list_players, play_all
+from nep.kinds.table import make_accuracy_table, make_table
+from nep.players.contestants import Checkpoint
+from nep.report.figures import draw_by_hour
+from simulator.checks import check_at_least
+from simulator.command_line import make_parser, one_line_errors, parse
+from simulator.files import write_whole
+from simulator.process import run_main
+from simulator.trace.source import check_step_seconds
+from simulator.trace.trace import find_traces
+
+_ABOUT = """\
+`{command}`. {replays} replays of each of {num_homes} homes ({others} in long lives), with other
+looks and questions; all of it is from these homes, and nothing was trained or chosen in this
+command. A prior "counted in the other homes" leaves out the home that is played. Where the policy
+says where the robot looks, one that guesses badly also sees less; on patrol all read the same
+memory. *Right if away*: among questions about things that are not where this agent saw them last.
+*Right if out of place*: among those about things that are not where they have been most of the
+time so far, the same questions for all. NLL, calibration error and looks: less is better. `oracle`
+knows how often each thing is put at each place, the future included.
+[docs/traces.md](../docs/traces.md#the-benchmark-of-recorded-homes) says more."""
+
+
+def _make_parser() -> ArgumentParser:
+    parser = make_parser(
+        "python -m nep.recorded",
+        "Play all policies and some networks in recorded homes: episodes from an empty memory and "
+        "long lives, looking where the policy says and on patrol, with the shipped prior and one "
+        "counted in the other homes. Run again to resume, or to add networks: what has been played "
+        "is in the JSON file beside the table.",
+    )
+    parser.add_argument(
+        "--trace",
+        type=tuple[str, ...],
+        required=True,
+        help="two or more recorded homes, or folders of them",
+    )
+    parser.add_argument("--out", type=Path, default=Path("recorded_homes.md"), help="the table")
+    parser.add_argument(
+        "--checkpoint",
+        type=tuple[str, ...],
+        default=("heat",),
+        help="[NAME=]SOURCE of networks; may be given several times",
+    )
+    parser.add_argument(
+        "--kinds", type=tuple[str, ...] | None, help="names of kinds; all if left out"
+    )
+    parser.add_argument("--steps", type=int, default=200, help="of an episode")
+    parser.add_argument("--step_seconds", type=float, default=3600.0, help="length of a step")
+    parser.add_argument(
+        "--replays", type=int, default=4, help="of each home in episodes, half as many in lives"
+    )
+    return parser
+
+
+def _describe(options: Namespace, checkpoints: Sequence[Checkpoint], parser: ArgumentParser) -> str:
+    """Return the command that plays the same, without the folders of this machine."""
+    listed = ["python", "-m", "nep.recorded", "--trace", "DIR"]
+    for point in checkpoints:
+        listed += ["--checkpoint", point.name]
+    for name in ("steps", "step_seconds", "replays"):
+        if getattr(options, name) != parser.get_default(name):
+            listed += [f"--{name}", str(getattr(options, name))]
+    return shlex.join(listed)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    parser = _make_parser()
+    torch.set_num_threads(1)
+    with one_line_errors(status=2):
+        options = parse(parser, arguments)
+        path = options.out.with_suffix(".json")
+        check_at_least(1, steps=options.steps, replays=options.replays)
+        check_step_seconds(options.step_seconds)
+        checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
+        kinds = list_benchmark(options.trace, options.steps, options.step_seconds, options.replays)
+        kinds = choose_kinds(kinds, options.kinds)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        scores = {}
+        for name, kind in kinds.items():
+            players = list_players(kind, checkpoints)
+            scores[name] = play_all(
+                {name: kind}, players, path, lambda kind, player: print(f"{kind}: {player}")
+            )[name]
+    about = _ABOUT.format(
+        command=_describe(options, checkpoints, parser),
+        replays=options.replays, others=max(options.replays // 2, 1),
+        num_homes=len(find_traces(options.trace)),
+    )  # fmt: skip
+    parts = ["# Recorded homes", about]
+    parts.append(f"## First guesses right\n\n{make_accuracy_table(scores)}")
+    hours = {
+        kinds[name].title: {who: own["by_hour"] for who, own in players.items()}
+        for name, players in scores.items()
+        if all("by_hour" in own for own in players.values())
+    }
+    if hours:
+        image = io.BytesIO()
+        draw_by_hour(hours).savefig(image, format="png", metadata={"Software": None})
+        picture = options.out.with_name(f"{options.out.stem}_by_hour.png")
+        write_whole(picture, image.getvalue())
+        parts.append(f"## By the hour\n\n![Wrong guesses by the hour of day]({picture.name})")
+    parts += [f"## {kinds[name].title}\n\n{make_table(own)}" for name, own in scores.items()]
+    write_whole(options.out, ("\n\n".join(part.strip() for part in parts) + "\n").encode())
+    print(options.out)
+
+
+if __name__ == "__main__":
+    run_main(main)

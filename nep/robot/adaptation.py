@@ -1,0 +1,205 @@
+"""A finder that learns its home: a few hundred numbers, from what its own looks have shown."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from simulator.files import read_json, write_whole
+from simulator.policies.probabilities import compute_probabilities
+
+FORMAT = "scene graph memory: adaptation"
+MIN_QUESTIONS = 30
+_HELD_OUT = 0.3  # the latest share of the questions, which fitting does not see
+# Standard deviations of the normal priors that hold each number near "no change".
+_SPREAD_SHARPNESS = 0.3
+_SPREAD_WEIGHT = 0.5
+_SPREAD_BIAS = 0.7
+_LEAST = 1e-4  # of a belief, in logarithms
+
+
+@dataclass(frozen=True, slots=True)
+class Questions:
+    """What was asked of a memory just before a look showed it; one home, Q questions.
+
+    Attributes:
+        scores: logits of the network, -inf where there is no candidate, (Q, F).
+        belief: of the adaptive filter, (Q, F).
+        answer: index of the place where the look showed it, (Q,).
+        furniture: ids, (F,).
+    """
+
+    scores: np.ndarray
+    belief: np.ndarray
+    answer: np.ndarray
+    furniture: tuple[int, ...]
+
+    def __len__(self) -> int:
+        """Q."""
+        return len(self.answer)
+
+    @classmethod
+    def join(cls, asked: Sequence[tuple[dict[int, tuple[float, float]], int]]) -> Questions:
+        """Join questions to a home whose furniture may have changed meanwhile.
+
+        Args:
+            asked: logit and belief of each furniture node by its id, and the id of the answer.
+        """
+        furniture = tuple(sorted({number for values, _ in asked for number in values}))
+        index = {number: position for position, number in enumerate(furniture)}
+        scores = np.full((len(asked), len(furniture)), -np.inf)
+        belief = np.zeros(scores.shape)
+        for row, (values, _) in enumerate(asked):
+            columns = [index[number] for number in values]
+            scores[row, columns], belief[row, columns] = np.transpose(list(values.values()))
+        answer = np.array([index[number] for _, number in asked], dtype=np.int64)
+        return cls(scores, belief, answer, furniture)
+
+    def take(self, rows: slice) -> Questions:
+        """Return some of the questions."""
+        return Questions(self.scores[rows], self.belief[rows], self.answer[rows], self.furniture)
+
+
+@dataclass(frozen=True, slots=True)
+class Adaptation:
+    """How the logits of a network are changed in one home.
+
+        logit' = sharpness logit + weight ln(belief) + bias of the place
+
+    with the belief of the adaptive filter (`simulator.evidence.adaptive_filter`), which knows the
+    home's own rates.
+
+    Attributes:
+        sharpness, weight: 1 and 0 for no change.
+        bias: by furniture id; 0 for what is not named.
+        num_questions: that it was fitted to.
+        nll_before, nll_after: mean negative log likelihood in nats, of the latest
+            `_HELD_OUT` of these, which a first fit did not see.
+    """
+
+    sharpness: float = 1.0
+    weight: float = 0.0
+    bias: dict[int, float] | None = None
+    num_questions: int = 0
+    nll_before: float = 0.0
+    nll_after: float = 0.0
+
+    @property
+    def is_used(self) -> bool:
+        """Whether it changes anything: one that made held-out looks worse does not."""
+        return self.bias is not None
+
+    def change(
+        self, scores: np.ndarray, belief: np.ndarray, furniture: tuple[int, ...]
+    ) -> np.ndarray:
+        """Return changed logits, (Q, F)."""
+        if self.bias is None:
+            return scores
+        bias = np.array([self.bias.get(number, 0.0) for number in furniture])
+        return self.sharpness * scores + self.weight * np.log(belief + _LEAST) + bias
+
+    def save(self, path: str | Path) -> None:
+        """Write a JSON file, whole or not at all, such as "home.adapted.json"."""
+        data = {"format": FORMAT, **asdict(self)}
+        write_whole(Path(path), f"{json.dumps(data, indent=1)}\n".encode())
+
+    @classmethod
+    def load(cls, path: str | Path) -> Adaptation:
+        """Read what `save` wrote.
+
+        Raises:
+            ValueError: if the file is another one or damaged; it is named.
+            OSError: if it cannot be read.
+        """
+        data = read_json(Path(path))
+        try:
+            return _read(data)
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            raise ValueError(
+                f"adaptation must be a file that `Adaptation.save` wrote, got {error!r} in {path}. "
+                "Adapt the finder again."
+            ) from None
+
+
+def fit_adaptation(questions: Questions) -> Adaptation:
+    """Fit an adaptation by maximum a posteriori, and keep it if it makes held-out looks likelier.
+
+    The latest 30 % of the questions decide whether it is kept; then it is fitted to all of them.
+
+    Args:
+        questions: in the order of time.
+
+    Raises:
+        ValueError: if there are fewer than `MIN_QUESTIONS`.
+    """
+    if len(questions) < MIN_QUESTIONS:
+        raise ValueError(
+            f"log must show at least {MIN_QUESTIONS} things, got {len(questions)}. Look around "
+            "for longer."
+        )
+    end = round(len(questions) * (1 - _HELD_OUT))
+    held_out = questions.take(slice(end, None))
+    fitted = _fit(questions.take(slice(None, end)))
+    before, after = compute_nll(held_out, Adaptation()), compute_nll(held_out, fitted)
+    if not after < before:
+        return Adaptation(num_questions=len(questions), nll_before=before, nll_after=before)
+    final = _fit(questions)
+    return Adaptation(
+        final.sharpness, final.weight, final.bias, len(questions), nll_before=before,
+        nll_after=after,
+    )  # fmt: skip
+
+
+def compute_nll(questions: Questions, adaptation: Adaptation) -> float:
+    """Return the mean negative log likelihood of the answers, in nats."""
+    scores = adaptation.change(questions.scores, questions.belief, questions.furniture)
+    probability = compute_probabilities(scores, "logits")
+    right = probability[np.arange(len(questions)), questions.answer]
+    return float(-np.log(np.maximum(right, 1e-9)).mean())
+
+
+def _fit(questions: Questions) -> Adaptation:
+    num_places = len(questions.furniture)
+    is_place = np.isfinite(questions.scores)
+    scores = np.where(is_place, questions.scores, 0)
+    belief = np.log(questions.belief + _LEAST)
+    rows = np.arange(len(questions))
+    spread = np.append([_SPREAD_SHARPNESS, _SPREAD_WEIGHT], np.full(num_places, _SPREAD_BIAS))
+    middle = np.append([1.0, 0.0], np.zeros(num_places))
+
+    def loss(values: np.ndarray) -> tuple[float, np.ndarray]:
+        changed = values[0] * scores + values[1] * belief + values[2:]
+        changed = np.where(is_place, changed, -np.inf)
+        changed -= changed.max(axis=1, keepdims=True)
+        share = np.exp(changed)
+        share /= share.sum(axis=1, keepdims=True)
+        off = (values - middle) / spread
+        error = share
+        right = share[rows, questions.answer]
+        total = -np.log(np.maximum(right, 1e-12)).sum() + 0.5 * (off**2).sum()
+        error[rows, questions.answer] -= 1
+        slope = np.array([(error * scores).sum(), (error * belief).sum(), *error.sum(axis=0)])
+        return float(total), slope + off / spread
+
+    found = minimize(loss, middle, jac=True, method="L-BFGS-B").x
+    bias = dict(zip(questions.furniture, found[2:].tolist(), strict=True))
+    return Adaptation(float(found[0]), float(found[1]), bias)
+
+
+def _read(data: Any) -> Adaptation:
+    if data.pop("format") != FORMAT:
+        raise ValueError("another file")
+    bias = data.pop("bias")
+    numbers = {name: float(value) for name, value in data.items()}
+    if bias is not None:
+        bias = {int(number): float(value) for number, value in bias.items()}
+    finite = [numbers["sharpness"], numbers["weight"], *(bias or {}).values()]
+    if not np.isfinite(finite).all():
+        raise ValueError("a number that is not finite")
+    return Adaptation(**numbers | {"bias": bias, "num_questions": int(numbers["num_questions"])})

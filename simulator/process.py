@@ -1,0 +1,39 @@
+"""A command as a process: what it does where nobody reads on, or cannot read all letters."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+from collections.abc import Callable
+from typing import NoReturn
+
+
+def run_main(main: Callable[[], object]) -> NoReturn:
+    """Run a command and end the process with the status that it returns, 0 if it returns none.
+
+    Letters that the terminal's encoding has not are printed as "?". Where whoever reads the output
+    has closed it (`| head -1`), the command ends with status 1 and says nothing.
+
+    Args:
+        main: reads the command line of the process.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="replace")  # type: ignore[union-attr]
+    try:
+        found = main()
+        status = found if isinstance(found, int) else 0
+        sys.stdout.flush()
+    except BrokenPipeError:
+        if not _is_closed(sys.stdout.fileno()):
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what is not written
+        status = 1
+    sys.exit(status)
+
+
+def _is_closed(file: int) -> bool:
+    """Tell whether nobody reads a pipe any more."""
+    poll = select.poll()
+    poll.register(file, 0)
+    return any(event & (select.POLLERR | select.POLLHUP) for _, event in poll.poll(0))

@@ -1,0 +1,123 @@
+"""The benchmark of recorded homes, on two that are written here."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from nep.kinds.kinds import list_benchmark
+from nep.kinds.play import play_kind
+from nep.recorded import main
+from nep.report.figures import draw_by_hour
+from simulator.policies import POLICIES
+from simulator.tasks.evaluation import evaluate_policy
+from simulator.world.streams import Streams
+
+SIZE = ["--steps", "6", "--step_seconds", "14400", "--replays", "2"]
+PATROL = ["--kinds", "episodes-patrol-shipped", "lives-patrol-counted"]
+
+
+def write_home(folder, cup_place):
+    """Twelve days in a kitchen: a cup is on the table at noon, at night in its usual place."""
+    folder.mkdir(parents=True)
+    furniture = [{"name": name, "room": "kitchen"} for name in ("shelf", "fridge", "table")]
+    layout = {
+        "version": 1, "rooms": ["kitchen"], "furniture": furniture,
+        "start": "2024-05-06T00:00", "end_s": 12 * 86400,
+    }  # fmt: skip
+    (folder / "layout.json").write_text(json.dumps(layout))
+    rows = ["time_s,object,furniture,relation,description", f"0,cup,{cup_place},in,"]
+    rows += ["0,milk,fridge,in,"]
+    for day in range(12):
+        rows += [f"{day * 86400 + 36000},cup,table,onTop,"]
+        rows += [f"{day * 86400 + 50400},cup,{cup_place},in,"]
+    (folder / "events.csv").write_text("\n".join(rows) + "\n")
+    return str(folder)
+
+
+@pytest.fixture
+def homes(tmp_path):
+    return [write_home(tmp_path / "a", "shelf"), write_home(tmp_path / "b", "fridge")]
+
+
+def test_a_home_is_left_out_of_the_prior_that_is_counted(homes):
+    kinds = list_benchmark(homes, 6, 14400.0, 2)
+    (shipped,) = kinds["episodes-policy-shipped"].sources
+    assert shipped.num_homes == 4  # two homes, two replays each
+    priors = [source.prior for source in kinds["episodes-policy-counted"].sources]
+    cups = [
+        {placement.furniture for placement in prior.placements if placement.object == "cup"}
+        for prior in priors
+    ]
+    # Home a has its cup on the shelf: it is known from b, where it is in the fridge.
+    assert cups == [{"fridge", "table"}, {"shelf", "table"}]
+
+
+def test_of_a_long_life_the_last_ten_days_are_scored(homes):
+    kind = list_benchmark(homes, 6, 14400.0, 2)["lives-patrol-shipped"]
+    assert (kind.num_steps, kind.num_warm_up) == (72, 12)  # 12 and 2 days of six steps
+    scores = play_kind(kind, POLICIES["last_seen"].make)
+    assert "looks" not in scores
+    assert np.shape(scores["accuracy"]) == (2,)
+    asked = [hour for hour in range(24) if not np.isnan(scores["by_hour"][hour])]
+    assert asked == [0, 4, 8, 12, 16, 20]
+
+
+def test_on_patrol_all_policies_read_the_same_memory(homes):
+    kinds = list_benchmark(homes, 20, 14400.0, 2)
+    away = {
+        looks: [
+            evaluate_policy(
+                POLICIES[name].make, *kinds[f"episodes-{looks}-shipped"].sources,
+                Streams(0, "test", range(4)), 20,
+            ).is_away
+            for name in ("random", "myopic")
+        ]
+        for looks in ("policy", "patrol")
+    }  # fmt: skip
+    np.testing.assert_array_equal(*away["patrol"])
+    assert (away["policy"][0] != away["policy"][1]).any()
+
+
+def test_the_command_resumes_and_takes_more_networks(homes, tmp_path, capsys):
+    out = tmp_path / "out" / "recorded.md"
+    command = ["--trace", *homes, "--out", str(out), *SIZE, *PATROL]
+    main(command)
+    stored = json.loads(out.with_suffix(".json").read_text())
+    assert list(stored) == ["episodes-patrol-shipped", "lives-patrol-counted"]
+    stored["lives-patrol-counted"]["random"]["accuracy"] = [0.123, 0.123]
+    out.with_suffix(".json").write_text(json.dumps(stored))
+    main([*command, "--checkpoint", "heat", "--checkpoint", "again=heat"])
+    text = out.read_text()
+    assert "0.123" in text
+    assert str(tmp_path) not in text
+    (heat, again) = (re.search(rf"\| {name} \|.*", text)[0] for name in ("heat", "again"))
+    assert heat.replace("heat", "again") == again
+    assert (out.parent / "recorded_by_hour.png").stat().st_size > 10_000
+
+
+def test_short_lives_are_refused(homes, tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        main(["--trace", *homes, "--step_seconds", "86400", "--steps", "0"])
+    assert "steps must be at least 1" in capsys.readouterr().err
+    with pytest.raises(ValueError, match=r"longer than the 10 steps of their last ten days"):
+        list_benchmark([write_short(tmp_path / str(n)) for n in range(2)], 6, 86400.0, 1)
+
+
+def write_short(folder):
+    path = write_home(folder, "shelf")
+    layout = json.loads((folder / "layout.json").read_text())
+    (folder / "layout.json").write_text(json.dumps(layout | {"end_s": 9 * 86400}))
+    rows = (folder / "events.csv").read_text().splitlines()
+    kept = [row for row in rows[1:] if int(row.split(",")[0]) < 9 * 86400]
+    (folder / "events.csv").write_text("\n".join([rows[0], *kept]) + "\n")
+    return path
+
+
+def test_the_best_stands_at_the_top_of_the_figure():
+    hours = {"a": [0.5] * 24, "b": [0.75] * 23 + [float("nan")]}
+    figure = draw_by_hour({"one": hours, "two": hours, "three": hours})
+    labels = [text.get_text() for text in figure.axes[0].get_yticklabels()]
+    assert labels == ["b", "a"]
+    np.testing.assert_allclose(figure.axes[0].images[0].get_array()[1], 0.5)

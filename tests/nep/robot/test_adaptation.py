@@ -1,0 +1,103 @@
+"""A finder that learns its home from the log of its looks."""
+
+import numpy as np
+import pytest
+
+from nep.robot.adaptation import (
+    MIN_QUESTIONS,
+    Adaptation,
+    Questions,
+    compute_nll,
+    fit_adaptation,
+)
+from nep.robot.finder import ObjectFinder
+from simulator import SceneGraphMemory, Sighting
+
+PLACES = ("fridge", "cooktop", "sink", "counter", "table")
+
+
+def make_questions(rng, bias, num_questions=400) -> Questions:
+    """Answers drawn from softmax(logit + bias)."""
+    scores = rng.normal(size=(num_questions, len(bias)))
+    changed = scores + bias + rng.gumbel(size=scores.shape)
+    belief = np.full(scores.shape, 1 / len(bias))
+    return Questions(scores, belief, changed.argmax(axis=1), tuple(range(len(bias))))
+
+
+def test_a_home_that_differs_is_learnt_and_held_out_looks_are_likelier():
+    bias = np.array([1.5, -1.5, 0, 0])
+    questions = make_questions(np.random.default_rng(0), bias, 4000)
+    found = fit_adaptation(questions)
+    assert found.is_used
+    assert found.nll_after < found.nll_before - 0.1
+    assert found.bias[0] - found.bias[1] == pytest.approx(3, abs=0.25)
+    fresh = make_questions(np.random.default_rng(1), bias)
+    assert compute_nll(fresh, found) < compute_nll(fresh, Adaptation()) - 0.1
+
+
+def test_what_does_not_help_is_left_out():
+    """The first looks say the opposite of the latest."""
+    rng = np.random.default_rng(0)
+    one, other = (make_questions(rng, np.array(bias)) for bias in ([2.0, 0], [-2.0, 0]))
+    both = Questions(
+        np.concatenate([one.scores, other.scores[:180]]),
+        np.concatenate([one.belief, other.belief[:180]]),
+        np.concatenate([one.answer, other.answer[:180]]),
+        one.furniture,
+    )
+    found = fit_adaptation(both)
+    assert not found.is_used
+    assert found.nll_after == found.nll_before
+    scores = rng.normal(size=(3, 2))
+    assert found.change(scores, scores, (0, 1)) is scores
+
+
+def test_too_few_questions_are_an_error():
+    questions = make_questions(np.random.default_rng(0), np.zeros(3), MIN_QUESTIONS - 1)
+    with pytest.raises(ValueError, match=rf"at least {MIN_QUESTIONS} things, got 29"):
+        fit_adaptation(questions)
+
+
+def test_files(tmp_path):
+    found = Adaptation(0.9, 0.2, {3: 0.5, 7: -0.25}, 50, 1.5, 1.25)
+    found.save(tmp_path / "home.adapted.json")
+    assert Adaptation.load(tmp_path / "home.adapted.json") == found
+    for text in ("{}", "[1]", '{"format": "scene graph memory: adaptation", "bias": {"a": 1}}'):
+        (tmp_path / "bad.json").write_text(text)
+        with pytest.raises(ValueError, match=r"adaptation must be a file .* in .*bad.json"):
+            Adaptation.load(tmp_path / "bad.json")
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory):
+    """Forks lie in the sink here, as no other home has it: looked at everywhere for 20 steps."""
+    log = tmp_path_factory.mktemp("home") / "looks.jsonl"
+    memory = SceneGraphMemory(log=log)
+    kitchen = memory.add_room("kitchen")
+    places = [memory.add_furniture(label, kitchen) for label in PLACES]
+    for step in range(20):
+        for place, label in zip(places, PLACES, strict=True):
+            things = {"sink": ["fork"], "counter": ["mug"] if step % 2 else []}
+            things["table"] = [] if step % 2 else ["mug"]
+            memory.observe(place, [Sighting(name) for name in things.get(label, ())])
+        memory.step()
+    return memory, log
+
+
+def test_a_finder_adapts_to_the_log_of_a_home(home, tmp_path):
+    memory, log = home
+    finder = ObjectFinder.load("heat")
+    before = finder.rank(memory, "fork")
+    found = finder.adapt(log)
+    assert found.num_questions == 40
+    assert found.is_used
+    assert found.nll_after < found.nll_before
+    after = finder.rank(memory, "fork")
+    assert after[0].name == "sink in kitchen"
+    assert after[0].probability > before[0].probability
+    found.save(tmp_path / "home.adapted.json")
+    other = ObjectFinder.load("heat")
+    other.adaptation = Adaptation.load(tmp_path / "home.adapted.json")
+    assert [place.probability for place in other.rank(memory, "fork")] == [
+        place.probability for place in after
+    ]
