@@ -99,14 +99,10 @@ def test_with_clocks_a_new_memory_begins_when_its_clock_says(log):
 
 def test_bad_logs_and_steps():
     look = LogLine("look", 3, {"furniture": 7, "coverage": 1.0, "seen": []})
-    with pytest.raises(
-        ValueError, match=r"every look of a log must be of what was added, got 7 at"
-    ):
+    with pytest.raises(ValueError, match=r"every look .* of what was added, got 7 at"):
         Replay([look], "home")
     values = {"furniture": 1, "label": "shelf", "room": 5, "description": "shelf", "position": None}
-    with pytest.raises(
-        ValueError, match=r"every furniture of a log must be of what was added, got 5"
-    ):
+    with pytest.raises(ValueError, match=r"every furniture .* of what was added, got 5"):
         Replay([LogLine("furniture", 0, values), look], "home")
     replay = Replay([LogLine("step", 4, {"num_steps": 4})], "home")
     with pytest.raises(ValueError, match=r"step must lie in 0 to 4, got 5"):
@@ -157,9 +153,8 @@ def test_a_history_is_what_was_seen_true_and_believed(week):
     names = [week.memory_at(60).describe(number) for number in week.memory_at(60).furniture_ids]
     shown = [names.index(place) for place in history.places]
     assert (history.truth == week.truth.find([description], 6)[:, shown]).all()
-    ranking = {
-        place.furniture: place.probability for place in finder.rank(week.memory_at(20), description)
-    }
+    ranking = finder.rank(week.memory_at(20), description)
+    believed = {place.furniture: place.probability for place in ranking}
     np.testing.assert_allclose(history.belief[20], [believed[node] for node in shown])
     looks = [look for look in week.looks if look.furniture in shown]
     assert history.look_hour.tolist() == [2.0 * look.step for look in looks]
