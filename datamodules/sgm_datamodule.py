@@ -19,7 +19,7 @@ from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.checks import check_at_least
-from simulator.collect import CollectConfig, collect
+from simulator.collect import EXTRAS, CollectConfig, collect
 from simulator.home_options import HomeOptions, MakeSource
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
@@ -52,7 +52,7 @@ class SGMDataModule(pl.LightningDataModule):
         prior: str | None = None,
         seed: int = 0,
         batch_size: int = 100,
-        grades: bool = False,
+        relevance: bool = False,
         features: FeatureConfig | None = None,
         num_hops: int | None = None,
         workers: int | None = None,
@@ -86,8 +86,8 @@ class SGMDataModule(pl.LightningDataModule):
             prior: prior file; None for the shipped default.
             seed: of homes and collection, and of the shuffling.
             batch_size: snapshots per batch.
-            grades: learn what each place is worth instead of where the object is, for a task that
-                grades places (`relative_likelihood`); the other tasks stay what they are.
+            relevance: learn the relevance of each place instead of where the object is, for a task
+                that knows it (`relative_likelihood`); the other tasks stay what they are.
             features: which features the model sees; None for all of the paper's.
             num_hops: prune graphs to this many hops around the query edges; None keeps all.
             workers: processes for collecting; None for one per core.
@@ -133,7 +133,7 @@ class SGMDataModule(pl.LightningDataModule):
             seed=seed,
             belief=features is not None and features.belief,
             evidence=features is not None and features.evidence,
-            grades=grades,
+            relevance=relevance,
         )
         self.val_config = replace(
             self.train_config,
@@ -192,12 +192,10 @@ class SGMDataModule(pl.LightningDataModule):
         described = json.dumps(config.homes.describe(), sort_keys=True).encode()
         digest = hashlib.sha256(described).hexdigest()[:8]
         name = f"{config.task}-{config.policy}-{config.steps}steps-seed{config.seed}"
-        extras = (
-            "-belief" * config.belief + "-evidence" * config.evidence + "-grades" * config.grades
-        )
+        extras = [f"-{extra}" for extra in EXTRAS if getattr(config, extra)]
         return (
             self.data_dir
-            / f"{name}-homes{digest}{extras}"
+            / "".join([f"{name}-homes{digest}", *extras])
             / f"{config.split}-{config.num_homes}homes"
         )
 

@@ -48,6 +48,8 @@ from simulator.tasks.registry import TASKS
 from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import SPLITS, Streams
 
+# What a collection may keep beside the memory, by the name of its option.
+EXTRAS = ("belief", "evidence", "relevance")
 _HOMES_PER_JOB = 100  # in lockstep, at most; also what a killed worker loses at most
 _SNAPSHOTS_PER_JOB = 30_000  # at most, where homes have many steps: 0.8 GB until they are written
 _WRITERS = 8  # threads that wait for the disk while others write
@@ -69,7 +71,7 @@ class CollectConfig:
         seed: experiment seed.
         belief: whether each snapshot keeps what `HomeFilter` believes about its query object.
         evidence: whether it keeps what the memory says about each place (`simulator.evidence`).
-        grades: whether each snapshot keeps what every place is worth, if its task grades places.
+        relevance: whether each snapshot keeps the relevance of every place, if its task knows it.
     """
 
     homes: HomeSource = field(default_factory=SampledSource)
@@ -81,7 +83,7 @@ class CollectConfig:
     seed: int = 0
     belief: bool = False
     evidence: bool = False
-    grades: bool = False
+    relevance: bool = False
 
     def __post_init__(self) -> None:
         """Check every value.
@@ -119,7 +121,7 @@ class CollectConfig:
     def describe(self) -> dict[str, Any]:
         """Return everything that the bytes of a collection depend on, as JSON values."""
         settings = {field.name: getattr(self, field.name) for field in fields(self)}
-        for extra in ("belief", "evidence", "grades"):
+        for extra in EXTRAS:
             if not settings[extra]:
                 del settings[extra]  # collections without it are what they were before it existed
         return {**settings, "homes": self.homes.describe(), "labels": list(self.homes.labels)}
@@ -222,7 +224,7 @@ def collect_homes(
         extras = {}
         if config.belief:
             extras["belief"] = believer.follow(task.rollout.memory, answer.queries).stack()
-        if config.grades and answer.relevance is not None:
+        if config.relevance and answer.relevance is not None:
             extras["relevance"] = answer.relevance
         question_extras = {}
         if config.evidence:

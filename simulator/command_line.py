@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # half a second, which only commands take
 
 # What a command ends with in one line.
 BAD_INPUT = (ValueError, OSError, OverflowError, MemoryError, ModuleNotFoundError)
-_RENAMED = {"houses": "num_homes", "val_houses": "num_val_homes"}
+_RENAMED = {"houses": "num_homes", "val_houses": "num_val_homes", "grades": "relevance"}
 # Short for parts of the rules, and the names of what they take.
 _RULES = {"dynamics": DYNAMICS, "sensing": SENSING}
 

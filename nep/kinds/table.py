@@ -10,7 +10,11 @@ from nep.kinds.play import Scores
 from nep.report.statistics import compute_bootstrap_interval
 from nep.report.tables import Difference, format_difference, join_table
 
-ORACLES = ("oracle", "ceiling")  # know the true homes: no rules that a robot could follow
+ORACLES = (
+    "oracle",
+    "ceiling",
+    "schedule_oracle",
+)  # know the true homes: no rules that a robot could follow
 
 # Column, heading, format, and whether a high value is a good one.
 _COLUMNS = (

@@ -24,7 +24,10 @@ _STYLES: Mapping[str, dict[str, Any]] = {
     "last_seen_prior": {"color": "#2ca02c"},
     "prior_filter": {"color": "#9467bd"},
     "home_filter": {"color": "#c5b0d5"},
+    "persistence": {"color": "#5f9ea0"},
+    "adaptive": {"color": "#006d5b"},
     "oracle": {"color": "#7f7f7f", "linestyle": ":"},
+    "schedule_oracle": {"color": "#404040", "linestyle": "-."},
     "ceiling": {"color": "#404040", "linestyle": "--"},
 }
 

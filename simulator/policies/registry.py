@@ -13,10 +13,12 @@ from simulator.policies.home_filter import HomeFilter
 from simulator.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior, Oracle
 from simulator.policies.persistence import Persistence
 from simulator.policies.policy import Policy
+from simulator.policies.schedule_oracle import ScheduleOracle
 from simulator.world.homes import Homes
 from simulator.world.source import HomeSource
 
-# Every policy by the name that command lines and tables use. Only oracles read the true homes.
+# Every policy of the paper's homes by the name that command lines and tables use. Only oracles read
+# the true homes.
 POLICIES: Mapping[str, type[Policy]] = {
     "random": Random,
     "priors": Priors,
@@ -32,6 +34,9 @@ POLICIES: Mapping[str, type[Policy]] = {
     "oracle": Oracle,
     "ceiling": Ceiling,
 }
+# Those that play in some other homes alone, where a source knows what they need.
+_OF_OTHER_HOMES: Mapping[str, type[Policy]] = {"schedule_oracle": ScheduleOracle}
+_ALL = {**POLICIES, **_OF_OTHER_HOMES}
 
 
 def find_policy(name: str) -> type[Policy]:
@@ -40,12 +45,12 @@ def find_policy(name: str) -> type[Policy]:
     Raises:
         ValueError: if there is no policy of that name.
     """
-    if name in POLICIES:
-        return POLICIES[name]
+    if name in _ALL:
+        return _ALL[name]
     module, separator, class_name = name.partition(":")
     if not separator:
         raise ValueError(
-            f"policy must be one of {', '.join(POLICIES)}, got {shorten(name)}. Choose one of "
+            f"policy must be one of {', '.join(_ALL)}, got {shorten(name)}. Choose one of "
             "these, or name a class of your own as my_module:MyPolicy."
         )
     try:
@@ -74,7 +79,7 @@ def make_policy(name: str, homes: Homes) -> Policy:
 
 def list_policies(source: HomeSource) -> tuple[str, ...]:
     """Return the names of the policies that can play in such homes."""
-    return tuple(name for name, policy in POLICIES.items() if policy.needs <= source.knows)
+    return tuple(name for name, policy in _ALL.items() if policy.needs <= source.knows)
 
 
 def check_policies(names: Iterable[str], source: HomeSource | None = None) -> None:

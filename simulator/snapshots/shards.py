@@ -99,4 +99,7 @@ def load_manifest(folder: Path) -> dict[str, Any]:
             f"manifest must have schema version {SCHEMA_VERSION}, got {version} in {path}. "
             "Collect again with this version of the package."
         )
+    settings = manifest["settings"]
+    if isinstance(settings, dict) and "grades" in settings:  # what the option was called
+        settings["relevance"] = settings.pop("grades")
     return manifest

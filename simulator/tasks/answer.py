@@ -19,7 +19,7 @@ class Answer:
         scores: what the policy said, -inf where it has no opinion, (Q, F).
         choice: the furniture that it leads to, (Q,); -1 where a search gives up.
         is_repeat: whether the same was asked earlier in this step: a search that goes on.
-        relevance: of each place to the query, where the task grades places, (Q, F).
+        relevance: of each place to the query, where the task knows it, (Q, F).
     """
 
     queries: Queries

@@ -36,6 +36,8 @@ class Dynamics(Part, ABC):
     keeps_slots: ClassVar[bool] = False
     # Whether every move is drawn from the rows of T, whatever the time: then `ceiling` is exact.
     follows_transitions: ClassVar[bool] = False
+    # Whether `Life.sample_hours` says how a home may live on: then `schedule_oracle` plays.
+    has_schedules: ClassVar[bool] = False
 
     @property
     def clock(self) -> Clock | None:
@@ -76,6 +78,17 @@ class Life(ABC):
         What oracles know and rankings are measured by: the homes are some of these. A row sums to
         one, or to zero for a description that no object has had.
         """
+
+    def sample_hours(self, num_hours: int) -> np.ndarray:
+        """Return the furniture of every object in a life that starts like this one, hour by hour.
+
+        Args:
+            num_hours: T; hour 0 is step 0.
+
+        Returns:
+            int16 (H, T, C), -1 out of the home; what it says of homes of other lives means nothing.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no schedules")
 
 
 def make_dynamics(name: str, **fields: Any) -> Dynamics:

@@ -175,6 +175,11 @@ class SampledHomes(Homes):
             rows[own] = life.transition_rows(homes[own], codes[own])
         return rows
 
+    def sample_hours(self, num_hours: int) -> np.ndarray:
+        """Return how homes of one class of dynamics may live on; see `Life.sample_hours`."""
+        (life,) = self.lives
+        return life.sample_hours(num_hours)
+
     def read_transitions(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
         """Return the T^i rows of descriptions, (n,), (n,) -> (n, P); zero for unknown ones."""
         return self.transitions.read(self._row_of_code[homes, codes])

@@ -17,6 +17,7 @@ from simulator.world.streams import Streams
 # What policies may need to know of the true homes (`Policy.needs`), and a source says it knows.
 TRUE_TRANSITIONS = "transitions"  # `Homes.transition_rows`: where objects go
 TRUE_PLACE_WEIGHTS = "place weights"  # `Homes.get_place_weights`: what class noise has left
+TRUE_SCHEDULES = "schedules"  # `SampledHomes.sample_hours`: how people may live on
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,8 +171,9 @@ class SampledSource(HomeSource):
     @property
     def knows(self) -> frozenset[str]:
         """What is known of the true homes: class weights mean something where T is all there is."""
-        known = super().knows
-        return known if self.home.dynamics.follows_transitions else known - {TRUE_PLACE_WEIGHTS}
+        dynamics, known = self.home.dynamics, super().knows
+        known = known if dynamics.follows_transitions else known - {TRUE_PLACE_WEIGHTS}
+        return known | {TRUE_SCHEDULES} if dynamics.has_schedules else known
 
     @property
     def labels(self) -> list[str]:

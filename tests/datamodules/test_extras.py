@@ -109,7 +109,7 @@ def test_relevance_is_the_true_rows_of_t(tmp_path):
         steps=4,
         task="relative_likelihood",
         homes=SampledSource(home=HOUSE),
-        grades=True,
+        relevance=True,
     )
     collect(config, tmp_path, progress=False)
     dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig(), 0))
@@ -141,7 +141,7 @@ def test_relevance_is_the_true_rows_of_t(tmp_path):
 
 
 def test_a_task_without_relevance_has_none(tmp_path):
-    config = CollectConfig(num_homes=1, steps=3, homes=SampledSource(home=HOUSE), grades=True)
+    config = CollectConfig(num_homes=1, steps=3, homes=SampledSource(home=HOUSE), relevance=True)
     collect(config, tmp_path, progress=False)
     dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig()))
     assert not dataset.take(np.arange(3)).extras

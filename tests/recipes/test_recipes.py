@@ -16,9 +16,10 @@ EXPECTED = {
     "A model": r"own +0\.\d+",
     "A policy": r"most_seen:MostSeen +0\.\d+",
     "A task": r"Two Guesses",
-    "A source of homes": r"3 unseen flats x 5 steps(.|\n)*NEP +0\.\d+",
-    "Dynamics": "",  # what checks it prints nothing
-    "Sensing": "",
+    "A source of homes": r"3 unseen flats x 5 steps(.|\n)*NEP +0\.\d+(.|\n)*3 test flats x 5 steps",
+    "Dynamics": r'"name": "shuffle.Shuffle",\n *"share": 0.2\n',
+    "Sensing": r'"name": "dark.DarkInside",\n *"inside": 0.6,\n *"on_top": 0.1\n',
+    "A feature": r"crowded +0\.\d+",
     "A metric": r"\| MRR \|",
     "An importer of recorded homes": r"placed: 2 rooms, 3 furniture nodes, 4 objects",
     "A prior source": r"diary: 12 read(.|\n)*kitchen",

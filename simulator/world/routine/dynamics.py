@@ -79,6 +79,7 @@ class RoutineDynamics(Dynamics):
     """
 
     keeps_slots: ClassVar[bool] = True
+    has_schedules: ClassVar[bool] = True
 
     start_time: str = "2024-05-06T00:00"
     step_seconds: float = DEFAULT_STEP_SECONDS

@@ -64,7 +64,7 @@ class RoutineLife(Life):
         four = 4 * 3600.0
         self.state.day_end[members] = (np.floor((self._start - four) / day) - warm_up) * day + four
         self._live(self.state, self.habits, homes.object_place, members, self._start)
-        self._at_start = self._copy()
+        self._at_start = _copy(self.state, self.habits, homes.object_place)
 
     @property
     def num_residents(self) -> np.ndarray:
@@ -93,9 +93,7 @@ class RoutineLife(Life):
 
         if self._outlook is None:
             homes = self._homes
-            state, habits, place = self._at_start
-            for home in self._members:
-                state.random[home] = _draw_seed(homes.streams.generator("routine outlook", home))
+            state, habits, place = self._start_copy("routine outlook")
             num_places = homes.num_furniture * NUM_RELATIONS
             counts = np.zeros((*place.shape, num_places), dtype=np.float32)
             now = state.now[self._members]
@@ -106,6 +104,19 @@ class RoutineLife(Life):
                 count_places(place, self._members[is_on], counts)
             self._outlook = counts
         return self._outlook
+
+    def sample_hours(self, num_hours: int) -> np.ndarray:
+        """Return the furniture of every object in a life that starts like this one, hour by hour.
+
+        The usual places and habits at step 0 are the same, the random numbers are others.
+        """
+        state, habits, place = self._start_copy("routine copy")
+        lived = np.empty((place.shape[0], num_hours, place.shape[1]), dtype=np.int16)
+        now = state.now[self._members]
+        for hour in range(num_hours):
+            self._live(state, habits, place, self._members, now + 3600.0 * hour)
+            lived[:, hour] = place // NUM_RELATIONS  # -1 // 2 == -1
+        return lived
 
     def transition_rows(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
         """Return the share of time at each place of objects of descriptions, (n,), (n,) -> (n, P).
@@ -119,11 +130,12 @@ class RoutineLife(Life):
         total = found.sum(axis=1, keepdims=True)
         return np.divide(found, total, out=found, where=total > 0)
 
-    def _copy(self) -> tuple[State, Habits, np.ndarray]:
-        """Return a copy of all that changes: state, habits, places."""
-        state = type(self.state)(*(array.copy() for array in self.state))
-        habits = self.habits._replace(own_place=self.habits.own_place.copy())
-        return state, habits, self._homes.object_place.copy()
+    def _start_copy(self, purpose: str) -> tuple[State, Habits, np.ndarray]:
+        """Return state, habits and places at step 0, with the random numbers of a purpose."""
+        state, habits, place = _copy(*self._at_start)
+        for home in self._members:
+            state.random[home] = _draw_seed(self._homes.streams.generator(purpose, home))
+        return state, habits, place
 
     def _live(
         self,
@@ -136,6 +148,12 @@ class RoutineLife(Life):
         from simulator.compiled.routine import live  # loads numba
 
         live(self._rules, self._roles, habits, state, place, members, until)
+
+
+def _copy(state: State, habits: Habits, place: np.ndarray) -> tuple[State, Habits, np.ndarray]:
+    """Return a copy of all that changes: state, usual places, places."""
+    copied = type(state)(*(array.copy() for array in state))
+    return copied, habits._replace(own_place=habits.own_place.copy()), place.copy()
 
 
 def _get_rules_type() -> np.dtype:

@@ -24,7 +24,7 @@ def folder(tmp_path_factory):
     rules = HomeConfig(furniture_per_room=3, objects_per_furniture=4)
     config = CollectConfig(
         homes=SampledSource(home=rules), num_homes=1, steps=20, task="relative_likelihood",
-        belief=True, evidence=True, grades=True,
+        belief=True, evidence=True, relevance=True,
     )  # fmt: skip
     collect(config, folder, progress=False)
     return folder
