@@ -10,6 +10,7 @@ from nep.view.stage import Stage
 from simulator.home_options import SOURCES, HomeOptions
 from simulator.memory.look_log import read_log
 from simulator.memory.scene_graph_memory import SceneGraphMemory
+from simulator.messages import shorten
 from simulator.priors.prior_graph import PriorGraph
 from simulator.replay.record import record_run
 from simulator.replay.replay import Replay
@@ -52,7 +53,7 @@ def list_options(source: str) -> list[str]:
     if not path.exists():
         raise ValueError(
             f"source must be a memory file, a log of looks ({LOG_ENDING}), a folder with a trace, "
-            f"or one of {', '.join(PLAYED)}, got {source!r}. Check the path."
+            f"or one of {', '.join(PLAYED)}, got {shorten(source)}. Check the path."
         )
     return []
 

@@ -69,8 +69,8 @@ def serve():
 
 
 @pytest.fixture
-def browser(tmp_path):
-    """A headless Chromium; what its console says may not hold an error."""
+def browser(tmp_path, serve):
+    """A headless Chromium, closed before any server; its console may not hold an error."""
     selenium = pytest.importorskip("selenium", reason="selenium is not installed")
     del selenium
     program = shutil.which("chromium") or shutil.which("google-chrome")
