@@ -67,6 +67,12 @@ class Asked:
         """Where and when one of them was last seen; None if that never was."""
         return next(iter(self.sightings), None)
 
+    def mark_edges(self) -> np.ndarray:
+        """Mark the edges of `current` that lead from what is asked for, bool (E,)."""
+        is_asked = np.zeros(len(self.current.objects) + 1, dtype=bool)
+        is_asked[self.rows] = True  # -1, what it does not know, is the last one
+        return is_asked[self.current.edges["object"]]
+
     def choose_relation(self) -> np.ndarray:
         """Return how the objects lie at each place: 0 "in", 1 "onTop", (F,).
 
@@ -75,7 +81,7 @@ class Asked:
         prior = self.queries.prior.sum(axis=0)  # (F, 2)
         relation = np.where(prior[:, 1] >= prior[:, 0], 1, 0)
         edges = self.current.edges
-        own = np.flatnonzero(np.isin(edges["object"], self.rows) & (edges["num_true"] > 0))
+        own = np.flatnonzero(self.mark_edges() & (edges["num_true"] > 0))
         own = own[np.argsort(edges["last_true"][own], kind="stable")]
         relation[edges["furniture"][own]] = edges["relation"][own]
         return relation

@@ -86,8 +86,9 @@ class MemoryState:
         at_once = self.batch.objects["num_at_once"]
         for row in set(rows):
             at_once[row] = max(at_once[row], self.step.count_at_once(row))
-            words = read_words("description", self.descriptions[row])
-            self.sought.pop((words, furniture), None)
+            if self.sought:
+                words = read_words("description", self.descriptions[row])
+                self.sought.pop((words, furniture), None)
 
     def note_absent(self, furniture: int, words: str, coverage: float) -> None:
         """Note that a look for one thing, by its words, did not find it."""
@@ -113,7 +114,7 @@ class MemoryState:
         if before_looks and step.before is not None and not later:
             batch, num_known = step.before.copy(), step.num_objects
         known = np.array([self.find_row(description) for description in descriptions])
-        vocabulary = Vocabulary(self.prior, batch.labels)
+        vocabulary = self.vocabulary.with_labels(batch.labels)
         kinds = np.array([vocabulary.find_type(description) for description in descriptions])
         batch.labels = vocabulary.labels
         new = num_known + np.arange(len(words))
@@ -299,7 +300,7 @@ class MemoryState:
         self.asked = content.asked
         if content.asked is not None:
             self.query_row(content.asked)
-        batch.history = content.history  # now: to ask again is no new question
+        batch.count_history(content.history)  # now: to ask again is no new question
         self.sought = dict(content.sought)
         self.step = StepLog()
         for look in content.looks:

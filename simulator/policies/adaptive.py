@@ -28,6 +28,10 @@ class Adaptive(Policy):
         """Choose the filter; None for rates of the home's own, and half of all questions moved."""
         self._settings = settings or FilterSettings(asks_moved=0.5)
 
+    def reset(self, memory: MemoryBatch) -> None:
+        """Ask the memory to count what the rates are estimated from."""
+        memory.count_history()
+
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the probability of each furniture node, (Q, F)."""
         belief = self.follow(memory, queries)[:, :-1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from simulator.arrays.relations import sum_relations
 from simulator.arrays.table import Table
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.policies.policy import Policy, mask_furniture
@@ -226,7 +227,7 @@ def _get_prior(memory: MemoryBatch, home: np.ndarray, prior: np.ndarray) -> np.n
 
     The same everywhere where the prior knows nothing of the object; never 0 or 1.
     """
-    weight = prior.sum(axis=2).astype(float)
+    weight = sum_relations(prior).astype(float)
     alike = 1 / memory.home_num_furniture[home][:, None]
     weight = np.where(weight.any(axis=1, keepdims=True), weight, alike)
     return np.clip(weight, _LEAST_PRIOR, _MOST_PRIOR)

@@ -37,7 +37,10 @@ class Policy(ABC):
         return cls()
 
     def reset(self, memory: MemoryBatch) -> None:  # noqa: B027 - most policies keep no state
-        """Forget earlier homes; `memory` is that of the new ones."""
+        """Forget earlier homes; `memory` is that of the new ones.
+
+        A policy that reads `MemoryBatch.history` asks for it here: `memory.count_history()`.
+        """
 
     @abstractmethod
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
