@@ -88,5 +88,5 @@ $(STAMP): setup.cfg pyproject.toml constraints.txt
 	fi
 	@echo "Installing the packages of constraints.txt into $(VENV): a few minutes the first time"
 	@$(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
-	  --editable '.[dev,igridson,priors]'
+	  --editable '.[dev,igridson,priors,view]'
 	@touch $@

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from copy import deepcopy
 from dataclasses import replace
 from datetime import datetime
 from numbers import Real
@@ -122,6 +123,14 @@ class SceneGraphMemory:
             )
         memory._state.set_content(content if clock is None else replace(content, clock=clock))
         memory._start_log(log)
+        return memory
+
+    def copy(self) -> SceneGraphMemory:
+        """Return a memory of the same content that goes its own way; it writes no log."""
+        with self._lock:
+            content = deepcopy(self._state.get_content_to_save())
+        memory = type(self)(self._prior)
+        memory._state.set_content(content)
         return memory
 
     def save(self, path: str | Path) -> None:
