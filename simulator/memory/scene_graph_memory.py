@@ -379,7 +379,7 @@ class SceneGraphMemory:
         words = read_words("description", description)
         if not isinstance(coverage, Real) or not 0 < coverage <= 1:
             raise ValueError(
-                f"coverage must lie above 0 and at most at 1, got {coverage} at "
+                f"coverage must lie above 0 and at most at 1, got {shorten(coverage)} at "
                 f"{self.describe(furniture)}. Give the share of it that was in view."
             )
         with self._lock:
