@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -105,7 +106,7 @@ def draw_by_hour(accuracy: Mapping[str, Mapping[str, Sequence[float]]]) -> Figur
         image = axes.imshow(wrong, vmin=0, vmax=1, cmap="magma_r", aspect="auto")
         axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names], fontsize=8)
         axes.set_xticks(range(0, 24, 3), [f"{hour}:00" for hour in range(0, 24, 3)], fontsize=8)
-        axes.set_title(title, loc="left", fontsize=9)
+        axes.set_title(fill(title, 80), loc="left", fontsize=8)
     for axes in panels[len(accuracy) :]:
         axes.set_axis_off()
     figure.colorbar(image, ax=list(panels), label="share of wrong first guesses", shrink=0.5)

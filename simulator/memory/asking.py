@@ -21,12 +21,15 @@ class Looks:
             since it was last seen there, infinite where there was none, (F, n).
         weight: how much of the furniture was in view in each of them, (F, n).
         seen: confidence with which it was seen there in this step, 0 where it was not, (F,).
+        is_remembered: whether it was ever seen there, so that the memory counts the looks that did
+            not show it, which policies read, bool (F,).
     """
 
     in_vain: np.ndarray
     steps_ago: np.ndarray
     weight: np.ndarray
     seen: np.ndarray
+    is_remembered: np.ndarray
 
     def for_another(self) -> Looks:
         """Return the same for another object of that description: its like was seen, not it."""

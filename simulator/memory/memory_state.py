@@ -179,6 +179,8 @@ class MemoryState:
         """
         in_vain, seen = np.zeros((2, len(self.layout.furniture)))
         steps_ago = list_looks_before(batch, row, now)
+        is_remembered = np.zeros(len(self.layout.furniture), dtype=bool)
+        is_remembered[batch.edges["furniture"][batch.edges["object"] == row]] = row >= 0
         sought_ago = np.full(len(self.layout.furniture), np.inf)
         sought = np.zeros(len(self.layout.furniture))
         position = {number: index for index, number in enumerate(self.furniture_ids)}
@@ -199,6 +201,7 @@ class MemoryState:
             steps_ago=np.column_stack([steps_ago, sought_ago]),
             weight=np.column_stack([np.ones(steps_ago.shape), sought]),
             seen=seen,
+            is_remembered=is_remembered,
         )
 
     def forget_questions(self) -> None:

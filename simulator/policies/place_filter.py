@@ -42,6 +42,7 @@ class PlaceFilter(Policy):
         num_basis: rows of `compute_basis`.
     """
 
+    looks_counted = 1.0
     belief_type: ClassVar[type[Belief]] = Belief
     num_basis: ClassVar[int] = 1
 

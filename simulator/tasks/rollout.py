@@ -41,6 +41,7 @@ class Rollout:
         memory: what the agent believes.
         policy: who answers.
         on_change: called with the memory rows that each look has changed.
+        on_look: called with what each look has shown.
     """
 
     def __init__(self, homes: Homes, policy: Policy) -> None:
@@ -57,6 +58,7 @@ class Rollout:
         self._looks_per_step = np.array([config.looks_per_step for config in homes.configs])
         self._num_rounds = 0  # of looks on patrol
         self.on_change: Callable[[Change], None] = lambda change: None
+        self.on_look: Callable[[Observation], None] = lambda seen: None
 
     def ask(self) -> tuple[np.ndarray, Queries]:
         """Evolve every home by one step and ask its query: description codes (H,), queries."""
@@ -118,4 +120,5 @@ class Rollout:
         )
         self.policy.observe(memory, change)
         self.on_change(change)
+        self.on_look(seen)
         return seen
