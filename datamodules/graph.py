@@ -110,16 +110,16 @@ class GraphBuilder:
             evidence = evidence[place]
         number_of_node = np.cumsum(kept.nodes) - 1
         degrees = pairs.compute_degrees()[node]
-        first_furniture = snapshots.first_furniture
+        first_furniture, node_snapshot = snapshots.first_furniture, pairs.snapshot[node]
         return GraphArrays(
             first_node=first_node,
             first_edge=first_edge.tolist(),
             label=pairs.label[node],
             temporal=temporal,
-            degree=degrees.sum(axis=1),
+            degree=np.einsum("nd->n", degrees),  # three columns: `sum` takes a call a node
             degrees=degrees,
-            node_snapshot=pairs.snapshot[node],
-            furniture_index=place - first_furniture[snapshots.furniture_snapshot[place]],
+            node_snapshot=node_snapshot,
+            furniture_index=place - first_furniture[node_snapshot[first_node[3] : first_node[4]]],
             edge_src=number_of_node[src],
             edge_dst=number_of_node[dst],
             edge_feature=feature,

@@ -48,7 +48,7 @@ def propose_rows(
     """
     proposed = prior_rows > threshold
     is_known = np.zeros(num_queries, dtype=bool)
-    is_known[query[proposed.any(axis=1)]] = True
+    is_known[query[proposed[:, 0] | proposed[:, 1]]] = True
     proposed[:, 1] |= ~is_known[query]
     return proposed
 
