@@ -5,7 +5,7 @@
 #   make reproduce                           train and play what the paper's tables need; goes on where it stopped
 #   make test | make quick                   all tests | those that are not slow
 #   make check | make bench                  ruff and mypy | benchmarks
-#   make fuzz                                change files of every kind, load and use them (minutes)
+#   make fuzz                                changed files, odd calls and options, kills, full disks (minutes)
 #   make docs                                pages of the API, built from the docstrings
 #   make fit PYTHON=/path/to/python3.11      choose the Python that .venv is made from
 
@@ -88,5 +88,5 @@ $(STAMP): setup.cfg pyproject.toml constraints.txt
 	fi
 	@echo "Installing the packages of constraints.txt into $(VENV): a few minutes the first time"
 	@$(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
-	  --editable '.[dev,igridson,priors]'
+	  --editable '.[dev,igridson,priors,view]'
 	@touch $@

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 
@@ -29,7 +28,7 @@ from datamodules.pairs import FIRST_OBJECT_TYPE, OBJECT_UP, Pairs
 from simulator.memory.candidates import propose_rows, sample_places
 from simulator.memory.memory_batch import NEVER
 from simulator.snapshots.snapshots import Snapshots, forget
-from simulator.text import TextVectors
+from simulator.text import PAPER_PIPELINE, TextVectors
 
 
 class GraphBuilder:
@@ -50,7 +49,7 @@ class GraphBuilder:
         self.config = config
         self.num_hops = num_hops
         self._rng = np.random.default_rng(seed)
-        self._text = _load_text(config.text_pipeline)
+        self._text = load_text(config.text_pipeline)
         self._labels: tuple[str, ...] = ()
         # No tensors: those made while a network plays, in inference mode, cannot be trained on.
         self._table = (np.zeros((0, TEXT_DIM), np.float32), np.zeros((0, 0), np.float32))
@@ -111,16 +110,16 @@ class GraphBuilder:
             evidence = evidence[place]
         number_of_node = np.cumsum(kept.nodes) - 1
         degrees = pairs.compute_degrees()[node]
-        first_furniture = snapshots.first_furniture
+        first_furniture, node_snapshot = snapshots.first_furniture, pairs.snapshot[node]
         return GraphArrays(
             first_node=first_node,
             first_edge=first_edge.tolist(),
             label=pairs.label[node],
             temporal=temporal,
-            degree=degrees.sum(axis=1),
+            degree=np.einsum("nd->n", degrees),  # three columns: `sum` takes a call a node
             degrees=degrees,
-            node_snapshot=pairs.snapshot[node],
-            furniture_index=place - first_furniture[snapshots.furniture_snapshot[place]],
+            node_snapshot=node_snapshot,
+            furniture_index=place - first_furniture[node_snapshot[first_node[3] : first_node[4]]],
             edge_src=number_of_node[src],
             edge_dst=number_of_node[dst],
             edge_feature=feature,
@@ -175,10 +174,22 @@ class GraphBuilder:
         )
 
 
-@lru_cache(maxsize=2)
-def _load_text(pipeline: str | None) -> TextVectors:
-    """Load text vectors once per process: it takes a quarter of a second."""
-    return TextVectors(pipeline)
+_TEXT: dict[str | None, TextVectors] = {}
+
+
+def load_text(pipeline: str | None) -> TextVectors:
+    """Load text vectors, once per process: it takes a quarter of a second.
+
+    A network that was trained with a pipeline of one's own can be loaded from then on.
+    """
+    if pipeline not in _TEXT:
+        _TEXT[pipeline] = TextVectors(pipeline)
+    return _TEXT[pipeline]
+
+
+def is_text_known(pipeline: object) -> bool:
+    """Tell whether a file may name a pipeline: ours, the paper's, or one that is loaded already."""
+    return pipeline in (None, PAPER_PIPELINE) or (isinstance(pipeline, str) and pipeline in _TEXT)
 
 
 def _compute_features(

@@ -79,6 +79,25 @@ class GraphArrays:
             etype: slice(*ends)
             for etype, ends in zip(EDGE_TYPES, pairwise(self.first_edge), strict=True)
         }
+        columns = {
+            "label": torch.from_numpy(self.label),
+            "temporal": torch.from_numpy(self.temporal),
+            "degree": torch.from_numpy(self.degree),
+            "degrees": torch.from_numpy(self.degrees),
+            "snapshot": torch.from_numpy(self.node_snapshot),
+        }
+        node_data = {
+            ntype: {name: column[rows] for name, column in columns.items()}
+            for ntype, rows in nodes.items()
+        }
+        node_data["furniture"]["index"] = torch.from_numpy(self.furniture_index)
+        if self.evidence is not None:
+            node_data["furniture"]["evidence"] = torch.from_numpy(self.evidence)
+        feature = torch.from_numpy(self.edge_feature)
+        edge_data = {etype: {"feature": feature[rows]} for etype, rows in edges.items()}
+        for name, values in self._spread_queries().items():
+            for etype in QUERY_EDGE_TYPES:
+                edge_data[etype][name] = torch.from_numpy(values[edges[etype]])
         graph = make_heterograph(
             {
                 (src, relation, dst): (
@@ -88,29 +107,11 @@ class GraphArrays:
                 for (src, relation, dst), rows in edges.items()
             },
             {ntype: rows.stop - rows.start for ntype, rows in nodes.items()},
+            node_data,
+            edge_data,
         )
         graph.set_batch_num_nodes(_name(NODE_TYPES, self._count_nodes()))
         graph.set_batch_num_edges(_name(EDGE_TYPES, self._count_edges()))
-        node_columns = {
-            "label": torch.from_numpy(self.label),
-            "temporal": torch.from_numpy(self.temporal),
-            "degree": torch.from_numpy(self.degree),
-            "degrees": torch.from_numpy(self.degrees),
-            "snapshot": torch.from_numpy(self.node_snapshot),
-        }
-        for ntype, rows in nodes.items():
-            graph.nodes[ntype].data.update(
-                {name: column[rows] for name, column in node_columns.items()}
-            )
-        graph.nodes["furniture"].data["index"] = torch.from_numpy(self.furniture_index)
-        if self.evidence is not None:
-            graph.nodes["furniture"].data["evidence"] = torch.from_numpy(self.evidence)
-        for etype, rows in edges.items():
-            graph.edges[etype].data["feature"] = torch.from_numpy(self.edge_feature[rows])
-        columns = self._spread_queries()
-        for etype in QUERY_EDGE_TYPES:
-            for name, column in columns.items():
-                graph.edges[etype].data[name] = torch.from_numpy(column[edges[etype]])
         question = None if self.question is None else torch.from_numpy(self.question)
         return SGMBatch(graph, torch.from_numpy(self.text), self.num_snapshots, question)
 
@@ -140,10 +141,8 @@ class GraphArrays:
 
 def _count_blocks(snapshot: np.ndarray, first: list[int], num_snapshots: int) -> np.ndarray:
     """Count the entries of each snapshot in each block, (n,) -> (blocks, B)."""
-    num_blocks = len(first) - 1
-    block = np.repeat(np.arange(num_blocks), np.diff(first))
-    counts = np.bincount(block * num_snapshots + snapshot, minlength=num_blocks * num_snapshots)
-    return counts.reshape(num_blocks, num_snapshots)
+    blocks = (snapshot[start:end] for start, end in pairwise(first))
+    return np.stack([np.bincount(block, minlength=num_snapshots) for block in blocks])
 
 
 def _name(types: Sequence[_Type], counts: np.ndarray) -> dict[_Type, torch.Tensor]:

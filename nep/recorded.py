@@ -71,6 +71,8 @@ def _describe(options: Namespace, checkpoints: Sequence[Checkpoint], parser: Arg
     listed = ["python", "-m", "nep.recorded", "--trace", "DIR"]
     for point in checkpoints:
         listed += ["--checkpoint", point.name]
+    if options.kinds is not None:
+        listed += ["--kinds", *options.kinds]
     for name in ("steps", "step_seconds", "replays"):
         if getattr(options, name) != parser.get_default(name):
             listed += [f"--{name}", str(getattr(options, name))]

@@ -212,6 +212,8 @@ def collect_homes(
     policy = make_policy(config.policy, state)
     task = TASKS[config.task](state, policy)
     recorder = Recorder(task.rollout.memory)
+    if config.evidence:
+        task.rollout.memory.count_history()
     # A collecting filter believes already; another policy is watched by one.
     believer = policy if isinstance(policy, HomeFilter) else HomeFilter.make(state)
     watches = config.belief and believer is not policy

@@ -33,11 +33,12 @@ ORDER = """
     simulator.arrays simulator.messages simulator.checks simulator.caches simulator.files
     simulator.fan_out simulator.process simulator.compiled simulator.priors simulator.text
     simulator.memory simulator.world simulator.evidence simulator.policies simulator.snapshots
-    simulator.tasks simulator.robot simulator.trace simulator.drawing simulator.realism
+    simulator.tasks simulator.robot simulator.trace simulator.drawing simulator.replay
+    simulator.realism
     simulator.home_options simulator.command_line simulator.gym simulator.igridson
     simulator.collect simulator.testing simulator datamodules nep.importers nep.layers
     nep.encoders nep.model nep.checkpoint_files nep.config_files nep.players nep.report nep.kinds
-    nep.robot nep.callbacks nep.fit nep.evaluate nep.paper nep
+    nep.robot nep.callbacks nep.fit nep.evaluate nep.paper nep.view nep
 """.split()
 COMMANDS = "commands"
 

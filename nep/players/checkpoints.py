@@ -25,6 +25,7 @@ from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep.model.module import NEPModule
 from nep.players.calibration import Calibration
+from nep.players.shipped import CONFIG, find_trained
 from nep.players.stored_network import (
     build_network,
     check_archive,
@@ -37,8 +38,7 @@ from simulator.messages import shorten
 
 FORMAT = "node edge predictor"
 FORMAT_VERSION = 2
-CONFIG, WEIGHTS = "config.json", "weights.safetensors"
-PRETRAINED = Path(__file__).parents[1] / "pretrained"
+WEIGHTS = "weights.safetensors"
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,37 +60,6 @@ class TrainedModel:
     builder: GraphBuilder
     calibration: Calibration | None = None
     training: dict[str, Any] | None = None
-
-
-def list_shipped() -> list[str]:
-    """List the networks that ship with the package, by name."""
-    return sorted(path.parent.name for path in PRETRAINED.glob(f"*/{CONFIG}"))
-
-
-def find_trained(source: str | Path) -> Path:
-    """Find the exported folder or checkpoint that a source names, without reading it.
-
-    Args:
-        source: as in `load_trained`.
-
-    Raises:
-        ValueError: if there is no such file or folder.
-    """
-    if not isinstance(source, (str, Path)):
-        raise ValueError(
-            f"checkpoint must be named by a text or a path, got {shorten(source)}. Name a file, an "
-            f"exported folder or one of {', '.join(list_shipped())}."
-        )
-    if source in list_shipped():
-        return PRETRAINED / source
-    path = Path(source)
-    if not path.exists():
-        raise ValueError(
-            "checkpoint must be a file that can be read, an exported folder or one of "
-            f"{', '.join(list_shipped())}, got {shorten(str(source))}. Train one with `python -m "
-            "nep.fit`, or check the path."
-        )
-    return path
 
 
 def load_trained(source: str | Path) -> TrainedModel:

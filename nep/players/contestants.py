@@ -9,9 +9,10 @@ from pathlib import Path
 
 import torch
 
-from nep.players.checkpoints import PRETRAINED, WEIGHTS, find_trained
+from nep.players.checkpoints import WEIGHTS
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
+from nep.players.shipped import PRETRAINED, find_trained
 from simulator.files import compute_checksum
 from simulator.messages import shorten
 from simulator.policies import POLICIES, Policy, check_policies, make_policy

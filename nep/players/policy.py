@@ -52,7 +52,9 @@ class NEPPolicy(Policy):
         return NEPPolicy(self._module, self._builder, believer)
 
     def reset(self, memory: MemoryBatch) -> None:
-        """Forget earlier homes."""
+        """Forget earlier homes, and ask for what the features are computed from."""
+        if self._builder.config.evidence:
+            memory.count_history()
         if self._believer is not None:
             self._believer.reset(memory)
 

@@ -14,10 +14,12 @@ import torch
 from torch import Tensor
 
 from datamodules.features import FeatureConfig
+from datamodules.graph import is_text_known
 from nep.encoders import Encoder
 from nep.model.module import NEPModule
 from nep.players.calibration import Calibration
 from simulator.messages import shorten, shorten_text
+from simulator.text import PAPER_PIPELINE
 
 # A number of units or layers may be above the axes of the weights only where nothing is sized by
 # it, such as the attention's in a network without one.
@@ -72,6 +74,7 @@ def read_features(data: Any) -> FeatureConfig:
 
     Raises:
         TypeError: if they are of the wrong kind.
+        ValueError: if they name text vectors that neither we nor the caller have named.
     """
     lists = {name: tuple(value) for name, value in data.items() if isinstance(value, list)}
     config = FeatureConfig(**{**data, **lists})
@@ -79,8 +82,12 @@ def read_features(data: Any) -> FeatureConfig:
         value = getattr(config, row.name)
         if not _is_like(value, row.default):
             raise TypeError(f"{row.name} of the features is {shorten(value)}")
-    if not (config.text_pipeline is None or isinstance(config.text_pipeline, str)):
-        raise TypeError("text_pipeline of the features is no text")
+    if not is_text_known(config.text_pipeline):
+        raise ValueError(
+            f"text_pipeline of a file must be '{PAPER_PIPELINE}', none or one that is loaded, got "
+            f"{shorten(config.text_pipeline)}. Load it before: `datamodules.graph.load_text(...)`, "
+            "in a module that --encoders names, for example."
+        )
     return config
 
 

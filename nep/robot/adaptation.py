@@ -12,6 +12,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from simulator.files import read_json, write_whole
+from simulator.messages import shorten
 from simulator.policies.probabilities import compute_probabilities
 
 FORMAT = "scene graph memory: adaptation"
@@ -122,7 +123,8 @@ class Adaptation:
             return _read(data)
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise ValueError(
-                f"adaptation must be a file that `Adaptation.save` wrote, got {error!r} in {path}. "
+                "adaptation must be a file that `Adaptation.save` wrote, got "
+                f"{shorten(error)} in {path}. "
                 "Adapt the finder again."
             ) from None
 

@@ -11,6 +11,8 @@ def sum_rows(values: np.ndarray, lengths: np.ndarray) -> np.ndarray:
     The others may be zero, but not even they may be added: how a sum is rounded depends on the
     length of the row, and so on the longest row beside it.
     """
+    if (lengths == values.shape[-1]).all():
+        return np.ascontiguousarray(values).sum(axis=-1)
     total = np.zeros(values.shape[:-1], dtype=values.dtype)
     for length in np.unique(lengths):
         rows = lengths == length

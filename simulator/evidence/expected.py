@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.arrays.padded import sum_rows
+from simulator.arrays.relations import sum_relations
 from simulator.memory.memory_batch import MemoryBatch, Queries
 
 _TRUST = 0.5  # of what a name is like, as a share of what the prior knows
@@ -34,7 +35,7 @@ class Expected:
     @classmethod
     def by_prior(cls, memory: MemoryBatch, queries: Queries) -> Expected:
         """Expect what the prior says, and nothing where it is silent."""
-        share, has_prior = _normalise(memory, queries, queries.prior.sum(axis=2).astype(float))
+        share, has_prior = _normalise(memory, queries, sum_relations(queries.prior).astype(float))
         nothing = np.zeros(share.shape)
         return cls(share, has_prior.astype(float), nothing, nothing[:, 0], nothing)
 

@@ -21,12 +21,15 @@ class Looks:
             since it was last seen there, infinite where there was none, (F, n).
         weight: how much of the furniture was in view in each of them, (F, n).
         seen: confidence with which it was seen there in this step, 0 where it was not, (F,).
+        is_remembered: whether it was ever seen there, so that the memory counts the looks that did
+            not show it, which policies read, bool (F,).
     """
 
     in_vain: np.ndarray
     steps_ago: np.ndarray
     weight: np.ndarray
     seen: np.ndarray
+    is_remembered: np.ndarray
 
     def for_another(self) -> Looks:
         """Return the same for another object of that description: its like was seen, not it."""
@@ -67,6 +70,12 @@ class Asked:
         """Where and when one of them was last seen; None if that never was."""
         return next(iter(self.sightings), None)
 
+    def mark_edges(self) -> np.ndarray:
+        """Mark the edges of `current` that lead from what is asked for, bool (E,)."""
+        is_asked = np.zeros(len(self.current.objects) + 1, dtype=bool)
+        is_asked[self.rows] = True  # -1, what it does not know, is the last one
+        return is_asked[self.current.edges["object"]]
+
     def choose_relation(self) -> np.ndarray:
         """Return how the objects lie at each place: 0 "in", 1 "onTop", (F,).
 
@@ -75,7 +84,7 @@ class Asked:
         prior = self.queries.prior.sum(axis=0)  # (F, 2)
         relation = np.where(prior[:, 1] >= prior[:, 0], 1, 0)
         edges = self.current.edges
-        own = np.flatnonzero(np.isin(edges["object"], self.rows) & (edges["num_true"] > 0))
+        own = np.flatnonzero(self.mark_edges() & (edges["num_true"] > 0))
         own = own[np.argsort(edges["last_true"][own], kind="stable")]
         relation[edges["furniture"][own]] = edges["relation"][own]
         return relation

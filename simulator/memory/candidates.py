@@ -17,7 +17,7 @@ def propose_places(
 
     Args:
         prior_rows: prior weight per place, (..., F, 2).
-        threshold: 0 keeps everything the prior deems possible.
+        threshold: non-negative; 0 keeps everything the prior deems possible.
         is_furniture: which columns are furniture of the home asked, bool (..., F); None for all.
 
     Returns:
@@ -25,10 +25,11 @@ def propose_places(
 
     Source: paper section 4.2, f_h; docs/design.md, ruling 12.
     """
-    proposed = prior_rows > threshold
-    is_known = proposed.any(axis=(-2, -1), keepdims=True)
-    proposed[..., 1:] |= ~is_known
-    return proposed if is_furniture is None else proposed & is_furniture[..., None]
+    proposed = prior_rows > threshold  # nowhere beyond the furniture, where the prior is zero
+    is_unknown = ~proposed.any(axis=(-2, -1))
+    if is_unknown.any():
+        proposed[is_unknown, :, 1] = True if is_furniture is None else is_furniture[is_unknown]
+    return proposed
 
 
 def propose_rows(
@@ -47,7 +48,7 @@ def propose_rows(
     """
     proposed = prior_rows > threshold
     is_known = np.zeros(num_queries, dtype=bool)
-    is_known[query[proposed.any(axis=1)]] = True
+    is_known[query[proposed[:, 0] | proposed[:, 1]]] = True
     proposed[:, 1] |= ~is_known[query]
     return proposed
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from simulator.arrays.relations import sum_relations
+
 if TYPE_CHECKING:
     from simulator.memory.memory_batch import MemoryBatch, Queries
 
@@ -97,14 +99,14 @@ class HomeHistory:
 
     def note_questions(self, queries: Queries) -> None:
         """Count questions."""
-        self.counters["num_asked"] += np.bincount(queries.home, minlength=len(self.moves))
+        self._count("num_asked", queries.home)
 
     def note_look(
         self,
         memory: MemoryBatch,
         looked: np.ndarray,
         is_counted: np.ndarray,
-        seen_object: np.ndarray,
+        is_seen: np.ndarray,
         seen_again: np.ndarray,
         asked: Queries | None,
     ) -> None:
@@ -114,24 +116,27 @@ class HomeHistory:
             memory: the memory.
             looked: furniture that each home looks at, -1 for none, (H,).
             is_counted: whether the look is one at the furniture, having most of it in view, (H,).
-            seen_object: rows of objects that were detected, (m,).
+            is_seen: whether each object was detected, bool (O,).
             seen_again: rows of edges that were known and are found true, (n,).
             asked: open questions; None if there are none.
         """
         objects, time = memory.objects, memory.time
-        self._note_answers(memory, looked, seen_object, asked)
+        if asked is not None:
+            self._note_answers(memory, looked, asked, is_seen[asked.object])
         home = np.flatnonzero((looked >= 0) & is_counted)
         column = memory.furniture_num_observed[home, looked[home]] % NUM_LOOKS_KEPT
         self.look_times[home, looked[home], column] = time
 
-        rows = np.unique(seen_object)
+        rows = np.flatnonzero(is_seen)
         rows = rows[objects["num_observed"][rows] > 0]
         home, before = objects["home"][rows], objects["last_furniture"][rows]
         self._count("time_followed", home, time - objects["last_observed"][rows])
-        has_moved = (before >= 0) & (before != looked[home])
-        self._count("num_moved", home[has_moved], 1)
+        here = looked[home]
+        has_moved = (before >= 0) & (before != here)
+        home, before, here = home[has_moved], before[has_moved], here[has_moved]
+        self._count("num_moved", home)
         if self.counts_moves:
-            np.add.at(self.moves, (home, before, looked[home]), has_moved)
+            np.add.at(self.moves, (home, before, here), 1)
 
         edges = memory.edges
         again = seen_again[edges["num_true"][seen_again] > 0]
@@ -139,8 +144,8 @@ class HomeHistory:
         again = again[is_last]
         home = edges["home"][again]
         stayed = np.exp(-self.compute_move_rate()[home] * (time - edges["last_true"][again]))
-        self._count("num_missed", home, stayed * edges["num_absent"][again])
-        self._count("num_refound", home, stayed)
+        np.add.at(self.counters["num_missed"], home, stayed * edges["num_absent"][again])
+        np.add.at(self.counters["num_refound"], home, stayed)
 
     def note_hours(self, hour: np.ndarray, edges: np.ndarray, num_edges: int) -> None:
         """Count sightings by hour of day.
@@ -206,34 +211,28 @@ class HomeHistory:
             history.edge_hours[edge, hour] = count
         return history
 
-    def _count(self, name: str, home: np.ndarray, value: np.ndarray | int) -> None:
-        np.add.at(self.counters[name], home, value)
+    def _count(self, name: str, home: np.ndarray, number: np.ndarray | None = None) -> None:
+        """Add whole numbers (n,), 1 if left out, to the counts of homes (n,)."""
+        counter = self.counters[name]
+        counter += np.bincount(home, number, minlength=len(counter))
 
     def _note_answers(
-        self,
-        memory: MemoryBatch,
-        looked: np.ndarray,
-        seen_object: np.ndarray,
-        asked: Queries | None,
+        self, memory: MemoryBatch, looked: np.ndarray, asked: Queries, is_found: np.ndarray
     ) -> None:
         """Count which simple rule would have led to the objects that were asked for and found."""
-        if asked is None:
-            return
-        is_found = np.isin(asked.object, seen_object)
         if not is_found.any():
             return
         found = type(asked)(asked.home[is_found], asked.object[is_found], asked.prior[is_found])
         here = looked[found.home]
-        self._count("num_found", found.home, 1)
+        self._count("num_found", found.home)
         is_last = memory.objects["last_furniture"][found.object] == here
         self._count("num_last_right", found.home, is_last)
         query, edge = memory.edges_of(found)
-        num_true = np.zeros((len(here), memory.num_furniture))
-        np.add.at(
-            num_true, (query, memory.edges["furniture"][edge]), memory.edges["num_true"][edge]
-        )
-        rate = num_true / (memory.furniture_num_observed[found.home] + 0.5)
-        prior = found.prior.sum(axis=2)
+        shape = (len(here), memory.num_furniture)
+        place = np.ravel_multi_index((query, memory.edges["furniture"][edge]), shape)
+        num_true = np.bincount(place, memory.edges["num_true"][edge], minlength=np.prod(shape))
+        rate = num_true.reshape(shape) / (memory.furniture_num_observed[found.home] + 0.5)
+        prior = sum_relations(found.prior)
         for name, score in (("num_common_right", rate), ("num_prior_right", prior)):
             is_right = (score.argmax(axis=1) == here) & score.any(axis=1)
             self._count(name, found.home, is_right)

@@ -100,7 +100,7 @@ class MemoryBatch:
             never was, `missed` the sum of their parts, `confidence` that of the last sighting, 0
             without one.
         place_prior: the prior for these layouts.
-        history: what is counted of each home as a whole.
+        history: what is counted of each home as a whole, where somebody asked for it.
         clock: where in the week step 0 of each home is, and how long its steps are
             (`Clock.row`), float64 (H, 2), nan for a home without; None if no home has one.
 
@@ -152,7 +152,7 @@ class MemoryBatch:
                 np.int32,
             ) | dict.fromkeys(("prior", *EDGE_MEASURES), np.float32) | {"is_true": np.bool_}
         )  # fmt: skip
-        self.history = HomeHistory(*furniture_label.shape)
+        self._history: HomeHistory | None = None
         self._row_of_key = np.full((len(furniture_label), 64), -1, dtype=np.int32)
         self._pending: Queries | None = None
         self._label_vectors = LabelVectors(self.labels)
@@ -163,6 +163,45 @@ class MemoryBatch:
         if self._label_vectors.labels is not self.labels:
             self._label_vectors = LabelVectors(self.labels)
         return self._label_vectors
+
+    @property
+    def history(self) -> HomeHistory:
+        """What is counted of each home as a whole.
+
+        Raises:
+            ValueError: if nobody asked for it in time.
+        """
+        if self._history is None:
+            raise ValueError(
+                "history must be counted before it is read, got a memory that does not count it. "
+                "Call `count_history` before the first look."
+            )
+        return self._history
+
+    @property
+    def counts_history(self) -> bool:
+        """Whether `history` is counted."""
+        return self._history is not None
+
+    def count_history(self, so_far: HomeHistory | None = None) -> None:
+        """Count `history`, too, from the first look on: a tenth more work a look.
+
+        Policies that read it ask for it in `Policy.reset`.
+
+        Args:
+            so_far: counts to go on with; None for none yet.
+
+        Raises:
+            ValueError: if there are none, and looks that were not counted.
+        """
+        if so_far is None and self._history is None:
+            if self.furniture_num_observed.any():
+                raise ValueError(
+                    "history must be counted from the first look on, got a memory of "
+                    f"{self.furniture_num_observed.sum()} looks. Call `count_history` earlier."
+                )
+            so_far = HomeHistory(*self.furniture_label.shape)
+        self._history = self._history if so_far is None else so_far
 
     @property
     def num_homes(self) -> int:
@@ -196,7 +235,7 @@ class MemoryBatch:
         copied.furniture_num_observed = self.furniture_num_observed.copy()
         copied.furniture_last_observed = self.furniture_last_observed.copy()
         copied.objects, copied.edges = self.objects.copy(), self.edges.copy()
-        copied.history = self.history.copy()
+        copied._history = None if self._history is None else self._history.copy()
         copied._row_of_key = self._row_of_key.copy()
         copied._pending = None
         return copied
@@ -218,7 +257,8 @@ class MemoryBatch:
         """
         num_added = furniture_label.shape[1] - self.num_furniture
         added = ((0, 0), (0, num_added))
-        self.history.add_furniture(num_added)
+        if self._history is not None:
+            self._history.add_furniture(num_added)
         self.furniture_num_observed = np.pad(self.furniture_num_observed, added)
         self.furniture_last_observed = np.pad(
             self.furniture_last_observed, added, constant_values=NEVER
@@ -271,7 +311,8 @@ class MemoryBatch:
         """Ask for objects by description; arguments as in `ensure_objects`, (Q,) each."""
         rows = self.ensure_objects(home, key, label, object_type)
         self._pending = Queries(home, rows, self.place_prior.rows(home, object_type))
-        self.history.note_questions(self._pending)
+        if self._history is not None:
+            self._history.note_questions(self._pending)
         return self._pending
 
     def compute_candidates(self, queries: Queries) -> np.ndarray:
@@ -294,12 +335,13 @@ class MemoryBatch:
         Returns:
             (k,) query numbers and (k,) rows of `edges`.
         """
-        num_objects = len(self.objects)
-        edge = np.flatnonzero(_mark(queries.object, num_objects)[self.edges["object"]])
+        num_objects, objects = len(self.objects), self.edges["object"]
+        edge = np.flatnonzero(_mark(queries.object, num_objects).take(objects))
         by_object = np.argsort(queries.object, kind="stable")
         num_asked = np.bincount(queries.object, minlength=num_objects)
-        start = np.cumsum(num_asked) - num_asked
-        object_of_edge = self.edges["object"][edge]
+        start = np.empty(num_objects, dtype=np.int64)
+        start[queries.object[by_object[::-1]]] = np.arange(len(by_object))[::-1]  # the first stays
+        object_of_edge = objects[edge]
         count = num_asked[object_of_edge]  # an object may be asked for more than once
         query = by_object[concatenate_ranges(start[object_of_edge], count)]
         return query, np.repeat(edge, count)
@@ -332,19 +374,23 @@ class MemoryBatch:
 
         Source: paper section 4.2, appendix B.
         """
-        looked = np.full(self.num_homes, -1)
+        looked = np.full(self.num_homes, -1, dtype=np.int32)
         looked[home] = furniture
         look = _Look(self, home, coverage)
         if confidence is not None and (confidence < 1).any():
             seen_object, seen_relation = look.sort_out(seen_object, seen_relation, confidence)
         edges = self.edges
-        touched = np.flatnonzero(looked[edges["home"]] == edges["furniture"])
+        touched = np.flatnonzero(looked.take(edges["home"]) == edges["furniture"])
         touched_key = edges["object"][touched] * 2 + edges["relation"][touched]
         num_keys = 2 * len(self.objects)
         is_seen_key = _mark(seen_object * 2 + seen_relation, num_keys)
         is_seen = is_seen_key[touched_key]
         again = touched[is_seen]
-        self.history.note_look(self, looked, look.is_counted, seen_object, again, self._pending)
+        has_changed = _mark(seen_object, len(self.objects))
+        if self._history is not None:
+            self._history.note_look(
+                self, looked, look.is_counted, has_changed, again, self._pending
+            )
         self._update_edges(touched, is_seen, look.weigh(touched_key))
         edges["confidence"][again] = look.get_confidence(touched_key[is_seen])
         is_new_false = self._mark_looked_up(looked, num_keys) & ~is_seen_key
@@ -357,13 +403,12 @@ class MemoryBatch:
         edges["confidence"][added[: len(new_true)]] = look.get_confidence(new_true)
         false = added[len(new_true) :]
         edges["missed"][false] = edges["num_absent"][false] - 1 + missed
-        if self.clock is not None:
-            self._note_hours(np.concatenate([again, added[: len(new_true)]]))
+        if self._history is not None and self.clock is not None:
+            self._note_hours(self._history, np.concatenate([again, added[: len(new_true)]]))
 
         is_counted = look.is_counted[home]
         self.furniture_num_observed[home, furniture] += is_counted
         self.furniture_last_observed[home[is_counted], furniture[is_counted]] = self.time
-        has_changed = _mark(seen_object, len(self.objects))
         self._update_objects(np.flatnonzero(has_changed), looked)
         has_changed[edges["object"][added]] = True
         return Change(
@@ -376,7 +421,7 @@ class MemoryBatch:
         edges = self.edges
         before = edges["missed"][rows]
         after = (before + weight).astype(np.float32)
-        edges["missed"][rows] = np.where(is_seen, 0, after)
+        edges["missed"][rows] = after * ~is_seen
         is_counted = is_seen | (np.floor(after + 0.5) > np.floor(before + 0.5))
         if not is_counted.all():
             rows, is_seen = rows[is_counted], is_seen[is_counted]
@@ -388,13 +433,13 @@ class MemoryBatch:
         edges["last_changed"][rows[has_changed]] = self.time
         edges["last_true"][rows[is_seen]] = self.time
         edges["is_true"][rows] = is_seen
-        edges["num_absent"][rows] = np.where(is_seen, 0, edges["num_absent"][rows] + 1)
+        edges["num_absent"][rows] = (edges["num_absent"][rows] + 1) * ~is_seen
 
-    def _note_hours(self, edges: np.ndarray) -> None:
+    def _note_hours(self, history: HomeHistory, edges: np.ndarray) -> None:
         assert self.clock is not None
         clock = self.clock[self.edges["home"][edges]]
         day_seconds = compute_week_seconds(clock, np.full(len(edges), self.time)) % DAY_SECONDS
-        self.history.note_hours(day_seconds / 3600, edges, len(self.edges))
+        history.note_hours(day_seconds / 3600, edges, len(self.edges))
 
     def _mark_looked_up(self, looked: np.ndarray, num_keys: int) -> np.ndarray:
         """Mark hypothetical edges (object * 2 + relation) that were looked at, bool (num_keys,)."""
@@ -454,6 +499,7 @@ class _Look:
         self.coverage = np.zeros(memory.num_homes)  # (H,)
         self.coverage[home] = 1.0 if coverage is None else coverage
         self.is_counted = self.coverage >= 0.5
+        self._is_whole = coverage is None or bool((coverage == 1).all())
         self._confidence: np.ndarray | None = None  # the highest by key, 0 for what was not seen
 
     def sort_out(
@@ -471,6 +517,8 @@ class _Look:
 
     def weigh(self, keys: np.ndarray) -> np.ndarray:
         """Return what part of a look counts against keys (n,), should they not be seen."""
+        if self._is_whole and self._confidence is None:
+            return np.ones(len(keys))
         weight = self.coverage[self._memory.objects["home"][keys // 2]]
         if self._confidence is None:
             return weight

@@ -86,8 +86,9 @@ class MemoryState:
         at_once = self.batch.objects["num_at_once"]
         for row in set(rows):
             at_once[row] = max(at_once[row], self.step.count_at_once(row))
-            words = read_words("description", self.descriptions[row])
-            self.sought.pop((words, furniture), None)
+            if self.sought:
+                words = read_words("description", self.descriptions[row])
+                self.sought.pop((words, furniture), None)
 
     def note_absent(self, furniture: int, words: str, coverage: float) -> None:
         """Note that a look for one thing, by its words, did not find it."""
@@ -113,7 +114,7 @@ class MemoryState:
         if before_looks and step.before is not None and not later:
             batch, num_known = step.before.copy(), step.num_objects
         known = np.array([self.find_row(description) for description in descriptions])
-        vocabulary = Vocabulary(self.prior, batch.labels)
+        vocabulary = self.vocabulary.with_labels(batch.labels)
         kinds = np.array([vocabulary.find_type(description) for description in descriptions])
         batch.labels = vocabulary.labels
         new = num_known + np.arange(len(words))
@@ -178,6 +179,8 @@ class MemoryState:
         """
         in_vain, seen = np.zeros((2, len(self.layout.furniture)))
         steps_ago = list_looks_before(batch, row, now)
+        is_remembered = np.zeros(len(self.layout.furniture), dtype=bool)
+        is_remembered[batch.edges["furniture"][batch.edges["object"] == row]] = row >= 0
         sought_ago = np.full(len(self.layout.furniture), np.inf)
         sought = np.zeros(len(self.layout.furniture))
         position = {number: index for index, number in enumerate(self.furniture_ids)}
@@ -198,6 +201,7 @@ class MemoryState:
             steps_ago=np.column_stack([steps_ago, sought_ago]),
             weight=np.column_stack([np.ones(steps_ago.shape), sought]),
             seen=seen,
+            is_remembered=is_remembered,
         )
 
     def forget_questions(self) -> None:
@@ -299,7 +303,7 @@ class MemoryState:
         self.asked = content.asked
         if content.asked is not None:
             self.query_row(content.asked)
-        batch.history = content.history  # now: to ask again is no new question
+        batch.count_history(content.history)  # now: to ask again is no new question
         self.sought = dict(content.sought)
         self.step = StepLog()
         for look in content.looks:

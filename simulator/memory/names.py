@@ -142,10 +142,12 @@ class NameIndex:
         most = 0 if len(word) < 5 else 1 if len(word) < 9 else 2
         if most == 0 or word in self._with_word:
             return word
+        letters = set(word)
         near = [
             (distance, other)
             for other in self._with_word
             if abs(len(other) - len(word)) <= most
+            and len(letters.difference(other)) <= most  # a mistake takes one away at most
             and (distance := count_mistakes(word, other)) <= most
         ]
         return min(near)[1] if near else word

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from simulator.arrays.relations import sum_relations
 from simulator.priors.prior_graph import PriorGraph
 from simulator.text.alike import Alike, weigh
 
@@ -89,12 +90,12 @@ class PlacePrior:
         """
         unknown = self._list_unknown()
         if not unknown:
-            return self.weights.sum(axis=3)
+            return sum_relations(self.weights)
         weights = np.moveaxis(self._columns.weights[:, self._node], 0, 1)  # (H, O, F, 2)
         for home, place in unknown:
             room, label = self._rooms[home][place], self._labels[home][place]
             weights[home, :, place] = self._columns.blend(str(room), label)
-        return self._share(weights).sum(axis=3)
+        return sum_relations(self._share(weights))
 
     def find_by_words(
         self, home: np.ndarray, labels: Sequence[str]

@@ -29,34 +29,48 @@ def replay(
     Raises:
         ValueError: if a line names a room or furniture that there is not.
     """
-    memory = SceneGraphMemory(prior, clock=lines[0].values["clock"])
-    replayer = _Replayer(memory)
+    replayer = Replayer(SceneGraphMemory(prior, clock=lines[0].values["clock"]))
     for line in lines:
-        yield memory, line, replayer.furniture
+        yield replayer.memory, line, replayer.furniture
+        replayer.apply(line)
+
+
+class Replayer:
+    """Makes the changes of lines in a memory, whose ids may be others than those of the log.
+
+    Attributes:
+        memory: what is changed.
+        furniture: ids in the memory by those in the log.
+    """
+
+    def __init__(self, memory: SceneGraphMemory) -> None:
+        """Begin with an empty memory."""
+        self.memory = memory
+        self._rooms: dict[int, int] = {}  # id in the memory by id in the log
+        self.furniture: dict[int, int] = {}
+
+    def copy(self) -> Replayer:
+        """Return one that goes on alone."""
+        other = Replayer(self.memory.copy())
+        other._rooms, other.furniture = dict(self._rooms), dict(self.furniture)
+        return other
+
+    def apply(self, line: LogLine) -> None:
+        """Make a change.
+
+        Raises:
+            ValueError: if it names a room or furniture that was never added.
+        """
         try:
-            replayer.apply(line)
+            self._apply(line)
         except KeyError as error:
             raise ValueError(
                 f"every {line.kind} of a log must be of what was added, got {error.args[0]} at "
                 f"time step {line.time}. Mend the line, or take it out."
             ) from None
 
-
-class _Replayer:
-    """Makes the changes of lines in a memory, whose ids may be others than those of the log."""
-
-    def __init__(self, memory: SceneGraphMemory) -> None:
-        self._memory = memory
-        self._rooms: dict[int, int] = {}  # id in the memory by id in the log
-        self.furniture: dict[int, int] = {}
-
-    def apply(self, line: LogLine) -> None:
-        """Make a change.
-
-        Raises:
-            KeyError: if it names a room or furniture that was never added.
-        """
-        memory, values = self._memory, line.values
+    def _apply(self, line: LogLine) -> None:
+        memory, values = self.memory, line.values
         if line.kind == "start":
             self._start(line)
         elif line.kind == "room":
@@ -88,21 +102,21 @@ class _Replayer:
     def _start(self, line: LogLine) -> None:
         rooms, furniture = line.values["rooms"], line.values["furniture"]
         for number in [number for number in self.furniture if number not in furniture]:
-            self._memory.remove_furniture(self.furniture.pop(number))
+            self.memory.remove_furniture(self.furniture.pop(number))
         for number in [number for number in self._rooms if number not in rooms]:
-            self._memory.remove_room(self._rooms.pop(number))
+            self.memory.remove_room(self._rooms.pop(number))
         for number, label in rooms.items():
             if number not in self._rooms:
-                self._rooms[number] = self._memory.add_room(label)
+                self._rooms[number] = self.memory.add_room(label)
         for number, row in furniture.items():
             if number not in self.furniture:
                 values = {"description": row.description, "position": row.position}
                 self._add(number, row.label, row.room, values)
-        self._memory.step(max(line.time - self._memory.time, 0))
+        self.memory.step(max(line.time - self.memory.time, 0))
 
     def _add(self, number: int, label: str, room: int, values: Mapping[str, Any]) -> None:
         position = values["position"]
-        self.furniture[number] = self._memory.add_furniture(
+        self.furniture[number] = self.memory.add_furniture(
             label, self._rooms[room], values["description"],
             None if position is None else tuple(position),
         )  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from copy import deepcopy
 from dataclasses import replace
 from datetime import datetime
 from numbers import Real
@@ -122,6 +123,14 @@ class SceneGraphMemory:
             )
         memory._state.set_content(content if clock is None else replace(content, clock=clock))
         memory._start_log(log)
+        return memory
+
+    def copy(self) -> SceneGraphMemory:
+        """Return a memory of the same content that goes its own way; it writes no log."""
+        with self._lock:
+            content = deepcopy(self._state.get_content_to_save())
+        memory = type(self)(self._prior)
+        memory._state.set_content(content)
         return memory
 
     def save(self, path: str | Path) -> None:
@@ -370,7 +379,7 @@ class SceneGraphMemory:
         words = read_words("description", description)
         if not isinstance(coverage, Real) or not 0 < coverage <= 1:
             raise ValueError(
-                f"coverage must lie above 0 and at most at 1, got {coverage} at "
+                f"coverage must lie above 0 and at most at 1, got {shorten(coverage)} at "
                 f"{self.describe(furniture)}. Give the share of it that was in view."
             )
         with self._lock:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 
 from simulator.memory.words import read_words
@@ -29,6 +30,13 @@ class Vocabulary:
         self._type_of = {row.label: index for index, row in enumerate(prior.objects)}
         self._index = {label: index for index, label in enumerate(labels)}
         self.labels = list(self._index)
+
+    def with_labels(self, labels: Sequence[str]) -> Vocabulary:
+        """Return the vocabulary of the same prior after other labels came up."""
+        other = copy.copy(self)
+        other._index = {label: index for index, label in enumerate(labels)}
+        other.labels = list(other._index)
+        return other
 
     def number(self, label: str) -> int:
         """Return the index of a label, giving it one if it is new."""

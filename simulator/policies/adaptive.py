@@ -24,9 +24,15 @@ class Adaptive(Policy):
     the looks since the object was last seen (`compute_beliefs`).
     """
 
+    looks_counted = 1.0
+
     def __init__(self, settings: FilterSettings | None = None) -> None:
         """Choose the filter; None for rates of the home's own, and half of all questions moved."""
         self._settings = settings or FilterSettings(asks_moved=0.5)
+
+    def reset(self, memory: MemoryBatch) -> None:
+        """Ask the memory to count what the rates are estimated from."""
+        memory.count_history()
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the probability of each furniture node, (Q, F)."""

@@ -7,6 +7,7 @@ from typing import ClassVar, TypeVar
 
 import numpy as np
 
+from simulator.arrays.relations import sum_relations
 from simulator.memory.memory_batch import MemoryBatch, Queries
 from simulator.policies.belief import Rules, Subjects
 from simulator.policies.place_filter import PlaceFilter
@@ -29,13 +30,13 @@ class PriorFilter(PlaceFilter):
 
     def read_moves(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the prior, (Q, F)."""
-        return queries.prior.sum(axis=2).astype(float)
+        return sum_relations(queries.prior).astype(float)
 
     def read_type_moves(
         self, memory: MemoryBatch, home: np.ndarray, types: np.ndarray
     ) -> np.ndarray:
         """Return the prior, (n, F)."""
-        return memory.place_prior.rows(home, types).sum(axis=2).astype(float)
+        return sum_relations(memory.place_prior.rows(home, types)).astype(float)
 
     def compute_rules(self, subjects: Subjects) -> Rules:
         """Return rules with the prior as dynamics, the same everywhere where it knows nothing."""
@@ -76,7 +77,7 @@ class Ceiling(PlaceFilter):
         """Return the description's own row of T, (Q, F)."""
         codes = memory.objects["key"][queries.object]
         rows = self._homes.transition_rows(queries.home, codes).astype(float)
-        return rows.reshape(len(rows), -1, NUM_RELATIONS).sum(axis=2)
+        return sum_relations(rows.reshape(len(rows), -1, NUM_RELATIONS))
 
     def read_type_moves(
         self, memory: MemoryBatch, home: np.ndarray, types: np.ndarray
@@ -89,4 +90,4 @@ class Ceiling(PlaceFilter):
     def read_weights(self, memory: MemoryBatch) -> np.ndarray:
         """Return what class noise has left of the prior, (H, O, F)."""
         weights = self._homes.get_place_weights()
-        return weights.reshape(*weights.shape[:2], -1, NUM_RELATIONS).sum(axis=3)
+        return sum_relations(weights.reshape(*weights.shape[:2], -1, NUM_RELATIONS))

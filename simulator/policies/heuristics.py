@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from simulator.arrays.relations import max_relations
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
 from simulator.policies.policy import Policy, mask_furniture, spread_over_furniture
 
 
 class Random(Policy):
     """Every furniture node alike. Source: paper section 5.3."""
+
+    looks_counted = 0.0
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return zeros, (Q, F)."""
@@ -19,9 +22,11 @@ class Random(Policy):
 class Priors(Policy):
     """The most likely place according to the prior. Source: paper section 5.3."""
 
+    looks_counted = 0.0
+
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the prior weight, (Q, F), -inf where it is zero."""
-        prior = queries.prior.max(axis=2)
+        prior = max_relations(queries.prior)
         return np.where(prior > 0, prior, -np.inf)
 
 
@@ -40,8 +45,8 @@ class Frequentist(Policy):
             return true[rows] / observed[rows]
 
         none = np.zeros(queries.prior.shape)
-        ratio = spread_over_furniture(memory, queries, compute_ratio, none).max(axis=2)
-        return mask_furniture(memory, queries, ratio)
+        ratio = spread_over_furniture(memory, queries, compute_ratio, none)
+        return mask_furniture(memory, queries, max_relations(ratio))
 
 
 class Myopic(Policy):
@@ -87,4 +92,5 @@ class Bayesian(Policy):
             np.maximum(queries.prior.astype(float), self.min_prior),
             -np.inf,
         )
-        return spread_over_furniture(memory, queries, compute_posterior, unobserved).max(axis=2)
+        posterior = spread_over_furniture(memory, queries, compute_posterior, unobserved)
+        return max_relations(posterior)

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from simulator.arrays.relations import max_relations, sum_relations
 from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
 from simulator.policies.policy import Policy, mask_furniture, spread_over_furniture
 from simulator.world.homes import NUM_RELATIONS, Homes
@@ -25,7 +26,9 @@ class LastSeenUnlessAbsent(Policy):
         """Return 2 for a trusted last place, otherwise weights in [0, 1], (Q, F)."""
         never = np.full((len(queries.home), memory.num_furniture, NUM_RELATIONS), NEVER)
         true_at = memory.edges["last_true"]
-        last_true = spread_over_furniture(memory, queries, true_at.__getitem__, never).max(axis=2)
+        last_true = max_relations(
+            spread_over_furniture(memory, queries, true_at.__getitem__, never)
+        )
         last_look = memory.furniture_last_observed[queries.home]
         is_absent = (last_look > last_true) & (last_look != NEVER)
         is_empty = is_absent & (memory.time - last_look <= self.recent_steps)
@@ -41,7 +44,7 @@ class LastSeenUnlessAbsent(Policy):
         """Return the weight of each furniture node where the last place is not trusted, (Q, F)."""
         none = np.zeros((len(queries.home), memory.num_furniture, NUM_RELATIONS))
         num_true = memory.edges["num_true"]
-        counts = spread_over_furniture(memory, queries, num_true.__getitem__, none).sum(axis=2)
+        counts = sum_relations(spread_over_furniture(memory, queries, num_true.__getitem__, none))
         return (counts + 0.5) / (counts.sum(axis=1, keepdims=True) + 1)
 
 
@@ -50,7 +53,7 @@ class LastSeenUnlessAbsentPrior(LastSeenUnlessAbsent):
 
     def compute_weights(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the prior, (Q, F)."""
-        return queries.prior.sum(axis=2).astype(float)
+        return sum_relations(queries.prior).astype(float)
 
 
 class Oracle(LastSeenUnlessAbsent):
@@ -75,4 +78,4 @@ class Oracle(LastSeenUnlessAbsent):
         """Return the row of T, (Q, F)."""
         codes = memory.objects["key"][queries.object]
         rows = self._homes.transition_rows(queries.home, codes)
-        return rows.reshape(len(rows), -1, NUM_RELATIONS).sum(axis=2).astype(float)
+        return sum_relations(rows.reshape(len(rows), -1, NUM_RELATIONS)).astype(float)

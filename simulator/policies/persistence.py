@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from simulator.arrays.relations import sum_relations
 from simulator.arrays.table import Table
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.policies.policy import Policy, mask_furniture
@@ -52,6 +53,8 @@ class Persistence(Policy):
     stays = (4.0, 20.0, 100.0)
     prior_departures = 2.0
     prior_stays = 1.0
+
+    looks_counted = 1.0
 
     def __init__(self, miss_rate: np.ndarray | float, false_rate: float = 1e-6) -> None:
         """Say what the detector is like.
@@ -226,7 +229,7 @@ def _get_prior(memory: MemoryBatch, home: np.ndarray, prior: np.ndarray) -> np.n
 
     The same everywhere where the prior knows nothing of the object; never 0 or 1.
     """
-    weight = prior.sum(axis=2).astype(float)
+    weight = sum_relations(prior).astype(float)
     alike = 1 / memory.home_num_furniture[home][:, None]
     weight = np.where(weight.any(axis=1, keepdims=True), weight, alike)
     return np.clip(weight, _LEAST_PRIOR, _MOST_PRIOR)

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from simulator.arrays.relations import sum_relations
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.policies.belief import AsOf, Belief, CompiledRules, Rules, Subjects
 from simulator.policies.inventory import Inventory
@@ -41,6 +42,7 @@ class PlaceFilter(Policy):
         num_basis: rows of `compute_basis`.
     """
 
+    looks_counted = 1.0
     belief_type: ClassVar[type[Belief]] = Belief
     num_basis: ClassVar[int] = 1
 
@@ -195,7 +197,7 @@ class PlaceFilter(Policy):
 
     def read_weights(self, memory: MemoryBatch) -> np.ndarray:
         """Return the placement weights that the initial objects were drawn with, (H, O, F)."""
-        return memory.place_prior.weights.sum(axis=3)
+        return sum_relations(memory.place_prior.weights)
 
     def compute_rules(self, subjects: Subjects) -> Rules:
         """Return what is taken for the dynamics of each subject."""

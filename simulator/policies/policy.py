@@ -22,13 +22,15 @@ class Policy(ABC):
 
     Attributes:
         score_kind: what its scores mean as probabilities, see `compute_probabilities`.
-        knows_looks: whether its scores count every look in vain of earlier time steps by Bayes'
-            rule, as filters do.
+        looks_counted: how much of what the looks in vain of earlier time steps say is in its
+            scores already, by which a finder counts them less where the object was ever seen: 0
+            nothing, 1 all of it, as in a Bayes filter. Who reads the counters of the memory has
+            half of it: measured (docs/robot.md).
         needs: what it must know of the true homes (`HomeSource.knows`); empty for all but oracles.
     """
 
     score_kind: ClassVar[ScoreKind] = "weights"
-    knows_looks: ClassVar[bool] = False
+    looks_counted: ClassVar[float] = 0.5
     needs: ClassVar[frozenset[str]] = frozenset()
 
     @classmethod
@@ -37,7 +39,10 @@ class Policy(ABC):
         return cls()
 
     def reset(self, memory: MemoryBatch) -> None:  # noqa: B027 - most policies keep no state
-        """Forget earlier homes; `memory` is that of the new ones."""
+        """Forget earlier homes; `memory` is that of the new ones.
+
+        A policy that reads `MemoryBatch.history` asks for it here: `memory.count_history()`.
+        """
 
     @abstractmethod
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:

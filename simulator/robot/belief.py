@@ -38,7 +38,7 @@ class Detector:
                 )
 
 
-def compute_likelihood(looks: Looks, detector: Detector, knows_looks: bool) -> np.ndarray:
+def compute_likelihood(looks: Looks, detector: Detector, looks_counted: float) -> np.ndarray:
     """Return how likely the looks in vain are if the object is at each place, (F,).
 
     A look of this step: the miss rate. One of s steps ago: the object may have come since, so that
@@ -47,13 +47,13 @@ def compute_likelihood(looks: Looks, detector: Detector, knows_looks: bool) -> n
     Args:
         looks: at every place.
         detector: how reliable they are.
-        knows_looks: whether the belief that they update was made from those of earlier steps.
+        looks_counted: share of what those of earlier steps say that is in the belief already where
+            it was ever seen; the rest is that power of their likelihood.
     """
     now: np.ndarray = detector.miss_rate**looks.in_vain
-    if knows_looks:
-        return now
     missed = detector.miss_rate**looks.weight
-    return now * np.prod(1 - (1 - missed) * (1 - detector.leave_rate) ** looks.steps_ago, axis=1)
+    before = np.prod(1 - (1 - missed) * (1 - detector.leave_rate) ** looks.steps_ago, axis=1)
+    return now * before ** (1 - looks_counted * looks.is_remembered)
 
 
 def update_belief(
@@ -61,7 +61,7 @@ def update_belief(
     elsewhere: float,
     looks: Looks,
     detector: Detector,
-    knows_looks: bool = False,
+    looks_counted: float = 0.0,
 ) -> tuple[np.ndarray, float]:
     """Update a belief about one object by what was seen and not seen.
 
@@ -74,13 +74,13 @@ def update_belief(
         elsewhere: probability that it is at none of them.
         looks: what was seen and not seen.
         detector: how reliable that is.
-        knows_looks: whether the belief was made from the looks of earlier steps.
+        looks_counted: as in `compute_likelihood`.
 
     Returns:
         Probability of each place, (F,), and of "elsewhere". They sum to one, unless several of the
         kind were seen at once: then each place has the probability that one of them is there.
     """
-    likely = places * compute_likelihood(looks, detector, knows_looks)
+    likely = places * compute_likelihood(looks, detector, looks_counted)
     total = likely.sum() + elsewhere
     if total > 0:
         likely, elsewhere = likely / total, elsewhere / total

@@ -73,7 +73,7 @@ def gather_evidence(
     seen_at: dict[int | None, SeenAt] = {}
     for sighting in asked.sightings:  # the latest first
         seen_at.setdefault(sighting.furniture, sighting)
-    is_own = np.isin(edges["object"], asked.rows)
+    is_own = asked.mark_edges()
     own = np.flatnonzero(is_own)
     num_observed, num_true = np.zeros((2, len(ids)), dtype=np.int64)
     np.maximum.at(num_observed, edges["furniture"][own], edges["num_observed"][own])

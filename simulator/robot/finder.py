@@ -224,7 +224,7 @@ class Finder:
                 beliefs.append(
                     update_belief(
                         places[row], float(elsewhere[row]), own, self.detector,
-                        self._policy.knows_looks,
+                        self._policy.looks_counted,
                     )
                 )  # fmt: skip
         joined, left = join_beliefs(

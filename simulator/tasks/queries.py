@@ -32,10 +32,12 @@ def compute_query_weights(homes: Homes, is_open: np.ndarray, uniform: np.ndarray
     Source: docs/design.md, ruling 9.
     """
     moved = homes.object_moved & is_open
-    by_frequency = np.where(is_open, homes.move_freq[homes.object_type], 0.0)
-    by_frequency = np.where(by_frequency.any(axis=1, keepdims=True), by_frequency, is_open)
+    weights = homes.move_freq.take(homes.object_type) * is_open
+    is_fixed = ~weights.any(axis=1)  # nothing there ever moves
+    weights[is_fixed] = is_open[is_fixed]
     ask_moved = (uniform < 0.5) & moved.any(axis=1)
-    return np.where(ask_moved[:, None], moved, by_frequency)
+    weights[ask_moved] = moved[ask_moved]
+    return weights
 
 
 def compute_answers(homes: Homes, code: np.ndarray, home: np.ndarray | None = None) -> np.ndarray:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from simulator.arrays.relations import sum_relations
 from simulator.checks import check_at_least
 from simulator.policies import Policy
 from simulator.tasks.answer import Answer
@@ -92,7 +93,7 @@ def compute_relevance(homes: Homes, home: np.ndarray, codes: np.ndarray) -> np.n
     Source: docs/design.md, ruling 17.
     """
     rows = homes.transition_rows(home, codes).astype(float)
-    return rows.reshape(len(rows), -1, NUM_RELATIONS).sum(axis=2)
+    return sum_relations(rows.reshape(len(rows), -1, NUM_RELATIONS))
 
 
 def list_looks(choice: np.ndarray) -> Iterator[np.ndarray]:

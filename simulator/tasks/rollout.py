@@ -41,6 +41,7 @@ class Rollout:
         memory: what the agent believes.
         policy: who answers.
         on_change: called with the memory rows that each look has changed.
+        on_look: called with what each look has shown.
     """
 
     def __init__(self, homes: Homes, policy: Policy) -> None:
@@ -52,10 +53,12 @@ class Rollout:
         index = {label: i for i, label in enumerate(self.memory.labels)}
         self._type_label = np.array([[index[text] for text in row] for row in homes.type_labels])
         self._homes = np.arange(homes.num_homes)
-        self._looks = np.array([config.looks for config in homes.configs])
+        looks = np.array([config.looks for config in homes.configs])
+        self._on_patrol, self._looks_at_random = looks == "patrol", looks == "random"
         self._looks_per_step = np.array([config.looks_per_step for config in homes.configs])
         self._num_rounds = 0  # of looks on patrol
         self.on_change: Callable[[Change], None] = lambda change: None
+        self.on_look: Callable[[Observation], None] = lambda seen: None
 
     def ask(self) -> tuple[np.ndarray, Queries]:
         """Evolve every home by one step and ask its query: description codes (H,), queries."""
@@ -89,12 +92,11 @@ class Rollout:
             choice: furniture that the policy would look at, (H,).
         """
         num_furniture = self.homes.home_num_furniture
-        on_patrol = self._looks == "patrol"
         for turn in range(self._looks_per_step.max()):
             has_look = turn < self._looks_per_step
             position = self._num_rounds * self._looks_per_step + turn
-            furniture = np.where(on_patrol, position % num_furniture, choice)
-            is_random = (self._looks == "random") | (~on_patrol & (turn > 0))
+            furniture = np.where(self._on_patrol, position % num_furniture, choice)
+            is_random = self._looks_at_random | (~self._on_patrol & (turn > 0))
             at_random = np.flatnonzero(is_random & has_look)
             if len(at_random):
                 uniform = self.homes.streams.rows("looks", 1).take(at_random)[:, 0]
@@ -118,4 +120,5 @@ class Rollout:
         )
         self.policy.observe(memory, change)
         self.on_change(change)
+        self.on_look(seen)
         return seen

@@ -195,7 +195,8 @@ def _copy_counters(memory: MemoryBatch) -> dict[str, np.ndarray]:
     columns["time"] = np.array(memory.time)
     columns["furniture num_observed"] = memory.furniture_num_observed
     columns["furniture last_observed"] = memory.furniture_last_observed
-    columns |= {f"history {name}": value for name, value in memory.history.counters.items()}
+    if memory.counts_history:
+        columns |= {f"history {name}": value for name, value in memory.history.counters.items()}
     return {name: values.copy() for name, values in columns.items()}
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float32]
 
+PAPER_PIPELINE = "en_core_web_sm"
 SHIPPED_PIPELINE = Path(__file__).parent / "pipeline"
 
 
@@ -93,7 +94,8 @@ def _load_pipeline(pipeline: str | Path) -> Language:
     """Load tokenizer and tok2vec of a pipeline, nothing else of it."""
     import spacy  # here, not above: it imports torch where torch is installed, seconds
 
-    if not (Path(pipeline) / "config.cfg").is_file() and not spacy.util.is_package(str(pipeline)):
+    is_folder = pipeline != PAPER_PIPELINE and (Path(pipeline) / "config.cfg").is_file()
+    if not is_folder and not spacy.util.is_package(str(pipeline)):
         raise ModuleNotFoundError(
             "text pipeline must be an installed package or a folder with config.cfg, got "
             f"{shorten(str(pipeline))}. Run `python -m spacy download {pipeline}`, or leave it out "

@@ -225,10 +225,12 @@ def observe(homes: Homes, furniture: np.ndarray) -> Observation:
         furniture: furniture index per home, (H,).
     """
     looking = np.flatnonzero(furniture >= 0)  # (n,)
+    if len(homes.sensing) == 1:
+        return homes.sensing[0][0].observe(homes, looking, furniture[looking])
     parts = [
         sensing.observe(homes, own, furniture[own])
         for sensing, is_member in homes.sensing
-        if len(own := looking[is_member[looking]]) or len(homes.sensing) == 1
+        if len(own := looking[is_member[looking]])
     ]
     return parts[0] if len(parts) == 1 else _merge(parts)
 

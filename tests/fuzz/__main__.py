@@ -1,8 +1,10 @@
-"""Fuzzes what reads files: `python tests/fuzz --cases 1000 --seed 0`; prints what was found.
+"""Tries what nobody would: `python tests/fuzz --cases 1000 --seed 0`; prints what was found.
 
-Every case changes a good file by its own seed, loads it and uses it, in a process that may have a
-gigabyte more than it has at first, and twenty seconds. It ends well, or with one clear line: a
-ValueError or OSError. All else is a finding, printed with the kind and the seed that give it again.
+Every case is of a kind and a seed: a file of that kind, changed, is loaded and used; a robot calls
+a memory in any order; a command gets odd options; or whoever writes is killed, or has no disk. It
+runs in a process that may have a gigabyte more than it has at first, and twenty seconds. It ends
+well, or with one clear line: a ValueError or OSError. All else is a finding, printed with the kind
+and the seed that give it again.
 """
 
 from __future__ import annotations
@@ -26,7 +28,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 _GIGABYTE = 1 << 30
 _SECONDS = 20
 _PER_PROCESS = 50
-KINDS = ("memory", "trace", "prior", "collection", "exported", "checkpoint", "layout")
+KINDS = ("memory", "trace", "prior", "collection", "exported", "checkpoint", "layout",
+         "session", "command", "writing")  # fmt: skip
 
 
 class Hang(BaseException):
@@ -35,7 +38,7 @@ class Hang(BaseException):
 
 def run_cases(kind: str, first: int, count: int) -> None:
     """Run cases in this process; prints a line of JSON before and after each."""
-    from targets import TARGETS
+    from kinds import TARGETS
 
     target = TARGETS[kind]
     with tempfile.TemporaryDirectory() as root:
@@ -98,7 +101,7 @@ def main() -> None:
             count = min(_PER_PROCESS, last - seed)
             seed = _run_worker(kind, seed, count, counts, findings)
         print(f"{kind:11}" + ", ".join(f"{n} {what}" for what, n in sorted(counts.items())))
-    print(f"{options.cases * len(options.kinds)} files tried, {len(findings)} findings")
+    print(f"{options.cases * len(options.kinds)} cases tried, {len(findings)} findings")
     print(*findings, sep="\n\n")
     sys.exit(1 if findings else 0)
 

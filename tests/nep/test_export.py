@@ -18,8 +18,9 @@ from nep import ObjectFinder
 from nep.encoders import GCN, HEAT
 from nep.export import main
 from nep.model.module import NEPModule
-from nep.players.checkpoints import PRETRAINED, load_config, load_trained
+from nep.players.checkpoints import load_config, load_trained
 from nep.players.policy import NEPPolicy
+from nep.players.shipped import PRETRAINED
 from nep.report.model_card import make_card
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.policies import make_policy

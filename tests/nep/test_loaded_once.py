@@ -5,7 +5,7 @@ from collections import Counter
 import pytest
 
 from nep import evaluate, fit
-from nep.players import checkpoints
+from nep.players import checkpoints, shipped
 from nep.players.policy import NEPPolicy
 from simulator.trace import record_homes, save_trace, source
 from simulator.world.config import HomeConfig
@@ -66,7 +66,7 @@ def test_a_network_that_changes_is_loaded_again(tmp_path, count):
     """Trained further meanwhile: the file says so."""
     from nep.players.contestants import Checkpoint
 
-    folder = checkpoints.PRETRAINED / "heat"
+    folder = shipped.PRETRAINED / "heat"
     for file in folder.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
     point = Checkpoint("net", tmp_path)

@@ -133,7 +133,7 @@ def make_tiny_memory(tiny_prior: PriorGraph) -> Callable[..., MemoryBatch]:
         place_prior = PlacePrior(
             tiny_prior, [ROOMS] * num_homes, [furniture] * num_homes, furniture_room
         )
-        return MemoryBatch(
+        memory = MemoryBatch(
             labels,
             np.tile([labels.index(room) for room in ROOMS], (num_homes, 1)),
             np.tile([labels.index(label) for label in furniture], (num_homes, 1)),
@@ -141,5 +141,7 @@ def make_tiny_memory(tiny_prior: PriorGraph) -> Callable[..., MemoryBatch]:
             place_prior,
             threshold,
         )
+        memory.count_history()
+        return memory
 
     return make

@@ -11,7 +11,7 @@ from nep.any_home import main, note_kinds
 from nep.kinds.kinds import list_simulated
 from nep.kinds.play import HOME_COLUMNS, SHARED_COLUMNS, list_players
 from nep.kinds.table import find_best_rule, make_overview, make_table
-from nep.players.checkpoints import PRETRAINED
+from nep.players.shipped import PRETRAINED
 
 
 def make_scores(**accuracy):

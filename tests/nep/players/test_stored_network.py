@@ -1,11 +1,15 @@
 """Hyper-parameters that no weights can fill are refused before anything is allocated."""
 
+import shutil
+
 import pytest
 import torch
 
+from datamodules.graph import load_text
 from nep.encoders import HEAT
 from nep.model.module import NEPModule
 from nep.players.stored_network import build_network, read_calibration, read_features
+from simulator.text.vectors import PAPER_PIPELINE, SHIPPED_PIPELINE, TextVectors
 
 
 @pytest.fixture(scope="module")
@@ -75,3 +79,26 @@ def test_odd_features_are_refused(change):
     assert read_features({}).temporal
     with pytest.raises((TypeError, ValueError), match=r"features|threshold|text"):
         read_features(change)
+
+
+def test_a_file_makes_nobody_load_a_text_pipeline(tmp_path, monkeypatch):
+    """A folder or package of that name may be anybody's."""
+    folder = tmp_path / "pipeline"
+    shutil.copytree(SHIPPED_PIPELINE, folder)
+    (tmp_path / "en_stolen").mkdir()
+    (tmp_path / "en_stolen" / "__init__.py").write_text("raise SystemExit('imported')\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in (str(folder), "pipeline", "en_stolen"):
+        with pytest.raises(ValueError, match=r"text_pipeline of a file must be .*Load it before"):
+            read_features({"text_pipeline": name})
+    load_text("pipeline")  # whoever calls may
+    assert read_features({"text_pipeline": "pipeline"}).text_pipeline == "pipeline"
+
+
+def test_a_folder_is_not_taken_for_the_papers_pipeline(tmp_path, monkeypatch):
+    shutil.copytree(SHIPPED_PIPELINE, tmp_path / PAPER_PIPELINE)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("spacy.util.is_package", lambda name: False)
+    with pytest.raises(ModuleNotFoundError, match="must be an installed package"):
+        TextVectors(PAPER_PIPELINE)

@@ -10,7 +10,9 @@ import pytest
 from simulator import SceneGraphMemory, Sighting
 from simulator.memory.clock import Clock
 from simulator.memory.home_history import MOST_FURNITURE, NUM_LOOKS_KEPT, HomeHistory
+from simulator.policies import Bayesian
 from simulator.policies.adaptive import Adaptive
+from simulator.tasks.rollout import Rollout
 
 FRIDGE, SHELF, TABLE, BED, BEDROOM_SHELF, DESK = range(6)
 MUG = 0
@@ -42,6 +44,19 @@ def test_moves_and_the_time_between_sightings(memory):
     assert counters["time_followed"].tolist() == [2 + 1, 0]  # from 1 to 3, from 3 to 4
     assert memory.objects["first_observed"].tolist() == [1]
     assert memory.history.compute_move_rate().tolist() == [1.5 / 18, 0.5 / 15]
+
+
+def test_is_counted_for_those_who_ask(make_tiny_homes):
+    memory = Rollout(make_tiny_homes(2), Adaptive()).memory
+    assert memory.history.counters["num_asked"].tolist() == [0, 0]
+    rollout = Rollout(make_tiny_homes(2), Bayesian())
+    assert not rollout.memory.counts_history
+    with pytest.raises(ValueError, match=r"does not count it. Call `count_history` before"):
+        _ = rollout.memory.history
+    rollout.ask()
+    rollout.look(np.array([0, 1]))
+    with pytest.raises(ValueError, match=r"from the first look on, got a memory of 2 looks"):
+        rollout.memory.count_history()
 
 
 def test_a_look_that_missed_what_is_found_there_again(memory):

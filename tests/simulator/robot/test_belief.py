@@ -11,10 +11,12 @@ from simulator.robot.belief import SEEN_NOW, Detector, join_beliefs, update_beli
 NOTHING = np.zeros(3)
 
 
-def make_looks(in_vain=NOTHING, before=NOTHING, ago=NOTHING, seen=NOTHING) -> Looks:
+def make_looks(
+    in_vain=NOTHING, before=NOTHING, ago=NOTHING, seen=NOTHING, remembered=(True, True, True)
+) -> Looks:
     """One earlier look at each place at most, `ago` steps ago, with a weight of `before`."""
     columns = (in_vain, np.array(ago)[:, None], np.array(before)[:, None], seen)
-    return Looks(*(np.array(values, dtype=float) for values in columns))
+    return Looks(*(np.array(values, dtype=float) for values in columns), np.array(remembered))
 
 
 def test_a_look_in_vain_by_hand():
@@ -40,8 +42,15 @@ def test_an_old_look_says_less():
         looks = make_looks(before=[1, 0, 0], ago=[ago, 0, 0])
         places, _ = update_belief(belief, 0.0, looks, Detector(0.25, leave_rate=0.1))
         assert places[0] / places[1] == pytest.approx(1 - 0.75 * 0.9**ago)
-        same, _ = update_belief(belief, 0.0, looks, Detector(0.25, 0.1), knows_looks=True)
+        # Whoever made the belief has counted it: all of it, or half.
+        same, _ = update_belief(belief, 0.0, looks, Detector(0.25, 0.1), looks_counted=1)
         assert same == pytest.approx(belief)
+        half, _ = update_belief(belief, 0.0, looks, Detector(0.25, 0.1), looks_counted=0.5)
+        assert half[0] / half[1] == pytest.approx((1 - 0.75 * 0.9**ago) ** 0.5)
+        # Nobody has counted it where the thing was never seen.
+        never = make_looks(before=[1, 0, 0], ago=[ago, 0, 0], remembered=[False] * 3)
+        all_of_it, _ = update_belief(belief, 0.0, never, Detector(0.25, 0.1), looks_counted=0.5)
+        assert all_of_it == pytest.approx(places)
 
 
 def test_seen_now_is_known_now():

@@ -1,0 +1,41 @@
+"""Which networks ship with the package, and where others are; needs no torch."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from simulator.messages import shorten
+
+CONFIG = "config.json"  # of an exported folder
+PRETRAINED = Path(__file__).parents[1] / "pretrained"
+
+
+def list_shipped() -> list[str]:
+    """List the networks that ship with the package, by name."""
+    return sorted(path.parent.name for path in PRETRAINED.glob(f"*/{CONFIG}"))
+
+
+def find_trained(source: str | Path) -> Path:
+    """Find the exported folder or checkpoint that a source names, without reading it.
+
+    Args:
+        source: as in `load_trained`.
+
+    Raises:
+        ValueError: if there is no such file or folder.
+    """
+    if not isinstance(source, (str, Path)):
+        raise ValueError(
+            f"checkpoint must be named by a text or a path, got {shorten(source)}. Name a file, an "
+            f"exported folder or one of {', '.join(list_shipped())}."
+        )
+    if source in list_shipped():
+        return PRETRAINED / source
+    path = Path(source)
+    if not path.exists():
+        raise ValueError(
+            "checkpoint must be a file that can be read, an exported folder or one of "
+            f"{', '.join(list_shipped())}, got {shorten(str(source))}. Train one with `python -m "
+            "nep.fit`, or check the path."
+        )
+    return path

@@ -1,0 +1,104 @@
+"""What `python -m nep.view` can open: files, recorded homes, and homes that are played."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from nep.view.stage import Stage
+from simulator.home_options import SOURCES, HomeOptions
+from simulator.memory.look_log import read_log
+from simulator.memory.scene_graph_memory import SceneGraphMemory
+from simulator.messages import shorten
+from simulator.priors.prior_graph import PriorGraph
+from simulator.replay.record import record_run
+from simulator.replay.replay import Replay
+from simulator.replay.still import StillMemory
+from simulator.trace.trace import find_traces
+
+WEEK = "routine"  # a simulated week with people
+GRID = "igridson"
+PLAYED = (WEEK, *(name for name in SOURCES if name != "recorded"), GRID)
+DEFAULT_STEPS = 336  # a week of half hours
+GRID_SEARCHES = 60
+LOG_ENDING = ".jsonl"
+
+# What stands for the options that a source is short for; those of the command line come after.
+_SHORT_FOR = {
+    WEEK: (
+        "--dynamics", "routine", "--dynamics.step_seconds", "1800",
+        "--home.furniture_per_room", "6", "--home.objects_per_furniture", "3",
+        "--looks", "patrol", "--looks_per_step", "2",
+    )
+}  # fmt: skip
+
+
+def list_options(source: str) -> list[str]:
+    """Return the options of homes that a source stands for.
+
+    Raises:
+        ValueError: if there is no such file, folder or name.
+    """
+    if source in _SHORT_FOR:
+        return list(_SHORT_FOR[source])
+    if source in SOURCES and source in PLAYED:
+        return ["--homes", source]
+    if source == GRID:
+        return []
+    path = Path(source)
+    if path.is_dir():
+        find_traces([path])
+        return ["--trace", source]
+    if not path.exists():
+        raise ValueError(
+            f"source must be a memory file, a log of looks ({LOG_ENDING}), a folder with a trace, "
+            f"or one of {', '.join(PLAYED)}, got {shorten(source)}. Check the path."
+        )
+    return []
+
+
+def open_source(
+    source: str,
+    homes: HomeOptions,
+    steps: int | None = None,
+    number: int = 0,
+    seed: int = 0,
+    robot: str = "bayesian",
+) -> Stage:
+    """Open what a page shows.
+
+    Args:
+        source: as `list_options` takes it.
+        homes: which homes are played, where some are.
+        steps: how long; None for a week, or all that was recorded.
+        number: of the home.
+        seed: of everything random.
+        robot: policy of the robot that is played.
+
+    Raises:
+        ValueError: if a file is broken, or a number out of range.
+    """
+    path = Path(source)
+    if source == GRID:
+        from simulator.igridson.replay import record_searches  # an extra
+
+        return _hold(record_searches(steps or GRID_SEARCHES, seed=seed, policy=robot))
+    if source in PLAYED or path.is_dir():
+        made = homes.make()
+        return _hold(
+            record_run(
+                made, steps or made.num_steps or DEFAULT_STEPS, home=number, seed=seed, policy=robot
+            )
+        )
+    prior = None if homes.prior is None else PriorGraph.load(homes.prior)
+    load: Callable[[], Any]
+    if path.suffix == LOG_ENDING:
+        load = lambda: Replay(read_log(path), path.name, prior=prior)  # noqa: E731
+    else:
+        load = lambda: StillMemory(SceneGraphMemory.load(path, prior), path.name)  # noqa: E731
+    return Stage(load, lambda: (path.stat().st_mtime_ns, path.stat().st_size))
+
+
+def _hold(story: Replay) -> Stage:
+    return Stage(lambda: story)

@@ -1,0 +1,127 @@
+"""What a page shows: a story that may go on while it is shown, and who may be asked."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+from nep.players.shipped import find_trained, list_shipped
+from simulator.drawing.floor_plan import FloorPlan
+from simulator.policies import POLICIES, find_policy
+from simulator.replay.story import Story
+from simulator.robot.finder import Finder
+
+
+class Stage:
+    """A story, read again when it has changed.
+
+    Attributes:
+        is_live: whether it may change.
+        version: counts the changes.
+        problem: why it could not be read again, in a line; empty if it could.
+    """
+
+    def __init__(
+        self, load: Callable[[], Story], get_state: Callable[[], Any] | None = None
+    ) -> None:
+        """Read the story.
+
+        Args:
+            load: reads it.
+            get_state: returns something that differs when it has changed; None if it never does.
+
+        Raises:
+            ValueError: if it cannot be read.
+        """
+        self._load, self._get_state = load, get_state
+        self._lock = Lock()
+        self._state = get_state() if get_state is not None else None
+        self._story = load()
+        self._plans: dict[int, FloorPlan] = {}
+        self.is_live = get_state is not None
+        self.version = 0
+        self.problem = ""
+
+    @property
+    def story(self) -> Story:
+        """What is shown."""
+        return self._story
+
+    def refresh(self) -> None:
+        """Read the story again if it has changed; what cannot be read leaves it as it was."""
+        if self._get_state is None:
+            return
+        with self._lock:
+            try:
+                state = self._get_state()
+                if state == self._state:
+                    return
+                self._story, self._state, self.problem = self._load(), state, ""
+                self.version += 1
+            except (ValueError, OSError) as error:  # in the middle of being written
+                self.problem = str(error)
+
+    def get_plan(self, step: int) -> FloorPlan:
+        """Return the floor plan at a step; made once as long as the layout stays as it is."""
+        story = self._story
+        if story.plan is not None:
+            return story.plan
+        memory = story.memory_at(step)
+        key = hash((*memory.layout.rooms.items(), *memory.layout.furniture.items()))
+        with self._lock:
+            if key not in self._plans:
+                self._plans[key] = FloorPlan.of_memory(memory)
+            return self._plans[key]
+
+
+class Judges:
+    """Finders by name, each made when it is first asked."""
+
+    def __init__(self, checkpoints: Sequence[str] = ()) -> None:
+        """Offer the policies that need no true homes, and the networks.
+
+        Args:
+            checkpoints: networks beside those that ship: checkpoints of `nep.fit`, or exported
+                folders; NAME=SOURCE gives one a name.
+
+        Raises:
+            ValueError: if there is no such file.
+        """
+        self._sources: dict[str, str | Path] = {name: name for name in list_shipped()}
+        for text in checkpoints:
+            name, separator, source = text.partition("=")
+            self._sources[name] = find_trained(source if separator else text)
+        self.names = [*self._sources, *filter(_is_free, POLICIES)]
+        self._finders: dict[str, Finder] = {}
+        self._lock = Lock()
+
+    def get(self, name: str) -> Finder:
+        """Return the finder of a name.
+
+        Raises:
+            ValueError: if there is none, or its files are damaged.
+        """
+        with self._lock:
+            if name not in self._finders:
+                self._finders[name] = self._make(name)
+            return self._finders[name]
+
+    def _make(self, name: str) -> Finder:
+        if name not in self._sources:
+            return Finder(find_policy(name)())
+        from nep.robot.finder import ObjectFinder  # torch takes seconds
+
+        return ObjectFinder.load(self._sources[name])
+
+
+def _is_free(name: str) -> bool:
+    """Tell whether a policy can be made without true homes."""
+    policy = find_policy(name)
+    parameters = inspect.signature(policy).parameters.values()
+    return not policy.needs and all(
+        one.default is not one.empty or one.kind in (one.VAR_POSITIONAL, one.VAR_KEYWORD)
+        for one in parameters
+    )

@@ -1,0 +1,130 @@
+"""What the page says in words: answers, what happened in a step, what is known of furniture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from html import escape
+
+import numpy as np
+
+from simulator.memory.scene_graph_memory import SceneGraphMemory
+from simulator.replay.story import PastLook, Story
+from simulator.robot.ranking import Ranking
+from simulator.robot.search_plan import SearchPlan
+
+MOST_PLACES = 12  # of a ranking
+MOST_LOOKS = 12  # at a furniture node
+MOST_THINGS = 60  # at a furniture node
+_MOST_NAMED = 12  # in a line
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table in words.
+
+    Attributes:
+        title: above it.
+        head: names of the columns.
+        rows: cells.
+        note: below it.
+    """
+
+    title: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+
+
+def escape_label(text: str) -> str:
+    """Return a text that plotly writes as it is: it reads some HTML in labels."""
+    return escape(text, quote=False)
+
+
+def tell_ranking(ranking: Ranking, who: str) -> Table:
+    """List the likeliest places with the reasons, and *elsewhere*."""
+    rows = [
+        (f"{place.probability:.1%}", f"{place.name}, {_spell(place.relation)}", place.why)
+        for place in ranking.places[:MOST_PLACES]
+    ]
+    left = sum(place.probability for place in ranking.places[MOST_PLACES:])
+    if len(ranking) > MOST_PLACES:
+        rows.append((f"{left:.1%}", f"{len(ranking) - MOST_PLACES} other places", ""))
+    rows.append((f"{ranking.elsewhere:.1%}", "elsewhere", "at no place that the memory knows"))
+    return Table(f"{ranking.resolution}, says {who}", ("", "place", "why"), tuple(rows))
+
+
+def tell_search(search: SearchPlan) -> Table:
+    """List the looks of a plan in order."""
+    rows = tuple(
+        (str(number), look.place.name, f"{look.place.probability:.0%}", f"{look.cost:.1f}")
+        for number, look in enumerate(search, 1)
+    )
+    note = f"found with {search.found:.0%}, expected cost {search.expected_cost:.1f}"
+    return Table("Search plan", ("", "look at", "", "cost"), rows, note)
+
+
+def tell_step(story: Story, memory: SceneGraphMemory, step: int) -> list[str]:
+    """Say what happened in a step, a line each: questions, looks, finds and misses."""
+    names = {number: memory.describe(number) for number in memory.furniture_ids}
+    lines = [
+        f"asked for {one.description}: said {names.get(one.furniture, 'nothing')}, "
+        f"{'right' if one.is_right else 'wrong'}"
+        for one in story.questions
+        if one.step == step
+    ]
+    for look in story.looks:
+        if look.step == step and look.furniture in names:
+            lines.append(f"looked at {names[look.furniture]}: {_tell_look(look)}")
+    return lines or ["nothing was seen or asked"]
+
+
+def tell_furniture(story: Story, memory: SceneGraphMemory, furniture: int) -> list[Table]:
+    """Say what was seen at a furniture node, when, and what was missed."""
+    node = memory.furniture_ids.index(furniture)
+    edges, time = memory.batch.edges, memory.time
+    rows = np.flatnonzero((edges["furniture"] == node) & (edges["num_true"] > 0)).tolist()
+    rows.sort(key=lambda row: (-int(edges["is_true"][row]), -int(edges["last_true"][row])))
+    things = tuple(
+        (
+            memory.descriptions[edges["object"][row]],
+            "there" if edges["is_true"][row] else "missing at the last look",
+            story.get_time(int(edges["last_true"][row])),
+            f"{time - int(edges['last_true'][row])}",
+            f"{edges['num_true'][row]} of {edges['num_observed'][row]}",
+        )
+        for row in rows[:MOST_THINGS]
+    )
+    more = f"and {len(rows) - MOST_THINGS} more" if len(rows) > MOST_THINGS else ""
+    looks = [
+        look for look in story.looks if look.furniture == furniture and look.step <= memory.time
+    ]
+    told = tuple(
+        (story.get_time(look.step), _tell_look(look)) for look in looks[: -MOST_LOOKS - 1 : -1]
+    )
+    return [
+        Table(
+            memory.describe(furniture), ("object", "", "last seen", "steps ago", "seen in looks"),
+            things, more,
+        ),
+        Table(f"{len(looks)} looks, the latest first", ("when", "what"), told),
+    ]  # fmt: skip
+
+
+def _tell_look(look: PastLook) -> str:
+    if look.sought is not None:
+        return f"no {look.sought}"
+    parts = [f"saw {_join(look.seen)}" if look.seen else "saw nothing"]
+    if look.missed:
+        parts.append(f"missed {_join(look.missed)}")
+    if look.coverage < 1:
+        parts.append(f"{look.coverage:.0%} of it in view")
+    return "; ".join(parts)
+
+
+def _join(names: tuple[str, ...]) -> str:
+    more = len(names) - _MOST_NAMED
+    return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
+def _spell(relation: str) -> str:
+    return {"in": "inside", "onTop": "on top"}[relation]

@@ -1,0 +1,148 @@
+"""Runs of robots in simulated and recorded homes, written down step by step."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+
+import numpy as np
+
+from simulator.drawing.floor_plan import FloorPlan
+from simulator.memory.clock import Clock
+from simulator.memory.home_layout import Furniture
+from simulator.memory.look_log import LOG_VERSION, LogLine
+from simulator.memory.sighting import RELATIONS
+from simulator.policies import make_policy
+from simulator.replay.replay import Replay
+from simulator.replay.story import Question
+from simulator.replay.truth import TruthRecorder
+from simulator.tasks.answer import Answer
+from simulator.tasks.registry import TASKS
+from simulator.tasks.task import Task
+from simulator.trace.layout import number_names
+from simulator.world.homes import Homes
+from simulator.world.sensing import Observation
+from simulator.world.source import HomeSource
+from simulator.world.streams import Streams
+
+_MONDAY = datetime(2024, 5, 6)  # of clocks that say no more than where in the week they are
+
+
+class RunRecorder:
+    """Follows a task that is played in one home: the looks, the questions, and the truth."""
+
+    def __init__(self, task: Task) -> None:
+        """Follow a task from its start on.
+
+        Raises:
+            ValueError: if it is played in several homes.
+        """
+        self._homes = task.rollout.homes
+        if self._homes.num_homes != 1:
+            raise ValueError(
+                f"a run must be in one home, got {self._homes.num_homes}. Play one of them."
+            )
+        self._rollout = task.rollout
+        self._lines = [_describe_start(self._homes)]
+        self._questions: list[Question] = []
+        self._truth = TruthRecorder(self._homes)
+        task.rollout.on_look = self._note_look
+        task.on_answer = self._note_answer
+
+    def end_step(self) -> None:
+        """Note that a step of the task was played."""
+        self._truth.record()
+        self._lines.append(LogLine("step", self._rollout.memory.time, {"num_steps": 1}))
+
+    def finish(self, title: str, plan: FloorPlan | None = None) -> Replay:
+        """Return the run.
+
+        Args:
+            title: of the home.
+            plan: of the home, if it has one.
+        """
+        return Replay(
+            self._lines, title, prior=self._homes.prior, truth=self._truth.finish(),
+            questions=self._questions, plan=plan,
+        )  # fmt: skip
+
+    def _note_look(self, seen: Observation) -> None:
+        text = self._homes.object_descriptions.text
+        for row in range(len(seen.home)):
+            rows = [
+                (text(int(code)), RELATIONS[int(relation)], float(confidence))
+                for code, relation, confidence in zip(
+                    seen.seen_code, seen.seen_relation, seen.seen_confidence, strict=True
+                )
+            ]
+            values = {
+                "furniture": int(seen.furniture[row]),
+                "coverage": float(seen.coverage[row]),
+                "seen": rows,
+            }
+            self._lines.append(LogLine("look", self._rollout.memory.time, values))
+
+    def _note_answer(self, answer: Answer) -> None:
+        keys = self._rollout.memory.objects["key"][answer.queries.object]
+        for key, choice, is_right in zip(keys, answer.choice, answer.is_correct, strict=True):
+            self._questions.append(
+                Question(
+                    self._rollout.memory.time, self._homes.object_descriptions.text(int(key)),
+                    int(choice), bool(is_right),
+                )
+            )  # fmt: skip
+
+
+def record_run(
+    source: HomeSource,
+    num_steps: int,
+    *,
+    home: int = 0,
+    seed: int = 0,
+    policy: str = "bayesian",
+    task: str = "predict_location",
+) -> Replay:
+    """Let a robot live in a home, and return what it saw and what was true.
+
+    Args:
+        source: of the home.
+        num_steps: how long.
+        home: number of the home.
+        seed: of everything random.
+        policy: who answers, and chooses looks where the rules of the home leave that to it.
+        task: what it is asked.
+
+    Raises:
+        ValueError: if there is no such home, policy or task, or a number is out of range.
+    """
+    source.check_homes([home])
+    source.check_steps(num_steps)
+    (group,) = source.list_groups([home])
+    homes = source.make(Streams(seed, "test", group.homes))
+    game = TASKS[task](homes, make_policy(policy, homes))
+    recorder = RunRecorder(game)
+    for _ in game.run(num_steps):
+        recorder.end_step()
+    about = source.describe()
+    return recorder.finish(f"{about.get('source') or about.get('homes')} home {home}")
+
+
+def _describe_start(homes: Homes) -> LogLine:
+    """Return the line with which a memory of the home begins."""
+    rooms = number_names([label for label in homes.room_labels[0] if label])
+    labels = [label for label in homes.furniture_labels[0] if label]
+    names = number_names(labels)
+    clock = None
+    if homes.clock is not None and np.isfinite(homes.clock[0]).all():
+        since_monday, step_seconds = homes.clock[0]
+        clock = Clock(_MONDAY + timedelta(seconds=float(since_monday)), float(step_seconds))
+    furniture = {
+        node: Furniture(label, int(homes.furniture_room[0, node]), name)
+        for node, (label, name) in enumerate(zip(labels, names, strict=True))
+    }
+    values = {
+        "version": LOG_VERSION,
+        "clock": clock,
+        "rooms": dict(enumerate(rooms)),
+        "furniture": furniture,
+    }
+    return LogLine("start", 0, values)

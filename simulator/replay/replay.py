@@ -1,0 +1,157 @@
+"""A memory at any step of the past, from the log of everything that changed it."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import OrderedDict
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from threading import RLock
+
+from simulator.drawing.floor_plan import FloorPlan
+from simulator.memory.clock import Clock
+from simulator.memory.look_log import LogLine
+from simulator.memory.replay import Replayer
+from simulator.memory.scene_graph_memory import SceneGraphMemory
+from simulator.priors.prior_graph import PriorGraph
+from simulator.replay.story import PastLook, Question, Story
+from simulator.replay.truth import TruePlaces
+
+_KEEP_EVERY = 16  # steps between memories that are kept, to go on from
+_EDGES_KEPT = 1_000_000  # of all memories that are kept, a hundred bytes each
+_FEWEST_KEPT, _MOST_KEPT = 8, 512  # memories
+
+
+class Replay(Story):
+    """What happened to a memory, from the first line of its log on."""
+
+    first_step = 0
+
+    def __init__(
+        self,
+        lines: Sequence[LogLine],
+        title: str,
+        *,
+        prior: PriorGraph | None = None,
+        clock: Clock | None = None,
+        truth: TruePlaces | None = None,
+        questions: Sequence[Question] = (),
+        plan: FloorPlan | None = None,
+    ) -> None:
+        """Take over a log.
+
+        Args:
+            lines: of `read_log`, or as a memory would write them.
+            title: of the home.
+            prior: of the memory; None for the shipped one.
+            clock: of step 0; None for that of the log.
+            truth: where everything was.
+            questions: what was asked.
+            plan: of the home.
+
+        Raises:
+            ValueError: if a line names a room or furniture that there is not.
+        """
+        self.title = title
+        self.truth = truth
+        self.questions = tuple(questions)
+        self.plan = plan
+        self._prior = prior
+        clocks = [line.values["clock"] for line in lines if line.kind == "start"]
+        self.clock = clock or next(filter(None, clocks), None)
+        self._lines = list(_follow_time(lines))
+        self._times = [line.time for line in self._lines]
+        self.num_steps = self._times[-1] if self._times else 0
+        self._lock = RLock()
+        self._memories: OrderedDict[int, Replayer] = OrderedDict()
+        self.looks = tuple(self._list_looks())
+
+    def memory_at(self, step: int) -> SceneGraphMemory:
+        """Return the memory after all looks of a step; it is to be read, not changed.
+
+        Raises:
+            ValueError: if there is no such step.
+        """
+        if not 0 <= step <= self.num_steps:
+            raise ValueError(
+                f"step must lie in 0 to {self.num_steps}, got {step}. Choose one of these."
+            )
+        with self._lock:
+            known = self._memories.get(step)
+            if known is None:
+                earlier = [number for number in self._memories if number < step]
+                begin = max(earlier, default=-1)
+                player = Replayer(SceneGraphMemory(self._prior, self.clock))
+                if earlier:
+                    player = self._memories[begin].copy()
+                for stop in [*range(begin - begin % _KEEP_EVERY, step, _KEEP_EVERY), step]:
+                    if stop > begin:
+                        self._play(player, begin, stop)
+                        begin = stop
+                        self._keep(stop, player if stop == step else player.copy())
+                known = player
+            self._memories.move_to_end(step)
+            return known.memory
+
+    def _play(self, player: Replayer, begin: int, end: int) -> None:
+        """Apply what happened after step `begin` until the end of step `end`."""
+        for line in self._lines[bisect_right(self._times, begin) : bisect_right(self._times, end)]:
+            _go_to(player.memory, line.time)
+            if line.kind != "step":
+                player.apply(line)
+        _go_to(player.memory, end)
+
+    def _keep(self, step: int, player: Replayer) -> None:
+        self._memories[step] = player
+        num_edges = max(len(player.memory.batch.edges), 1)
+        most = min(max(_EDGES_KEPT // num_edges, _FEWEST_KEPT), _MOST_KEPT)
+        while len(self._memories) > most:
+            self._memories.popitem(last=False)
+
+    def _list_looks(self) -> Iterator[PastLook]:
+        """List all looks, with the ids that the replayed memory gives."""
+        player = Replayer(SceneGraphMemory(self._prior))
+        for line in self._lines:
+            values = line.values
+            if line.kind in ("look", "absent") and values["furniture"] in player.furniture:
+                furniture = player.furniture[values["furniture"]]
+                is_look = line.kind == "look"
+                seen = tuple(row[0] for row in values["seen"]) if is_look else ()
+                missed = None
+                if self.truth is not None and line.time <= self.truth.num_steps:
+                    there = self.truth.list_there(line.time, furniture)
+                    for text in seen:
+                        if text in there:
+                            there.remove(text)
+                    missed = tuple(there)
+                sought = None if is_look else values["description"]
+                yield PastLook(
+                    line.time, furniture, seen, missed, sought, float(values["coverage"])
+                )
+            elif line.kind != "step":  # a look at furniture that there is not is an error
+                player.apply(line)
+
+
+def _go_to(memory: SceneGraphMemory, step: int) -> None:
+    """Let time pass; a log may say it in one line for many steps."""
+    memory.step(step - memory.time)
+
+
+def _follow_time(lines: Sequence[LogLine]) -> Iterator[LogLine]:
+    """Yield the lines with steps that never go back: a new memory begins where the old one ended.
+
+    With clocks, it begins when its clock says.
+    """
+    shift, last = 0, 0
+    first_clock: Clock | None = None
+    for line in lines:
+        if line.kind == "start":
+            clock = line.values["clock"]
+            first_clock = first_clock or clock
+            if clock is not None and first_clock is not None:
+                seconds = (clock.start - first_clock.start).total_seconds()
+                shift = round(seconds / first_clock.step_seconds)
+            if line.time + shift < last:
+                shift = last + 1 - line.time
+        last = max(last, line.time + shift)
+        yield replace(line, time=last)

@@ -1,0 +1,51 @@
+"""A memory of one moment, without a log: what it says itself of the past."""
+
+from __future__ import annotations
+
+from simulator.memory.scene_graph_memory import SceneGraphMemory
+from simulator.replay.story import PastLook, Story
+
+
+class StillMemory(Story):
+    """One memory as it is; of the past it tells the last sighting of each object at each place."""
+
+    def __init__(self, memory: SceneGraphMemory, title: str) -> None:
+        """Take a memory, which is not changed any more.
+
+        Args:
+            memory: the memory.
+            title: of the home.
+        """
+        self.title = title
+        self.clock = memory.clock
+        self.first_step = self.num_steps = memory.time
+        self.looks = _list_last_sightings(memory)
+        self._memory = memory
+
+    def memory_at(self, step: int) -> SceneGraphMemory:
+        """Return the memory.
+
+        Raises:
+            ValueError: if another step is asked for than its own.
+        """
+        if step != self.num_steps:
+            raise ValueError(
+                f"step must be {self.num_steps}, got {step}: this memory knows no other. Log looks "
+                'with SceneGraphMemory(log="looks.jsonl") to look back.'
+            )
+        return self._memory
+
+
+def _list_last_sightings(memory: SceneGraphMemory) -> tuple[PastLook, ...]:
+    """List what was last seen at each place, and the last look at it if that was later."""
+    found: dict[tuple[int, int], list[str]] = {}
+    for room in memory.to_dict()["rooms"]:
+        for furniture in room["furniture"]:
+            if furniture["last_looked"] is not None:
+                found.setdefault((furniture["last_looked"], furniture["id"]), [])
+            for row in furniture["objects"]:
+                key = (row["last_seen"], furniture["id"])
+                found.setdefault(key, []).append(row["description"])
+    return tuple(
+        PastLook(step, furniture, tuple(seen)) for (step, furniture), seen in sorted(found.items())
+    )

@@ -1,0 +1,160 @@
+"""What a robot saw, step by step, whatever it comes from."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.drawing.floor_plan import FloorPlan
+from simulator.drawing.history import History
+from simulator.memory.clock import Clock
+from simulator.memory.names import read_name
+from simulator.memory.scene_graph_memory import SceneGraphMemory
+from simulator.replay.truth import TruePlaces
+from simulator.robot.finder import Finder
+
+MOST_PLACES = 12  # of a history
+_WORTH_SHOWING = 0.03  # probability of a place that a history shows
+
+
+@dataclass(frozen=True, slots=True)
+class PastLook:
+    """A look at furniture.
+
+    Attributes:
+        step: when.
+        furniture: id of the furniture node.
+        seen: what was detected there.
+        missed: what was truly there and was not detected; None if nobody knows.
+        sought: the one thing that was looked for; None for all.
+        coverage: share of the furniture that was in view.
+    """
+
+    step: int
+    furniture: int
+    seen: tuple[str, ...]
+    missed: tuple[str, ...] | None = None
+    sought: str | None = None
+    coverage: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """What a robot was asked for in a run.
+
+    Attributes:
+        step: when.
+        description: what.
+        furniture: id of the furniture node that it answered.
+        is_right: whether it was there.
+    """
+
+    step: int
+    description: str
+    furniture: int
+    is_right: bool
+
+
+class Story(ABC):
+    """A memory over time.
+
+    Attributes:
+        title: of the home or the file.
+        first_step, num_steps: first and last step that there is a memory of, 0 <= first <= T.
+        looks: all looks that are known, in order.
+        questions: what was asked in a run, in order.
+        truth: where everything was; None if nobody knows.
+        plan: floor plan, for homes that have one of their own; None to make it from the memory.
+        clock: of step 0; None if there is none.
+    """
+
+    title: str
+    first_step: int
+    num_steps: int
+    looks: tuple[PastLook, ...] = ()
+    questions: tuple[Question, ...] = ()
+    truth: TruePlaces | None = None
+    plan: FloorPlan | None = None
+    clock: Clock | None = None
+
+    @abstractmethod
+    def memory_at(self, step: int) -> SceneGraphMemory:
+        """Return the memory after all looks of a step; it is to be read, not changed.
+
+        Raises:
+            ValueError: if there is no memory of that step.
+        """
+
+    def get_time(self, step: int) -> str:
+        """Say what time it is at a step: "Mon 06 May 07:30", or "step 12" without a clock."""
+        if self.clock is None:
+            return f"step {step}"
+        return f"{self.clock.shift(step * self.clock.step_seconds).start:%a %d %b %H:%M}"
+
+    def trace_object(
+        self,
+        description: str,
+        finder: Finder | None = None,
+        first: int | None = None,
+        last: int | None = None,
+        num_points: int = 48,
+    ) -> History:
+        """Return where one thing was seen, truly was, and was believed to be.
+
+        Args:
+            description: what, in words.
+            finder: whose belief; None for none.
+            first: step to begin with; None for the first one.
+            last: step to end with; None for the last one.
+            num_points: steps at which the finder is asked, at even distances.
+        """
+        first = self.first_step if first is None else first
+        last = self.num_steps if last is None else last
+        steps = np.unique(np.linspace(first, last, num_points).astype(int))
+        now = self.memory_at(last)
+        index = {number: node for node, number in enumerate(now.furniture_ids)}
+        matches = now.resolve(description).matches or (description,)
+        names = {read_name(match) for match in matches}
+        belief = None
+        if finder is not None:
+            belief = np.full((len(steps), len(index)), np.nan)
+            for row, step in enumerate(steps.tolist()):
+                memory = self.memory_at(step)
+                if memory.num_furniture:
+                    for guess in finder.rank(memory, description):
+                        if guess.furniture in index:
+                            belief[row, index[guess.furniture]] = guess.probability
+        truth = None if self.truth is None else self.truth.find(matches, len(index))[steps]
+        looks = [
+            (look, index[look.furniture], any(read_name(text) in names for text in look.seen))
+            for look in self.looks
+            if look.step <= last
+            and look.furniture in index
+            and (first <= look.step or first == self.first_step)
+        ]
+        weight = np.zeros(len(index))
+        if belief is not None and len(index):
+            most = np.nan_to_num(belief).max(axis=0)
+            weight += np.where(most >= _WORTH_SHOWING, most, 0)
+        if truth is not None:
+            weight += 2 * truth.mean(axis=0) + truth.any(axis=0)
+        for _, place, is_found in looks:
+            weight[place] += is_found
+        order = np.argsort(-weight, kind="stable")
+        shown = order[weight[order] > 0][:MOST_PLACES]
+        looks = [row for row in looks if row[1] in shown]
+        hours = 1.0 if self.clock is None else self.clock.step_seconds / 3600
+        position = {place: row for row, place in enumerate(shown.tolist())}
+        return History(
+            description=description,
+            places=tuple(now.describe(now.furniture_ids[place]) for place in shown),
+            hours=steps * hours,
+            belief=None if belief is None else belief[:, shown],
+            truth=None if truth is None else truth[:, shown],
+            look_hour=np.array([look.step * hours for look, _, _ in looks], dtype=float),
+            look_place=np.array([position[place] for _, place, _ in looks], dtype=np.int64),
+            is_found=np.array([is_found for _, _, is_found in looks], dtype=bool),
+            unit="steps" if self.clock is None else "hours",
+        )

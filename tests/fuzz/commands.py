@@ -1,0 +1,95 @@
+"""Command lines of good and odd options: each ends well, or with one line and a status."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import io
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import targets
+
+Rng = np.random.Generator
+ODD = (
+    "", "0", "-1", "1", "2", "1e-300", "1e300", "nan", "inf", "100000000000000000000", "x",
+    "x" * 3000, "[red]x[/nope]", "../x", "/dev/null/x", "null", "true", "[1,2]", "{}", "a=b=c",
+    "heat", "name=heat", "bayesian", "no_such_module.X", "2026-05-04T07:00", "\u5bb6", "-", "--",
+)  # fmt: skip
+SMALL = ("--home.furniture_per_room=2", "--home.objects_per_furniture=2")
+# Command, what it is called with, and further options that are tried.
+COMMANDS = (
+    ("simulator.collect", ("--out=out", "--num_homes=1", "--steps=2", *SMALL),
+     ("policy", "task", "split", "seed", "workers", "homes", "trace", "prior", "step_seconds",
+      "replays", "home.move_share", "home.detection_error", "dynamics", "sensing", "looks")),
+    ("simulator.trace", ("check", "home"), ("step_seconds", "by_day", "prior")),
+    ("simulator.trace", ("record", "--out=copy", "--num_homes=1", "--steps=2", *SMALL),
+     ("step_seconds", "start", "seed", "split", "homes")),
+    ("simulator.trace", ("from-log", "looks.jsonl", "--out=log"), ("val_share", "test_share")),
+    ("simulator.priors", ("show", "--no_picture"), ("room", "object", "top", "out")),
+    ("simulator.priors", ("check", "prior.json"), ()),
+    ("simulator.igridson", ("run", "--out=run.json", "--runs=1"),
+     ("look_cost", "policy", "attempts", "seed", "layout", "queries_per_home", "prior")),
+    ("nep.evaluate", ("--out=results", "--num_homes=1", "--steps=2", "--policies=bayesian",
+                      "--tasks=predict_location", *SMALL),
+     ("policies", "tasks", "checkpoint", "encoders", "split", "seed", "threads", "trace", "homes")),
+    ("nep.export", ("last.ckpt", "net", "--num_homes=0"),
+     ("steps", "seed", "threads", "encoders", "homes", "trace", "step_seconds")),
+    ("nep.compare", ("results.json", "results.json"), ()),
+)  # fmt: skip
+
+
+def make_inputs(folder: Path) -> None:
+    """Write what the commands read."""
+    targets.make_trace(folder)
+    targets.make_checkpoint(folder)
+    targets.PriorGraph.default().save(folder / "prior.json")
+    (folder / "line").write_text(json.dumps(["simulator.trace", "check", "home"]))
+
+
+def change_line(folder: Path, rng: Rng) -> None:
+    """Choose a command line: options are added, repeated, left out or odd."""
+    module, given, options = COMMANDS[int(rng.integers(len(COMMANDS)))]
+    line = list(given)
+    for _ in range(int(rng.integers(1, 4))):
+        odd = ODD[int(rng.integers(len(ODD)))]
+        kind = rng.integers(5)
+        at = int(rng.integers(len(line)))
+        if kind == 0:
+            del line[at]
+            if not line:
+                break
+        elif kind == 1 or not options:
+            line[at] = f"{line[at].partition('=')[0]}={odd}" if "=" in line[at] else odd
+        else:
+            name = options[int(rng.integers(len(options)))]
+            line += [f"--{name}={odd}"] if kind < 4 else [f"--{name}", odd]
+    (folder / "line").write_text(json.dumps([module, *line]))
+
+
+def use_line(folder: Path) -> None:
+    """Run it in the folder, with what it prints caught."""
+    module, *line = json.loads((folder / "line").read_text())
+    try:
+        name = f"{module}.__main__"
+        command = importlib.import_module(name)
+    except ModuleNotFoundError:
+        command = importlib.import_module(module)
+    said = io.StringIO()
+    back = Path.cwd()
+    os.chdir(folder)
+    try:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            status = command.main(line)
+    except SystemExit as error:
+        status = error.code
+    finally:
+        os.chdir(back)
+    text = status if isinstance(status, str) else said.getvalue()
+    assert isinstance(status, (int, str, type(None))), status
+    if status not in (None, 0):
+        assert len(text) < 5000, f"{line}: {text[:300]}"
+        assert "error" in text, f"{line}: {text[-300:]}"
+        raise ValueError("refused")

@@ -1,0 +1,198 @@
+"""Memories of any step of the past, and what was seen, true and believed over time."""
+
+from datetime import datetime
+
+import numpy as np
+import pytest
+
+from simulator import (
+    Bayesian,
+    Clock,
+    HomeConfig,
+    PriorGraph,
+    SampledSource,
+    SceneGraphMemory,
+    Sighting,
+)
+from simulator.memory.look_log import LogLine, read_log
+from simulator.replay.record import record_run
+from simulator.replay.replay import Replay
+from simulator.replay.still import StillMemory
+from simulator.robot.finder import Finder
+from simulator.world.routine.dynamics import RoutineDynamics
+
+
+@pytest.fixture
+def log(tmp_path):
+    return tmp_path / "looks.jsonl"
+
+
+def live(memory, num_steps, seed=0):
+    """A robot's life: looks, partial ones too, absences and furniture that comes and goes."""
+    rng = np.random.default_rng(seed)
+    rooms = [memory.add_room("kitchen"), memory.add_room("study")]
+    places = [memory.add_furniture("shelf", rooms[n % 2], f"shelf {n}") for n in range(5)]
+    states = []
+    for step in range(num_steps):
+        memory.step(int(rng.integers(1, 3)))
+        for place in rng.choice(places, 2, replace=False):
+            seen = [Sighting(f"mug {n}", "in", rng.uniform(0.3, 1)) for n in rng.integers(0, 9, 3)]
+            memory.observe(int(place), seen, coverage=float(rng.choice([0.5, 1.0])))
+        memory.note_absent(places[0], "mug 3")
+        if step == 4:
+            memory.remove_furniture(places.pop(2))
+            places.append(memory.add_furniture("desk", rooms[0], position=(1, 2)))
+        if step == 6:
+            memory.move_furniture(places[0], room=rooms[1])
+            memory.remove_object("mug 1") if "mug 1" in memory.descriptions else None
+        states.append((memory.time, memory.to_dict(), Finder(Bayesian()).rank(memory, "mug 3")))
+    return states
+
+
+def test_a_log_replays_to_the_memory_that_wrote_it(log):
+    memory = SceneGraphMemory(log=log)
+    states = live(memory, 40)
+    replay = Replay(read_log(log), "home")
+    assert replay.num_steps == memory.time
+    order = np.random.default_rng(1).permutation(len(states))
+    for time, home, ranking in [states[row] for row in order]:  # back and forth
+        again = replay.memory_at(time)
+        assert again.time == time
+        assert again.to_dict() == home
+        assert Finder(Bayesian()).rank(again, "mug 3") == ranking
+
+
+def test_a_copy_goes_its_own_way():
+    memory = SceneGraphMemory()
+    live(memory, 8)
+    before = memory.to_dict()
+    copy = memory.copy()
+    assert copy.to_dict() == before
+    copy.step(3)
+    copy.observe(copy.furniture_ids[0], [Sighting("new thing")])
+    copy.add_furniture("bed", 0)
+    assert memory.to_dict() == before
+
+
+def test_a_new_memory_goes_on_where_the_old_one_ended(log):
+    for _ in range(2):
+        memory = SceneGraphMemory(log=log)
+        shelf = memory.add_furniture("shelf", memory.add_room("kitchen"))
+        memory.step(4)
+        memory.observe(shelf, [Sighting("mug")])
+    replay = Replay(read_log(log), "home")
+    # The second one begins a step after the first one's last, at 4: its own step 4 is step 9.
+    assert [look.step for look in replay.looks] == [4, 9]
+    assert replay.memory_at(9).num_furniture == 1
+
+
+def test_with_clocks_a_new_memory_begins_when_its_clock_says(log):
+    for hour in (7, 17):
+        memory = SceneGraphMemory(clock=Clock(datetime(2026, 11, 16, hour)), log=log)
+        shelf = memory.add_furniture("shelf", memory.add_room("kitchen"))
+        memory.step(2)
+        memory.observe(shelf, [Sighting("mug")])
+    replay = Replay(read_log(log), "home")
+    assert [look.step for look in replay.looks] == [2, 12]
+    assert replay.get_time(12) == "Mon 16 Nov 19:00"
+
+
+def test_bad_logs_and_steps():
+    look = LogLine("look", 3, {"furniture": 7, "coverage": 1.0, "seen": []})
+    with pytest.raises(ValueError, match=r"every look .* of what was added, got 7 at"):
+        Replay([look], "home")
+    values = {"furniture": 1, "label": "shelf", "room": 5, "description": "shelf", "position": None}
+    with pytest.raises(ValueError, match=r"every furniture .* of what was added, got 5"):
+        Replay([LogLine("furniture", 0, values), look], "home")
+    replay = Replay([LogLine("step", 4, {"num_steps": 4})], "home")
+    with pytest.raises(ValueError, match=r"step must lie in 0 to 4, got 5"):
+        replay.memory_at(5)
+
+
+@pytest.fixture(scope="module")
+def week():
+    rules = HomeConfig(
+        rooms=("kitchen", "bedroom"), furniture_per_room=3, objects_per_furniture=2,
+        looks="patrol", looks_per_step=2, dynamics=RoutineDynamics(step_seconds=7200),
+    )  # fmt: skip
+    return record_run(SampledSource(PriorGraph.default(), rules), 60, home=3)
+
+
+def test_a_run_tells_looks_questions_and_truth(week):
+    assert week.num_steps == week.truth.num_steps == 60
+    assert len(week.looks) == 2 * len(week.questions) == 120
+    assert week.get_time(13) == "Tue 07 May 02:00"
+    for look in week.looks:
+        # What was seen and what was missed is what was there.
+        there = week.truth.list_there(look.step, look.furniture)
+        assert sorted([*look.seen, *look.missed]) == there
+    missed = sum(len(look.missed) for look in week.looks)
+    seen = sum(len(look.seen) for look in week.looks)
+    # A quarter is missed: within five standard deviations.
+    assert abs(missed - 0.25 * (missed + seen)) < 5 * np.sqrt((missed + seen) * 0.25 * 0.75)
+    for question in week.questions:
+        places = week.truth.find([question.description], 6)[question.step]
+        assert places[question.furniture] == question.is_right
+
+
+def test_the_same_run_again_is_the_same(week):
+    rules = HomeConfig(
+        rooms=("kitchen", "bedroom"), furniture_per_room=3, objects_per_furniture=2,
+        looks="patrol", looks_per_step=2, dynamics=RoutineDynamics(step_seconds=7200),
+    )  # fmt: skip
+    again = record_run(SampledSource(PriorGraph.default(), rules), 60, home=3)
+    assert again.looks == week.looks
+    assert again.questions == week.questions
+
+
+def test_a_history_is_what_was_seen_true_and_believed(week):
+    description = week.questions[-1].description
+    finder = Finder(Bayesian())
+    history = week.trace_object(description, finder, num_points=61)
+    assert history.hours.tolist() == [2.0 * step for step in range(61)]
+    names = [week.memory_at(60).describe(number) for number in week.memory_at(60).furniture_ids]
+    shown = [names.index(place) for place in history.places]
+    assert (history.truth == week.truth.find([description], 6)[:, shown]).all()
+    ranking = finder.rank(week.memory_at(20), description)
+    believed = {place.furniture: place.probability for place in ranking}
+    np.testing.assert_allclose(history.belief[20], [believed[node] for node in shown])
+    looks = [look for look in week.looks if look.furniture in shown]
+    assert history.look_hour.tolist() == [2.0 * look.step for look in looks]
+    assert history.is_found.tolist() == [description in look.seen for look in looks]
+
+
+def test_no_such_home():
+    with pytest.raises(ValueError, match="steps must be at least 1, got 0"):
+        record_run(SampledSource(), 0)
+
+
+def test_a_still_memory_tells_its_last_sightings():
+    memory = SceneGraphMemory()
+    kitchen = memory.add_room("kitchen")
+    shelf, sink = memory.add_furniture("shelf", kitchen), memory.add_furniture("sink", kitchen)
+    memory.observe(shelf, [Sighting("mug"), Sighting("bowl")])
+    memory.step(3)
+    memory.observe(shelf, [Sighting("bowl")])
+    memory.observe(sink, [])
+    still = StillMemory(memory.copy(), "home.sgm")
+    found = [(look.step, look.furniture, look.seen) for look in still.looks]
+    assert found == [(0, shelf, ("mug",)), (3, shelf, ("bowl",)), (3, sink, ())]
+    history = still.trace_object("mug", Finder(Bayesian()))
+    assert "shelf in kitchen" in history.places
+    assert history.is_found.tolist()[0]
+    with pytest.raises(ValueError, match=r"step must be 3, got 0"):
+        still.memory_at(0)
+
+
+def test_searches_on_the_grid():
+    pytest.importorskip("minigrid")
+    from simulator.igridson.replay import record_searches
+
+    replay = record_searches(12, seed=1)
+    assert replay.num_steps == 12
+    assert replay.plan.has_positions
+    last = {question.step: question for question in replay.questions}
+    looks = {step: sum(look.step == step for look in replay.looks) for step in last}
+    for step, question in last.items():
+        # A search ends when it is found, or after ten looks.
+        assert question.is_right or looks[step] == 10
