@@ -66,7 +66,7 @@ def load_trained(source: str | Path) -> TrainedModel:
     """Load a trained network; nothing in the files is executed.
 
     Args:
-        source: "heat", the network that ships with the package; a folder that
+        source: "any_home" or "heat", the networks that ship with the package; a folder that
             `python -m nep.export` wrote; or a checkpoint of `python -m nep.fit`. A folder of
             one's own that is called like a shipped network is reached as "./heat".
 

@@ -31,7 +31,7 @@ class ObjectFinder(Finder):
     objects that no training home had are known by their text vectors.
 
     Example:
-        >>> finder = ObjectFinder.load("heat")
+        >>> finder = ObjectFinder.load()
         >>> for place in finder.rank(memory, "large red mug", k=5):
         ...     print(place.name, place.probability, place.why)
 
@@ -75,14 +75,14 @@ class ObjectFinder(Finder):
     @classmethod
     def load(
         cls,
-        source: str | Path = "heat",
+        source: str | Path = "any_home",
         elsewhere_share: float | None = None,
         detector: Detector | None = None,
     ) -> ObjectFinder:
         """Load a trained network; nothing in the files is executed.
 
         Args:
-            source: "heat", which ships with the package; a folder of `python -m nep.export`; or a
+            source: "any_home" or "heat", which ship with the package; a folder of `python -m nep.export`; or a
                 checkpoint of `python -m nep.fit`.
             elsewhere_share: how often what is asked for is at no known place, above 0 and below 1;
                 None for the share that the network was calibrated with, 0.1.
