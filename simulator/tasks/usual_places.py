@@ -41,7 +41,8 @@ class UsualPlaces:
             answers: furniture that truly holds such an object, bool (Q, F).
         """
         self._end_stays()
-        query, slot = np.nonzero(self._code[home] == codes[:, None])
+        is_asked = self._code[home] == codes[:, None]
+        query, slot = np.divmod(np.flatnonzero(is_asked), is_asked.shape[1])
         asked = (home[query], slot)
         counts = np.zeros(answers.shape, dtype=np.int64)
         np.add.at(counts, query, self._counts[asked])
@@ -57,12 +58,15 @@ class UsualPlaces:
         """Count the stays of what is elsewhere now, and forget what was replaced."""
         place = np.where(self._homes.is_present, self._homes.object_place, -1)
         is_other = self._homes.object_code != self._code
-        moved = np.nonzero((place != self._place) | is_other)
-        home, slot, before = *moved, self._place[moved]
-        stay = (self._num_counted - self._since[moved]) * (before >= 0)
-        self._counts[home, slot, np.maximum(before, 0) // NUM_RELATIONS] += stay
-        self._since[moved] = self._num_counted
-        self._place[moved] = place[moved]
-        replaced = np.nonzero(is_other)
+        moved = np.flatnonzero((place != self._place) | is_other)
+        if len(moved) == 0:
+            return
+        at = np.divmod(moved, place.shape[1])
+        before = self._place[at]
+        stay = (self._num_counted - self._since[at]) * (before >= 0)
+        self._counts[(*at, np.maximum(before, 0) // NUM_RELATIONS)] += stay
+        self._since[at] = self._num_counted
+        self._place[at] = place[at]
+        replaced = np.divmod(np.flatnonzero(is_other), place.shape[1])
         self._counts[replaced] = 0
         self._code[replaced] = self._homes.object_code[replaced]
