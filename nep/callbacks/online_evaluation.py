@@ -8,16 +8,17 @@ from functools import partial
 from pathlib import Path
 
 import lightning.pytorch as pl
+import numpy as np
 from lightning.pytorch.loggers import TensorBoardLogger
-from matplotlib.figure import Figure
 from rich.console import Console
 
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.model.module import NEPModule
 from nep.players.contestants import MakePolicy
 from nep.players.policy import NEPPolicy
-from nep.report.figures import draw_over_steps
+from nep.report.figures import draw_calibration, draw_over_steps
 from nep.report.results import ScoreSummary
+from nep.report.searches import draw_searches, play_searches
 from nep.report.statistics import compute_gap_closed
 from nep.report.tables import Row, compute_rows, format_number, make_markdown, make_rich_table
 from simulator.checks import check_at_least
@@ -26,6 +27,7 @@ from simulator.policies import POLICIES, check_policies, find_policy, make_polic
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.registry import TASKS
+from simulator.tasks.scores import TaskScores
 from simulator.tasks.task import Task
 from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import Streams
@@ -38,8 +40,9 @@ class OnlineEvaluation(pl.Callback):
     the recorded validation homes are played, all of them and all their steps. Heuristics and
     oracles play the same homes once, before the model does so for the first time. Logs the score,
     candidate recall and the share of the gap between Bayesian and each oracle that is closed,
-    draws the score over steps, and ends with a table, which is also written beside the
-    checkpoints (`online_evaluation.md`, `.json`).
+    draws the score over steps, how well the probabilities are calibrated and three searches, and
+    ends with a table, which is also written beside the checkpoints (`online_evaluation.md`,
+    `.json`). TensorBoard shows the table, too, and the settings with the final score (HParams).
 
     Source: paper sections 5.2 and 6.1.
     """
@@ -75,10 +78,11 @@ class OnlineEvaluation(pl.Callback):
         self.task: type[Task] = TASKS["predict_location"]
         self.homes: HomeSource = SampledSource()
         self.scores: dict[str, ScoreSummary] = {}
+        self._kinds: list[str] | None = None  # of every home
 
     def on_fit_start(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         """Start without scores, with the task and the homes of the data."""
-        self.scores = {}
+        self.scores, self._kinds = {}, None
         config = _get_datamodule(trainer).val_config
         self.task = TASKS[config.task]
         self.homes = config.homes
@@ -98,6 +102,7 @@ class OnlineEvaluation(pl.Callback):
         folder = trainer.log_dir if trainer.logger is not None else None  # asked by all processes
         if trainer.is_global_zero and self.name in self.scores:
             self.print_table()
+            self._log_end(trainer, pl_module)
             if folder is not None:
                 self._save(Path(folder))
 
@@ -122,11 +127,10 @@ class OnlineEvaluation(pl.Callback):
         ]
         return "; ".join([recall, ", ".join(gaps)] if gaps else [recall])
 
-    def _play(self, trainer: pl.Trainer, make: MakePolicy) -> ScoreSummary:
+    def _play(self, trainer: pl.Trainer, make: MakePolicy) -> TaskScores:
         config = _get_datamodule(trainer).val_config
         streams = Streams(config.seed, config.split, range(self.num_homes))
-        scores = evaluate_policy(make, self.homes, streams, self.steps, task=config.task)
-        return ScoreSummary.of(scores)
+        return evaluate_policy(make, self.homes, streams, self.steps, task=config.task)
 
     def _play_heuristics(self, trainer: pl.Trainer) -> None:
         """Let the heuristics and oracles play, once, as late as possible: it takes seconds."""
@@ -134,14 +138,15 @@ class OnlineEvaluation(pl.Callback):
         if policies and trainer.progress_bar_callback is not None:
             print(f"{len(policies)} heuristics and oracles play {self.num_homes} validation homes.")
         for name in policies:
-            self.scores[name] = self._play(trainer, partial(make_policy, name))
+            self.scores[name] = ScoreSummary.of(self._play(trainer, partial(make_policy, name)))
 
     def _evaluate_model(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         assert isinstance(pl_module, NEPModule)
         if not self.scores:
             self._play_heuristics(trainer)
         player = NEPPolicy(pl_module, _get_datamodule(trainer).builder)
-        scores = self.scores[self.name] = self._play(trainer, player.play_in)
+        played = self._play(trainer, player.play_in)
+        scores = self.scores[self.name] = ScoreSummary.of(played)
         metrics = {
             f"online/{self._metric}": float(scores.home_values.mean()),
             "online/candidate_recall": scores.metrics["candidate_recall"],
@@ -158,14 +163,51 @@ class OnlineEvaluation(pl.Callback):
             title=f"{self.task.title} on unseen homes",
             metric=STEP_METRICS[self.task.metric].title,
         )
-        self._log_figure(trainer, figure)
+        boards = [own for own in trainer.loggers if isinstance(own, TensorBoardLogger)]
+        if boards:  # pictures take seconds
+            title = f"{self.name} on unseen homes"
+            config = _get_datamodule(trainer).val_config
+            searches = play_searches(player.play_in, self.homes, config.seed, config.split)
+            figures = {
+                f"online/{self._metric}_over_steps": figure,
+                "online/calibration": draw_calibration(
+                    played.confidence.ravel(), played.is_correct.ravel(), title
+                ),
+                "online/searches": draw_searches(searches),
+            }
+            for board in boards:
+                for tag, drawn in figures.items():
+                    board.experiment.add_figure(tag, drawn, global_step=trainer.global_step)
+        pl_module.log_dict(self._score_kinds(trainer, scores), rank_zero_only=True)
 
-    def _log_figure(self, trainer: pl.Trainer, figure: Figure) -> None:
-        for logger in trainer.loggers:
-            if isinstance(logger, TensorBoardLogger):
-                logger.experiment.add_figure(
-                    f"online/{self._metric}_over_steps", figure, global_step=trainer.global_step
+    def _score_kinds(self, trainer: pl.Trainer, scores: ScoreSummary) -> dict[str, float]:
+        """Return the score in the homes of each kind, if there are several: by how they change."""
+        if self._kinds is None:
+            config = _get_datamodule(trainer).val_config
+            streams = Streams(config.seed, config.split, range(self.num_homes))
+            rules = self.homes.make(streams).configs
+            self._kinds = [type(rule.dynamics).__name__ for rule in rules]
+        if len(set(self._kinds)) == 1:
+            return {}
+        kinds = np.array(self._kinds)
+        return {
+            f"online_kinds/{self._metric}_{kind}": float(scores.home_values[kinds == kind].mean())
+            for kind in sorted(set(self._kinds))
+        }
+
+    def _log_end(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
+        """Write the table as text, and the settings with what came of them."""
+        final = self.scores[self.name]
+        metrics = {
+            f"final/{self._metric}": float(final.home_values.mean()),
+            "final/candidate_recall": final.metrics["candidate_recall"],
+        }
+        for board in trainer.loggers:
+            if isinstance(board, TensorBoardLogger):
+                board.experiment.add_text(
+                    "online/table", self._make_markdown(), global_step=trainer.global_step
                 )
+                board.log_hyperparams(dict(pl_module.hparams), metrics, step=trainer.global_step)
 
     @property
     def _metric(self) -> str:
@@ -195,9 +237,11 @@ class OnlineEvaluation(pl.Callback):
         write_whole(
             folder / "online_evaluation.json", (json.dumps(content, indent=1) + "\n").encode()
         )
+        write_whole(folder / "online_evaluation.md", self._make_markdown().encode())
+
+    def _make_markdown(self) -> str:
         table = make_markdown(self.task, self._compute_rows(), self._get_title())
-        markdown = f"{table}\n{self._summarise()}\n"
-        write_whole(folder / "online_evaluation.md", markdown.encode())
+        return f"{table}\n{self._summarise()}\n"
 
 
 def _get_datamodule(trainer: pl.Trainer) -> SGMDataModule:

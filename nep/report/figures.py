@@ -33,6 +33,8 @@ _STYLES: Mapping[str, dict[str, Any]] = {
 }
 
 
+_NUM_BINS = 10  # of a calibration diagram
+
 # Networks, in the order in which they are given.
 _MODEL_COLORS = ("#d62728", "#ff7f0e", "#17becf", "#e41a8c", "#a65628", "#377eb8")
 
@@ -110,6 +112,32 @@ def draw_by_hour(accuracy: Mapping[str, Mapping[str, Sequence[float]]]) -> Figur
     for axes in panels[len(accuracy) :]:
         axes.set_axis_off()
     figure.colorbar(image, ax=list(panels), label="share of wrong first guesses", shrink=0.5)
+    return figure
+
+
+def draw_calibration(confidence: np.ndarray, is_correct: np.ndarray, title: str) -> Figure:
+    """Draw how often answers of each confidence are right; the diagonal is a perfect calibration.
+
+    Args:
+        confidence: probability that was given to the choice of each answer, in [0, 1], (n,).
+        is_correct: whether it was right, bool (n,).
+        title: of the figure.
+    """
+    figure = Figure(figsize=(4.6, 4.6), dpi=110, layout="constrained")
+    axes = figure.subplots()
+    at = np.minimum((confidence * _NUM_BINS).astype(int), _NUM_BINS - 1)
+    count = np.bincount(at, minlength=_NUM_BINS)
+    shown = np.flatnonzero(count)
+    said = np.bincount(at, confidence, _NUM_BINS)[shown] / count[shown]
+    right = np.bincount(at, is_correct, _NUM_BINS)[shown] / count[shown]
+    axes.plot([0, 1], [0, 1], color="#999999", linewidth=1)
+    axes.bar((np.arange(_NUM_BINS) + 0.5) / _NUM_BINS, count / max(count.sum(), 1),
+             width=0.9 / _NUM_BINS, color="#c3cad3", label="share of the answers")  # fmt: skip
+    axes.plot(said, right, "o-", color=_MODEL_COLORS[0], label="share that is right")
+    axes.set(xlim=(0, 1), ylim=(0, 1), xlabel="probability of the choice", aspect="equal")
+    axes.set_title(title, loc="left", fontsize=10)
+    axes.legend(frameon=False, loc="upper left", fontsize=9)
+    axes.spines[["top", "right"]].set_visible(False)
     return figure
 
 

@@ -74,7 +74,10 @@ in each, up to 8 looks per search, {num_decisions} decisions. One search in ten 
 that is not in the home. Errors are expected calibration errors (10 bins).
 
 {calibrated}
-Temperature {temperature:.2f}. "Elsewhere" is {elsewhere_share:.3f} before any look of a time step.
+Temperature {temperature:.2f}. "Elsewhere" is {elsewhere_share:.3f} before any look of a time step,
+the same for every question. That is most of its error: things that are gone are rather those that
+a network is unsure of, so that it is too low where the best place is unlikely, and too high after
+a look in vain at a likely one.
 """
 _UNMEASURED = """\
 ## Scores and probabilities

@@ -73,7 +73,7 @@ def make_map(content: MapContent) -> dict[str, Any]:
         *_draw_objects(content, shown),
         *_draw_marks(plan, shown, probability, content, index),
     ]
-    left, right, bottom, top = get_extent(plan)
+    left, right, bottom, top = view
     axis = {"visible": False, "showgrid": False, "zeroline": False}
     return {
         "data": traces,

@@ -8,6 +8,8 @@ from simulator.drawing.floor_plan import FloorPlan
 from simulator.igridson.layout import GridLayout
 from simulator.trace.layout import number_names
 
+SIZE = 1.4  # cells; most furniture is two cells wide and one deep
+
 
 def make_plan(layout: GridLayout) -> FloorPlan:
     """Return rooms and furniture as they stand on the grid, a cell one unit, rows from the top."""
@@ -18,10 +20,11 @@ def make_plan(layout: GridLayout) -> FloorPlan:
         boxes[room] = left, rows - bottom - 1, right - left + 1, bottom - top + 1
     corner = np.array(
         [
-            (piece.column + piece.width / 2 - 0.5, rows - piece.row - piece.height / 2 - 0.5)
+            (piece.column + piece.width / 2, rows - piece.row - piece.height / 2)
             for piece in layout.furniture
         ]
     )
+    corner -= SIZE / 2
     return FloorPlan(
         rooms=layout.rooms,
         furniture=tuple(number_names([piece.label for piece in layout.furniture])),
@@ -29,6 +32,7 @@ def make_plan(layout: GridLayout) -> FloorPlan:
         furniture_room=np.asarray(layout.furniture_room),
         room_box=boxes,
         corner=corner,
+        size=SIZE,
         has_positions=True,
     )
 

@@ -122,7 +122,8 @@ def record_run(
     recorder = RunRecorder(game)
     for _ in game.run(num_steps):
         recorder.end_step()
-    return recorder.finish(f"{source.describe()['source']} home {home}")
+    about = source.describe()
+    return recorder.finish(f"{about.get('source') or about.get('homes')} home {home}")
 
 
 def _describe_start(homes: Homes) -> LogLine:

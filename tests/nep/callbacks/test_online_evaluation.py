@@ -55,7 +55,7 @@ def test_heuristics_play_once_and_not_before_the_model(fit):
 
 
 def test_logs_scalars_figure_and_chart(run):
-    events = EventAccumulator(str(run), size_guidance={"scalars": 0, "images": 0})
+    events = EventAccumulator(str(run), size_guidance={"scalars": 0, "images": 0, "tensors": 0})
     events.Reload()
     tags = events.Tags()
     # Epoch 2 by the interval, epoch 3 because it is the last.
@@ -64,7 +64,15 @@ def test_logs_scalars_figure_and_chart(run):
         assert tag in tags["scalars"]
     for name in POLICIES:
         assert f"online_heuristics/{name}" in tags["scalars"]
-    assert len(events.Images("online/accuracy_over_steps")) == 2
+    for name in ("accuracy_over_steps", "calibration", "searches"):
+        assert len(events.Images(f"online/{name}")) == 2
+    (table,) = events.Tensors("online/table/text_summary")
+    written = (run / "online_evaluation.md").read_bytes()
+    assert table.tensor_proto.string_val[0] == written
+    assert "final/accuracy" in tags["scalars"]
+    final = events.Scalars("final/accuracy")[-1].value
+    assert final == pytest.approx(events.Scalars("online/accuracy")[-1].value)
+    assert "_hparams_/session_start_info" in events.summary_metadata
 
 
 def test_written_scores_are_those_of_the_checkpoint(run):

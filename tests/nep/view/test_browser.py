@@ -7,6 +7,7 @@ import pytest
 pytest.importorskip("selenium", reason="selenium is not installed")
 
 from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.actions.wheel_input import ScrollOrigin
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
@@ -131,6 +132,26 @@ def test_a_click_on_an_object_draws_its_history(browser, serve, desk):
     click_map(browser, *spot)
     wait_for(browser, lambda: "milk" in read(browser, "#history"))
     assert "white fridge in kitchen" in read(browser, "#history")
+
+
+def test_a_zoom_stays(browser, serve, desk):
+    def get_width():
+        return browser.execute_script(
+            "const plot = document.querySelector('#map-a .js-plotly-plot');"
+            "const {range} = plot._fullLayout.xaxis; return range[1] - range[0]"
+        )
+
+    browser.get(serve(desk))
+    area = wait_for(browser, lambda: browser.find_elements(By.CSS_SELECTOR, "#map-a .nsewdrag"))[0]
+    wait_for(browser, lambda: read(browser, "#events"))
+    before = get_width()
+    wheel = ScrollOrigin.from_element(area)
+    for _ in range(3):  # a tenth each
+        ActionChains(browser).scroll_from_origin(wheel, 0, -400).pause(1).perform()
+    zoomed = wait_for(browser, lambda: get_width() < 0.85 * before and get_width())
+    ask(browser, "laptop")
+    wait_for(browser, lambda: read_rows(browser, "#answer-a"))
+    assert get_width() == pytest.approx(zoomed, rel=0.05)
 
 
 def test_a_saved_page_needs_no_server(browser, desk, tmp_path):

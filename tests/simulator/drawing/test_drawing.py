@@ -198,10 +198,11 @@ def test_a_grid_home_stands_as_on_its_grid(axes):
     layout = load_layout(None)
     plan = make_plan(layout)
     rows = layout.size[1]
-    for piece, (x, y) in zip(layout.furniture, plan.corner + 0.5, strict=True):
+    middle = plan.corner + plan.size / 2
+    for piece, (x, y) in zip(layout.furniture, middle, strict=True):
         assert piece.column <= x <= piece.column + piece.width
         assert piece.row <= rows - y <= piece.row + piece.height
     box = plan.room_box[plan.furniture_room]
-    assert (plan.corner + 0.5 >= box[:, :2]).all()
-    assert (plan.corner + 0.5 <= box[:, :2] + box[:, 2:]).all()
+    assert (middle >= box[:, :2]).all()
+    assert (middle <= box[:, :2] + box[:, 2:]).all()
     draw_belief(axes, plan, np.full(len(plan.furniture), 0.02))
