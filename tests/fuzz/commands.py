@@ -30,14 +30,14 @@ COMMANDS = (
     ("simulator.trace", ("from-log", "looks.jsonl", "--out=log"), ("val_share", "test_share")),
     ("simulator.priors", ("show", "--no_picture"), ("room", "object", "top", "out")),
     ("simulator.priors", ("check", "prior.json"), ()),
-    ("simulator.igridson", ("run", "--out=run.json", "--runs=1"),
+    ("simulator.igridson", ("run", "--out=run.json", "--runs=1", "--queries_per_home=1"),
      ("look_cost", "policy", "attempts", "seed", "layout", "queries_per_home", "prior")),
     ("nep.evaluate", ("--out=results", "--num_homes=1", "--steps=2", "--policies=bayesian",
                       "--tasks=predict_location", *SMALL),
      ("policies", "tasks", "checkpoint", "encoders", "split", "seed", "threads", "trace", "homes")),
     ("nep.export", ("last.ckpt", "net", "--num_homes=0"),
      ("steps", "seed", "threads", "encoders", "homes", "trace", "step_seconds")),
-    ("nep.compare", ("results.json", "results.json"), ()),
+    ("nep.compare", ("results/results.json", "results/results.json"), ()),
 )  # fmt: skip
 
 
@@ -46,6 +46,14 @@ def make_inputs(folder: Path) -> None:
     targets.make_trace(folder)
     targets.make_checkpoint(folder)
     targets.PriorGraph.default().save(folder / "prior.json")
+    memory = targets.SceneGraphMemory(log=folder / "looks.jsonl")
+    shelf = memory.add_furniture("shelf", memory.add_room("kitchen"))
+    for _ in range(20):
+        memory.observe(shelf, [targets.Sighting("mug")])
+        memory.step()
+    module, given, _ = next(row for row in COMMANDS if row[0] == "nep.evaluate")
+    (folder / "line").write_text(json.dumps([module, *given]))
+    use_line(folder)
     (folder / "line").write_text(json.dumps(["simulator.trace", "check", "home"]))
 
 
