@@ -43,8 +43,8 @@ class EvidenceEmbedding(nn.Module):
         self.shortcut = nn.Linear(len(_BELIEFS), 1, bias=False)
         with torch.no_grad():
             self.shortcut.weight.zero_()[0, _BELIEFS.index(_FIRST_BELIEF)] = 1
-        columns = torch.tensor([PLACE_COLUMNS.index(name) for name in _BELIEFS])
-        self.register_buffer("belief_columns", columns, persistent=False)
+        beliefs = torch.tensor([PLACE_COLUMNS.index(name) for name in _BELIEFS])
+        self.register_buffer("belief_columns", beliefs, persistent=False)
         for name, columns in (("place", PLACE_COLUMNS), ("question", QUESTION_COLUMNS)):
             is_clock = [column.partition(".")[0] in CLOCK_GROUPS for column in columns]
             self.register_buffer(f"{name}_has_clock", torch.tensor(is_clock), persistent=False)

@@ -201,7 +201,9 @@ def test_bad_input_is_refused(finder, home, tmp_path):
         finder.rank(memory, "mug", k=0)
     with pytest.raises(ValueError, match=r"memory must have furniture before a query"):
         finder.rank(SceneGraphMemory(), "mug")
-    with pytest.raises(ValueError, match=r"an exported folder or one of any_home, heat, got 'teah'"):
+    with pytest.raises(
+        ValueError, match=r"an exported folder or one of any_home, heat, got 'teah'"
+    ):
         ObjectFinder.load("teah")
     module = NEPModule(HEAT(), belief=True)
     model = TrainedModel(module, GraphBuilder(FeatureConfig(belief=True)))
