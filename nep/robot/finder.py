@@ -82,8 +82,8 @@ class ObjectFinder(Finder):
         """Load a trained network; nothing in the files is executed.
 
         Args:
-            source: "any_home" or "heat", which ship with the package; a folder of `python -m nep.export`; or a
-                checkpoint of `python -m nep.fit`.
+            source: "any_home" or "heat", which ship with the package; a folder of
+                `python -m nep.export`; or a checkpoint of `python -m nep.fit`.
             elsewhere_share: how often what is asked for is at no known place, above 0 and below 1;
                 None for the share that the network was calibrated with, 0.1.
             detector: how often a look misses what is there, and how fast things leave; None for
