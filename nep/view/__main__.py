@@ -16,6 +16,7 @@ from nep.view.stage import Judges
 from simulator.checks import check_at_least
 from simulator.command_line import add_home_arguments, make_parser, one_line_errors, parse, pick
 from simulator.home_options import HomeOptions
+from simulator.process import run_main
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,4 +103,4 @@ def _list_last_asked(desk: Desk) -> tuple[str, ...]:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)
