@@ -70,9 +70,7 @@ class ClaimsPlan:
     fit_options: tuple[str, ...] = ()
     table_1: Path | None = None
 
-    def make_training(
-        self, source: str, nodes: str, configs: Sequence[str], seed: int
-    ) -> Training:
+    def make_training(self, source: str, nodes: str, configs: Sequence[str], seed: int) -> Training:
         """Return a training for Predict Object Location."""
         files = tuple(f"{name}.yaml" for name in configs)
         contestant = Contestant(LOCATION[nodes], "-".join(configs), "", files)
@@ -229,7 +227,7 @@ def plan_claims(plan: ClaimsPlan, trains: bool) -> tuple[list[Job], list[Job], l
             if after or not own.is_done():
                 add(games, f"play {name} {own.path.parent.name}", own.run, after)
     for source in SOURCES:
-        for nodes, setting in LOCATION.items():
+        for setting in LOCATION.values():
             for policy in POLICIES:
                 own = plan.play(source, setting, policy)
                 if not own.is_done():

@@ -166,9 +166,9 @@ class ClaimsReport:
                 "alone. In brackets: minus the same network without the change. Where a change "
                 "does not concern NEP-MLP, the last columns compare with NEP-MLP as it is.\n",
                 join_table(header, lines),
-                "Configs: `no_absence.yaml` (edges count sightings alone), `homes_400.yaml` (40,000 "
-                "memories, 6 epochs: as many updates), `gcn_sum.yaml`, `heat_sum.yaml` (a weight of "
-                "its own for every edge), `heat_paper.yaml`.\n",
+                "Configs: `no_absence.yaml` (edges count sightings alone), `homes_400.yaml` "
+                "(40,000 memories, 6 epochs: as many updates), `gcn_sum.yaml`, `heat_sum.yaml` (a "
+                "weight of its own for every edge), `heat_paper.yaml`.\n",
             ]
         )
 
@@ -266,9 +266,9 @@ class ClaimsReport:
                 "## What the likelihood metric can have been\n",
                 "Predict Relative Location Likelihood in homes of 32 places, NDCG of the same "
                 "rankings under several readings; the first is ours (ruling 17). Networks were "
-                f"trained for Predict Object Location (seed {self._plan.switch_seed}). Off by: mean "
-                "distance to the paper's column over the rows that it has; pairs: share of pairs "
-                "of rows that it orders as the paper does.\n",
+                f"trained for Predict Object Location (seed {self._plan.switch_seed}). Off by: "
+                "mean distance to the paper's column over the rows that it has; pairs: share of "
+                "pairs of rows that it orders as the paper does.\n",
                 join_table(header, lines),
             ]
         )
@@ -296,9 +296,9 @@ class ClaimsReport:
         return "\n".join(
             [
                 "## Moves within a room, or over the whole home\n",
-                "The paper is silent; ruling 2 keeps an object in its room. Homes of 32 places. Off "
-                "by: mean distance to the paper's column. Grades within reach are a reading of the "
-                "table above.\n",
+                "The paper is silent; ruling 2 keeps an object in its room. Homes of 32 places. "
+                "Off by: mean distance to the paper's column. Grades within reach are a reading of "
+                "the table above.\n",
                 join_table(["moves", *names, "off by"], lines),
             ]
         )
@@ -307,8 +307,8 @@ class ClaimsReport:
         notes = []
         if self._plan.table_1 is not None:
             notes.append(
-                "Seed 0 in homes of 32 places is that of [table_1.md](table_1.md), which was played "
-                "in the same test homes (checked by `bayesian`, home by home)."
+                "Seed 0 in homes of 32 places is that of [table_1.md](table_1.md), which was "
+                "played in the same test homes (checked by `bayesian`, home by home)."
             )
         versions = ", ".join(f"{name} {number}" for name, number in list_versions().items())
         return "\n".join(["", *notes, "", f"```\n{_COMMAND}\n```\n\n{versions}.\n"])

@@ -164,8 +164,8 @@ def make_table_1(results: Mapping[Setting, Scores], provenance: Provenance) -> d
         _make_paper_table_1(),
         "## Which orderings hold\n",
         f"Score of the first minus that of the second, paired over {provenance.pairs}, with 95 % "
-        "bootstrap intervals; decided where the interval excludes zero (of looks, less is better). The "
-        "heuristic is the best one of each setting in these homes.\n",
+        "bootstrap intervals; decided where the interval excludes zero (of looks, less is better). "
+        "The heuristic is the best one of each setting in these homes.\n",
         _make_claims(claims),
         *(make_markdown(TASKS[s.task], rows, s.title) for s, rows in tables.items()),
         provenance.make_footer(),

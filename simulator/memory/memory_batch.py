@@ -14,7 +14,6 @@ from simulator.memory.candidates import propose_places
 from simulator.memory.clock import DAY_SECONDS, compute_week_seconds
 from simulator.memory.home_history import HomeHistory
 from simulator.memory.place_prior import PlacePrior
-from simulator.text.alike import LabelVectors
 
 NEVER = -1  # time stamp of what has not happened
 
@@ -155,14 +154,6 @@ class MemoryBatch:
         self._history: HomeHistory | None = None
         self._row_of_key = np.full((len(furniture_label), 64), -1, dtype=np.int32)
         self._pending: Queries | None = None
-        self._label_vectors = LabelVectors(self.labels)
-
-    @property
-    def label_vectors(self) -> LabelVectors:
-        """Compares labels by their words."""
-        if self._label_vectors.labels is not self.labels:
-            self._label_vectors = LabelVectors(self.labels)
-        return self._label_vectors
 
     @property
     def history(self) -> HomeHistory:

@@ -202,7 +202,7 @@ class Informed(Policy):
         kind = self._types[home, number]
         if row in kind.objects or not len(kind.places):
             return
-        num_class, num_instance = self._num_draws
+        num_instance = self._num_draws[1]
         key = int(memory.objects["key"][row])
         moves = self._draw_instance_noise(self._configs[home], kind, key)  # (C K, S)
         others = np.repeat(kind.expected, num_instance, axis=0)

@@ -150,7 +150,9 @@ HEAT_VARIANTS = {
 }
 
 
-@pytest.fixture(params=["gcn", "gcn that counts", "hgt", "han", "han with one head", *HEAT_VARIANTS])
+@pytest.fixture(
+    params=["gcn", "gcn that counts", "hgt", "han", "han with one head", *HEAT_VARIANTS]
+)
 def layer_and_loop(request):
     torch.manual_seed(1)
     heat = HEAT_VARIANTS.get(request.param, {"heads": 2})

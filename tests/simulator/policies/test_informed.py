@@ -86,6 +86,7 @@ def list_noise(weights):
 
 def follow(weights, transition, key, rate, asked_rate, asked):
     """Forward algorithm: P(looks, place now), up to a factor that is the same for all noise."""
+
     def move(x, rate):
         moved = np.zeros(3)
         for here in range(3):
@@ -118,7 +119,9 @@ def test_it_is_exact_enumeration_where_that_can_be_done():
     # Class noise of boxes changes what stands where, too; the inventory takes its mean.
     weights = np.stack([MUG, np.full(3, 1 / 3)])[None]
     inventory = Inventory(PRIOR, [CONFIG], weights, np.array([3]), 0.5)
-    rate, asked_rate, *_ = (float(x[0]) for x in inventory.compute_rates(np.array([0]), np.array([0])))
+    rate, asked_rate, *_ = (
+        float(x[0]) for x in inventory.compute_rates(np.array([0]), np.array([0]))
+    )
     assert 0.05 < rate < asked_rate
     expected = np.zeros(3)
     for class_prob, own in list_noise(MUG):
