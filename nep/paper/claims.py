@@ -43,6 +43,7 @@ SWITCHES = {
 }
 PAPER_POLICIES = ("random", "priors", "frequentist", "myopic", "bayesian", "oracle")
 INFORMED = "informed"
+CHECKED = "bayesian"  # plays although Table 1 has it, so that its test homes can be compared
 _HOMES_AT_ONCE = 10  # informed keeps 40 MB of draws a home
 
 
@@ -99,6 +100,12 @@ class ClaimsPlan:
         """Tell whether Table 1 has the networks of this seed."""
         return self.table_1 is not None and (source, seed) == ("sampled", 0)
 
+    def list_in_table_1(self, source: str) -> set[str]:
+        """Return the policies whose scores Table 1 has, but for the one that is compared."""
+        if self.table_1 is None or source != "sampled":
+            return set()
+        return {*read_json(self.table_1)["settings"][LOCATION["on"].name]} - {CHECKED}
+
     def evaluate(self, training: Training) -> Evaluation:
         """Return the evaluation of a network in test homes like those of its training."""
         setting, name = training.contestant.setting, training.contestant.name
@@ -133,22 +140,27 @@ class ClaimsPlan:
             setting, name, checkpoint, self.num_homes, self.steps, 0, path, source=source
         )
 
-    def load_table_1(self, nodes: str, name: str) -> ScoreSummary:
-        """Return what a network has scored in Table 1.
+    def load_table_1(self, setting: Setting) -> dict[str, ScoreSummary]:
+        """Return what everybody has scored in Table 1, by title; nothing without the file.
 
         Raises:
             ValueError: if Table 1 was not played in these test homes.
         """
-        assert self.table_1 is not None
-        rows = read_json(self.table_1)["settings"][LOCATION[nodes].name]
-        means = {title: np.array(rows[title]["mean_of_each_home"]) for title in rows}
-        own = self.play("sampled", LOCATION[nodes], "bayesian").load().home_values
-        if len(own) != len(means["bayesian"]) or not np.allclose(own, means["bayesian"]):
-            raise ValueError(
-                "table_1 must be of the same test homes, got one in which bayesian has other "
-                f"scores in {self.table_1}. Leave it out."
-            )
-        return ScoreSummary(means[name][:, None], {})
+        if self.table_1 is None:
+            return {}
+        settings = read_json(self.table_1)["settings"]
+        for nodes in LOCATION.values():  # other tasks are played in the same homes
+            own = self.play("sampled", nodes, CHECKED).load().home_values
+            theirs = np.array(settings[nodes.name][CHECKED]["mean_of_each_home"])
+            if len(own) != len(theirs) or not np.allclose(own, theirs):
+                raise ValueError(
+                    f"table_1 must be of the same test homes, got one in which {CHECKED} has other "
+                    f"scores in {self.table_1}. Leave it out."
+                )
+        return {
+            title: ScoreSummary(np.array(row["mean_of_each_home"])[:, None], {})
+            for title, row in settings[setting.name].items()
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,26 +238,29 @@ def plan_claims(plan: ClaimsPlan, trains: bool) -> tuple[list[Job], list[Job], l
         for own in played:
             if after or not own.is_done():
                 add(games, f"play {name} {own.path.parent.name}", own.run, after)
-    for source in SOURCES:
-        for setting in LOCATION.values():
+    for nodes, setting in LOCATION.items():
+        for source in SOURCES:
+            known = plan.list_in_table_1(source)
             for policy in POLICIES:
                 own = plan.play(source, setting, policy)
-                if not own.is_done():
+                if policy not in known and not own.is_done():
                     add(games, f"play {source} {setting.name} {policy}", own.run)
-            informed = InformedScores(plan.play(source, setting, INFORMED))
-            if not informed.is_done():
-                add(games, f"play {source} {setting.name} {INFORMED}", informed.run)
-    for nodes in LIKELIHOOD:
         for policy in (*PAPER_POLICIES, "ceiling"):
             reading = plan.read(nodes, policy)
             if not reading.is_done():
                 add(games, f"read {nodes} {policy}", reading.run)
+        for source in SOURCES:
+            informed = InformedScores(plan.play(source, setting, INFORMED))
+            if not informed.is_done():
+                add(games, f"play {source} {setting.name} {INFORMED}", informed.run)
     for setting in SETTINGS:
-        for policy in (*PAPER_POLICIES, "ceiling"):
-            for crosses in (False, True):
+        for policy in PAPER_POLICIES:
+            for crosses in (True, False):
                 own = plan.play("sampled", setting, policy, crosses)
-                if not own.is_done():
-                    name = f"play {setting.name} {policy} {'cross-room' * crosses}"
-                    if setting not in LOCATION.values() or crosses:
-                        add(games, name.strip(), own.run)
+                is_known = not crosses and (
+                    setting in LOCATION.values() or policy in plan.list_in_table_1("sampled")
+                )
+                if not is_known and not own.is_done():
+                    where = " over rooms" if crosses else ""
+                    add(games, f"play {setting.name} {policy}{where}", own.run)
     return collections, trainings, games
