@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -21,6 +21,7 @@ from simulator.policies import POLICIES
 from simulator.policies.informed import Informed
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.scores import TaskScores
+from simulator.world.homes import Homes
 from simulator.world.streams import Streams
 
 LOCATION = {nodes: Setting("predict_location", nodes == "on") for nodes in ("on", "off")}
@@ -29,7 +30,7 @@ SOURCES = {"sampled": "32 places", "paper": "24 places (`--homes paper`)"}
 # The networks whose order the paper claims, worst first.
 ORDER = {"mlp": "NEP-MLP", "gcn": "NEP-GCN", "heat": "NEP-HEAT"}
 # One change at a time: title, and by network which configs make it.
-SWITCHES = {
+SWITCHES: Mapping[str, tuple[str, Mapping[str, tuple[str, ...]]]] = {
     "no_absence": (
         "no negative evidence in the memory",
         {name: (name, "no_absence") for name in ORDER},
@@ -194,7 +195,7 @@ class InformedScores:
         for homes in groups:
             policies: list[Informed] = []
 
-            def make(homes, made=policies):
+            def make(homes: Homes, made: list[Informed] = policies) -> Informed:
                 made.append(Informed.make(homes))
                 return made[-1]
 
@@ -215,9 +216,13 @@ def plan_claims(plan: ClaimsPlan, trains: bool) -> tuple[list[Job], list[Job], l
         plan: what is wanted.
         trains: whether networks are trained; if not, those that are there play.
     """
-    collections, trainings, games = [], [], []
+    collections: list[Job] = []
+    trainings: list[Job] = []
+    games: list[Job] = []
 
-    def add(jobs: list[Job], name: str, run, after: Sequence[str] = ()) -> None:
+    def add(
+        jobs: list[Job], name: str, run: Callable[[], object], after: Sequence[str] = ()
+    ) -> None:
         log = plan.runs / "logs" / f"{name.replace(' ', '-').replace('/', '-')}.log"
         jobs.append(Job(name, run, log, tuple(after)))
 
@@ -231,7 +236,7 @@ def plan_claims(plan: ClaimsPlan, trains: bool) -> tuple[list[Job], list[Job], l
             add(collections, f"collect {name}", partial(collect_data, [training]))
             add(trainings, f"train {name}", training.run, [f"collect {name}"])
             after = [f"train {name}"]
-        played = [plan.evaluate(training)]
+        played: list[Evaluation | ReadingScores] = [plan.evaluate(training)]
         if training.source == "sampled" and training.contestant.name in ORDER:
             if training.seed == plan.switch_seed:
                 played.append(plan.read_network(training))

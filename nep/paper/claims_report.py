@@ -268,7 +268,8 @@ class ClaimsReport:
             [
                 "## What the likelihood metric can have been\n",
                 "Predict Relative Location Likelihood in homes of 32 places, NDCG of the same "
-                "rankings under several readings; the first is ours ([ruling 17](../docs/design.md#rulings)). Networks were "
+                "rankings under several readings; the first is ours "
+                "([ruling 17](../docs/design.md#rulings)). Networks were "
                 f"trained for Predict Object Location (seed {self._plan.switch_seed}). Off by: "
                 "mean distance to the paper's column over the rows that it has; pairs: share of "
                 "pairs of rows that it orders as the paper does.\n",
@@ -299,7 +300,8 @@ class ClaimsReport:
         return "\n".join(
             [
                 "## Moves within a room, or over the whole home\n",
-                "The paper is silent; [ruling 2](../docs/design.md#rulings) keeps an object in its room. Homes of 32 places. "
+                "The paper is silent; [ruling 2](../docs/design.md#rulings) keeps an object in its "
+                "room. Homes of 32 places. "
                 "Off by: mean distance to the paper's column. Grades within reach are a reading of "
                 "the table above.\n",
                 join_table(["moves", *names, "off by"], lines),
