@@ -37,8 +37,8 @@ ORDER = """
     simulator.realism
     simulator.home_options simulator.command_line simulator.gym simulator.igridson
     simulator.collect simulator.testing simulator.test_sets simulator datamodules nep.importers
-    nep.layers nep.encoders nep.model nep.checkpoint_files nep.config_files nep.players nep.report nep.kinds
-    nep.robot nep.callbacks nep.fit nep.evaluate nep.paper nep.view nep
+    nep.layers nep.encoders nep.model nep.checkpoint_files nep.config_files nep.players nep.report
+    nep.kinds nep.robot nep.callbacks nep.fit nep.evaluate nep.paper nep.view nep
 """.split()
 COMMANDS = "commands"
 
