@@ -155,12 +155,18 @@ class ClaimsReport:
             name: self._load_trainings("sampled", "on", (name,), [seed]).get(seed) for name in ORDER
         }
         lines = [_make_switch_row("as it is", plain, {})]
+        kept = {"as it is": plain}
         for title, by_network in SWITCHES.values():
             changed = {
                 name: self._load_trainings("sampled", "on", configs, [seed]).get(seed)
                 for name, configs in by_network.items()
             }
             lines.append(_make_switch_row(title, changed, plain))
+            kept[title] = changed
+        self._content["switches"] = {
+            title: {name: _round(own.home_values) for name, own in row.items() if own is not None}
+            for title, row in kept.items()
+        }
         header = ["change", *ORDER.values(), "GCN minus MLP", "HEAT minus MLP"]
         return "\n".join(
             [
@@ -280,6 +286,7 @@ class ClaimsReport:
     def _make_rooms(self) -> str:
         lines = []
         names = PAPER_POLICIES
+        kept: dict[str, Any] = {}
         for setting in SETTINGS:
             column = PAPER_TABLE_1[setting.name]
             lines.append(
@@ -290,6 +297,7 @@ class ClaimsReport:
             for crosses in (False, True):
                 found = {name: self._load("sampled", setting, name, crosses) for name in names}
                 means = {n: float(s.home_values.mean()) for n, s in found.items() if s is not None}
+                kept.setdefault(setting.name, {})["home" if crosses else "room"] = _round_all(means)
                 both = [name for name in means if name in column]
                 away = [abs(means[name] - column[name][0]) for name in both]
                 lines.append(
@@ -297,6 +305,7 @@ class ClaimsReport:
                     + [f"{means[name]:.3f}" if name in means else "" for name in names]
                     + [f"{np.mean(away):.3f}" if away else ""]
                 )
+        self._content["rooms"] = kept
         return "\n".join(
             [
                 "## Moves within a room, or over the whole home\n",
