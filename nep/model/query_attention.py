@@ -34,12 +34,15 @@ class QueryPadding:
     bias: Tensor
 
     @classmethod
-    def from_snapshots(cls, query_snapshot: Tensor, num_snapshots: int) -> QueryPadding:
+    def from_snapshots(
+        cls, query_snapshot: Tensor, num_snapshots: int, dtype: torch.dtype = torch.float32
+    ) -> QueryPadding:
         """Give each snapshot a place in a row and each query edge the next slot of it.
 
         Args:
             query_snapshot: (Q,) int64 in 0..B-1, in any order; Q at least 1.
             num_snapshots: B.
+            dtype: of the bias.
         """
         count = torch.bincount(query_snapshot, minlength=num_snapshots)  # (B,)
         counts = count.tolist()
@@ -57,7 +60,7 @@ class QueryPadding:
         owner[slot] = query_snapshot
         owner = owner.view(num_rows, num_slots)
         is_shut = owner.unsqueeze(2) != owner.unsqueeze(1)
-        bias = torch.zeros_like(is_shut, dtype=torch.float32).masked_fill_(is_shut, -torch.inf)
+        bias = torch.zeros_like(is_shut, dtype=dtype).masked_fill_(is_shut, -torch.inf)
         return cls(slot=slot, source=source, bias=bias)
 
 
@@ -181,7 +184,7 @@ class QueryAttention(nn.Module):
             return query
         padding = None
         if num_snapshots > 1:
-            padding = QueryPadding.from_snapshots(query_snapshot, num_snapshots)
+            padding = QueryPadding.from_snapshots(query_snapshot, num_snapshots, query.dtype)
         for layer in self.layers:
             query = layer(query, padding)
         return query
