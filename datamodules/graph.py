@@ -28,7 +28,7 @@ from datamodules.pairs import FIRST_OBJECT_TYPE, OBJECT_UP, Pairs
 from simulator.memory.candidates import propose_rows, sample_places
 from simulator.memory.memory_batch import NEVER
 from simulator.snapshots.snapshots import Snapshots, forget
-from simulator.text import PAPER_PIPELINE, TextVectors
+from simulator.text import load_text
 
 
 class GraphBuilder:
@@ -172,24 +172,6 @@ class GraphBuilder:
             snapshots.num_snapshots,
             self.config.threshold,
         )
-
-
-_TEXT: dict[str | None, TextVectors] = {}
-
-
-def load_text(pipeline: str | None) -> TextVectors:
-    """Load text vectors, once per process: it takes a quarter of a second.
-
-    A network that was trained with a pipeline of one's own can be loaded from then on.
-    """
-    if pipeline not in _TEXT:
-        _TEXT[pipeline] = TextVectors(pipeline)
-    return _TEXT[pipeline]
-
-
-def is_text_known(pipeline: object) -> bool:
-    """Tell whether a file may name a pipeline: ours, the paper's, or one that is loaded already."""
-    return pipeline in (None, PAPER_PIPELINE) or (isinstance(pipeline, str) and pipeline in _TEXT)
 
 
 def _compute_features(

@@ -115,14 +115,14 @@ class SGMDataModule(pl.LightningDataModule):
                 "trace and val_trace must come together, and step_seconds and by_day with them,"
                 f" got trace {trace} and val_trace {val_trace}. Name folders for both."
             )
-        if [] in (trace, val_trace):
-            raise ValueError("traces must be one or more folders, got none. Name a folder.")
-        folders = tuple(trace or ())
+        folders = None if trace is None else tuple(trace)
         options = HomeOptions(homes, home, prior, folders, step_seconds, by_day, replays)
         source = val_source = options.make()
         if val_trace is not None or val_homes is not None:
             val_source = replace(
-                options, homes=val_homes or homes, trace=tuple(val_trace or ())
+                options,
+                homes=val_homes or homes,
+                trace=None if val_trace is None else tuple(val_trace),
             ).make()
         self.train_config = CollectConfig(
             homes=source,
@@ -144,7 +144,7 @@ class SGMDataModule(pl.LightningDataModule):
         )
         sources = [source]
         if also_homes is not None:
-            sources.append(replace(options, homes=also_homes, trace=()).make())
+            sources.append(replace(options, homes=also_homes, trace=None).make())
         self.also_configs = [
             replace(self.train_config, homes=own, task=name, seed=seed + number)
             for own in sources

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-import shlex
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import torch
 from jsonargparse import ArgumentParser
 
+from nep.kinds.command import make_command
 from nep.kinds.kinds import choose_kinds, list_recorded, list_simulated
-from nep.kinds.play import list_players, play_all
+from nep.kinds.play import play_all
 from nep.kinds.table import make_overview, make_table
 from nep.players.checkpoints import CONFIG, load_config
 from nep.players.contestants import Checkpoint
@@ -68,30 +67,23 @@ def _make_parser() -> ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
-    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    parser = _make_parser()
     torch.set_num_threads(1)
     with one_line_errors(status=2):
-        options = parse(_make_parser(), arguments)
+        options = parse(parser, arguments)
         check_at_least(
             1, num_homes=options.num_homes, steps=options.steps, searches=options.searches
         )
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
-        kinds = dict(list_simulated(options.num_homes, options.steps, options.searches))
+        known = dict(list_simulated(options.num_homes, options.steps, options.searches))
         if options.recorded:
-            kinds |= list_recorded(
+            known |= list_recorded(
                 options.recorded, _RECORDED_SEARCHES, tuple(range(_RECORDED_SEEDS))
             )
-        kinds = dict(choose_kinds(kinds, options.kinds))
-        scores = {}
-        path = options.out.with_suffix(".json")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        for name, kind in kinds.items():
-            players = list_players(kind, checkpoints)
-            scores[name] = play_all(
-                {name: kind}, players, path, lambda kind, player: print(f"{kind}: {player}")
-            )[name]
+        kinds = choose_kinds(known, options.kinds)
+        scores = play_all(kinds, checkpoints, options.out.with_suffix(".json"))
     titles = {name: kind.title for name, kind in kinds.items()}
-    command = shlex.join(["python", "-m", "nep.any_home", *arguments])
+    command = make_command(parser, options, checkpoints)
     overview = make_overview(titles, scores, [point.name for point in checkpoints])
     parts = [
         "# One network in homes of every kind",

@@ -43,8 +43,18 @@ def _check_homes(first: Results, second: Results) -> None:
         if ours != theirs:
             raise ValueError(
                 f"results must be of the same homes and rules, got {name} {shorten(ours)} and "
-                f"{shorten(theirs)}. Evaluate with the same options."
+                f"{shorten(theirs)}. Evaluate with the same options{_name_versions(first, second)}."
             )
+
+
+def _name_versions(first: Results, second: Results) -> str:
+    """Return which versions differ, for a message."""
+    differing = [
+        f"{package} {first.versions.get(package)} and {second.versions.get(package)}"
+        for package in sorted({*first.versions, *second.versions})
+        if first.versions.get(package) != second.versions.get(package)
+    ]
+    return f" and versions, which are {', '.join(differing)}" if differing else ""
 
 
 def _compare_task(task: str, first: Results, second: Results) -> str:
@@ -65,7 +75,10 @@ def _compare_task(task: str, first: Results, second: Results) -> str:
             ]
         )
     header = ["second", "first", metric.title, "first's", "difference [95 %]"]
-    return f"## {TASKS[task].title}\n\n{join_table(header, lines, num_text=2)}"
+    num_homes, num_steps = next(iter(theirs.values())).values.shape
+    better = "more" if metric.is_higher_better else "less"
+    title = f"{TASKS[task].title}, {num_homes} homes x {num_steps} steps, {better} is better"
+    return f"## {title}\n\n{join_table(header, lines, num_text=2)}"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

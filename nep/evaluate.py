@@ -33,6 +33,7 @@ from simulator.home_options import HomeOptions
 from simulator.policies import POLICIES, check_policies, list_policies
 from simulator.process import run_main
 from simulator.tasks.evaluation import play_games
+from simulator.tasks.fingerprint import compute_fingerprint
 from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.registry import TASKS
 from simulator.tasks.scores import TaskScores
@@ -91,9 +92,11 @@ class EvaluateConfig:
     def describe(self) -> dict[str, Any]:
         """Return everything that the scores depend on, as JSON values."""
         settings = {field.name: getattr(self, field.name) for field in fields(self)}
+        streams = Streams(self.seed, self.split, range(self.num_homes))
         return {
             **settings,
             "homes": self.homes.describe(),
+            "first_home": compute_fingerprint(self.homes, streams, self.steps),
             "checkpoints": [checkpoint.describe() for checkpoint in self.checkpoints],
         }
 

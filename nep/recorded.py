@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import io
-import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
 import torch
-from jsonargparse import ArgumentParser, Namespace
+from jsonargparse import ArgumentParser
 
+from nep.kinds.command import make_command
 from nep.kinds.kinds import choose_kinds, list_benchmark
-from nep.kinds.play import list_players, play_all
+from nep.kinds.play import play_all
 from nep.kinds.table import make_accuracy_table, make_table
 from nep.players.contestants import Checkpoint
 from nep.report.figures import draw_by_hour
@@ -66,40 +66,20 @@ def _make_parser() -> ArgumentParser:
     return parser
 
 
-def _describe(options: Namespace, checkpoints: Sequence[Checkpoint], parser: ArgumentParser) -> str:
-    """Return the command that plays the same, without the folders of this machine."""
-    listed = ["python", "-m", "nep.recorded", "--trace", "DIR"]
-    for point in checkpoints:
-        listed += ["--checkpoint", point.name]
-    if options.kinds is not None:
-        listed += ["--kinds", *options.kinds]
-    for name in ("steps", "step_seconds", "replays"):
-        if getattr(options, name) != parser.get_default(name):
-            listed += [f"--{name}", str(getattr(options, name))]
-    return shlex.join(listed)
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
     parser = _make_parser()
     torch.set_num_threads(1)
     with one_line_errors(status=2):
         options = parse(parser, arguments)
-        path = options.out.with_suffix(".json")
         check_at_least(1, steps=options.steps, replays=options.replays)
         check_step_seconds(options.step_seconds)
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
         kinds = list_benchmark(options.trace, options.steps, options.step_seconds, options.replays)
         kinds = choose_kinds(kinds, options.kinds)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        scores = {}
-        for name, kind in kinds.items():
-            players = list_players(kind, checkpoints)
-            scores[name] = play_all(
-                {name: kind}, players, path, lambda kind, player: print(f"{kind}: {player}")
-            )[name]
+        scores = play_all(kinds, checkpoints, options.out.with_suffix(".json"))
     about = _ABOUT.format(
-        command=_describe(options, checkpoints, parser),
+        command=make_command(parser, options, checkpoints),
         replays=options.replays, others=max(options.replays // 2, 1),
         num_homes=len(find_traces(options.trace)),
     )  # fmt: skip

@@ -48,7 +48,7 @@ class HomeOptions:
     homes: MakeSource = SampledSource
     home: HomeConfig = field(default_factory=HomeConfig)
     prior: str | None = None
-    trace: tuple[str, ...] = ()
+    trace: tuple[str, ...] | None = None
     step_seconds: float | None = None
     by_day: bool = False
     replays: int = 1
@@ -60,7 +60,7 @@ class HomeOptions:
             ValueError: if there is no trace for them.
         """
         is_plain = self.step_seconds is None and not self.by_day and self.replays == 1
-        if not self.trace and not is_plain:
+        if self.trace is None and not is_plain:
             raise ValueError(
                 "step_seconds, by_day and replays must come with trace, got no trace. Name a "
                 "folder."
@@ -73,7 +73,7 @@ class HomeOptions:
             ValueError: if a file cannot be read or is malformed, or an option is out of range.
         """
         prior = load_prior(self.prior)
-        if self.trace:
+        if self.trace is not None:
             return RecordedSource(
                 prior, self.home, self.trace, self.step_seconds, self.by_day, self.replays
             )

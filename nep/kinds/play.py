@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -56,28 +56,26 @@ def play_kind(kind: Kind, make: MakePolicy) -> dict[str, list[float]]:
     return columns
 
 
-def play_all(
-    kinds: Mapping[str, Kind],
-    players: Mapping[str, MakePolicy],
-    path: Path,
-    on_done: Callable[[str, str], None] = lambda kind, player: None,
-) -> Scores:
-    """Play what is not in a file yet; it is written after every player.
+def play_all(kinds: Mapping[str, Kind], checkpoints: Sequence[Checkpoint], path: Path) -> Scores:
+    """Let everybody play what is not in a file yet, and say who is done.
 
     Args:
         kinds: by name.
-        players: what makes each player, by name.
-        path: JSON file of scores.
-        on_done: called with kind and player after each.
+        checkpoints: networks, beside all policies that can play in a kind.
+        path: JSON file of scores, written after every player.
+
+    Returns:
+        The scores of these kinds, whatever else is in the file.
     """
+    path.parent.mkdir(parents=True, exist_ok=True)
     scores: Scores = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     for name, kind in kinds.items():
-        for player, make in players.items():
+        for player, make in list_players(kind, checkpoints).items():
             if player not in scores.setdefault(name, {}):
                 scores[name][player] = play_kind(kind, make)
                 write_whole(path, f"{json.dumps(scores, indent=1)}\n".encode())
-            on_done(name, player)
-    return scores
+            print(f"{name}: {player}")
+    return {name: scores[name] for name in kinds}
 
 
 def _play(kind: Kind, make: MakePolicy, task: str, num_steps: int) -> TaskScores:

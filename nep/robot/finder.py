@@ -14,7 +14,7 @@ from nep.players.policy import NEPPolicy
 from nep.robot.adaptation import Adaptation, Questions, fit_adaptation
 from simulator.memory.asking import Asked
 from simulator.memory.look_log import read_log
-from simulator.memory.memory_batch import SURE
+from simulator.memory.look_weights import SURE
 from simulator.memory.names import Similarity
 from simulator.memory.replay import replay
 from simulator.policies.adaptive import Adaptive
@@ -142,8 +142,11 @@ class ObjectFinder(Finder):
 
     def _score(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
         """Return logits, and what the adaptive filter believes, (K, F) both."""
-        scores = self._network.score_places(asked.batch, asked.queries).max(axis=2)
-        return scores, Adaptive().follow(asked.batch, asked.queries)[:, :-1]
+        return self._score_places(asked), Adaptive().follow(asked.batch, asked.queries)[:, :-1]
+
+    def _score_places(self, asked: Asked) -> np.ndarray:
+        """Return the logit of each place, of its likelier relation, (K, F)."""
+        return self._network.score_places(asked.batch, asked.queries).max(axis=2)
 
     def _judge(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
         if self._builder.config.clock:
@@ -151,7 +154,7 @@ class ObjectFinder(Finder):
         if self.adaptation.is_used:
             scores = self.adaptation.change(*self._score(asked), asked.furniture_ids)
         else:
-            scores = self._network.score_places(asked.batch, asked.queries).max(axis=2)  # (K, F)
+            scores = self._score_places(asked)
         probability = self.calibration.compute_probabilities(scores)
         return probability[:, :-1], probability[:, -1]
 

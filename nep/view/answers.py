@@ -112,5 +112,4 @@ class Desk:
                 history = self._histories[key] = story.trace_object(description, finder)
                 while len(self._histories) > _HISTORIES_KEPT:
                     self._histories.popitem(last=False)
-        hours = 1.0 if story.clock is None else story.clock.step_seconds / 3600
-        return make_history(history, step * hours)
+        return make_history(history, step * story.step_hours)

@@ -9,7 +9,7 @@ import numpy as np
 from nep.view.texts import escape_label as escape
 from simulator.drawing.belief import BELIEF, TRUE_PLACE
 from simulator.drawing.history import History
-from simulator.drawing.home import MISSING, SEEN
+from simulator.drawing.home import MISSING, SEEN, mix
 
 
 def make_history(history: History, now: float) -> dict[str, Any]:
@@ -86,10 +86,9 @@ def make_history(history: History, now: float) -> dict[str, Any]:
 
 def _make_scale() -> list[list[Any]]:
     """Return colours by the square root of the probability, as in the other drawings."""
-    red, green, blue = (int(BELIEF[i : i + 2], 16) for i in (1, 3, 5))
-    scale = []
-    for share in np.linspace(0, 1, 9):
-        way = np.sqrt(share)
-        parts = [round(255 + (part - 255) * way) for part in (red, green, blue)]
-        scale.append([float(share), f"rgb({parts[0]},{parts[1]},{parts[2]})"])
-    return scale
+    shares = np.linspace(0, 1, 9)
+    colours = (mix("white", BELIEF, np.sqrt(shares)) * 255).round().astype(int).tolist()
+    return [
+        [share, f"rgb({red},{green},{blue})"]
+        for share, (red, green, blue) in zip(shares.tolist(), colours, strict=True)
+    ]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.colors import to_rgb
 
 from nep.view.texts import escape_label as escape
 from simulator.drawing.belief import (
@@ -309,5 +310,5 @@ def _outline(box: np.ndarray) -> dict[str, Any]:
 
 
 def _fade(colour: str, share: float) -> str:
-    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    red, green, blue = (round(part * 255) for part in to_rgb(colour))
     return f"rgba({red},{green},{blue},{share})"

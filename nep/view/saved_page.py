@@ -112,12 +112,11 @@ def save_page(desk: Desk, asked: Sequence[str], path: Path) -> None:
     story, judge = desk.stage.story, desk.judges.names[0]
     questions = list(asked) or [""]
     steps = np.unique(np.linspace(story.first_step, story.num_steps, MOST_FRAMES).astype(int))
-    hours = 1.0 if story.clock is None else story.clock.step_seconds / 3600
     frames = []
     for step in steps.tolist():
         answers = {words: asdict(desk.answer(step, words, judge)) for words in questions}
         events = tell_step(story, story.memory_at(step), step)
-        time, hour = story.get_time(step), step * hours
+        time, hour = story.get_time(step), step * story.step_hours
         frames.append({"time": time, "hour": hour, "events": events, "answers": answers})
     last = story.memory_at(story.num_steps)
     content: dict[str, Any] = {

@@ -15,6 +15,7 @@ from simulator.evidence.adaptive_filter import (
 from simulator.evidence.expected import Expected
 from simulator.evidence.object_counts import ObjectCounts, compute_hours_per_step
 from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.text.alike import compare
 
 # Filters that the features show, by name; the network weighs them.
 FILTERS = {
@@ -104,7 +105,8 @@ class Question:
         np.add.at(popularity, (known_home, known_place), 1)
         num_known = np.bincount(known_home, minlength=memory.num_homes)
         edge_counts = np.bincount(edges["home"], minlength=memory.num_homes)
-        cosine = memory.label_vectors.cosines(objects["label"][queries.object])
+        asked = [memory.labels[label] for label in objects["label"][queries.object]]
+        cosine = compare(asked, memory.labels)
         same, fresh, often, similar, most_similar, strays = gather_others(
             home.astype(np.int64), queries.object.astype(np.int64), counts.num_true.astype(float),
             rates.home * hours, memory.time,

@@ -110,9 +110,10 @@ class MemoryState:
         words = [read_words("description", description) for description in descriptions]
         current, step = self.batch.copy(), self.step
         current.time += later
-        batch, num_known = current.copy(), len(self.descriptions)
         if before_looks and step.before is not None and not later:
             batch, num_known = step.before.copy(), step.num_objects
+        else:
+            batch, num_known = current.copy(), len(self.descriptions)
         known = np.array([self.find_row(description) for description in descriptions])
         vocabulary = self.vocabulary.with_labels(batch.labels)
         kinds = np.array([vocabulary.find_type(description) for description in descriptions])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
+from functools import lru_cache
 
 from simulator.messages import shorten
 
@@ -28,6 +29,11 @@ def read_words(what: str, text: str) -> str:
     """
     if not isinstance(text, str):
         raise ValueError(f"{what} must be a non-empty text, got {shorten(text)}. Name it in words.")
+    return _read_words(what, text)
+
+
+@lru_cache(maxsize=10_000)
+def _read_words(what: str, text: str) -> str:
     if len(text) > MAX_LENGTH:
         raise ValueError(
             f"{what} must have at most {MAX_LENGTH} characters, got {len(text)} in "

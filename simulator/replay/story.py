@@ -9,7 +9,7 @@ import numpy as np
 
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.drawing.history import History
-from simulator.memory.clock import Clock
+from simulator.memory.clock import HOUR_SECONDS, Clock
 from simulator.memory.names import read_name
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.replay.truth import TruePlaces
@@ -87,6 +87,11 @@ class Story(ABC):
             ValueError: if there is no memory of that step.
         """
 
+    @property
+    def step_hours(self) -> float:
+        """Length of a step in hours; 1 without a clock, so that steps count."""
+        return 1.0 if self.clock is None else self.clock.step_seconds / HOUR_SECONDS
+
     def get_time(self, step: int) -> str:
         """Say what time it is at a step: "Mon 06 May 07:30", or "step 12" without a clock."""
         if self.clock is None:
@@ -145,15 +150,14 @@ class Story(ABC):
         order = np.argsort(-weight, kind="stable")
         shown = order[weight[order] > 0][:MOST_PLACES]
         looks = [row for row in looks if row[1] in shown]
-        hours = 1.0 if self.clock is None else self.clock.step_seconds / 3600
         position = {place: row for row, place in enumerate(shown.tolist())}
         return History(
             description=description,
             places=tuple(now.describe(now.furniture_ids[place]) for place in shown),
-            hours=steps * hours,
+            hours=steps * self.step_hours,
             belief=None if belief is None else belief[:, shown],
             truth=None if truth is None else truth[:, shown],
-            look_hour=np.array([look.step * hours for look, _, _ in looks], dtype=float),
+            look_hour=np.array([look.step * self.step_hours for look, _, _ in looks], dtype=float),
             look_place=np.array([position[place] for _, place, _ in looks], dtype=np.int64),
             is_found=np.array([is_found for _, _, is_found in looks], dtype=bool),
             unit="steps" if self.clock is None else "hours",

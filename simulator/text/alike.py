@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
+from threading import Lock
 
 import numpy as np
 
-from simulator.text.vectors import TextVectors
+from simulator.text.vectors import TextVectors, load_text
 
 # Width of the weights of words around the most alike one. Chosen on the shipped prior alone: each
 # object type left out and predicted from the others (cross-entropy 1.95 nats, 2.88 without words).
@@ -29,8 +30,7 @@ class Alike:
         """Return the cosine of each word to each known one, float64 (n, K), -1 to itself."""
         new = [word for word in dict.fromkeys(words) if word not in self._row_of]
         if new:
-            rows = np.einsum("nd,kd->nk", load_units(new), load_units(self._known))
-            for word, row in zip(new, rows, strict=True):
+            for word, row in zip(new, compare(new, self._known), strict=True):
                 row[[known == word for known in self._known]] = -1
                 self._row_of[word] = row
         return np.array([self._row_of[word] for word in words]).reshape(-1, len(self._known))
@@ -48,31 +48,35 @@ def weigh(cosines: np.ndarray, is_present: np.ndarray | bool = True) -> np.ndarr
     return np.divide(weights, total, out=np.zeros_like(weights), where=total > 0)
 
 
-class LabelVectors:
-    """Vectors of labels that are numbered; the list may grow.
+def compare(words: Sequence[str], others: Sequence[str]) -> np.ndarray:
+    """Return the cosine of each word to each of others, float64 (n, m).
 
-    Args:
-        labels: text of every number; kept, not copied.
+    Products are added up in one order whatever n and m are, so that no word's depends on another.
     """
-
-    def __init__(self, labels: list[str]) -> None:
-        self.labels = labels
-        self._units = np.zeros((0, TextVectors.WIDTH))
-
-    def cosines(self, label: np.ndarray) -> np.ndarray:
-        """Return the cosine of labels to every label, (n,) -> float64 (n, L)."""
-        new = self.labels[len(self._units) :]
-        if new:
-            self._units = np.concatenate([self._units, load_units(new)])
-        return np.einsum("nd,ld->nl", self._units[label], self._units)
+    units = _load_units()
+    return np.einsum("nd,md->nm", units.take(words), units.take(others))
 
 
-def load_units(words: Sequence[str]) -> np.ndarray:
-    """Return the vectors of words, each of length one, float64 (n, 96)."""
-    vectors = _load_pipeline().vectors(words).astype(float)
-    return vectors / np.sqrt((vectors**2).sum(axis=1, keepdims=True))
+class _Units:
+    """Vectors of length one of all words that were ever compared, rows of one array."""
+
+    def __init__(self) -> None:
+        self._row_of: dict[str, int] = {}
+        self._rows = np.zeros((0, TextVectors.WIDTH))
+        self._lock = Lock()
+
+    def take(self, words: Sequence[str]) -> np.ndarray:
+        """Return the vectors of words, float64 (n, 96)."""
+        with self._lock:
+            new = [word for word in dict.fromkeys(words) if word not in self._row_of]
+            if new:
+                vectors = load_text().vectors(new).astype(float)
+                vectors /= np.sqrt((vectors**2).sum(axis=1, keepdims=True))
+                self._row_of |= {word: len(self._rows) + i for i, word in enumerate(new)}
+                self._rows = np.concatenate([self._rows, vectors])
+            return self._rows[[self._row_of[word] for word in words]]
 
 
 @lru_cache(maxsize=1)
-def _load_pipeline() -> TextVectors:
-    return TextVectors()
+def _load_units() -> _Units:
+    return _Units()

@@ -93,6 +93,24 @@ class TextVectors:
             yield (mean * scale).astype(np.float32)
 
 
+_LOADED: dict[str | None, TextVectors] = {}
+
+
+def load_text(pipeline: str | None = None) -> TextVectors:
+    """Load text vectors, once per process: it takes a quarter of a second.
+
+    A network that was trained with a pipeline of one's own can be loaded from then on.
+    """
+    if pipeline not in _LOADED:
+        _LOADED[pipeline] = TextVectors(pipeline)
+    return _LOADED[pipeline]
+
+
+def is_text_known(pipeline: object) -> bool:
+    """Tell whether a file may name a pipeline: ours, the paper's, or one that is loaded already."""
+    return pipeline in (None, PAPER_PIPELINE) or (isinstance(pipeline, str) and pipeline in _LOADED)
+
+
 def _load_pipeline(pipeline: str | Path) -> Language:
     """Load tokenizer and tok2vec of a pipeline, nothing else of it."""
     import spacy  # here, not above: it imports torch where torch is installed, seconds

@@ -26,7 +26,7 @@ def test_differences_by_hand():
     first = make_results(CONFIG, a=(4, 6), b=(3, 5))
     second = make_results(CONFIG | {"policies": ["a", "c"]}, a=(4, 4), c=(2, 5))
     lines = compare(first, second).splitlines()
-    assert lines[0] == "## Find Object"
+    assert lines[0] == "## Find Object, 2 homes x 1 steps, less is better"
     # With itself: 0 and -2. The best of the first run is b, with fewer looks: c has -1 and 0.
     assert lines[4] == "| a | a | 4.00 | 5.00 | -1.00 [-2.00, +0.00] |"
     assert lines[5] == "| c | b | 3.50 | 4.00 | -0.50 [-1.00, +0.00] |"
@@ -38,6 +38,11 @@ def test_other_homes_and_other_tasks_are_refused():
         compare(first, make_results(CONFIG | {"seed": 1}, a=(4, 4)))
     with pytest.raises(ValueError, match=r"got home None and 3\."):
         compare(first, make_results(CONFIG | {"home": 3}, a=(4, 4)))
+    other = replace(first, config=CONFIG | {"first_home": "a1"}, versions={"numpy": "3.0"})
+    with pytest.raises(
+        ValueError, match=r"first_home None and 'a1'.* same options and versions.* numpy None and 3"
+    ):
+        compare(first, other)
     other = replace(first, tasks={"predict_location": first.tasks["find_object"]})
     with pytest.raises(ValueError, match=r"share a task, got find_object and predict_location"):
         compare(first, other)

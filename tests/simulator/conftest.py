@@ -9,6 +9,8 @@ from simulator.memory.memory_batch import MemoryBatch
 from simulator.memory.place_prior import PlacePrior
 from simulator.priors.prior_graph import FurnitureType, ObjectType, Placement, PriorGraph
 from simulator.world.config import HomeConfig
+from simulator.world.routine.dynamics import RoutineDynamics
+from simulator.world.routine.occasions import Occasion
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
 
@@ -145,3 +147,17 @@ def make_tiny_memory(tiny_prior: PriorGraph) -> Callable[..., MemoryBatch]:
         return memory
 
     return make
+
+
+def make_strict_life(minutes: float) -> RoutineDynamics:
+    """Return rules of one resident who has lunch at noon each day, always with the same things.
+
+    All are put back afterwards; lunch takes `minutes`.
+    """
+    lunch = Occasion("lunch", "eating", 12.0, 12.0, minutes, 1.0, 1.0)
+    return RoutineDynamics(
+        occasions=(lunch,), max_residents=1, person_spread_hours=0, habit_spread_hours=0,
+        omission_spread=0, drift_hours=0, jitter_hours=0, min_use=1, max_use=1, static_share=0,
+        elsewhere_share=0, extra_share=0, left_share=0, left_habit=1, second_place_share=0,
+        new_share=0,
+    )  # fmt: skip

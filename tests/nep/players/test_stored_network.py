@@ -5,10 +5,10 @@ import shutil
 import pytest
 import torch
 
-from datamodules.graph import load_text
 from nep.encoders import HEAT
 from nep.model.module import NEPModule
 from nep.players.stored_network import build_network, read_calibration, read_features
+from simulator.text import load_text
 from simulator.text.vectors import PAPER_PIPELINE, SHIPPED_PIPELINE, TextVectors
 
 

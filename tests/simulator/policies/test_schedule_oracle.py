@@ -13,17 +13,11 @@ from simulator.tasks.evaluation import evaluate_policy
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.source import MixtureSource
 from simulator.world.routine.dynamics import RoutineDynamics
-from simulator.world.routine.occasions import Occasion
 from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
+from tests.simulator.conftest import make_strict_life
 
-LUNCH = Occasion("lunch", "eating", 12.0, 12.0, 40, 1.0, 1.0)  # over at 12:52 at the latest
-CERTAIN = RoutineDynamics(
-    occasions=(LUNCH,), max_residents=1, person_spread_hours=0, habit_spread_hours=0,
-    omission_spread=0, drift_hours=0, jitter_hours=0, min_use=1, max_use=1, static_share=0,
-    elsewhere_share=0, extra_share=0, left_share=0, left_habit=1, second_place_share=0,
-    new_share=0,
-)  # fmt: skip
+CERTAIN = make_strict_life(minutes=40)  # over at 12:52 at the latest
 SMALL = HomeConfig(furniture_per_room=4, objects_per_furniture=3)
 
 

@@ -21,7 +21,6 @@ def homes():
         num_furniture=3,
         object_code=np.array([[5, 5, 6]]),
         object_place=np.array([[0, 1, 4]]),  # furniture 0, 0 and 2, two relations each
-        is_present=np.array([[True, True, True]]),
     )
     return homes
 
@@ -47,7 +46,7 @@ def test_the_usual_place_is_where_things_of_a_name_were_most_often(homes):
 
 
 def test_what_was_never_there_is_not_out_of_place(homes):
-    homes.is_present[0, 2] = False
+    homes.object_place[0, 2] = -1
     usual = UsualPlaces(homes)
     assert not ask(usual, 6, 1)
     assert not ask(usual, 7, 1)

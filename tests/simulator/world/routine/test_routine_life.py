@@ -12,15 +12,10 @@ from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.routine.occasions import Occasion
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
+from tests.simulator.conftest import make_strict_life
 
-LUNCH = Occasion("lunch", "eating", 12.0, 12.0, 60, 1.0, 1.0)
-# One resident who does one thing on the hour, always with the same things, and puts all back.
-STRICT = RoutineDynamics(
-    occasions=(LUNCH,), max_residents=1, person_spread_hours=0, habit_spread_hours=0,
-    omission_spread=0, drift_hours=0, jitter_hours=0, min_use=1, max_use=1, static_share=0,
-    elsewhere_share=0, extra_share=0, left_share=0, left_habit=1, second_place_share=0,
-    new_share=0,
-)  # fmt: skip
+STRICT = make_strict_life(minutes=60)
+(LUNCH,) = STRICT.occasions
 SMALL = HomeConfig(furniture_per_room=4, objects_per_furniture=3)
 
 

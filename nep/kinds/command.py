@@ -1,0 +1,29 @@
+"""The command that made a table, as it stands above it."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+
+from jsonargparse import ArgumentParser, Namespace
+
+from nep.players.contestants import Checkpoint
+
+_FOLDERS = ("trace", "recorded")
+_UNSAID = ("out", "card", "config")
+
+
+def make_command(
+    parser: ArgumentParser, options: Namespace, checkpoints: Sequence[Checkpoint]
+) -> str:
+    """Return the command that plays the same: without the folders of a machine, nor defaults."""
+    listed = parser.prog.split()
+    for name, value in vars(options).items():
+        if name in _UNSAID or value == parser.get_default(name):
+            continue
+        if name in _FOLDERS:
+            value = ["DIR"]
+        elif name == "checkpoint":
+            value = [point.name for point in checkpoints]
+        listed += [f"--{name}", *(map(str, value) if isinstance(value, list | tuple) else [value])]
+    return shlex.join(map(str, listed))
