@@ -44,7 +44,8 @@ class Calibration:
         elsewhere_share: share of the searches it was fitted to whose object was at no known place;
             0 where nothing was fitted.
         best_slope: how much "elsewhere" depends on the probability of the best place; 0: not.
-        best_mean: mean of ln max(p) in first looks of the searches it was fitted to.
+        best_mean: a mean of ln max(p) in first looks of the searches it was fitted to: with it,
+            the odds are on average those of the share.
 
     Source: Guo et al. 2017 (temperature).
     """
@@ -115,7 +116,9 @@ def fit_calibration(decisions: Decisions) -> Calibration:
     def make(values: np.ndarray) -> Calibration:
         temperature, slope = float(np.exp(values[0])), float(values[1])
         best = compute_probabilities(first / temperature, "logits").max(axis=1)
-        return Calibration(temperature, share, slope, _mean(np.log(best)))
+        # the mean of what the odds are multiplied by is one, so that the share stays what it is
+        mean = -np.log(np.mean(best**-slope)) / slope if slope else np.log(best).mean()
+        return Calibration(temperature, share, slope, float(mean))
 
     def loss(values: np.ndarray) -> float:
         prior = 0.5 * ((values[0] / _SPREAD) ** 2 + (values[1] / _SLOPE_SPREAD) ** 2)
