@@ -32,8 +32,13 @@ def load_label_names(path: Path) -> dict[int, str]:
     names: dict[int, str] = {}
     for index, row in enumerate(rows):
         number, name = (row.get("label"), row.get("name")) if isinstance(row, dict) else (None, row)
-        is_number = isinstance(number, int) and not isinstance(number, bool)
-        if not is_number or not isinstance(name, str) or not name.strip() or number in names:
+        if (
+            not isinstance(number, int)
+            or isinstance(number, bool)
+            or not isinstance(name, str)
+            or not name.strip()
+            or number in names
+        ):
             raise ValueError(
                 f"label_names[{index}] must have a label, a number of its own, and a name, got "
                 f"{shorten(row, 60)} in {path}. Write entries like {{label: 5, name: chair}}."

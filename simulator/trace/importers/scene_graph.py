@@ -259,8 +259,8 @@ class _GraphReader:
         names = dict(space.labels_to_names) if space is not None else {}
         if layer == self._layers.OBJECTS:
             names |= self._names
-        number = getattr(node.attributes, "semantic_label", None)
-        if number not in names:
+        number: int | None = getattr(node.attributes, "semantic_label", None)
+        if number is None or number not in names:
             return self._find_name(node)
         self.builder.taken_for[number, str(names[number])] += 1
         return str(names[number])
