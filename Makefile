@@ -35,8 +35,9 @@ any-home: $(STAMP)
 reproduce: $(STAMP)
 	$(PY) -m nep.reproduce --table all --out results $(ARGS)
 
-# Two processes; all tests of a file go to one of them, as they share what it makes ready.
-PYTEST := $(PY) -m pytest -n 2 --dist loadfile
+# Two processes; all tests of a file go to one of them, as they share what it makes ready. Files in
+# their own order: by number of tests, the longest tests, which are alone in their files, would be last.
+PYTEST := $(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 test: $(STAMP)
 	$(PYTEST) $(ARGS)
