@@ -13,7 +13,7 @@ from simulator.world.sampled_homes import SampledHomes
 from simulator.world.source import Group, SampledSource
 from simulator.world.streams import Streams
 
-gymnasium = pytest.importorskip("gymnasium")
+gymnasium = pytest.importorskip("gymnasium", reason="gymnasium is not installed: extra gym")
 
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 from gymnasium.vector import AutoresetMode  # noqa: E402
