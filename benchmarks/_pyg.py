@@ -16,8 +16,7 @@ class PyGLayer(torch.nn.Module):
 
     With one head both are the same function of the nodes that edges enter; with several, theirs
     gives each head the whole width, of which ours keeps a share. Where no edge enters, ours gives
-    its bias, and theirs zero. Their `root_weight` is switched off: ours leaves the residual to the
-    encoder.
+    its bias, and theirs zero.
     """
 
     def __init__(self, ours: HEATConv) -> None:
@@ -26,7 +25,8 @@ class PyGLayer(torch.nn.Module):
         edge_type_units, attribute = ours.edge_type.shape[1], ours.edge_attribute
         self.theirs = theirs = PyGHEATConv(
             in_units, out_units, len(NODE_TYPES), len(EDGE_TYPES), edge_type_units,
-            attribute.in_features, attribute.out_features, heads=ours.heads, root_weight=False,
+            attribute.in_features, attribute.out_features, heads=ours.heads,
+            root_weight=ours.root_weight,
         )  # fmt: skip
         theirs.hetero_lin.is_sorted = True  # nodes lie type after type: saves it a sort
         attend = (

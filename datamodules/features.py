@@ -38,6 +38,8 @@ class FeatureConfig:
     Attributes:
         memory: whether the model sees what was observed at all. Without it, a snapshot is the
             layout, the query object and its hypothetical edges, as in a static scene.
+        absence: whether the model sees that things were looked for and not seen. Without it, edges
+            count sightings alone (`simulator.snapshots.snapshots.forget_absence`).
         temporal: counters and time stamps of nodes and edges.
         semantic: text vectors of nodes and the cosine of an edge's two nodes.
         prior: prior probability of edges.
@@ -61,6 +63,7 @@ class FeatureConfig:
     """
 
     memory: bool = True
+    absence: bool = True
     temporal: bool = True
     semantic: bool = True
     prior: bool = True

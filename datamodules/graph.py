@@ -27,7 +27,7 @@ from datamodules.object_edges import ObjectEdges
 from datamodules.pairs import FIRST_OBJECT_TYPE, OBJECT_UP, Pairs
 from simulator.memory.candidates import propose_rows, sample_places
 from simulator.memory.memory_batch import NEVER
-from simulator.snapshots.snapshots import Snapshots, forget
+from simulator.snapshots.snapshots import Snapshots, forget, forget_absence
 from simulator.text import load_text
 
 
@@ -62,6 +62,8 @@ class GraphBuilder:
         """Build the same as flat arrays: for a single home, a DGL graph takes longer to make."""
         if not self.config.memory:
             snapshots = forget(snapshots)
+        if not self.config.absence:
+            snapshots = forget_absence(snapshots)
         text, cosine = self._get_text(snapshots.labels)
         is_all = self.config.candidates == "all"
         edges = ObjectEdges.from_snapshots(snapshots, self._propose(snapshots), is_all)

@@ -58,14 +58,14 @@ def make_files(plan: Plan) -> dict[str, bytes]:
     for setting in plan.list_settings():
         networks = [enter(model, setting) for model in plan.models]
         players = {name: plan.make_evaluation(setting, name) for name in POLICIES}
-        players |= {network.title: plan.evaluate_network(network) for network in networks}
         results[setting] = {title: player.load() for title, player in players.items()}
+        results[setting] |= {network.title: plan.load_scores(network) for network in networks}
     files: dict[str, bytes] = {}
     if "1" in plan.tables:
         files |= make_table_1(results, plan.describe("1"))
     if "2" in plan.tables:
         networks = [*list_full_models(), *list_ablations()]
-        ablated = {network.name: plan.evaluate_network(network).load() for network in networks}
+        ablated = {network.name: plan.load_scores(network) for network in networks}
         files |= make_table_2(ablated, plan.describe("2"))
     if "figure" in plan.tables:
         scores = results[ABLATION_SETTING]
@@ -123,6 +123,13 @@ def _make_parser() -> ArgumentParser:
     )
     parser.add_argument("--seed", type=int, default=0, help="of training and of the test homes")
     parser.add_argument(
+        "--seeds",
+        type=int,
+        default=1,
+        help="trainings of every network, of this seed and those that follow; intervals are then "
+        "over homes and trainings",
+    )
+    parser.add_argument(
         "--jobs", type=int, default=os.cpu_count() or 1, help="processes with one thread each"
     )
     parser.add_argument(
@@ -153,6 +160,7 @@ def _make_plan(options: Namespace) -> Plan:
         options=tuple(_list_telling_options(options)),
         encoders=tuple(options.encoders),
         source=options.homes,
+        num_trainings=options.seeds,
     )
     plan.check()
     check_at_least(1, jobs=options.jobs)
@@ -162,6 +170,8 @@ def _make_plan(options: Namespace) -> Plan:
 def _list_telling_options(options: Namespace) -> list[str]:
     """Write down the options that scores depend on."""
     listed = ["--seed", str(options.seed)]
+    if options.seeds != 1:
+        listed += ["--seeds", str(options.seeds)]
     if options.homes != "sampled":
         listed += ["--homes", options.homes]
     if options.models is not None:

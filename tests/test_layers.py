@@ -36,9 +36,9 @@ ORDER = """
     simulator.tasks simulator.robot simulator.trace simulator.drawing simulator.replay
     simulator.realism
     simulator.home_options simulator.command_line simulator.gym simulator.igridson
-    simulator.collect simulator.testing simulator datamodules nep.importers nep.layers
-    nep.encoders nep.model nep.checkpoint_files nep.config_files nep.players nep.report nep.kinds
-    nep.robot nep.callbacks nep.fit nep.evaluate nep.paper nep.view nep
+    simulator.collect simulator.testing simulator.test_sets simulator datamodules nep.importers
+    nep.layers nep.encoders nep.model nep.checkpoint_files nep.config_files nep.players nep.report
+    nep.kinds nep.robot nep.callbacks nep.fit nep.evaluate nep.paper nep.view nep
 """.split()
 COMMANDS = "commands"
 

@@ -19,19 +19,30 @@ class GCN(Encoder):
             which lists what was run.
         residual: whether a convolution's input is added to its output. Off: the self loop of a
             graph convolution already carries the node's own features.
+        normalize: whether a sum over neighbours is divided by degrees. Without it the encoding
+            grows with the number of neighbours: messages that can count.
 
     Source: paper section 4.3, NEP-GCN, and appendix C.
     """
 
     uses_edges = False
 
-    def __init__(self, units: int = 64, num_convolutions: int = 1, residual: bool = False) -> None:
+    def __init__(
+        self,
+        units: int = 64,
+        num_convolutions: int = 1,
+        residual: bool = False,
+        normalize: bool = True,
+    ) -> None:
         super().__init__(units)
         check_num_convolutions(num_convolutions)
         self.num_convolutions = num_convolutions
         self.residual = residual
+        self.normalize = normalize
         self.num_hops = num_convolutions
-        self.convolutions = nn.ModuleList(GCNConv(units, units) for _ in range(num_convolutions))
+        self.convolutions = nn.ModuleList(
+            GCNConv(units, units, normalize) for _ in range(num_convolutions)
+        )
 
     def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
         """Convolve `num_convolutions` times: (N, D) -> (N, D)."""

@@ -7,7 +7,7 @@ from torch import Tensor, nn
 
 from nep.encoders.encoder import Encoder, check_num_convolutions
 from nep.layers.flat_graph import FlatGraph
-from nep.layers.heat import HEATConv
+from nep.layers.heat import HEATConv, Sharing
 
 
 class HEAT(Encoder):
@@ -22,6 +22,9 @@ class HEAT(Encoder):
             edge would lose their own label and history.
         edge_type_units: width of the edge type embedding.
         edge_attribute_units: width of the edge attribute embedding.
+        root_weight: whether a convolution adds the node's own transformed features, as PyTorch
+            Geometric's does by default; `heat_paper.yaml` has that, one head and no residual.
+        sharing: "softmax", or "sigmoid" for attention that can count, see `HEATConv`.
 
     Source: paper section 4.3, NEP-HEAT, and appendix C. Differs: the paper does not state the
     residual, heads and edge widths.
@@ -37,6 +40,8 @@ class HEAT(Encoder):
         residual: bool = True,
         edge_type_units: int = 16,
         edge_attribute_units: int = 16,
+        root_weight: bool = False,
+        sharing: Sharing = "softmax",
     ) -> None:
         super().__init__(units)
         check_num_convolutions(num_convolutions)
@@ -45,9 +50,20 @@ class HEAT(Encoder):
         self.residual = residual
         self.edge_type_units = edge_type_units
         self.edge_attribute_units = edge_attribute_units
+        self.root_weight = root_weight
+        self.sharing = sharing
         self.num_hops = num_convolutions
         self.convolutions = nn.ModuleList(
-            HEATConv(units, units, units, heads, edge_type_units, edge_attribute_units)
+            HEATConv(
+                units,
+                units,
+                units,
+                heads,
+                edge_type_units,
+                edge_attribute_units,
+                root_weight=root_weight,
+                sharing=sharing,
+            )
             for _ in range(num_convolutions)
         )
 

@@ -21,12 +21,14 @@ class GCNConv(nn.Module):
     Args:
         in_units: width of the input nodes.
         out_units: width of the output nodes.
+        normalize: whether to divide by the degrees; without it, plain sums.
 
     Source: Kipf & Welling 2017, equation 2; paper section 4.3.
     """
 
-    def __init__(self, in_units: int, out_units: int) -> None:
+    def __init__(self, in_units: int, out_units: int, normalize: bool = True) -> None:
         super().__init__()
+        self.normalize = normalize
         self.weight = nn.Linear(in_units, out_units, bias=False)
         self.bias = nn.Parameter(torch.zeros(out_units))
         nn.init.xavier_uniform_(self.weight.weight)
@@ -43,7 +45,8 @@ class GCNConv(nn.Module):
         """
         # The edge weight is a product of a part of the source and a part of the destination:
         # scaling the nodes before and after the sum needs no weight per edge.
-        scale = (graph.degree + 1.0).rsqrt().unsqueeze(1)  # (N, 1)
+        degree = graph.degree if self.normalize else torch.zeros_like(graph.degree)
+        scale = (degree + 1.0).rsqrt().unsqueeze(1)  # (N, 1)
         scaled = self.weight(node) * scale
         incoming = segment_sum(
             scaled.index_select(0, graph.edge_src), graph.edge_dst, graph.num_nodes

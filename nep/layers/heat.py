@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Literal, get_args
 
 import torch
 from torch import Tensor, nn
@@ -12,6 +13,10 @@ from datamodules.batch import EDGE_TYPES, NODE_TYPES
 from nep.layers.flat_graph import FlatGraph
 from nep.layers.heads import check_heads
 from nep.layers.segment import attend, segment_softmax, segment_sum
+from simulator.messages import shorten
+
+# How the neighbours of a node share its attention.
+Sharing = Literal["softmax", "sigmoid"]
 
 
 class HEATConv(nn.Module):
@@ -28,7 +33,9 @@ class HEATConv(nn.Module):
             \mathrm{LeakyReLU}(a_k^\top [h_i \| h_j \| t_{ij} \| u_{ij}]) \\
         x'_i &= b + \big\|_k \sum_{j \in N(i)} \alpha^k_{ij} W_k [h_j \| u_{ij}]
 
-    A node without incoming edges gets `b`.
+    A node without incoming edges gets `b`; with `root_weight`, :math:`h_i` is added for every node.
+    With sigmoid instead of softmax every edge has a weight of its own, so that the sum grows with
+    the number of neighbours: attention that can count.
 
     The concatenations are never made, since what follows them is linear: each of the four parts
     of an attention logit is a scalar per node, edge type or edge; the edge part of the message is
@@ -43,9 +50,11 @@ class HEATConv(nn.Module):
         edge_type_units: width of the edge type embedding.
         edge_attribute_units: width of the edge attribute embedding.
         negative_slope: of every LeakyReLU.
+        root_weight: whether the node's own :math:`h_i` is added.
+        sharing: "softmax" or "sigmoid".
 
     Raises:
-        ValueError: if `out_units` is not a multiple of `heads`.
+        ValueError: if `out_units` is not a multiple of `heads`, or there is no such sharing.
 
     Source: Mo et al. 2021 (arXiv:2106.07161); paper section 4.3. Differs: no
     activation after the sum, which is the caller's; each head gives a share of the width, so that
@@ -61,9 +70,18 @@ class HEATConv(nn.Module):
         edge_type_units: int,
         edge_attribute_units: int,
         negative_slope: float = 0.2,
+        root_weight: bool = False,
+        sharing: Sharing = "softmax",
     ) -> None:
         super().__init__()
         check_heads("HEAT", heads, out_units)
+        if sharing not in get_args(Sharing):
+            raise ValueError(
+                f"sharing must be one of {', '.join(get_args(Sharing))}, got {shorten(sharing)}. "
+                "Choose one of these."
+            )
+        self.root_weight = root_weight
+        self.sharing = sharing
         head_units = out_units // heads
         self.heads = heads
         self.negative_slope = negative_slope
@@ -122,16 +140,20 @@ class HEATConv(nn.Module):
         )  # (E, K)
         # A batch that was pruned has edges into one node in six: sums are made for those alone.
         entered, entry = graph.find_entered()  # (R,), (E,)
-        attention = segment_softmax(
-            F.leaky_relu(logits, self.negative_slope), entry, len(entered)
-        )  # (E, K)
+        logits = F.leaky_relu(logits, self.negative_slope)
+        if self.sharing == "softmax":
+            attention = segment_softmax(logits, entry, len(entered))  # (E, K)
+        else:
+            attention = logits.sigmoid()
         node_sum = attend(attention, message, graph.edge_src, entry, len(entered))  # (R, out_units)
         edge_sum = segment_sum(
             (attention.unsqueeze(2) * attribute.unsqueeze(1)).flatten(1), entry, len(entered)
         ).unflatten(1, (self.heads, -1))  # (R, K, A)
         edge_part = torch.einsum("rka,kau->rku", edge_sum, self.message_edge).flatten(1)
-        bias = self.bias.expand(graph.num_nodes, -1)
-        return bias.index_add(0, entered, node_sum + edge_part)
+        own = self.bias.expand(graph.num_nodes, -1)
+        if self.root_weight:
+            own = own + graph.project_per_node_type(node, self.node_weight, self.node_bias)
+        return own.index_add(0, entered, node_sum + edge_part)
 
     def _project_nodes(self, graph: FlatGraph, node: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Messages (N, out_units), attention logits as source and as destination (N, K)."""

@@ -52,6 +52,7 @@ class Provenance:
         command: makes it again.
         homes, steps, seed: of the test homes.
         versions: of packages.
+        num_trainings: of every network, the first one with this seed, too.
     """
 
     command: str
@@ -59,16 +60,29 @@ class Provenance:
     steps: int
     seed: int
     versions: Mapping[str, str]
+    num_trainings: int = 1
 
     @property
     def size(self) -> str:
         """Say how much was played."""
-        return f"{self.num_homes} test homes x {self.steps} steps, seed {self.seed}"
+        size = f"{self.num_homes} test homes x {self.steps} steps, seed {self.seed}"
+        if self.num_trainings == 1:
+            return size
+        return f"{size}, networks with the mean of {self.num_trainings} trainings"
+
+    @property
+    def pairs(self) -> str:
+        """Say over what differences are paired."""
+        return "homes" if self.num_trainings == 1 else "homes and trainings"
 
     def make_footer(self) -> str:
         """Return command, seed and versions as Markdown."""
         versions = ", ".join(f"{name} {number}" for name, number in self.versions.items())
-        return f"```\n{self.command}\n```\n\nSeed {self.seed} of training and homes; {versions}.\n"
+        seeds = f"Seed {self.seed} of training and homes"
+        if self.num_trainings > 1:
+            last = self.seed + self.num_trainings - 1
+            seeds = f"Seeds {self.seed} to {last} of training, {self.seed} of the test homes"
+        return f"```\n{self.command}\n```\n\n{seeds}; {versions}.\n"
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,9 +163,9 @@ def make_table_1(results: Mapping[Setting, Scores], provenance: Provenance) -> d
         "## The paper's Table 1\n",
         _make_paper_table_1(),
         "## Which orderings hold\n",
-        "Score of the first minus that of the second, paired over homes, with 95 % bootstrap "
-        "intervals; decided where the interval excludes zero (of looks, less is better). The "
-        "heuristic is the best one of each setting in these homes.\n",
+        f"Score of the first minus that of the second, paired over {provenance.pairs}, with 95 % "
+        "bootstrap intervals; decided where the interval excludes zero (of looks, less is better). "
+        "The heuristic is the best one of each setting in these homes.\n",
         _make_claims(claims),
         *(make_markdown(TASKS[s.task], rows, s.title) for s, rows in tables.items()),
         provenance.make_footer(),
@@ -205,7 +219,7 @@ def make_table_2(scores: Scores, provenance: Provenance) -> dict[str, bytes]:
         f"{ABLATION_SETTING.title}: accuracy, mean ± standard deviation over {provenance.size}.\n",
         join_table(header, ours),
         "## Minus the full model\n",
-        "Paired over homes, with 95 % bootstrap intervals.\n",
+        f"Paired over {provenance.pairs}, with 95 % bootstrap intervals.\n",
         join_table(header, changes),
         "## The paper's Table 2\n",
         join_table(header, paper),

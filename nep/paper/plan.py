@@ -23,7 +23,7 @@ from nep.paper.paper_tables import Provenance
 from nep.paper.stages import Job
 from nep.paper.stored_scores import Evaluation
 from nep.paper.training import Training, collect_data, find_config
-from nep.report.results import list_versions
+from nep.report.results import ScoreSummary, list_versions
 from simulator.checks import check_at_least, check_seed
 from simulator.messages import shorten
 from simulator.policies import POLICIES
@@ -39,13 +39,14 @@ class Plan:
         tables: some of `TABLES`.
         models: networks of Table 1 and the figure.
         homes, steps: test homes, and steps in each.
-        seed: of training and test homes.
+        seed: of the first training and of the test homes.
         fit_options: further options of every training.
         runs: folder of trainings and scores.
         data: folder of the collections.
         options: those of the command line that change what comes out, but for the table.
         encoders: modules of encoders from outside the package.
         source: name of where homes come from, see `simulator.home_options.SOURCES`.
+        num_trainings: of every network, of seeds that follow each other; all play the same homes.
     """
 
     tables: tuple[str, ...]
@@ -59,6 +60,7 @@ class Plan:
     options: tuple[str, ...]
     encoders: tuple[str, ...] = ()
     source: str = "sampled"
+    num_trainings: int = 1
 
     def check(self) -> None:
         """Check what no parser has checked.
@@ -66,7 +68,7 @@ class Plan:
         Raises:
             ValueError: if a count or the seed is out of range, or a config is no file.
         """
-        check_at_least(1, num_homes=self.num_homes, steps=self.steps)
+        check_at_least(1, num_homes=self.num_homes, steps=self.steps, seeds=self.num_trainings)
         check_seed(self.seed)
         for config in (model.config for model in self.models if model.config):
             if not find_config(config).is_file():
@@ -84,6 +86,7 @@ class Plan:
             self.steps,
             self.seed,
             list_versions(),
+            self.num_trainings,
         )
 
     def list_settings(self) -> tuple[Setting, ...]:
@@ -102,15 +105,41 @@ class Plan:
             networks += list_ablations()
         return networks
 
-    def make_training(self, network: Contestant) -> Training:
-        """Return the training of a network."""
-        return Training(network, self.seed, self.fit_options, self.runs, self.data, self.source)
+    def list_trainings(self, network: Contestant) -> list[Training]:
+        """Return the trainings of a network; those after the first are in folders of their own."""
+        seeds = range(self.seed, self.seed + self.num_trainings)
+        return [
+            Training(
+                network,
+                seed,
+                self.fit_options,
+                self.runs if seed == self.seed else self.runs / f"seed_{seed}",
+                self.data,
+                self.source,
+            )
+            for seed in seeds
+        ]
 
-    def make_evaluation(
-        self, setting: Setting, contestant: str, checkpoint: Path | None = None
+    def make_evaluation(self, setting: Setting, policy: str) -> Evaluation:
+        """Return the evaluation of a policy."""
+        path = self.runs / setting.name / "scores" / f"{policy}.json"
+        return self._evaluate(setting, policy, None, path)
+
+    def evaluate_training(self, training: Training) -> Evaluation:
+        """Return the evaluation of a network that was trained."""
+        setting, name = training.contestant.setting, training.contestant.name
+        path = training.runs / setting.name / "scores" / f"{name}.json"
+        return self._evaluate(setting, name, training.checkpoint, path)
+
+    def load_scores(self, network: Contestant) -> ScoreSummary:
+        """Return what the trainings of a network have scored; one alone as it is."""
+        trainings = self.list_trainings(network)
+        scores = [self.evaluate_training(training).load() for training in trainings]
+        return scores[0] if len(scores) == 1 else ScoreSummary.join(scores)
+
+    def _evaluate(
+        self, setting: Setting, contestant: str, checkpoint: Path | None, path: Path
     ) -> Evaluation:
-        """Return the evaluation of a policy, or of the network of a checkpoint."""
-        path = self.runs / setting.name / "scores" / f"{contestant}.json"
         return Evaluation(
             setting,
             contestant,
@@ -122,11 +151,6 @@ class Plan:
             self.encoders,
             self.source,
         )
-
-    def evaluate_network(self, network: Contestant) -> Evaluation:
-        """Return the evaluation of a network."""
-        checkpoint = self.make_training(network).checkpoint
-        return self.make_evaluation(network.setting, network.name, checkpoint)
 
     def make_job(
         self,
@@ -146,19 +170,26 @@ def plan_stages(plan: Plan) -> tuple[list[Job], list[Job], list[Job]]:
     collections, trainings, evaluations = [], [], []
     networks = plan.list_networks()
     for setting in SETTINGS:
-        own = [plan.make_training(network) for network in networks if network.setting == setting]
+        own = [
+            training
+            for network in networks
+            if network.setting == setting
+            for training in plan.list_trainings(network)
+        ]
         missing = [training for training in own if not training.is_done()]
         if missing:
             collections.append(plan.make_job("collect", setting.name, collect_data, missing))
         for training in missing:
-            key = training.contestant.key
-            trainings.append(plan.make_job("train", key, training.run, after=collections[-1:]))
+            trainings.append(
+                plan.make_job("train", _name(plan, training), training.run, after=collections[-1:])
+            )
     trained = {job.name: job for job in trainings}
-    for network in networks:
-        after = [trained[name] for name in (f"train {network.key}",) if name in trained]
-        evaluation = plan.evaluate_network(network)
+    for training in (row for network in networks for row in plan.list_trainings(network)):
+        key = _name(plan, training)
+        after = [trained[name] for name in (f"train {key}",) if name in trained]
+        evaluation = plan.evaluate_training(training)
         if after or not evaluation.is_done():
-            evaluations.append(plan.make_job("evaluate", network.key, evaluation.run, after=after))
+            evaluations.append(plan.make_job("evaluate", key, evaluation.run, after=after))
     for setting in plan.list_settings():
         for policy in POLICIES:
             evaluation = plan.make_evaluation(setting, policy)
@@ -166,3 +197,9 @@ def plan_stages(plan: Plan) -> tuple[list[Job], list[Job], list[Job]]:
                 key = f"{setting.name}/{policy}"
                 evaluations.append(plan.make_job("evaluate", key, evaluation.run))
     return collections, trainings, evaluations
+
+
+def _name(plan: Plan, training: Training) -> str:
+    """Return the name of a training in those of its jobs."""
+    key = training.contestant.key
+    return key if training.seed == plan.seed else f"{key}-seed_{training.seed}"

@@ -7,14 +7,17 @@ from pathlib import Path
 from typing import Any
 
 from nep.paper.experiments import Setting
-from nep.players.contestants import Checkpoint, list_contestants
+from nep.players.contestants import Checkpoint
 from nep.report.results import Results, ScoreSummary, list_versions
 from simulator.files import compute_checksum
 from simulator.home_options import import_source
+from simulator.policies import Policy, make_policy
 from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.metrics import METRICS
 from simulator.world.config import HomeConfig
+from simulator.world.homes import Homes
+from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
 
 SCORES_VERSION = 1  # raise it when the same settings give other scores
@@ -32,6 +35,7 @@ class Evaluation:
         path: the file.
         encoders: modules of encoders from outside the package.
         source: name of where homes come from, see `simulator.home_options.SOURCES`.
+        cross_room_moves: whether a move may lead to another room.
     """
 
     setting: Setting
@@ -43,6 +47,7 @@ class Evaluation:
     path: Path
     encoders: tuple[str, ...] = ()
     source: str = "sampled"
+    cross_room_moves: bool = False
 
     def describe(self) -> dict[str, Any]:
         """Return everything that the scores depend on, as JSON values."""
@@ -59,6 +64,7 @@ class Evaluation:
             "steps": self.steps,
             "seed": self.seed,
             "split": "test",
+            **({"cross_room_moves": True} if self.cross_room_moves else {}),
         }
 
     def is_done(self) -> bool:
@@ -74,16 +80,9 @@ class Evaluation:
         """Play and write the file, unless it is there already."""
         if self.is_done():
             return
-        policies = [] if self.checkpoint else [self.contestant]
-        networks = []
-        if self.checkpoint:
-            networks = [Checkpoint(self.contestant, self.checkpoint, encoders=self.encoders)]
-        (make,) = list_contestants(self.setting.task, policies, networks).values()
         scores = evaluate_policy(
-            make,
-            import_source(self.source)(
-                PriorGraph.default(), HomeConfig(dynamic_nodes=self.setting.dynamic_nodes)
-            ),
+            self.make_player,
+            self.make_source(),
             Streams(self.seed, "test", range(self.num_homes)),
             self.steps,
             task=self.setting.task,
@@ -95,6 +94,24 @@ class Evaluation:
             list_versions(),
             {self.setting.task: summary},
         ).save(self.path)
+
+    def make_source(self) -> HomeSource:
+        """Return where the homes come from."""
+        rules = HomeConfig(
+            dynamic_nodes=self.setting.dynamic_nodes, cross_room_moves=self.cross_room_moves
+        )
+        return import_source(self.source)(PriorGraph.default(), rules)
+
+    def make_homes(self) -> Homes:
+        """Return the homes at t = 0, all in one group."""
+        return self.make_source().make(Streams(self.seed, "test", range(self.num_homes)))
+
+    def make_player(self, homes: Homes) -> Policy:
+        """Return the contestant for homes."""
+        if self.checkpoint is None:
+            return make_policy(self.contestant, homes)
+        network = Checkpoint(self.contestant, self.checkpoint, encoders=self.encoders)
+        return network.load().play_in(homes)
 
     def load(self) -> ScoreSummary:
         """Read the scores of a finished evaluation."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import platform
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -29,18 +29,35 @@ class ScoreSummary:
     """What tables and figures need to know of how a policy did in a task.
 
     Attributes:
-        values: the task's own score of each step, (H, T).
+        values: the task's own score of each step, (H, T); of several trainings their mean.
         metrics: what was computed of its answers, by name in `METRICS`.
+        trainings: mean score of each home, of every training, (S, H); None for one, or for a policy
+            that needs none.
     """
 
     values: np.ndarray
     metrics: Mapping[str, float]
+    trainings: np.ndarray | None = None
 
     @classmethod
     def of(cls, scores: TaskScores) -> ScoreSummary:
         """Compute every metric of what a policy scored."""
         metrics = {name: metric.compute(scores) for name, metric in METRICS.items()}
         return cls(scores.values, metrics)
+
+    @classmethod
+    def join(cls, parts: Sequence[ScoreSummary]) -> ScoreSummary:
+        """Return the summary of several trainings that played in the same homes."""
+        return cls(
+            np.mean([part.values for part in parts], axis=0),
+            {name: float(np.mean([p.metrics[name] for p in parts])) for name in parts[0].metrics},
+            np.concatenate([part.by_training for part in parts]),
+        )
+
+    @property
+    def by_training(self) -> np.ndarray:
+        """Mean score of each home, of every training, (S, H)."""
+        return self.home_values[None] if self.trainings is None else self.trainings
 
     @property
     def home_values(self) -> np.ndarray:

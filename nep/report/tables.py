@@ -58,9 +58,21 @@ class Row:
 
 
 def compute_difference(own: ScoreSummary, other: ScoreSummary) -> Difference:
-    """Compare two policies home by home."""
-    delta = own.home_values - other.home_values  # (H,)
-    return Difference(float(delta.mean()), *compute_bootstrap_interval(delta))
+    """Compare two policies home by home, and training by training where there are several.
+
+    Raises:
+        ValueError: if both were trained several times, but not equally often.
+    """
+    counts = {len(own.by_training), len(other.by_training)} - {1}
+    if len(counts) > 1:
+        raise ValueError(
+            f"policies must be trained equally often to be paired, got {max(counts)} and "
+            f"{min(counts)} trainings. Train as many of both."
+        )
+    delta = own.by_training - other.by_training  # (S, H)
+    return Difference(
+        float(delta.mean()), *compute_bootstrap_interval(delta if counts else delta[0])
+    )
 
 
 def compute_rows(

@@ -14,7 +14,7 @@ from nep.players.policy import NEPPolicy
 from nep.robot.adaptation import Adaptation, Questions, fit_adaptation
 from simulator.memory.asking import Asked
 from simulator.memory.look_log import read_log
-from simulator.memory.memory_batch import SURE
+from simulator.memory.look_weights import SURE
 from simulator.memory.names import Similarity
 from simulator.memory.replay import replay
 from simulator.policies.adaptive import Adaptive

@@ -13,6 +13,7 @@ from simulator.arrays.table import Table
 from simulator.memory.candidates import propose_places
 from simulator.memory.clock import DAY_SECONDS, compute_week_seconds
 from simulator.memory.home_history import HomeHistory
+from simulator.memory.look_weights import LookWeights
 from simulator.memory.place_prior import PlacePrior
 
 NEVER = -1  # time stamp of what has not happened
@@ -28,8 +29,6 @@ EDGE_COUNTERS = (
 OBJECT_HISTORY = ("first_observed", "num_at_once")
 EDGE_HISTORY = ("num_absent",)
 EDGE_MEASURES = ("missed", "confidence")  # float32
-
-SURE = 0.5  # from this confidence on, a sighting counts as true
 
 
 @dataclass(frozen=True, slots=True)
@@ -367,7 +366,7 @@ class MemoryBatch:
         """
         looked = np.full(self.num_homes, -1, dtype=np.int32)
         looked[home] = furniture
-        look = _Look(self, home, coverage)
+        look = LookWeights(self, home, coverage)
         if confidence is not None and (confidence < 1).any():
             seen_object, seen_relation = look.sort_out(seen_object, seen_relation, confidence)
         edges = self.edges
@@ -477,44 +476,6 @@ class MemoryBatch:
         objects["num_moved"][has_moved] += 1
         objects["last_moved"][has_moved] = self.time
         objects["last_furniture"][rows] = here
-
-
-class _Look:
-    """How much of a look in each home counts, for what it showed and for what it did not.
-
-    A key is object * 2 + relation.
-    """
-
-    def __init__(self, memory: MemoryBatch, home: np.ndarray, coverage: np.ndarray | None) -> None:
-        self._memory = memory
-        self.coverage = np.zeros(memory.num_homes)  # (H,)
-        self.coverage[home] = 1.0 if coverage is None else coverage
-        self.is_counted = self.coverage >= 0.5
-        self._is_whole = coverage is None or bool((coverage == 1).all())
-        self._confidence: np.ndarray | None = None  # the highest by key, 0 for what was not seen
-
-    def sort_out(
-        self, seen_object: np.ndarray, seen_relation: np.ndarray, confidence: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Take note of confidences, and return objects and relations of the sure sightings."""
-        self._confidence = np.zeros(2 * len(self._memory.objects))
-        np.maximum.at(self._confidence, seen_object * 2 + seen_relation, confidence)
-        is_sure = confidence >= SURE
-        return seen_object[is_sure], seen_relation[is_sure]
-
-    def get_confidence(self, keys: np.ndarray) -> np.ndarray | float:
-        """Return the confidence of sightings, (n,) or one for all."""
-        return 1.0 if self._confidence is None else self._confidence[keys]
-
-    def weigh(self, keys: np.ndarray) -> np.ndarray:
-        """Return what part of a look counts against keys (n,), should they not be seen."""
-        if self._is_whole and self._confidence is None:
-            return np.ones(len(keys))
-        weight = self.coverage[self._memory.objects["home"][keys // 2]]
-        if self._confidence is None:
-            return weight
-        found = self._confidence[keys]
-        return np.where(found > 0, 1 - found, weight)
 
 
 def _mark(rows: np.ndarray, num_rows: int) -> np.ndarray:

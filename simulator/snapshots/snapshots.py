@@ -204,3 +204,26 @@ def forget(snapshots: Snapshots) -> Snapshots:
         edge_prior=np.zeros(0, dtype=np.float32),
         **counters,
     )
+
+
+def forget_absence(snapshots: Snapshots) -> Snapshots:
+    """Return the snapshots of agents that note where things were seen, never where they were not.
+
+    Edges that were never seen true are left out. Of the others only sightings are counted: observed
+    as often as seen, last observed when last seen, never changed.
+    """
+    was_true = snapshots.edge_num_true > 0
+    kept = {
+        f"edge_{name}": getattr(snapshots, f"edge_{name}")[was_true]
+        for name in ("object", "furniture", "relation", "prior", "num_true", "last_true")
+    }
+    num_true, last_true = kept["edge_num_true"], kept["edge_last_true"]
+    return replace(
+        snapshots,
+        **kept,
+        edge_num_observed=num_true,
+        edge_last_observed=last_true,
+        edge_num_changed=np.zeros_like(num_true),
+        edge_last_changed=np.full_like(last_true, NEVER),
+        edge_is_true=np.ones_like(snapshots.edge_is_true[was_true]),
+    )

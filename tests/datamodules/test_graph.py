@@ -121,6 +121,30 @@ def test_an_object_that_the_prior_does_not_know_may_be_anywhere(builder, hand_wr
     assert graph.edges[ON_TOP].data["query"].tolist() == [-1, 0, 0]
 
 
+def test_without_absence_edges_count_sightings_alone(hand_written):
+    # The mug was looked for on the table at 2, 6 and 8 and seen at 2 and 6: two sightings, the
+    # last 4 steps ago. In the fridge it was looked for once and not seen: no edge.
+    looked_in_fridge = dataclasses.replace(
+        hand_written,
+        **{
+            f"edge_{name}": np.append(getattr(hand_written, f"edge_{name}"), value)
+            for name, value in {
+                "object": 0, "furniture": 1, "relation": 0, "prior": np.float32(0.2),
+                "num_observed": 1, "num_true": 0, "num_changed": 0, "last_observed": 4,
+                "last_changed": -1, "last_true": -1, "is_true": False,
+            }.items()
+        },
+    )  # fmt: skip
+    whole, sightings = (
+        GraphBuilder(FeatureConfig(absence=absence)).build(looked_in_fridge).graph
+        for absence in (True, False)
+    )
+    assert (whole.num_edges(INSIDE), sightings.num_edges(INSIDE)) == (2, 1)  # one is the apple's
+    mug = sightings.edges[ON_TOP].data["feature"][sightings.edges[ON_TOP].data["query"] < 0]
+    # since observed 4 / 2, never changed 10 / 2, twice seen 2 / 2, always true, now true
+    assert mug[0, 1:8].tolist() == [2.0, 5.0, 1.0, 1.0, 1.0, 0.0, 1.0]
+
+
 def test_batch_equals_its_snapshots_one_by_one(builder, collection):
     dataset = SnapshotDataset(collection, builder)
     indices = [30, 3, 14, 14]

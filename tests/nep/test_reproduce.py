@@ -123,7 +123,7 @@ def test_what_has_changed_is_run_again(folder):
 def test_the_released_codes_homes_are_learnt_and_played_in(tmp_path):
     """24 places in training and test; what was played in other homes is not taken for it."""
     plan = make_plan(tmp_path, "--table", "figure", "--homes", "paper")
-    training = plan.make_training(enter(plan.models[0], ABLATION_SETTING))
+    (training,) = plan.list_trainings(enter(plan.models[0], ABLATION_SETTING))
     home = FitCLI(training.list_all_options()).datamodule.train_config.homes.home
     assert (home.furniture_per_room, home.objects_per_furniture, home.max_looks) == (6, 5, 10)
     evaluation = plan.make_evaluation(ABLATION_SETTING, "random")
@@ -132,6 +132,25 @@ def test_the_released_codes_homes_are_learnt_and_played_in(tmp_path):
     text = make_plan(tmp_path, "--table", "figure")
     assert not text.make_evaluation(ABLATION_SETTING, "random").is_done()
     assert "--homes paper" in plan.describe("1").command
+
+
+def test_several_trainings_play_the_same_homes(tmp_path):
+    """Three trainings of seeds that follow each other; the first one is that of a single one."""
+    plan = make_plan(tmp_path, "--table", "figure", "--seed", "4", "--seeds", "3")
+    trainings = plan.list_trainings(enter(plan.models[0], ABLATION_SETTING))
+    assert [training.seed for training in trainings] == [4, 5, 6]
+    assert len({training.folder for training in trainings}) == 3
+    alone = make_plan(tmp_path, "--table", "figure", "--seed", "4")
+    assert alone.list_trainings(enter(plan.models[0], ABLATION_SETTING)) == trainings[:1]
+    evaluations = [plan.evaluate_training(training) for training in trainings]
+    assert {evaluation.seed for evaluation in evaluations} == {4}
+    assert len({evaluation.path for evaluation in evaluations}) == 3
+    names = [job.name for job in list_jobs(plan)]
+    assert [name for name in names if name.startswith("train")] == [
+        "train predict_location-on/mlp", "train predict_location-on/mlp-seed_5",
+        "train predict_location-on/mlp-seed_6",
+    ]  # fmt: skip
+    assert "--seeds 3" in plan.describe("1").command
 
 
 def test_a_damaged_checkpoint_is_trained_again(folder):
@@ -147,7 +166,7 @@ def test_a_damaged_checkpoint_is_trained_again(folder):
 
 def make_training(folder: Path) -> Training:
     plan = make_plan(folder, "--table", "figure")
-    return plan.make_training(enter(plan.models[0], ABLATION_SETTING))
+    return plan.list_trainings(enter(plan.models[0], ABLATION_SETTING))[0]
 
 
 def test_killed_and_resumed_is_as_if_never_stopped(folder, tmp_path):

@@ -23,9 +23,12 @@ def beside(monkeypatch):
 
 
 @pytest.mark.parametrize("heads", [1, 2, 4])
-def test_equal_for_equal_weights(heads, beside, random_batch):
+@pytest.mark.parametrize("root_weight", [False, True])
+def test_equal_for_equal_weights(heads, root_weight, beside, random_batch):
     torch.manual_seed(heads)
-    layer = HEATConv(6, 8, 5, heads, edge_type_units=3, edge_attribute_units=4)
+    layer = HEATConv(
+        6, 8, 5, heads, edge_type_units=3, edge_attribute_units=4, root_weight=root_weight
+    )
     for constant in (layer.bias, layer.node_bias):
         nn.init.normal_(constant)  # zero at first, which would hide it
     graph = FlatGraph.from_batch(random_batch(0))

@@ -31,6 +31,8 @@ def loop_heat(layer, graph, node, edge):
     etype = np.repeat(np.arange(len(EDGE_TYPES)), graph.edge_counts)
     h = [x @ p["node_weight"][t] + p["node_bias"][t] for x, t in zip(node, ntype, strict=True)]
     out = np.tile(p["bias"], (graph.num_nodes, 1))
+    if layer.root_weight:
+        out += np.stack(h)
     src, dst = graph.edge_src.numpy(), graph.edge_dst.numpy()
     a = [p[f"attend_{part}"] for part in ("dst", "src", "edge_type", "edge_attribute")]
     width = OUT // layer.heads
@@ -43,10 +45,14 @@ def loop_heat(layer, graph, node, edge):
         h_src = np.stack([h[j] for j in src[incoming]])
         for k in range(layer.heads):
             wide = np.concatenate([np.tile(h[i], (len(incoming), 1)), h_src, t, u], axis=1)
-            weight = np.exp(leaky(wide @ np.concatenate([part[:, k] for part in a])))
+            logit = leaky(wide @ np.concatenate([part[:, k] for part in a]))
+            if layer.sharing == "softmax":
+                weight = np.exp(logit) / np.exp(logit).sum()
+            else:
+                weight = 1 / (1 + np.exp(-logit))
             own = slice(k * width, (k + 1) * width)
             w = np.concatenate([p["message_node"][:, own], p["message_edge"][k]])
-            out[i, own] += weight / weight.sum() @ np.concatenate([h_src, u], axis=1) @ w
+            out[i, own] += weight @ np.concatenate([h_src, u], axis=1) @ w
     return out
 
 
@@ -55,7 +61,8 @@ def loop_gcn(layer, graph, node, edge):
     adjacency = np.eye(graph.num_nodes)
     for src, dst in zip(graph.edge_src, graph.edge_dst, strict=True):
         adjacency[dst, src] += 1
-    scale = np.diag((graph.degree.numpy() + 1.0) ** -0.5)
+    degree = graph.degree.numpy() if layer.normalize else np.zeros(graph.num_nodes)
+    scale = np.diag((degree + 1.0) ** -0.5)
     weight, bias = layer.weight.weight.detach().numpy(), layer.bias.detach().numpy()
     return scale @ adjacency @ scale @ node @ weight.T + bias
 
@@ -135,17 +142,30 @@ def over_edges(layer_class):
     return OverEdges
 
 
-@pytest.fixture(params=["gcn", "heat", "heat with one head", "hgt", "han", "han with one head"])
+HEAT_VARIANTS = {
+    "heat": {"heads": 2},
+    "heat with one head": {"heads": 1},
+    "heat with its own features": {"heads": 2, "root_weight": True},
+    "heat that counts": {"heads": 2, "sharing": "sigmoid"},
+}
+
+
+@pytest.fixture(
+    params=["gcn", "gcn that counts", "hgt", "han", "han with one head", *HEAT_VARIANTS]
+)
 def layer_and_loop(request):
     torch.manual_seed(1)
+    heat = HEAT_VARIANTS.get(request.param, {"heads": 2})
     layer, loop = {
         "gcn": (over_edges(GCNConv)(IN, OUT), loop_gcn),
         "hgt": (over_edges(HGTConv)(IN, 2), loop_hgt),
         "han": (over_edges(HANConv)(IN, 2), loop_han),
         "han with one head": (over_edges(HANConv)(IN, 1), loop_han),
-        "heat": (HEATConv(IN, OUT, EDGE, 2, 3, 4), loop_heat),
-        "heat with one head": (HEATConv(IN, OUT, EDGE, 1, 3, 4), loop_heat),
-    }[request.param]
+        "gcn that counts": (over_edges(GCNConv)(IN, OUT, normalize=False), loop_gcn),
+    }.get(
+        request.param,
+        (HEATConv(IN, OUT, EDGE, edge_type_units=3, edge_attribute_units=4, **heat), loop_heat),
+    )
     # Constant at first, which would hide a lost bias or a lost weight of a type.
     for name in ("node_bias", "bias", "importance", "skip"):
         if hasattr(layer, name):
@@ -236,6 +256,11 @@ def test_hgt_equals_dgl(random_batch):
 def test_heads_must_divide_the_width():
     with pytest.raises(ValueError, match=r"got 3 heads for 64 units\. Choose"):
         HEATConv(64, 64, 64, 3, 16, 16)
+
+
+def test_sharing_must_be_known():
+    with pytest.raises(ValueError, match=r"sharing must be one of softmax, sigmoid, got 'mean'\."):
+        HEATConv(64, 64, 64, 2, 16, 16, sharing="mean")
 
 
 def test_segment_sum_and_softmax_by_hand():

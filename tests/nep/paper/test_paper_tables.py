@@ -26,6 +26,7 @@ from nep.paper.paper_tables import (
     make_table_2,
 )
 from nep.report.results import ScoreSummary
+from nep.report.tables import compute_difference
 from simulator.policies import POLICIES
 from simulator.tasks.metrics import METRICS
 from simulator.tasks.registry import TASKS
@@ -88,6 +89,26 @@ def test_claims_where_more_is_better(location):
         "undecided",  # +0.3 and -0.1
         "reversed",  # -0.1 and -0.2
     ]
+
+
+def test_several_trainings_are_paired_over_homes_and_trainings(location):
+    # Differences of the trainings: .5 - .3 and .1 - .3 in every home, so that the mean is 0 and the
+    # interval reaches from one training to the other. One training alone would decide.
+    def train(*means):
+        return ScoreSummary.join([make_scores(mean, mean) for mean in means])
+
+    scores = {"NEP-MLP": train(0.3, 0.3), "NEP-GCN": train(0.5, 0.1), "bayesian": make_scores(0, 0)}
+    setting = SETTINGS[0]
+    (claim,) = (
+        claim
+        for claim in list_claims(setting, compute_table(setting, scores), scores)
+        if claim.worse == "NEP-MLP"
+    )
+    assert claim.difference.mean == pytest.approx(0)
+    assert (claim.difference.low, claim.difference.high) == pytest.approx((-0.2, 0.2))
+    assert claim.verdict == "undecided"
+    with pytest.raises(ValueError, match="must be trained equally often to be paired, got 3 and 2"):
+        compute_difference(train(0.1, 0.2, 0.3), scores["NEP-GCN"])
 
 
 def test_claims_where_less_is_better():

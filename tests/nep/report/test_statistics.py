@@ -27,6 +27,24 @@ def test_interval_covers_the_true_mean_about_as_often_as_it_says():
     assert 0.88 <= hits / 200 <= 0.99
 
 
+def test_interval_of_trainings_and_homes_is_that_of_both():
+    # Effects of 40 trainings and of 50 homes add up: the variance of the mean is that of the means
+    # over homes and of the means over trainings, together.
+    rng = np.random.default_rng(2)
+    trainings, homes = rng.normal(0, 1.0, (40, 1)), rng.normal(0, 2.0, (1, 50))
+    low, high = compute_bootstrap_interval(trainings + homes, num_resamples=4000)
+    error = np.sqrt(trainings.var() / 40 + homes.var() / 50)
+    mean = trainings.mean() + homes.mean()
+    assert low == pytest.approx(mean - 1.96 * error, abs=0.15 * error)
+    assert high == pytest.approx(mean + 1.96 * error, abs=0.15 * error)
+
+
+def test_interval_of_one_training_is_that_over_homes():
+    values = np.random.default_rng(3).normal(size=30)
+    both = compute_bootstrap_interval(values), compute_bootstrap_interval(values[None])
+    assert both[0] == pytest.approx(both[1], abs=0.02)
+
+
 def test_gap_closed_worked_by_hand():
     # Paper, table 1: (0.351 - 0.286) / (0.454 - 0.286) = 0.065 / 0.168 = 0.387
     assert compute_gap_closed(0.351, 0.286, 0.454) == pytest.approx(0.387, abs=5e-4)

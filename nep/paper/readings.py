@@ -1,0 +1,162 @@
+"""What the paper's metric of Predict Relative Location Likelihood may have been: readings of it."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nep.paper.stored_scores import Evaluation
+from simulator.files import read_json, write_whole
+from simulator.policies import Policy
+from simulator.tasks.answer import Answer
+from simulator.tasks.ndcg import compute_ndcg
+from simulator.tasks.relative_likelihood import RelativeLikelihood
+from simulator.world.homes import Homes
+
+READINGS_VERSION = 1  # raise it when a reading gives other numbers
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A way to score a ranking of all furniture.
+
+    Attributes:
+        title: what a place counts, in tables.
+        compute: gets scores (Q, F), the answer and which furniture an object asked for can move to,
+            bool (Q, F), and returns a number for each query, (Q,).
+    """
+
+    title: str
+    compute: Callable[[np.ndarray, Answer, np.ndarray], np.ndarray]
+
+
+def compute_listed_ndcg(scores: np.ndarray, relevance: np.ndarray) -> np.ndarray:
+    """Return the NDCG of lists that end where a policy has no opinion, (Q,).
+
+    What is not listed (-inf) adds nothing, and still counts in the best ranking; `compute_ndcg`
+    ranks it last instead.
+    """
+    listed = np.where(np.isfinite(scores), relevance, 0.0)
+    discounts = 1 / np.log2(np.arange(scores.shape[1]) + 2)  # (F,)
+    best, best_listed = (
+        (-np.sort(-values, axis=1) * discounts).sum(axis=1) for values in (relevance, listed)
+    )
+    share = np.divide(best_listed, best, out=np.zeros(len(best)), where=best > 0)
+    return compute_ndcg(scores, listed) * share
+
+
+def _get_relevance(answer: Answer) -> np.ndarray:
+    assert answer.relevance is not None  # the task knows it
+    return answer.relevance
+
+
+# By name: the first is ours (docs/design.md, ruling 17).
+READINGS: Mapping[str, Reading] = {
+    "home": Reading(
+        "its row of T over the home", lambda s, answer, _: compute_ndcg(s, _get_relevance(answer))
+    ),
+    "reach": Reading(
+        "its row of T where the object can go",
+        lambda s, answer, reach: compute_ndcg(s, _get_relevance(answer) * reach),
+    ),
+    "moved": Reading(
+        "its row of T but where it is now",
+        lambda s, answer, _: compute_ndcg(s, _get_relevance(answer) * ~answer.answers),
+    ),
+    "here": Reading(
+        "1 where it is now, else 0", lambda s, answer, _: compute_ndcg(s, answer.answers * 1.0)
+    ),
+    "listed": Reading(
+        "its row of T over the home, places without an opinion left out",
+        lambda s, answer, _: compute_listed_ndcg(s, _get_relevance(answer)),
+    ),
+    "moved_listed": Reading(
+        "its row of T but where it is now, places without an opinion left out",
+        lambda s, answer, _: compute_listed_ndcg(s, _get_relevance(answer) * ~answer.answers),
+    ),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ReadingScores:
+    """A contestant's rankings under every reading, played once and kept in a file.
+
+    Attributes:
+        evaluation: who plays, and where; its path is that of this file.
+    """
+
+    evaluation: Evaluation
+
+    def describe(self) -> dict[str, Any]:
+        """Return everything that the numbers depend on, as JSON values."""
+        return {"readings_version": READINGS_VERSION, **self.evaluation.describe()}
+
+    def is_done(self) -> bool:
+        """Tell whether the file holds the numbers of these settings."""
+        try:
+            return read_json(self.evaluation.path)["config"] == self.describe()
+        except (OSError, ValueError, KeyError, TypeError):
+            return False
+
+    def run(self) -> None:
+        """Play and write the file, unless it is there already."""
+        if self.is_done():
+            return
+        homes = self.evaluation.make_homes()
+        values = play_readings(homes, self.evaluation.make_player(homes), self.evaluation.steps)
+        content = {
+            "config": self.describe(),
+            "homes": {name: own.round(6).tolist() for name, own in values.items()},
+        }
+        self.evaluation.path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(self.evaluation.path, (json.dumps(content) + "\n").encode())
+
+    def load(self) -> dict[str, np.ndarray]:
+        """Read the mean of every home by reading, (H,)."""
+        return {name: np.array(own) for name, own in read_json(self.path)["homes"].items()}
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self.evaluation.path
+
+
+def play_readings(homes: Homes, policy: Policy, num_steps: int) -> dict[str, np.ndarray]:
+    """Play Predict Relative Location Likelihood, and score its rankings under every reading.
+
+    Returns:
+        The mean of every home by reading, (H,).
+    """
+    game = RelativeLikelihood(homes, policy)
+    values: dict[str, list[np.ndarray]] = defaultdict(list)
+
+    def score(answer: Answer) -> None:
+        own_scores = np.where(
+            game.rollout.memory.is_furniture[answer.queries.home], answer.scores, -np.inf
+        )
+        reach = find_reach(homes, answer)
+        for name, reading in READINGS.items():
+            found = reading.compute(own_scores, answer, reach)
+            values[name].append(found.reshape(homes.num_homes, -1).mean(axis=1))
+
+    game.on_answer = score
+    for _ in game.run(num_steps):
+        pass
+    return {name: np.mean(rows, axis=0) for name, rows in values.items()}
+
+
+def find_reach(homes: Homes, answer: Answer) -> np.ndarray:
+    """Mark the furniture that an object asked for can move to, or is at, bool (Q, F)."""
+    room = homes.furniture_room[answer.queries.home]  # (Q, F)
+    query, place = np.nonzero(answer.answers)
+    is_there = np.zeros((len(room), int(room.max()) + 1), dtype=bool)
+    is_there[query, room[query, place]] = True
+    roams = np.array([homes.configs[home].cross_room_moves for home in answer.queries.home])
+    reach = np.take_along_axis(is_there, np.maximum(room, 0), axis=1) | roams[:, None]
+    return reach & (room >= 0)

@@ -1,0 +1,350 @@
+"""Informed: what an agent can know that knows all rules of homes, but not the home."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from simulator.arrays.relations import sum_relations
+from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.policies.inventory import Inventory
+from simulator.policies.policy import Policy, mask_furniture
+from simulator.priors.prior_graph import PriorGraph
+from simulator.world.config import HomeConfig
+from simulator.world.homes import NUM_RELATIONS, Homes
+from simulator.world.noise import compute_noisy_weights
+
+_LEAST_LIKELY = 1e-9  # of a look: densities are approximate, no draw is ruled out for good
+
+
+@dataclass(slots=True)
+class _Draws:
+    """What a density follows in each of n draws of a home's weights, over S places.
+
+    Attributes:
+        density: expected objects, (..., n, S).
+        moves: weight of each place when one moves, (n, S).
+        leave: total of `moves` at the other places that it can move to, (n, S).
+        log_likelihood: of the looks, (n,).
+        time: up to when it knows what happened.
+        num_looks: how many looks of the home it knows.
+    """
+
+    density: np.ndarray
+    moves: np.ndarray
+    leave: np.ndarray
+    log_likelihood: np.ndarray
+    time: int = 0
+    num_looks: int = 0
+
+
+@dataclass(slots=True)
+class _Type:
+    """What is known of an object type in a home.
+
+    Attributes:
+        places: furniture that the prior deems possible, (S,).
+        number: of each furniture node among the places, -1 for none, (F,).
+        room: of each place, (S,).
+        joined: whether an object can move from one place to another, (S, S).
+        class_weights: what class noise may have left, (C, S, 2).
+        expected: objects of the type that this leads one to expect at t = 0, (C, S).
+        rest: objects of the type whose description was neither seen nor asked for; its
+            log likelihood is that of all objects of the type, were none of them known.
+        objects: what is followed of each known description, by row of `MemoryBatch.objects`.
+    """
+
+    places: np.ndarray
+    number: np.ndarray
+    room: np.ndarray
+    joined: np.ndarray
+    class_weights: np.ndarray
+    expected: np.ndarray
+    rest: _Draws
+    objects: dict[int, _Draws] = field(default_factory=dict)
+
+
+class Informed(Policy):
+    """Bayes filters over draws of what noise has made of the prior, weighed by their likelihood.
+
+    C versions of class noise are drawn for an object type, and for each of its descriptions that
+    was seen or asked for, and each version, K of instance noise: by the rules of the home, with
+    the code that makes homes. In every draw the object is followed as `Ceiling` does with the true
+    weights, and the probability of all looks is counted: of finding it, of not finding it, and of
+    not finding others of its type. The answer is the mean over the draws of the description, each
+    weighed by that of its own looks, and by that of the looks for all others of its type, given the
+    class noise.
+
+    Exact, for enough draws, where a description has a single instance; several, and objects that
+    were never seen, are Poisson densities. The rules say how many to expect. It does not read the
+    true homes.
+
+    Attributes:
+        effective_sizes: of every answer so far, how many equally weighed draws its C K draws are
+            worth, 1 / sum of their squared weights.
+
+    Source: paper appendix A, "Sampling noise"; docs/design.md, rulings 3-9.
+    """
+
+    looks_counted = 1.0
+
+    def __init__(
+        self,
+        prior: PriorGraph,
+        config: HomeConfig | Sequence[HomeConfig],
+        num_class_draws: int = 64,
+        num_instance_draws: int = 16,
+        asks_moved: float = 0.5,
+        seed: int = 0,
+    ) -> None:
+        """Keep the rules.
+
+        Args:
+            prior: what homes look like.
+            config: the rules of the homes: of all, or one entry per home.
+            num_class_draws: C.
+            num_instance_draws: K.
+            asks_moved: share of the queries that are about an object that has just moved.
+            seed: of the draws.
+        """
+        self._prior = prior
+        self._config = config
+        self._num_draws = num_class_draws, num_instance_draws
+        self._asks_moved = asks_moved
+        self._seed = seed
+        whole = prior.weights.sum(axis=(1, 2), keepdims=True)
+        weights = np.zeros(prior.weights.shape)
+        self._weights = np.divide(prior.weights, whole, out=weights, where=whole > 0)  # (O, N, 2)
+        self._node_room = np.array([prior.rooms.index(row.room) for row in prior.furniture])
+        self._node = {(row.room, row.label): number for number, row in enumerate(prior.furniture)}
+        self.effective_sizes: list[float] = []
+
+    @classmethod
+    def make(cls, homes: Homes) -> Informed:
+        """Make the policy that knows the rules of the homes, not their state."""
+        return cls(homes.prior, homes.configs)
+
+    def reset(self, memory: MemoryBatch) -> None:
+        """Forget all looks and work out the expected inventory of the new homes."""
+        num_homes, config = memory.num_homes, self._config
+        self._configs = [config] * num_homes if isinstance(config, HomeConfig) else [*config]
+        nodes = np.full(memory.furniture_label.shape, -1)
+        for home, place in np.argwhere(memory.is_furniture):
+            room = memory.room_label[home, memory.furniture_room[home, place]]
+            label = memory.furniture_label[home, place]
+            key = memory.labels[room], memory.labels[label]
+            nodes[home, place] = self._node.get(key, -1)
+        self._nodes = nodes  # of the prior, (H, F)
+        known = np.where(nodes >= 0, sum_relations(self._weights)[:, nodes], 0)  # (O, H, F)
+        self._inventory = Inventory(
+            self._prior, self._configs, np.moveaxis(known, 0, 1), memory.home_num_furniture,
+            self._asks_moved,
+        )  # fmt: skip
+        self._types: dict[tuple[int, int], _Type] = {}  # by home and type
+        self._looks: list[list[tuple[int, int, float]]] = [[] for _ in range(num_homes)]
+        self._sightings: dict[int, set[int]] = defaultdict(set)  # by object: numbers of looks
+        self._questions: dict[int, set[int]] = defaultdict(set)  # by object: times
+
+    def observe(self, memory: MemoryBatch, change: Change) -> None:
+        """Note one look per home: where, and which objects were seen."""
+        for home, place, coverage in zip(
+            change.home.tolist(), change.furniture.tolist(), change.coverage.tolist(), strict=True
+        ):
+            self._looks[home].append((memory.time, place, coverage))
+        for row in set(memory.edges["object"][change.edges[change.is_seen]].tolist()):
+            home = int(memory.objects["home"][row])
+            self._sightings[row].add(len(self._looks[home]) - 1)
+            self._meet(memory, home, row)
+
+    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return the expected number of objects asked for at each furniture node, (Q, F)."""
+        scores = np.zeros((len(queries.object), memory.num_furniture))
+        asked = list(zip(queries.home.tolist(), queries.object.tolist(), strict=True))
+        for home, row in asked:
+            self._questions[row].add(memory.time)
+            self._meet(memory, home, row)
+        for query, (home, row) in enumerate(asked):
+            kind = self._types.get((home, int(memory.objects["type"][row])))
+            if kind is not None and row in kind.objects:
+                scores[query, kind.places] = self._answer(memory, home, kind, row)
+        return mask_furniture(memory, queries, scores)
+
+    def _answer(self, memory: MemoryBatch, home: int, kind: _Type, asked: int) -> np.ndarray:
+        """Return the expected number of objects of a description at the type's places, (S,)."""
+        rates = self._compute_rates(memory, home, asked)
+        self._advance(memory, home, kind, kind.rest, rates, None)
+        num_class, num_instance = self._num_draws
+        share = max(1 - len(kind.objects) * rates["sameness"], 0.0)
+        log_weight = share * kind.rest.log_likelihood  # (C,)
+        for row, own in kind.objects.items():
+            self._advance(memory, home, kind, own, rates, row)
+            if row != asked:
+                each = own.log_likelihood.reshape(num_class, num_instance)
+                most = each.max(axis=1)
+                log_weight = log_weight + most + np.log(np.exp(each - most[:, None]).mean(axis=1))
+        own = kind.objects[asked]
+        weight = own.log_likelihood + np.repeat(log_weight, num_instance)
+        weight = np.exp(weight - weight.max())
+        weight /= weight.sum()
+        self.effective_sizes.append(float(1 / (weight**2).sum()))
+        return weight @ own.density.sum(axis=0)
+
+    def _meet(self, memory: MemoryBatch, home: int, row: int) -> None:
+        """Begin to follow a description that is new."""
+        number = int(memory.objects["type"][row])
+        if number < 0:
+            return
+        if (home, number) not in self._types:
+            self._types[home, number] = self._make_type(memory, home, number)
+        kind = self._types[home, number]
+        if row in kind.objects or not len(kind.places):
+            return
+        num_instance = self._num_draws[1]
+        key = int(memory.objects["key"][row])
+        moves = self._draw_instance_noise(self._configs[home], kind, key)  # (C K, S)
+        others = np.repeat(kind.expected, num_instance, axis=0)
+        others = others * self._inventory.sameness[number]
+        density = np.stack([np.zeros_like(others), others])  # the last one seen, and others
+        kind.objects[row] = _start(density, moves, kind.joined)
+
+    def _make_type(self, memory: MemoryBatch, home: int, number: int) -> _Type:
+        """Draw class noise of an object type, and what it leads one to expect in a home."""
+        num_class, config, nodes = self._num_draws[0], self._configs[home], self._nodes[home]
+        weights = self._weights[number].ravel()
+        columns = np.flatnonzero(weights)
+        rng = np.random.default_rng([self._seed, number])
+        noisy = np.zeros((num_class, len(weights)))
+        noisy[:, columns] = _draw_noise(
+            np.tile(weights[columns], (num_class, 1)),
+            columns, np.repeat(self._node_room, NUM_RELATIONS), config, rng,
+        )  # fmt: skip
+        of_nodes = noisy.reshape(num_class, -1, NUM_RELATIONS)
+        possible = (nodes >= 0) & (self._weights[number][nodes].sum(axis=1) > 0)
+        places = np.flatnonzero(possible)
+        place_number = np.full(len(nodes), -1)
+        place_number[places] = np.arange(len(places))
+        room = memory.furniture_room[home, places]
+        joined = (room[:, None] == room) | config.cross_room_moves
+        class_weights = of_nodes[:, nodes[places]]  # (C, S, 2)
+        total = class_weights.sum(axis=2)  # (C, S)
+        factor = total / self._weights[number][nodes[places]].sum(axis=1)
+        expected = self._inventory.expected[home, number, places] * factor
+        rest = _start(expected[None].copy(), _normalise(total), joined)
+        return _Type(places, place_number, room, joined, class_weights, expected, rest)
+
+    def _draw_instance_noise(self, config: HomeConfig, kind: _Type, key: int) -> np.ndarray:
+        """Draw K times what instance noise leaves of each draw of class noise, (C K, S)."""
+        num_class, num_instance = self._num_draws
+        weights = np.repeat(kind.class_weights.reshape(num_class, -1), num_instance, axis=0)
+        rng = np.random.default_rng([self._seed, key])
+        places, room = np.arange(weights.shape[1]), np.repeat(kind.room, NUM_RELATIONS)
+        noisy = _draw_noise(weights, places, room, config, rng)
+        return noisy.reshape(len(noisy), -1, NUM_RELATIONS).sum(axis=2)
+
+    def _compute_rates(self, memory: MemoryBatch, home: int, row: int) -> dict[str, float]:
+        """Return the rates of an object's type by name."""
+        number = memory.objects["type"][[row]]
+        found = self._inventory.compute_rates(np.array([home]), number)
+        move, asked, remove, add = (float(rate[0]) for rate in found)
+        sameness = float(self._inventory.sameness[number[0]])
+        return {"move": move, "asked": asked, "remove": remove, "add": add, "sameness": sameness}
+
+    def _advance(
+        self, memory: MemoryBatch, home: int, kind: _Type, draws: _Draws,
+        rates: dict[str, float], row: int | None,
+    ) -> None:  # fmt: skip
+        """Carry draws on to now; `row` is the object they are about, None for the rest."""
+        add = rates["add"] / (rates["sameness"] if row is None else 1)
+        while True:
+            looks = self._looks[home]
+            while draws.num_looks < len(looks) and looks[draws.num_looks][0] == draws.time:
+                _, place, coverage = looks[draws.num_looks]
+                place = kind.number[place]
+                if place >= 0:
+                    found = coverage * (1 - self._configs[home].detection_error)
+                    is_seen = row is not None and draws.num_looks in self._sightings[row]
+                    _look(draws, place, found, is_seen)
+                draws.num_looks += 1
+            if draws.time == memory.time:
+                return
+            draws.time += 1
+            is_asked = row is not None and draws.time in self._questions[row]
+            rate = rates["asked" if is_asked else "move"]
+            _step(draws, kind.joined, rate, 1 - rates["remove"], add)
+
+
+def _start(density: np.ndarray, moves: np.ndarray, joined: np.ndarray) -> _Draws:
+    """Return draws at t = 0."""
+    leave = moves @ joined - moves
+    leave[leave < 1e-9] = 0
+    return _Draws(density, moves, leave, np.zeros(len(moves)))
+
+
+def _step(draws: _Draws, joined: np.ndarray, rate: float, kept: float, coming: float) -> None:
+    """Let objects move, leave and come for one step, as `simulator.compiled.filters.spread`."""
+    density, leave = draws.density, draws.leave
+    movers = np.where(leave > 0, density * rate, 0)
+    out = np.divide(movers, leave, out=np.zeros_like(movers), where=leave > 0)
+    density += draws.moves * (out @ joined - out) - movers
+    density *= kept
+    density[-1] += coming * draws.moves  # new ones are among the others
+
+
+def _look(draws: _Draws, place: int, found: float, is_seen: bool) -> None:
+    """Fold a look at a place into the draws; `found`: probability to see what is there."""
+    *last, others = draws.density
+    missed = np.exp(-others[:, place] * found)
+    if last:
+        missed *= 1 - last[0][:, place] * found
+    likelihood = 1 - missed if is_seen else missed
+    draws.log_likelihood += np.log(np.maximum(likelihood, _LEAST_LIKELY))
+    if is_seen:
+        here = last[0][:, place]
+        same = here / np.maximum(here + others[:, place], 1e-12)
+        others[:, place] *= 1 - found
+        others += (1 - same)[:, None] * last[0]
+        last[0][:] = 0
+        last[0][:, place] = 1
+        return
+    if last:
+        left = 1 - last[0][:, place] * found
+        last[0][:, place] *= 1 - found
+        last[0] /= np.maximum(left, 1e-12)[:, None]
+    others[:, place] *= 1 - found
+
+
+def _draw_noise(
+    weights: np.ndarray,
+    places: np.ndarray,
+    room: np.ndarray,
+    config: HomeConfig,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """Draw noise on rows of weights (n, k) of places (k,), as homes are made.
+
+    Args:
+        weights: (n, k), zeros where earlier noise has left nothing.
+        places: ascending, (k,).
+        room: of every place, (P,).
+        config: the rules.
+        rng: draws.
+    """
+    uniform = rng.random((*weights.shape, 2))
+    row, column = np.nonzero(weights)
+    noisy = np.zeros(weights.shape)
+    noisy[row, column] = compute_noisy_weights(
+        weights[row, column], row, places[column], uniform[row, column],
+        np.zeros(len(weights), dtype=np.int64), room[None], np.array([len(room)]),
+        zero_prob=np.array([float(config.noise_zero_prob)]),
+        scale=np.array([float(config.noise_scale)]),
+    )  # fmt: skip
+    return noisy
+
+
+def _normalise(weights: np.ndarray) -> np.ndarray:
+    """Scale rows (n, k) to a sum of one, or leave zeros."""
+    total = weights.sum(axis=1, keepdims=True)
+    return np.divide(weights, total, out=np.zeros_like(weights), where=total > 0)

@@ -1,0 +1,133 @@
+"""Test homes by name and version: their rules, prior and seed, and checksums of what they do."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from simulator.files import read_json
+from simulator.messages import shorten
+from simulator.priors.prior_graph import PriorGraph
+from simulator.world.config import HomeConfig
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.source import SampledSource
+from simulator.world.streams import Streams
+
+FILE = Path(__file__).parent / "test_sets.json"
+_HOMES_AT_ONCE = 25
+
+
+@dataclass(frozen=True, slots=True)
+class TestSet:
+    """Homes of one version, which never change: new ones get a new name.
+
+    Attributes:
+        name: what a paper cites.
+        title: what the homes are.
+        home: their rules, `HomeConfig.describe`.
+        prior: checksum of the prior that they were sampled from.
+        split, seed, num_homes: of their streams; homes 0 to `num_homes` - 1.
+        steps: how long they are played.
+        layout: SHA-256 of rooms and furniture.
+        life: SHA-256 of the objects at t = 0 and after every step.
+        evaluate: the command that plays in them.
+    """
+
+    __test__ = False  # no test of pytest's
+
+    name: str
+    title: str
+    home: dict[str, Any]
+    prior: str
+    split: str
+    seed: int
+    num_homes: int
+    steps: int
+    layout: str
+    life: str
+    evaluate: str
+
+    @property
+    def checksums(self) -> dict[str, str]:
+        """What the set says of its homes, by name."""
+        return {"prior": self.prior, "layout": self.layout, "life": self.life}
+
+    def compute_checksums(self) -> dict[str, str]:
+        """Make the homes, let them live, and return what `checksums` should be.
+
+        Where objects go does not depend on who looks where, so that nobody plays.
+        """
+        source = SampledSource(PriorGraph.default(), HomeConfig.from_json(self.home))
+        layout, life = hashlib.sha256(), hashlib.sha256()
+        for first in range(0, self.num_homes, _HOMES_AT_ONCE):
+            numbers = range(first, min(first + _HOMES_AT_ONCE, self.num_homes))
+            homes = source.make(Streams(self.seed, self.split, numbers))
+            layout.update(_describe_layout(homes))
+            life.update(_describe_objects(homes))
+            for _ in range(self.steps):
+                homes.evolve()
+                life.update(_describe_objects(homes))
+        return {
+            "prior": source.prior.checksum,
+            "layout": layout.hexdigest(),
+            "life": life.hexdigest(),
+        }
+
+    def describe(self) -> dict[str, Any]:
+        """Return all of it as JSON values."""
+        return asdict(self)
+
+
+def load_test_sets(path: Path = FILE) -> dict[str, TestSet]:
+    """Return the sets by name.
+
+    Raises:
+        ValueError: if the file is no list of sets.
+    """
+    try:
+        sets = [TestSet(**row) for row in read_json(path)]
+    except (TypeError, ValueError) as error:
+        raise ValueError(
+            f"test sets must be a list of what `TestSet` says, got {shorten(str(error))} in {path}."
+            " Take the file that ships."
+        ) from error
+    return {row.name: row for row in sets}
+
+
+def find_test_set(name: str, path: Path = FILE) -> TestSet:
+    """Return a set by name.
+
+    Raises:
+        ValueError: if there is none of that name.
+    """
+    sets = load_test_sets(path)
+    if name not in sets:
+        raise ValueError(
+            f"test set must be one of {', '.join(sets)}, got {shorten(name)}. Choose one of these."
+        )
+    return sets[name]
+
+
+def _describe_layout(homes: SampledHomes) -> bytes:
+    """Spell out rooms and furniture, home by home."""
+    lines = []
+    for home in range(homes.num_homes):
+        for place in np.flatnonzero(homes.is_furniture[home]):
+            room = homes.room_labels[home, homes.furniture_room[home, place]]
+            lines.append(f"{room}|{homes.furniture_labels[home, place]}")
+        lines.append("")
+    return "\n".join(lines).encode()
+
+
+def _describe_objects(homes: SampledHomes) -> bytes:
+    """Write down description and place of every object, home by home, slot by slot."""
+    parts = []
+    for home, count in enumerate(homes.home_num_slots):
+        place = homes.object_place[home, :count]
+        code = np.where(place >= 0, homes.object_code[home, :count], -1)
+        parts += [place.astype("<i4").tobytes(), code.astype("<i4").tobytes()]
+    return b"".join(parts)

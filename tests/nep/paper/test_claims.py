@@ -1,0 +1,178 @@
+"""What settles the paper's claims: what is trained and played, readings, the page of results."""
+
+import json
+
+import numpy as np
+import pytest
+
+from nep.paper.claims import LOCATION, ClaimsPlan, InformedScores, plan_claims
+from nep.paper.claims_report import ClaimsReport
+from nep.paper.readings import READINGS, compute_listed_ndcg, find_reach, play_readings
+from nep.report.results import ScoreSummary
+from simulator.memory.memory_batch import Queries
+from simulator.policies import make_policy
+from simulator.tasks.answer import Answer
+from simulator.tasks.evaluation import play_task
+from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
+from simulator.world.streams import Streams
+
+
+@pytest.fixture
+def plan(tmp_path):
+    return ClaimsPlan(tmp_path / "runs", tmp_path / "data", num_homes=2, steps=2)
+
+
+def find_cells(text, start):
+    line = next(line for line in text.splitlines() if line.startswith(f"| {start} |"))
+    return [cell.strip() for cell in line.split("|")[1:-1]]
+
+
+def test_every_training_is_in_a_folder_of_its_own(plan):
+    trainings = plan.list_trainings()
+    assert len({training.folder for training in trainings}) == len(trainings)
+    # three networks x three seeds x two kinds of homes x on and off, and nine with a change
+    assert len(trainings) == 36 + 9
+    assert [t.contestant.name for t in trainings[:3]] == ["mlp", "gcn", "heat"]
+    changed = next(t for t in trainings if t.contestant.name == "heat-no_absence")
+    assert changed.list_options()[2:4] == ["--config=heat.yaml", "--config=no_absence.yaml"]
+    assert "--data.homes=paper" in trainings[9].list_options()
+
+
+def test_table_1_stands_for_seed_0(plan, tmp_path):
+    own = plan.play("sampled", LOCATION["on"], "bayesian")
+    for setting in LOCATION.values():
+        plan.play("sampled", setting, "bayesian").run()
+    means = own.load().home_values.tolist()
+    rows = {"bayesian": {"mean_of_each_home": means}, "NEP-MLP": {"mean_of_each_home": [0.5, 1]}}
+    off = plan.play("sampled", LOCATION["off"], "bayesian").load().home_values.tolist()
+    settings = {
+        LOCATION["on"].name: rows,
+        LOCATION["off"].name: {"bayesian": {"mean_of_each_home": off}},
+    }
+    path = tmp_path / "table_1.json"
+    path.write_text(json.dumps({"settings": settings}))
+    known = ClaimsPlan(plan.runs, plan.data, num_homes=2, steps=2, table_1=path)
+    assert known.load_table_1(LOCATION["on"])["NEP-MLP"].home_values.tolist() == [0.5, 1.0]
+    assert len(known.list_trainings()) == len(plan.list_trainings()) - 6
+    rows["bayesian"]["mean_of_each_home"] = [means[0], means[1] + 0.5]
+    path.write_text(json.dumps({"settings": settings}))
+    with pytest.raises(ValueError, match="table_1 must be of the same test homes"):
+        known.load_table_1(LOCATION["on"])
+
+
+def test_without_training_only_policies_play(plan):
+    collections, trainings, games = plan_claims(plan, trains=False)
+    assert not collections
+    assert not trainings
+    assert all("heat" not in job.name for job in games)
+    collections, trainings, games = plan_claims(plan, trains=True)
+    assert len(collections) == len(trainings) == 45
+    names = {job.name for job in (*collections, *trainings, *games)}
+    assert len(names) == len([*collections, *trainings, *games])
+    assert all(name in names for job in games for name in job.after)
+
+
+def test_orders_by_hand(plan, monkeypatch):
+    # HEAT is .2 better than GCN in both trainings and homes, GCN as good as MLP on the mean.
+    scores = {
+        "mlp": {0: [0.2, 0.4], 1: [0.3, 0.3]},
+        "gcn": {0: [0.3, 0.3], 1: [0.2, 0.4]},
+        "heat": {0: [0.5, 0.5], 1: [0.4, 0.6], 2: [0.9, 0.9]},
+    }
+
+    def load(self, source, nodes, configs, seeds):
+        own = scores.get("-".join(configs), {}) if (source, nodes) == ("sampled", "on") else {}
+        return {
+            seed: ScoreSummary(np.array(homes)[:, None], {})
+            for seed, homes in own.items()
+            if seed in seeds
+        }
+
+    monkeypatch.setattr(ClaimsReport, "_load_trainings", load)
+    files = ClaimsReport(plan).make_files()
+    text = files["claims.md"].decode()
+    assert find_cells(text, "32 places, on")[1:] == [
+        "0.300 (0.300, 0.300)", "0.300 (0.300, 0.300)", "0.633 (0.500, 0.500, 0.900)",
+    ]  # fmt: skip
+    lines = [line for line in text.splitlines() if line.startswith("| 32 places, on | NEP")]
+    heat = next(line for line in lines if "NEP-HEAT better than NEP-GCN" in line)
+    assert "| 2 | +0.200 [+0.200, +0.200] | holds |" in heat
+    gcn = next(line for line in lines if "NEP-GCN better than NEP-MLP" in line)
+    assert "| 2 | +0.000 [" in gcn
+    assert "undecided" in gcn
+    assert json.loads(files["claims.json"])["orders"]["sampled-on"]["heat"]["2"] == [0.9, 0.9]
+    assert find_cells(text, "as it is")[1:4] == ["0.300", "0.300", "0.500"]
+
+
+def test_what_was_not_run_is_listed(plan):
+    text = ClaimsReport(plan).make_files()["claims.md"].decode()
+    assert "- heat, 32 places, dynamic nodes on, seed 2" in text
+    assert "- informed, 24 places (`--homes paper`), dynamic nodes off" in text
+    assert all(f"readings of the likelihood, {nodes}" in text for nodes in ("on", "off"))
+
+
+def test_informed_plays_some_homes_at_a_time(plan, monkeypatch):
+    own = InformedScores(plan.play("paper", LOCATION["on"], "informed"))
+    own.run()
+    whole = own.evaluation.load().values
+    monkeypatch.setattr("nep.paper.claims._HOMES_AT_ONCE", 1)
+    own.evaluation.path.unlink()
+    assert not own.is_done()
+    own.run()
+    np.testing.assert_array_equal(own.evaluation.load().values, whole)
+    sizes = json.loads(own.sizes_path.read_text())
+    assert len(sizes) == 11
+    assert 1 <= sizes[0] <= sizes[10] <= 1024
+
+
+def make_answer(scores, relevance, answers):
+    query = np.zeros(1, dtype=int)
+    queries = Queries(query, query, np.zeros((1, len(scores), 2)))
+    return Answer(
+        queries, np.array([answers], dtype=bool), np.array([scores]), query,
+        relevance=np.array([relevance]),
+    )  # fmt: skip
+
+
+def test_readings_by_hand():
+    # Ranked: place 1, 0, 2; the object is at place 1, and cannot go to place 2.
+    # Discounts 1, .63093, .5. T: .2, .3, .5.
+    answer = make_answer([0.3, 0.6, 0.1], [0.2, 0.3, 0.5], [0, 1, 0])
+    reach = np.array([[True, True, False]])
+    found = {
+        name: float(reading.compute(answer.scores, answer, reach)[0])
+        for name, reading in READINGS.items()
+    }
+    # (.3 + .2 * .63093 + .5 * .5) / (.5 + .3 * .63093 + .2 * .5) = .67619 / .78928
+    assert found["home"] == found["listed"] == pytest.approx(0.85672, abs=1e-5)
+    assert found["reach"] == pytest.approx(1.0)  # .3 before .2
+    # Without place 1: (.2 * .63093 + .5 * .5) / (.5 + .2 * .63093) = .37619 / .62619
+    assert found["moved"] == found["moved_listed"] == pytest.approx(0.60076, abs=1e-5)
+    assert found["here"] == pytest.approx(1.0)
+
+
+def test_a_list_that_ends_early_loses_what_it_leaves_out():
+    # Only place 2 is listed, first: .5 of the best .78928.
+    scores, relevance = np.array([[-np.inf, -np.inf, 1.0]]), np.array([[0.2, 0.3, 0.5]])
+    assert compute_listed_ndcg(scores, relevance)[0] == pytest.approx(0.63349, abs=1e-5)
+    nothing = np.full((1, 3), -np.inf)
+    assert compute_listed_ndcg(nothing, relevance).tolist() == [0.0]
+
+
+@pytest.mark.parametrize("crosses", [False, True])
+def test_reach_is_the_room_unless_moves_lead_anywhere(crosses):
+    home = HomeConfig(furniture_per_room=2, cross_room_moves=crosses)
+    homes = SampledSource(home=home).make(Streams(0, "test", range(1)))
+    answer = make_answer([0.0] * 8, [0.125] * 8, [0, 0, 0, 1, 0, 0, 0, 0])
+    assert find_reach(homes, answer)[0].tolist() == [crosses] * 2 + [True] * 2 + [crosses] * 4
+
+
+def test_the_first_reading_is_the_score_of_the_task():
+    def make():
+        return SampledSource().make(Streams(0, "test", range(2)))
+
+    found = play_readings(make(), make_policy("bayesian", make()), num_steps=4)
+    task = "relative_likelihood"
+    scores = play_task(lambda homes: make_policy("bayesian", homes), make(), 4, task=task)
+    np.testing.assert_allclose(found["home"], scores.home_values)
