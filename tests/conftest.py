@@ -19,7 +19,7 @@ def _refuse_unnamed_skip(report):
     """Let a skip without a reason of its own fail: who reads the summary must know what to do."""
     if report.skipped and not hasattr(report, "wasxfail"):
         reason = str(report.longrepr[2]).removeprefix("Skipped: ").strip()
-        if not reason or reason.startswith(_NO_REASON):
+        if reason in ("", "Skipped") or reason.startswith(_NO_REASON):
             report.outcome = "failed"
             report.longrepr = (
                 f"a skip must have a named reason, got {reason!r}. Say what is missing, and how to "
