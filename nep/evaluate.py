@@ -114,8 +114,8 @@ def evaluate(
         config: what is played; `config.check()` says beforehand whether it can be.
         on_step: called with task and policy after each step; where workers play, as often at the
             end.
-        workers: how many share the homes out, see `play_games`: heuristics score the same for any
-            number of them, networks up to rounding.
+        workers: how many share the homes out, see `play_games`: the scores are the same for any
+            number of them.
         backend: where they work, see `fan_out`.
         threads: CPU threads of a worker; None to leave them as they are.
     """

@@ -148,20 +148,27 @@ def collect(
 
     Raises:
         ValueError: if the folder holds a collection of other settings, or other files, or is in
-            use, or the backend is not there.
+            use while homes are missing, or the backend is not there.
         OSError: if the disk is full; finished homes are kept.
     """
     check_workers(workers, backend)
     config.check_homes()
     _make_folder(out)
+    settings = config.describe()
+    if _is_complete(out, settings):  # others may read it at the same time
+        return
     with lock_folder(out):
-        _collect_missing(config, out, workers, progress, backend)
+        _collect_missing(config, settings, out, workers, progress, backend)
 
 
 def _collect_missing(
-    config: CollectConfig, out: Path, workers: int, progress: bool, backend: str
+    config: CollectConfig,
+    settings: dict[str, Any],
+    out: Path,
+    workers: int,
+    progress: bool,
+    backend: str,
 ) -> None:
-    settings = config.describe()
     shards = _open_folder(out, settings)  # checksums of the finished ones
     missing = [home for home in range(config.num_homes) if get_shard_name(home) not in shards]
     groups = config.homes.list_groups(missing)
@@ -265,14 +272,28 @@ def _make_folder(out: Path) -> None:
         ) from error
 
 
+def _is_complete(out: Path, settings: dict[str, Any]) -> bool:
+    """Tell whether a folder has every home; nothing is written, and no lock is needed.
+
+    Raises:
+        ValueError: as `_load_finished` does.
+    """
+    if not (out / MANIFEST).exists():
+        return False
+    manifest = load_manifest(out)
+    check_manifest(manifest, out)
+    if len(manifest["shards"]) < settings["num_homes"]:
+        return False
+    return len(_load_finished(out, settings)) == settings["num_homes"]
+
+
 def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
     """Prepare a folder that is locked and return the checksum of every finished shard.
 
     A shard that the manifest does not list is collected again: nothing vouches for its bytes.
 
     Raises:
-        ValueError: if the folder holds something else, or if a shard of the manifest is truncated
-            or altered (the file is named).
+        ValueError: if the folder holds something else, or as `_load_finished` does.
     """
     if not (out / MANIFEST).exists():
         strangers = sorted(
@@ -286,6 +307,19 @@ def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
                 f"{out}. Choose another folder."
             )
         save_manifest(out, settings, {})
+    finished = _load_finished(out, settings)
+    for partial in out.glob("*.part"):
+        partial.unlink()
+    return finished
+
+
+def _load_finished(out: Path, settings: dict[str, Any]) -> dict[str, str]:
+    """Check the finished shards of a collection and return the checksum of each.
+
+    Raises:
+        ValueError: if it has other settings, or if a shard of the manifest is truncated or altered
+            (the file is named).
+    """
     manifest = load_manifest(out)
     check_manifest(manifest, out)
     wanted = {name: value for name, value in settings.items() if name != "labels"}
@@ -294,8 +328,6 @@ def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
             f"output folder must hold a collection of the same settings, got {name} = {found} "
             f"instead of {value} in {out}. Choose another folder or delete this one."
         )
-    for partial in out.glob("*.part"):
-        partial.unlink()
     shards: dict[str, str] = manifest["shards"]
     finished = {name: checksum for name, checksum in shards.items() if (out / name).exists()}
     for name, checksum in finished.items():

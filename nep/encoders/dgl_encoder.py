@@ -38,7 +38,8 @@ class DGLEncoder(Encoder):
         Args:
             graph: the heterograph of `SGMBatch`, with its node and edge data; what is written to it
                 is gone afterwards.
-            node: embedded nodes of every node type, (N, D) each.
+            node: embedded nodes of every node type, (N, D) each: float32 while training, float64
+                when it is asked (`nep.players.policy`), as are the columns of the graph.
             edge: embedded edges of every edge type, (E, D) each; empty unless `uses_edges`.
 
         Returns:
@@ -49,13 +50,25 @@ class DGLEncoder(Encoder):
         """Hand the batch to `forward_graph`: (N, D), (E, D) -> (N, D)."""
         heterograph = _move(graph.heterograph, node.device)
         # DGL has no kernels for bfloat16 on a CPU.
+        dtype = torch.float32 if node.dtype.itemsize < 4 else node.dtype
         with heterograph.local_scope(), torch.autocast(node.device.type, enabled=False):
-            nodes = dict(zip(NODE_TYPES, node.float().split(graph.node_counts), strict=True))
+            _convert(heterograph, dtype)
+            nodes = dict(zip(NODE_TYPES, node.to(dtype).split(graph.node_counts), strict=True))
             edges = {}
             if edge is not None:
-                edges = dict(zip(EDGE_TYPES, edge.float().split(graph.edge_counts), strict=True))
+                edges = dict(zip(EDGE_TYPES, edge.to(dtype).split(graph.edge_counts), strict=True))
             encoded = self.forward_graph(heterograph, nodes, edges)
         return torch.cat([encoded.get(ntype, nodes[ntype]) for ntype in NODE_TYPES])
+
+
+def _convert(graph: dgl.DGLGraph, dtype: torch.dtype) -> None:
+    """Convert all floating-point columns of a graph."""
+    views = [graph.nodes[ntype] for ntype in graph.ntypes]
+    views += [graph.edges[etype] for etype in graph.canonical_etypes]
+    for data in (view.data for view in views):
+        for name, column in data.items():
+            if column.is_floating_point() and column.dtype != dtype:
+                data[name] = column.to(dtype)
 
 
 def _move(graph: dgl.DGLGraph | None, device: torch.device) -> dgl.DGLGraph:

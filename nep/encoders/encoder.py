@@ -46,7 +46,8 @@ class Encoder(nn.Module, ABC):
 
         Args:
             graph: the batch.
-            node: (N, D) embedded nodes.
+            node: (N, D) embedded nodes: float32 while training, float64 when it is asked
+                (`nep.players.policy`); new tensors take its type (`node.new_zeros`).
             edge: (E, D) embedded edges, None unless `uses_edges`.
 
         Returns:

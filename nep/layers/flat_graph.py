@@ -149,16 +149,20 @@ class FlatGraph:
             num_snapshots=arrays.num_snapshots,
         )
 
-    def to(self, device: torch.device) -> FlatGraph:
+    def to(self, device: torch.device, dtype: torch.dtype | None = None) -> FlatGraph:
         """Copy the tensors to a device; on the same device it is this graph.
 
         The DGL graph stays where it is: moving it takes a build of DGL for the device, which only
         an encoder that reads it needs.
+
+        Args:
+            device: where to.
+            dtype: of all floating-point tensors; None to keep theirs.
         """
-        if self.label.device == device:
+        if self.label.device == device and dtype in (None, self.temporal.dtype):
             return self
         tensors: dict[str, Any] = {
-            field.name: value.to(device)
+            field.name: value.to(device, dtype if value.is_floating_point() else None)
             for field in fields(self)
             if isinstance(value := getattr(self, field.name), Tensor)
         }

@@ -21,8 +21,9 @@ from nep.layers.flat_graph import FlatGraph
 class NodeEmbedding(nn.Module):
     """Two ReLU layers over [text vector (96), temporal features (4), node type one-hot (5)].
 
-    The text and type parts of the first layer are computed once per pair of type and label and
-    gathered: equal to concatenating the 105 features of every node, without making them.
+    The text and type parts of the first layer are computed once per label, or once per pair of
+    type and label where nodes are many, and gathered: equal to concatenating the 105 features of
+    every node, without making them.
 
     Args:
         units: width of both layers.
@@ -40,10 +41,15 @@ class NodeEmbedding(nn.Module):
         weights = self.first.weight.split([TEXT_DIM, NODE_TEMPORAL_DIM, len(NODE_TYPES)], dim=1)
         text_weight, temporal_weight, type_weight = weights
         text = F.linear(graph.text, text_weight, self.first.bias)  # (L, units)
-        table = (type_weight.t().unsqueeze(1) + text).flatten(0, 1)  # (5 L, units)
-        blocks = enumerate(graph.label.split(graph.node_counts))
-        row = torch.cat([label + ntype * len(text) for ntype, label in blocks])  # (N,)
-        hidden = torch.addmm(table.index_select(0, row), graph.temporal, temporal_weight.t())
+        of_type = type_weight.t().contiguous()  # (5, units)
+        if graph.num_nodes < len(of_type) * len(text):  # of a single home
+            known = graph.repeat_per_node_type(of_type) + text.index_select(0, graph.label)
+        else:
+            table = (of_type.unsqueeze(1) + text).flatten(0, 1)  # (5 L, units)
+            blocks = enumerate(graph.label.split(graph.node_counts))
+            row = torch.cat([label + ntype * len(text) for ntype, label in blocks])  # (N,)
+            known = table.index_select(0, row)
+        hidden = torch.addmm(known, graph.temporal, temporal_weight.t())
         return F.relu(self.second(F.relu(hidden, inplace=True)), inplace=True)
 
 

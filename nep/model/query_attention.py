@@ -14,6 +14,11 @@ from nep.layers.dropout import ByteDropout
 # pairs of query edges that never attend to each other; 48 and 64 took longer in training.
 _ROW_SLOTS = 32
 
+# Query edges that one attends to: all of them, up to here; of more, those that stand out and a
+# sample of the others, so that time and memory grow with the number of places, not its square.
+MOST_KEYS = 1024
+_STAND_OUT = MOST_KEYS // 4
+
 
 @dataclass(frozen=True, slots=True)
 class QueryPadding:
@@ -34,12 +39,15 @@ class QueryPadding:
     bias: Tensor
 
     @classmethod
-    def from_snapshots(cls, query_snapshot: Tensor, num_snapshots: int) -> QueryPadding:
+    def from_snapshots(
+        cls, query_snapshot: Tensor, num_snapshots: int, dtype: torch.dtype = torch.float32
+    ) -> QueryPadding:
         """Give each snapshot a place in a row and each query edge the next slot of it.
 
         Args:
             query_snapshot: (Q,) int64 in 0..B-1, in any order; Q at least 1.
             num_snapshots: B.
+            dtype: of the bias.
         """
         count = torch.bincount(query_snapshot, minlength=num_snapshots)  # (B,)
         counts = count.tolist()
@@ -57,7 +65,7 @@ class QueryPadding:
         owner[slot] = query_snapshot
         owner = owner.view(num_rows, num_slots)
         is_shut = owner.unsqueeze(2) != owner.unsqueeze(1)
-        bias = torch.zeros_like(is_shut, dtype=torch.float32).masked_fill_(is_shut, -torch.inf)
+        bias = torch.zeros_like(is_shut, dtype=dtype).masked_fill_(is_shut, -torch.inf)
         return cls(slot=slot, source=source, bias=bias)
 
 
@@ -82,13 +90,34 @@ def _pack(counts: list[int], num_slots: int) -> tuple[list[int], int]:
     return starts, num_rows
 
 
+def choose_keys(query: Tensor) -> tuple[Tensor, Tensor]:
+    """Choose which of many query edges the others attend to, `MOST_KEYS` of them.
+
+    A quarter are those furthest from the mean, such as places where the object was seen. The others
+    are evenly spread over the rest, and each counts for as many as it stands for.
+
+    Args:
+        query: (Q, D), Q above `MOST_KEYS`.
+
+    Returns:
+        Rows, (MOST_KEYS,) int64, and for how many each counts, (MOST_KEYS,).
+    """
+    distance = (query - query.mean(dim=0)).square().sum(dim=1).float()
+    order = torch.sort(distance, descending=True, stable=True).indices
+    rest = order[_STAND_OUT:].sort().values
+    step = len(rest) / (MOST_KEYS - _STAND_OUT)
+    spread = (torch.arange(MOST_KEYS - _STAND_OUT, device=query.device) * step).long()
+    weight = torch.ones(MOST_KEYS, dtype=query.dtype, device=query.device)
+    weight[_STAND_OUT:] = step
+    return torch.cat([order[:_STAND_OUT], rest[spread]]), weight
+
+
 class QueryAttentionLayer(nn.Module):
     """One transformer encoder layer (post-norm, ReLU), equal to `torch.nn.TransformerEncoderLayer`.
 
     Only the attention itself works on the padded table. The projections and the feed-forward
     network, where nearly all the arithmetic is, run on the Q rows that exist. A single snapshot has
-    no table: PyTorch's own attention never writes its Q x Q pairs down, of which an object that may
-    be anywhere in a home of 5,000 furniture nodes has 25 million.
+    no table, and attends to at most `MOST_KEYS` of its query edges, see `choose_keys`.
 
     Args:
         units: width D.
@@ -128,8 +157,13 @@ class QueryAttentionLayer(nn.Module):
     def _attend_to_all(self, query: Tensor) -> Tensor:
         parts = self.project_in(query).view(1, len(query), 3, self.heads, -1)
         q, k, v = parts.permute(2, 0, 3, 1, 4)  # (1, K, Q, head_units) each
+        bias = None
+        if len(query) > MOST_KEYS:
+            rows, weight = choose_keys(query)
+            k, v = k.index_select(2, rows), v.index_select(2, rows)
+            bias = weight.to(q.dtype).log().expand(len(query), -1)
         dropout = self.dropout.threshold / 256 if self.training else 0.0
-        attended = functional.scaled_dot_product_attention(q, k, v, dropout_p=dropout)
+        attended = functional.scaled_dot_product_attention(q, k, v, bias, dropout_p=dropout)
         return self.project_out(attended.transpose(1, 2).reshape(len(query), -1))
 
     def _attend(self, query: Tensor, padding: QueryPadding) -> Tensor:
@@ -181,7 +215,25 @@ class QueryAttention(nn.Module):
             return query
         padding = None
         if num_snapshots > 1:
-            padding = QueryPadding.from_snapshots(query_snapshot, num_snapshots)
+            is_wide = torch.bincount(query_snapshot, minlength=num_snapshots) > MOST_KEYS
+            if is_wide.any():
+                return self._attend_apart(query, query_snapshot, is_wide)
+            padding = QueryPadding.from_snapshots(query_snapshot, num_snapshots, query.dtype)
         for layer in self.layers:
             query = layer(query, padding)
         return query
+
+    def _attend_apart(self, query: Tensor, query_snapshot: Tensor, is_wide: Tensor) -> Tensor:
+        """Give no row of a table to wide snapshots: its pairs would be those of all others, too.
+
+        Args:
+            query: (Q, D).
+            query_snapshot: (Q,).
+            is_wide: which snapshots have more than `MOST_KEYS` query edges, bool (B,).
+        """
+        numbers = is_wide.nonzero().squeeze(1).tolist()
+        parts = [(query_snapshot == number).nonzero().squeeze(1) for number in numbers]
+        found = [self(query[rows], torch.zeros_like(rows), 1) for rows in parts]
+        rest = (~is_wide[query_snapshot]).nonzero().squeeze(1)
+        found.append(self(query[rest], query_snapshot[rest], len(is_wide)))
+        return torch.cat(found)[torch.cat([*parts, rest]).argsort()]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize
 
 from nep.players.searches import Decisions
 from simulator.policies.probabilities import compute_probabilities
@@ -22,16 +22,19 @@ _FORMER = ("absent_logit", "elsewhere_logit", "elsewhere_slope")
 
 _MISS_RATE = Detector().miss_rate  # of the homes that are searched
 _SPREAD = 0.1  # of ln(temperature): trained by likelihood, heat has -0.01
+_SLOPE_SPREAD = 0.5  # of best_slope
 
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
     """What turns logits of places into probabilities that mean what they say.
 
-    Before any look of a time step:
+    Before any look of a time step, with p = softmax(logit / temperature):
 
-        elsewhere = elsewhere_share
-        places    = (1 - elsewhere) * softmax(logit / temperature)
+        odds(elsewhere) = odds(elsewhere_share) * (exp(best_mean) / max(p)) ** best_slope
+        places          = (1 - elsewhere) * p
+
+    so that what the network has no good place for is more likely to be at none.
 
     Each look of the step that does not show the object multiplies its place by the miss rate of
     the detector, and all is normalised: Bayes' rule, as in `simulator.robot.belief`.
@@ -40,12 +43,17 @@ class Calibration:
         temperature: above 1 where the network is too sure of itself.
         elsewhere_share: share of the searches it was fitted to whose object was at no known place;
             0 where nothing was fitted.
+        best_slope: how much "elsewhere" depends on the probability of the best place; 0: not.
+        best_mean: a mean of ln max(p) in first looks of the searches it was fitted to: with it,
+            the odds are on average those of the share.
 
     Source: Guo et al. 2017 (temperature).
     """
 
     temperature: float = 1.0
     elsewhere_share: float = 0.0
+    best_slope: float = 0.0
+    best_mean: float = 0.0
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Calibration:
@@ -68,8 +76,11 @@ class Calibration:
             scores: logits before any look, -inf where there is no candidate edge, (Q, F).
             is_absent: places where a look of this step did not show it, bool (Q, F); None for none.
         """
-        elsewhere = np.where(np.isfinite(scores).any(axis=1), self.elsewhere_share, 1.0)
         places = compute_probabilities(scores / self.temperature, "logits")
+        is_known = np.isfinite(scores).any(axis=1)
+        best = np.log(np.where(is_known, places.max(axis=1), 1.0))
+        weight = self.elsewhere_share * np.exp(self.best_slope * (self.best_mean - best))
+        elsewhere = np.where(is_known, weight / (weight + 1 - self.elsewhere_share), 1.0)
         places = places * (1 - elsewhere[:, None])
         if is_absent is not None:
             places = places * np.where(is_absent, _MISS_RATE, 1.0)
@@ -90,23 +101,32 @@ class Calibration:
 
 
 def fit_calibration(decisions: Decisions) -> Calibration:
-    """Fit the temperature by the mean negative log likelihood; the share is counted.
+    """Fit temperature and slope by the mean negative log likelihood; the share is counted.
 
-    A normal prior holds ln(temperature) near 0, with a standard deviation of `_SPREAD`: a week in
-    one home must not make a network much surer, or less sure, than its training did.
+    Normal priors hold ln(temperature) and the slope near 0, with standard deviations of `_SPREAD`
+    and `_SLOPE_SPREAD`: a week in one home must not make a network much surer, or less sure, than
+    its training did.
 
     Args:
         decisions: in validation homes, some of them for objects that are elsewhere.
     """
-    share = decisions.elsewhere_share
+    share, first = decisions.elsewhere_share, decisions.scores[decisions.num_looks == 0]
+    first = first[np.isfinite(first).any(axis=1)]
 
-    def loss(log_temperature: float) -> float:
-        calibration = Calibration(float(np.exp(log_temperature)), share)
-        prior = 0.5 * (log_temperature / _SPREAD) ** 2 / max(len(decisions.scores), 1)
-        return measure_calibration(decisions, calibration)["nll"] + prior
+    def make(values: np.ndarray) -> Calibration:
+        temperature, slope = float(np.exp(values[0])), float(values[1])
+        best = compute_probabilities(first / temperature, "logits").max(axis=1)
+        # the mean of what the odds are multiplied by is one, so that the share stays what it is
+        mean = -np.log(np.mean(best**-slope)) / slope if slope else np.log(best).mean()
+        return Calibration(temperature, share, slope, float(mean))
 
-    found = minimize_scalar(loss, bounds=(-3.0, 3.0), method="bounded")
-    return Calibration(float(np.exp(found.x)), share)
+    def loss(values: np.ndarray) -> float:
+        prior = 0.5 * ((values[0] / _SPREAD) ** 2 + (values[1] / _SLOPE_SPREAD) ** 2)
+        return measure_calibration(decisions, make(values))["nll"] + prior / max(
+            len(decisions.scores), 1
+        )
+
+    return make(minimize(loss, np.zeros(2), method="Nelder-Mead").x)
 
 
 def measure_calibration(decisions: Decisions, calibration: Calibration | None) -> dict[str, float]:

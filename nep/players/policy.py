@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import torch
 from datamodules.graph import GraphBuilder
 from nep.layers.flat_graph import FlatGraph
 from nep.model.module import NEPModule
+from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.checkpoints import load_trained
 from simulator.evidence.features import compute_features
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
@@ -18,11 +20,16 @@ from simulator.policies.home_filter import HomeFilter
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.world.homes import Homes
 
+_DECIMALS = 6  # of a logit; what float64 rounds differently is nine orders of magnitude below
+
 
 class NEPPolicy(Policy):
     """Scores all queries of all homes in one forward pass.
 
-    A furniture node's score is the highest logit of its query edges.
+    A furniture node's score is the highest logit of its query edges. A home's scores do not depend
+    on the homes beside it, nor on threads: products of float32 differ in the last bit with the
+    number of rows and who shares a vector register, enough to break a tie. So a copy of the network
+    computes in float64, and its logits are rounded to six decimals.
     """
 
     score_kind = "logits"
@@ -40,6 +47,7 @@ class NEPPolicy(Policy):
         self._module = module
         self._builder = builder
         self._believer = believer
+        self._predictor: NodeEdgePredictor | None = None
 
     @property
     def reads_clock(self) -> bool:
@@ -52,7 +60,8 @@ class NEPPolicy(Policy):
         return NEPPolicy(self._module, self._builder, believer)
 
     def reset(self, memory: MemoryBatch) -> None:
-        """Forget earlier homes, and ask for what the features are computed from."""
+        """Forget earlier homes, ask for what features are computed from, take today's weights."""
+        self._predictor = None
         if self._builder.config.evidence:
             memory.count_history()
         if self._believer is not None:
@@ -85,9 +94,7 @@ class NEPPolicy(Policy):
     @torch.inference_mode()
     def score_places(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return logits of every place, (Q, F, 2), the last axis "in", "onTop"; -inf for none."""
-        was_training = self._module.training
-        if was_training:  # walks through all layers, a tenth of a decision
-            self._module.eval()
+        predictor = self._take_predictor()
         extras = {}
         if self._believer is not None:
             extras["belief"] = self._believer.follow(memory, queries).stack()
@@ -98,14 +105,22 @@ class NEPPolicy(Policy):
             question_extras["evidence"] = evidence.question
         snapshots = take_snapshots(memory, queries, None, extras, question_extras)
         arrays = self._builder.build_arrays(snapshots)
-        if self._module.predictor.encoder.reads_heterograph:
+        if predictor.encoder.reads_heterograph:
             graph = FlatGraph.from_batch(arrays.make_batch())
         else:  # a DGL graph of a single home takes longer to make than to read
             graph = FlatGraph.from_arrays(arrays)
-        graph = graph.to(self._module.device)
-        logits = self._module.predictor.score(graph).cpu().numpy()
-        if was_training:
-            self._module.train()
+        graph = graph.to(next(predictor.parameters()).device, torch.float64)
+        logits = predictor.score(graph).cpu().numpy().round(_DECIMALS)
         scores = np.full((len(queries.home), memory.num_furniture, 2), -np.inf)
         scores[arrays.query_snapshot, arrays.query_furniture, arrays.query_relation] = logits
         return scores
+
+    def _take_predictor(self) -> NodeEdgePredictor:
+        """Return the network in float64, as it was at the last reset or first question."""
+        if self._predictor is None:
+            device = self._module.device
+            if device.type == "mps":  # knows no float64
+                device = torch.device("cpu")
+            copy = deepcopy(self._module.predictor).requires_grad_(False)
+            self._predictor = copy.to(device, torch.float64).eval()
+        return self._predictor

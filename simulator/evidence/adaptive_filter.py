@@ -56,9 +56,8 @@ class Rates:
     def estimate(cls, memory: MemoryBatch, queries: Queries) -> Rates:
         """Estimate the rates; each is the mean of a posterior that starts with a weak prior."""
         history, objects = memory.history, memory.objects
-        hours = compute_hours_per_step(memory, queries.home)
-        followed = history.counters["time_followed"][queries.home] * hours
-        home = (history.counters["num_moved"][queries.home] + 0.5) / (followed + 15)
+        of_homes = compute_hours_per_step(memory, np.arange(memory.num_homes))
+        hours, home = of_homes[queries.home], history.compute_move_rate(of_homes)[queries.home]
         row = queries.object
         known = objects["last_observed"][row] - objects["first_observed"][row]
         own = (objects["num_moved"][row] + 1.5) / (known * hours + 1.5 / home)

@@ -93,9 +93,13 @@ class HomeHistory:
         missed, refound = self.counters["num_missed"], self.counters["num_refound"]
         return (missed + 2) / (missed + refound + 10)
 
-    def compute_move_rate(self) -> np.ndarray:
-        """Return how often an object is found moved, per time step, (H,)."""
-        return (self.counters["num_moved"] + 0.5) / (self.counters["time_followed"] + 15)
+    def compute_move_rate(self, hours: np.ndarray | float = 1.0) -> np.ndarray:
+        """Return how often an object is found moved, (H,).
+
+        Args:
+            hours: of a time step, (H,), for a rate per hour; 1 for a rate per time step.
+        """
+        return (self.counters["num_moved"] + 0.5) / (self.counters["time_followed"] * hours + 15)
 
     def note_questions(self, queries: Queries) -> None:
         """Count questions."""

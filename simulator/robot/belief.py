@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.memory.asking import Looks
+from simulator.world.config import HomeConfig
 
+_PAPER = HomeConfig()
 SEEN_NOW = 0.97  # a thing seen in this very step is there; detectors err, people walk by
 
 
@@ -15,14 +17,17 @@ SEEN_NOW = 0.97  # a thing seen in this very step is there; detectors err, peopl
 class Detector:
     """What is known of the robot's eyes, and of how fast the home changes.
 
+    A robot's own, told by its user; what simulated homes have, filters are told and memories count
+    is in docs/design.md, agreement "Rates".
+
     Attributes:
         miss_rate: probability that a look at a place does not show what is there.
         leave_rate: share of the things that leave their place in a time step; a look in vain of
             long ago says little.
     """
 
-    miss_rate: float = 0.25
-    leave_rate: float = 0.05
+    miss_rate: float = _PAPER.detection_error
+    leave_rate: float = _PAPER.move_share
 
     def __post_init__(self) -> None:
         """Check both.

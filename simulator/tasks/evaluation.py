@@ -61,7 +61,7 @@ def play_games(
     """Play games in the same homes, that may be shared out to workers.
 
     The scores are equal for any number of workers if the policy answers every home alone, as all
-    but networks do: those sum in an order that depends on the batch, and differ by rounding.
+    that come with the package do.
 
     Args:
         games: who plays what: a function that gets homes and returns the policy, and the name of

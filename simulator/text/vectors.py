@@ -73,9 +73,12 @@ class TextVectors:
         return np.stack([self._vector_of[label] for label in labels])
 
     def cosines(self, labels: Sequence[str]) -> FloatArray:
-        """Give the cosine of every pair of labels, float32 (L, L), within [-1, 1]."""
-        unit = self.vectors(labels) / np.float32(self.RMS * self.WIDTH**0.5)  # (L, 96)
-        return np.clip(unit @ unit.T, -1.0, 1.0)
+        """Give the cosine of every pair of labels, float32 (L, L), within [-1, 1].
+
+        Computed in float64, so that a cosine does not depend on the labels beside it.
+        """
+        unit = self.vectors(labels).astype(float) / (self.RMS * self.WIDTH**0.5)  # (L, 96)
+        return np.clip(unit @ unit.T, -1.0, 1.0).astype(np.float32)
 
     def _compute_vectors(self, labels: Sequence[str]) -> Iterator[FloatArray]:
         texts = [" ".join(label.lower().replace("_", " ").split()) for label in labels]

@@ -71,7 +71,6 @@ def use_plan(folder: Path) -> None:
 def _write(
     write: Callable[[Path], None], folder: Path, how: str, bound: float, temporary: str | None
 ) -> int:
-    signal.alarm(0)
     tempfile.tempdir = temporary
     if how == "full":
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

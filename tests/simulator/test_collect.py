@@ -287,10 +287,10 @@ def test_more_homes_than_there_are_names_for_are_refused():
 
 
 def test_a_folder_in_use_is_refused_and_left_alone(tmp_path):
-    config = CollectConfig(num_homes=1, steps=2)
+    config = CollectConfig(num_homes=2, steps=2)
     out = tmp_path / "data"
     collect(config, out, progress=False)
-    (out / "home_000001.safetensors.77.part").write_bytes(b"what the first one writes")
+    (out / "home_000001.safetensors").rename(out / "home_000001.safetensors.77.part")
     with lock_folder(out):
         with pytest.raises(
             ValueError, match=r"one command at a time, got another .* at work in .*"
@@ -299,8 +299,22 @@ def test_a_folder_in_use_is_refused_and_left_alone(tmp_path):
         assert (out / "home_000001.safetensors.77.part").exists()
     collect(config, out, progress=False)
     assert sorted(path.name for path in out.iterdir()) == [
-        "home_000000.safetensors", "manifest.json",
+        "home_000000.safetensors", "home_000001.safetensors", "manifest.json",
     ]  # fmt: skip
+
+
+def test_a_complete_collection_may_be_read_by_several_at_once(tmp_path):
+    config = CollectConfig(num_homes=2, steps=2)
+    collect(config, tmp_path, progress=False)
+    before = {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
+    with lock_folder(tmp_path):
+        collect(config, tmp_path, progress=False)
+        assert (tmp_path / ".lock").exists()
+    assert {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()} == before
+    shard = tmp_path / "home_000001.safetensors"
+    shard.write_bytes(shard.read_bytes()[:-1])  # it is checked all the same
+    with lock_folder(tmp_path), pytest.raises(ValueError, match=r"home_000001\.safetensors"):
+        collect(config, tmp_path, progress=False)
 
 
 def test_a_lock_that_a_killed_process_left_locks_nobody_out(tmp_path):

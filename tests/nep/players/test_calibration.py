@@ -28,11 +28,36 @@ def test_known_parameters_are_found_again():
     found = fit_calibration(sample_searches(truth, 40_000, seed=0))
     assert found.temperature == pytest.approx(1.7, abs=0.1)
     assert found.elsewhere_share == 0.1
+    assert found.best_slope == pytest.approx(0, abs=0.15)  # three standard errors
     unseen = sample_searches(truth, 20_000, seed=1)
     before, after = measure_calibration(unseen, Calibration()), measure_calibration(unseen, found)
     assert after["nll"] < before["nll"]
     assert before["ece"] > 0.1  # overconfident, and never elsewhere
     assert after["ece"] < 0.02
+    assert after["ece_elsewhere"] < 0.02
+
+
+def test_elsewhere_is_likelier_without_a_good_place():
+    # Logits ln 3 and 0: best 3/4; three of 0: best 1/3. With a share of 1/5, odds 1/4, slope 1 and
+    # a mean of ln(1/2): odds 1/4 * 2/3 = 1/6, elsewhere 1/7; and 1/4 * 3/2 = 3/8, elsewhere 3/11.
+    calibration = Calibration(elsewhere_share=0.2, best_slope=1.0, best_mean=np.log(0.5))
+    scores = np.array([[np.log(3), 0, -np.inf], [0, 0, 0], [-np.inf] * 3])
+    probability = calibration.compute_probabilities(scores)
+    np.testing.assert_allclose(probability[:, -1], [1 / 7, 3 / 11, 1])
+    np.testing.assert_allclose(probability[0, :3], [6 / 7 * 3 / 4, 6 / 7 / 4, 0])
+    assert Calibration(best_slope=3.0).compute_probabilities(scores)[0, -1] == 0  # nothing fitted
+
+
+def test_a_known_slope_is_found_again():
+    best = 0.7  # about the mean of max(p) of these scores
+    truth = Calibration(elsewhere_share=0.1, best_slope=0.8, best_mean=np.log(best))
+    found = fit_calibration(sample_searches(truth, 40_000, seed=2))
+    assert found.best_slope == pytest.approx(0.8, abs=0.1)
+    # it helps in searches that it was not fitted to
+    unseen = sample_searches(truth, 20_000, seed=3)
+    flat = Calibration(found.temperature, found.elsewhere_share)
+    after, before = measure_calibration(unseen, found), measure_calibration(unseen, flat)
+    assert after["nll"] < before["nll"]
     assert after["ece_elsewhere"] < 0.02
 
 
