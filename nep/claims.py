@@ -72,7 +72,7 @@ def _make_plan(arguments: Sequence[str] | None) -> tuple[ClaimsPlan, Path, int, 
         steps=options.steps,
         num_seeds=options.seeds,
         switch_seed=min(1, options.seeds - 1),
-        fit_options=() if options.epochs is None else (f"--trainer.max_epochs={options.epochs}",),
+        epochs=options.epochs,
         table_1=options.table_1,
     )
     return plan, options.out, options.jobs, options.train

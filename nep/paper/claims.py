@@ -58,7 +58,7 @@ class ClaimsPlan:
         num_homes, steps: test homes, and steps in each.
         num_seeds: trainings of every network, of seeds 0, 1, ...
         switch_seed: that of the trainings with a change.
-        fit_options: further options of every training.
+        epochs: of every training; what its config says if None.
         table_1: `table_1.json`, whose networks are the trainings of seed 0 in homes of 32 places;
             None to train them here.
     """
@@ -69,7 +69,7 @@ class ClaimsPlan:
     steps: int = 100
     num_seeds: int = 3
     switch_seed: int = 1
-    fit_options: tuple[str, ...] = ()
+    epochs: int | None = None
     table_1: Path | None = None
 
     def make_training(self, source: str, nodes: str, configs: Sequence[str], seed: int) -> Training:
@@ -77,7 +77,8 @@ class ClaimsPlan:
         files = tuple(f"{name}.yaml" for name in configs)
         contestant = Contestant(LOCATION[nodes], "-".join(configs), "", files)
         runs = self.runs / source / f"seed_{seed}"
-        return Training(contestant, seed, self.fit_options, runs, self.data, source)
+        options = () if self.epochs is None else (f"--trainer.max_epochs={self.epochs}",)
+        return Training(contestant, seed, options, runs, self.data, source)
 
     def list_trainings(self) -> list[Training]:
         """Return all trainings, the most important ones first."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import Any
@@ -29,7 +30,6 @@ from nep.report.statistics import compute_gap_closed
 from nep.report.tables import compute_difference, format_difference, join_table
 from simulator.policies import POLICIES
 
-_COMMAND = "python -m nep.claims"
 # Rows of the paper's likelihood column that no reading comes near.
 _UNEXPLAINED = ("myopic", "oracle")
 
@@ -43,6 +43,22 @@ class ClaimsReport:
         self._missing: list[str] = []
         self._content: dict[str, Any] = {}
         self._table_1 = {setting: plan.load_table_1(setting) for setting in SETTINGS}
+
+    @property
+    def _command(self) -> str:
+        """The command line; folders change nothing in what it writes."""
+        plan, usual = self._plan, ClaimsPlan(self._plan.runs, self._plan.data)
+        options = ["python", "-m", "nep.claims"]
+        for name, own, default in (
+            ("seeds", plan.num_seeds, usual.num_seeds),
+            ("num_homes", plan.num_homes, usual.num_homes),
+            ("steps", plan.steps, usual.steps),
+            ("epochs", plan.epochs, usual.epochs),
+        ):
+            options += [f"--{name}", str(own)] if own != default else []
+        if plan.table_1 is not None:
+            options += ["--table_1", f"results/{plan.table_1.name}"]
+        return shlex.join(options)
 
     def make_files(self) -> dict[str, bytes]:
         """Return the files by name."""
@@ -60,10 +76,14 @@ class ClaimsReport:
             self._make_readings(),
             self._make_rooms(),
             "## Not run\n",
-            "".join(f"- {line}\n" for line in self._missing) or "Nothing is missing.\n",
+            "".join(f"- {line}\n" for line in dict.fromkeys(self._missing))
+            or "Nothing that the command runs is missing.\n",
+            "Not part of the command: networks with equal numbers of parameters, other learning "
+            "rates, 1,600 training homes, two convolutions, edges between furniture of one label, "
+            "`en_core_web_sm`.\n",
             self._make_footer(),
         ]
-        content = {"command": _COMMAND, "versions": list_versions(), **self._content}
+        content = {"command": self._command, "versions": list_versions(), **self._content}
         return {
             "claims.md": "\n".join(parts).encode(),
             "claims.json": (json.dumps(content, indent=1) + "\n").encode(),
@@ -338,7 +358,7 @@ class ClaimsReport:
                 "played in the same test homes (checked by `bayesian`, home by home)."
             )
         versions = ", ".join(f"{name} {number}" for name, number in list_versions().items())
-        return "\n".join(["", *notes, "", f"```\n{_COMMAND}\n```\n\n{versions}.\n"])
+        return "\n".join(["", *notes, "", f"```\n{self._command}\n```\n\n{versions}.\n"])
 
 
 def _compare(

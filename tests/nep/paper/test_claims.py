@@ -62,6 +62,12 @@ def test_table_1_stands_for_seed_0(plan, tmp_path):
         known.load_table_1(LOCATION["on"])
 
 
+def test_the_page_says_how_to_make_it_again(plan):
+    text = ClaimsReport(plan).make_files()["claims.md"].decode()
+    assert "python -m nep.claims --num_homes 2 --steps 2\n" in text
+    assert text.count("- heat, 32 places, dynamic nodes on, seed 1\n") == 1
+
+
 def test_without_training_only_policies_play(plan):
     collections, trainings, games = plan_claims(plan, trains=False)
     assert not collections
