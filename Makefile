@@ -12,6 +12,7 @@
 VENV := .venv
 PY := $(VENV)/bin/python
 STAMP := $(VENV)/.installed
+EXTRAS := $(VENV)/.extras
 ARGS ?=
 
 .DEFAULT_GOAL := help
@@ -39,10 +40,10 @@ reproduce: $(STAMP)
 # their own order: by number of tests, the longest tests, which are alone in their files, would be last.
 PYTEST := $(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
-test: $(STAMP)
+test: $(EXTRAS)
 	$(PYTEST) $(ARGS)
 
-quick: $(STAMP)
+quick: $(EXTRAS)
 	$(PYTEST) -m "not slow" $(ARGS)
 
 check: $(STAMP)
@@ -50,10 +51,10 @@ check: $(STAMP)
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy
 
-bench: $(STAMP)
+bench: $(EXTRAS)
 	$(PY) benchmarks $(ARGS)
 
-fuzz: $(STAMP)
+fuzz: $(EXTRAS)
 	$(PY) tests/fuzz $(ARGS)
 
 docs: $(STAMP)
@@ -90,4 +91,11 @@ $(STAMP): setup.cfg pyproject.toml constraints.txt
 	@echo "Installing the packages of constraints.txt into $(VENV): a few minutes the first time"
 	@$(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
 	  --editable '.[dev,igridson,priors,view]'
+	@touch $@
+
+# What tests and benchmarks use besides: every extra that has wheels.
+$(EXTRAS): $(STAMP)
+	@echo "Installing all extras for the tests: Ray, Stable-Baselines3, spark_dsg, ..."
+	@$(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
+	  --editable '.[dev,all]'
 	@touch $@

@@ -14,6 +14,7 @@ from nep.kinds.kinds import choose_kinds, list_benchmark
 from nep.kinds.play import play_all
 from nep.kinds.table import make_accuracy_table, make_table
 from nep.players.contestants import Checkpoint
+from nep.players.left_out import LeftOut
 from nep.report.figures import draw_by_hour
 from simulator.checks import check_at_least
 from simulator.command_line import make_parser, one_line_errors, parse
@@ -32,6 +33,7 @@ memory. *Right if away*: among questions about things that are not where this ag
 time so far, the same questions for all. NLL, calibration error and looks: less is better. `oracle`
 knows how often each thing is put at each place, the future included.
 [docs/traces.md](../docs/traces.md#the-benchmark-of-recorded-homes) says more."""
+_ABOUT_LEFT_OUT = " {names}: networks that were each trained in the other recorded homes."
 
 
 def _make_parser() -> ArgumentParser:
@@ -56,6 +58,13 @@ def _make_parser() -> ArgumentParser:
         help="[NAME=]SOURCE of networks; may be given several times",
     )
     parser.add_argument(
+        "--left_out",
+        type=tuple[str, ...],
+        default=(),
+        help="NAME=SOURCE of networks that were each trained without one home, {home} in SOURCE: "
+        "every home is played by that which has not seen it",
+    )
+    parser.add_argument(
         "--kinds", type=tuple[str, ...] | None, help="names of kinds; all if left out"
     )
     parser.add_argument("--steps", type=int, default=200, help="of an episode")
@@ -77,12 +86,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
         kinds = list_benchmark(options.trace, options.steps, options.step_seconds, options.replays)
         kinds = choose_kinds(kinds, options.kinds)
-        scores = play_all(kinds, checkpoints, options.out.with_suffix(".json"))
+        left_out = [LeftOut.parse(text) for text in options.left_out]
+        for point in left_out:
+            for folder in find_traces(options.trace):
+                point.find(folder.name).load()  # what is missing is missed now
+        others = {point.name: point.make for point in left_out}
+        scores = play_all(kinds, checkpoints, options.out.with_suffix(".json"), others)
     about = _ABOUT.format(
         command=make_command(parser, options, checkpoints),
         replays=options.replays, others=max(options.replays // 2, 1),
         num_homes=len(find_traces(options.trace)),
     )  # fmt: skip
+    if left_out:
+        about += _ABOUT_LEFT_OUT.format(names=", ".join(f"`{point.name}`" for point in left_out))
     parts = ["# Recorded homes", about]
     parts.append(f"## First guesses right\n\n{make_accuracy_table(scores)}")
     hours = {

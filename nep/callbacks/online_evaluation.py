@@ -9,18 +9,25 @@ from pathlib import Path
 
 import lightning.pytorch as pl
 import numpy as np
-from lightning.pytorch.loggers import TensorBoardLogger
 from rich.console import Console
 
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.model.module import NEPModule
 from nep.players.contestants import MakePolicy
 from nep.players.policy import NEPPolicy
+from nep.report.boards import list_boards, log_figures, log_final, log_table
 from nep.report.figures import draw_calibration, draw_over_steps
 from nep.report.results import ScoreSummary
 from nep.report.searches import draw_searches, play_searches
 from nep.report.statistics import compute_gap_closed
-from nep.report.tables import Row, compute_rows, format_number, make_markdown, make_rich_table
+from nep.report.tables import (
+    Row,
+    compute_rows,
+    format_number,
+    format_table,
+    make_markdown,
+    make_rich_table,
+)
 from simulator.checks import check_at_least
 from simulator.files import write_whole
 from simulator.policies import POLICIES, check_policies, find_policy, make_policy
@@ -42,7 +49,8 @@ class OnlineEvaluation(pl.Callback):
     candidate recall and the share of the gap between Bayesian and each oracle that is closed,
     draws the score over steps, how well the probabilities are calibrated and three searches, and
     ends with a table, which is also written beside the checkpoints (`online_evaluation.md`,
-    `.json`). TensorBoard shows the table, too, and the settings with the final score (HParams).
+    `.json`). TensorBoard and Weights & Biases show the figures and the table, and the settings with
+    the final score.
 
     Source: paper sections 5.2 and 6.1.
     """
@@ -163,7 +171,7 @@ class OnlineEvaluation(pl.Callback):
             title=f"{self.task.title} on unseen homes",
             metric=STEP_METRICS[self.task.metric].title,
         )
-        boards = [own for own in trainer.loggers if isinstance(own, TensorBoardLogger)]
+        boards = list_boards(trainer)
         if boards:  # pictures take seconds
             title = f"{self.name} on unseen homes"
             config = _get_datamodule(trainer).val_config
@@ -175,9 +183,7 @@ class OnlineEvaluation(pl.Callback):
                 ),
                 "online/searches": draw_searches(searches),
             }
-            for board in boards:
-                for tag, drawn in figures.items():
-                    board.experiment.add_figure(tag, drawn, global_step=trainer.global_step)
+            log_figures(boards, figures, trainer.global_step)
         pl_module.log_dict(self._score_kinds(trainer, scores), rank_zero_only=True)
 
     def _score_kinds(self, trainer: pl.Trainer, scores: ScoreSummary) -> dict[str, float]:
@@ -196,18 +202,16 @@ class OnlineEvaluation(pl.Callback):
         }
 
     def _log_end(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
-        """Write the table as text, and the settings with what came of them."""
+        """Show the table, and the settings with what came of them."""
         final = self.scores[self.name]
         metrics = {
             f"final/{self._metric}": float(final.home_values.mean()),
             "final/candidate_recall": final.metrics["candidate_recall"],
         }
-        for board in trainer.loggers:
-            if isinstance(board, TensorBoardLogger):
-                board.experiment.add_text(
-                    "online/table", self._make_markdown(), global_step=trainer.global_step
-                )
-                board.log_hyperparams(dict(pl_module.hparams), metrics, step=trainer.global_step)
+        boards, step = list_boards(trainer), trainer.global_step
+        header, cells = format_table(self.task, self._compute_rows())
+        log_table(boards, "online/table", header, cells, self._make_markdown(), step)
+        log_final(boards, pl_module.hparams, metrics, step)
 
     @property
     def _metric(self) -> str:

@@ -25,5 +25,7 @@ def make_command(
             value = ["DIR"]
         elif name == "checkpoint":
             value = [point.name for point in checkpoints]
+        elif name == "left_out":
+            value = [f"{text.partition('=')[0]}=DIR" for text in value]
         listed += [f"--{name}", *(map(str, value) if isinstance(value, list | tuple) else [value])]
     return shlex.join(map(str, listed))

@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -56,13 +57,19 @@ def play_kind(kind: Kind, make: MakePolicy) -> dict[str, list[float]]:
     return columns
 
 
-def play_all(kinds: Mapping[str, Kind], checkpoints: Sequence[Checkpoint], path: Path) -> Scores:
+def play_all(
+    kinds: Mapping[str, Kind],
+    checkpoints: Sequence[Checkpoint],
+    path: Path,
+    others: Mapping[str, MakePolicy] = MappingProxyType({}),
+) -> Scores:
     """Let everybody play what is not in a file yet, and say who is done.
 
     Args:
         kinds: by name.
         checkpoints: networks, beside all policies that can play in a kind.
         path: JSON file of scores, written after every player.
+        others: what makes further players, by name.
 
     Returns:
         The scores of these kinds, whatever else is in the file.
@@ -70,7 +77,7 @@ def play_all(kinds: Mapping[str, Kind], checkpoints: Sequence[Checkpoint], path:
     path.parent.mkdir(parents=True, exist_ok=True)
     scores: Scores = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     for name, kind in kinds.items():
-        for player, make in list_players(kind, checkpoints).items():
+        for player, make in {**list_players(kind, checkpoints), **others}.items():
             if player not in scores.setdefault(name, {}):
                 scores[name][player] = play_kind(kind, make)
                 write_whole(path, f"{json.dumps(scores, indent=1)}\n".encode())

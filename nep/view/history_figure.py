@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from nep.view.texts import escape_label as escape
-from simulator.drawing.belief import BELIEF, TRUE_PLACE
+from simulator.drawing.colours import BELIEF, MISSING, SEEN, TRUE_PLACE
 from simulator.drawing.history import History
-from simulator.drawing.home import MISSING, SEEN, mix
+from simulator.drawing.home import mix
 
 
 def make_history(history: History, now: float) -> dict[str, Any]:

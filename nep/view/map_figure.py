@@ -10,16 +10,10 @@ import numpy as np
 from matplotlib.colors import to_rgb
 
 from nep.view.texts import escape_label as escape
-from simulator.drawing.belief import (
-    BELIEF,
-    ROUTE,
-    SMALLEST_SHOWN,
-    TRUE_PLACE,
-    compute_shade,
-    list_probabilities,
-)
+from simulator.drawing.belief import SMALLEST_SHOWN, list_probabilities
+from simulator.drawing.colours import BELIEF, MISSING, ROUTE, TRUE_PLACE, compute_shade
 from simulator.drawing.floor_plan import FloorPlan
-from simulator.drawing.home import MISSING, get_room_colour, mix
+from simulator.drawing.home import get_room_colour, mix
 from simulator.memory.memory_batch import NEVER
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.robot.ranking import Ranking

@@ -4,5 +4,6 @@ from simulator.drawing.belief import draw_belief
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.drawing.history import History, draw_history
 from simulator.drawing.home import draw_home
+from simulator.drawing.pixels import draw_pixels
 
-__all__ = ["FloorPlan", "History", "draw_belief", "draw_history", "draw_home"]
+__all__ = ["FloorPlan", "History", "draw_belief", "draw_history", "draw_home", "draw_pixels"]

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
+from simulator.drawing.colours import BELIEF, ROUTE, TRUE_PLACE, compute_shade
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.drawing.home import draw_plan, mix
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.robot.ranking import Ranking
 
-BELIEF, TRUE_PLACE, ROUTE = "#f07820", "#d6166c", "#2060c8"
 SMALLEST_SHOWN = 0.005  # probability that is written down
 
 
@@ -76,9 +76,3 @@ def list_probabilities(plan: FloorPlan, ranking: Ranking) -> np.ndarray:
     """Return the probability of each furniture node of a plan, (F,)."""
     found = {place.furniture: place.probability for place in ranking}
     return np.array([found.get(number, 0.0) for number in plan.furniture_ids], dtype=float)
-
-
-def compute_shade(probability: np.ndarray) -> np.ndarray:
-    """Return how strongly probabilities are coloured, (n,); small ones show, too."""
-    shade: np.ndarray = np.sqrt(np.clip(probability, 0, 1))
-    return shade

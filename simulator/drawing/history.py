@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 
-from simulator.drawing.belief import BELIEF, TRUE_PLACE, compute_shade
-from simulator.drawing.home import MISSING, SEEN, mix
+from simulator.drawing.colours import BELIEF, MISSING, SEEN, TRUE_PLACE, compute_shade
+from simulator.drawing.home import mix
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.patches import FancyBboxPatch, Rectangle
 
+from simulator.drawing.colours import MISSING, SEEN
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.memory.memory_batch import NEVER
 from simulator.memory.scene_graph_memory import SceneGraphMemory
@@ -17,7 +18,6 @@ from simulator.priors.draw import ROOM_COLOURS
 from simulator.world.homes import NUM_RELATIONS
 
 OTHER_ROOM = "#777777"
-SEEN, MISSING = "#1f77b4", "#d62728"  # at the last look at its place
 _LARGEST_TEXT, _SMALLEST_TEXT = 8.0, 3.5  # points
 
 # By name in the legend: the place of each object, and how to draw the dots.

@@ -9,9 +9,11 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Discrete
 
+from simulator.gym.place_rows import PLACE_COLUMNS, compute_place_rows
 from simulator.gym.search_series import SearchSeries
 from simulator.messages import shorten
 from simulator.policies import Policy
+from simulator.policies.probabilities import compute_probabilities
 from simulator.world.homes import Homes
 from simulator.world.source import HomeSource
 
@@ -37,10 +39,20 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
 
     Info: `action_mask`; `query`, the description in words; `is_found`; `num_looks`.
 
+    Attributes:
+        searches: the home, its memory and the search that goes on.
+        labels: names of the numbers in the feature "label".
+        num_furniture: furniture nodes, F.
+        place_columns: names of what `compute_place_rows` returns.
+
     Source: paper section 5.2; docs/design.md, ruling 18.
     """
 
-    metadata = {"render_modes": []}  # noqa: RUF012 - an instance variable in Gymnasium's typing
+    place_columns = PLACE_COLUMNS
+    metadata = {  # noqa: RUF012 - an instance variable in Gymnasium's typing
+        "render_modes": ["rgb_array"],
+        "render_fps": 2,
+    }
 
     def __init__(
         self,
@@ -49,6 +61,7 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
         max_looks: int | None = None,
         queries_per_home: int = 100,
         max_furniture: int | None = None,
+        render_mode: str | None = None,
     ) -> None:
         """Set up the spaces.
 
@@ -61,10 +74,13 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
                 recorded for so many steps.
             max_furniture: furniture nodes of the largest home, F; None if all are as large as the
                 first.
+            render_mode: "rgb_array" for pictures of what the policy believes; or None.
 
         Raises:
             ValueError: if a count is below 1, or there is no policy of that name.
         """
+        self.render_mode = render_mode
+        self._looks: list[int] = []  # of this search
         self.searches = SearchSeries(1, homes, policy, max_looks, queries_per_home, max_furniture)
         self.labels: list[str] = self.searches.rollout.homes.labels
         self.observation_space = self.searches.observation_space
@@ -78,6 +94,7 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
         super().reset(seed=seed)
         is_new = seed is not None or (options or {}).get("new_home") or self.searches.needs_homes
         self.searches.start(int(self.np_random.integers(2**31)) if is_new else None)
+        self._looks = []
         return self.searches.observe()[0], self._get_info()
 
     def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
@@ -98,6 +115,7 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
                 "search must not be over, got a look after its end. Call reset first."
             )
         search.look(np.zeros(1, dtype=np.int64), np.array([action]))
+        self._looks += [int(action)] * bool(action < search.is_open.shape[1])
         is_found = bool(search.is_found[0])
         is_cut_off = bool(search.is_over[0]) and not is_found
         return self.searches.observe()[0], -1.0, is_found, is_cut_off, self._get_info()
@@ -105,6 +123,40 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
     def compute_scores(self) -> np.ndarray:
         """Ask the policy how likely each furniture node holds the object, (F,)."""
         return self.searches.compute_scores()[0]
+
+    def render(self) -> np.ndarray | None:
+        """Draw the belief of the policy, the looks in their order and where the object is.
+
+        Returns:
+            uint8 (height, width, 3), or None as `render_mode` says.
+        """
+        if self.render_mode is None:
+            return None
+        # Here, as who trains needs no pictures.
+        from matplotlib.figure import Figure
+
+        from simulator.drawing import FloorPlan, draw_belief, draw_pixels
+
+        rollout, search = self.searches.rollout, self.searches.search
+        plan = FloorPlan.of_homes(rollout.homes)
+        belief = compute_probabilities(search.scores(), rollout.policy.score_kind)
+        figure = Figure(figsize=(6.4, 5.2), dpi=100, layout="constrained")
+        axes = draw_belief(
+            figure.subplots(), plan, belief[0], order=self._looks,
+            true_places=np.flatnonzero(search.answers[0]).tolist(),
+        )  # fmt: skip
+        axes.set_title(self.searches.describe(0), loc="left")
+        return draw_pixels(figure)
+
+    def action_masks(self) -> np.ndarray:
+        """Return what was not yet looked at in this search, bool (F,), as MaskablePPO asks."""
+        return self.searches.action_mask[0].astype(bool)
+
+    def compute_place_rows(self) -> np.ndarray:
+        """Return what is remembered of each furniture node, float32 (F, D)."""
+        searches = self.searches
+        (rows,) = compute_place_rows(searches.rollout.memory, searches.search.queries)
+        return np.pad(rows, ((0, self.num_furniture - len(rows)), (0, 0)))
 
     def _get_info(self) -> dict[str, Any]:
         search = self.searches.search

@@ -35,7 +35,7 @@ class GridAgent:
         yield
         is_over = False
         while not is_over:
-            for action in self.plan(self.choose()):
+            for action in plan_look(self._env, self.choose()):
                 _, _, terminated, truncated, _ = self._env.step(action)
                 is_over = terminated or truncated
                 yield
@@ -55,31 +55,31 @@ class GridAgent:
         self._show(answer.scores)
         return int(answer.choice[0])
 
-    def plan(self, furniture: int) -> Iterator[GridAction]:
-        """List the actions that lead to a furniture node, face it and look at it."""
-        env = self._env
-        cell = env.routes.find_cell(env.position)
-        direction = int(env.agent_dir)
-        path = env.routes.find_path(cell, furniture, direction)
-        for (x, y), (next_x, next_y) in pairwise(path):
-            wanted = DIRECTIONS.index((next_x - x, next_y - y))
-            yield from plan_turns(direction, wanted)
-            yield GridAction.forward
-            direction = wanted
-        x, y = path[-1]
-        facing = [
-            index
-            for index, (step_x, step_y) in enumerate(DIRECTIONS)
-            if env.layout.furniture_at[y + step_y, x + step_x] == furniture
-        ]
-        yield from min((plan_turns(direction, wanted) for wanted in facing), key=len)
-        yield GridAction.look
-
     def _show(self, scores: np.ndarray) -> None:
         env = self._env
         if env.search.is_open.any():
             kind = env.rollout.policy.score_kind
             env.belief = compute_belief(scores, kind, env.search.is_open)[0]
+
+
+def plan_look(env: IGridsonEnv, furniture: int) -> Iterator[GridAction]:
+    """List the actions that lead the agent to a furniture node, face it and look at it."""
+    cell = env.routes.find_cell(env.position)
+    direction = int(env.agent_dir)
+    path = env.routes.find_path(cell, furniture, direction)
+    for (x, y), (next_x, next_y) in pairwise(path):
+        wanted = DIRECTIONS.index((next_x - x, next_y - y))
+        yield from plan_turns(direction, wanted)
+        yield GridAction.forward
+        direction = wanted
+    x, y = path[-1]
+    facing = [
+        index
+        for index, (step_x, step_y) in enumerate(DIRECTIONS)
+        if env.layout.furniture_at[y + step_y, x + step_x] == furniture
+    ]
+    yield from min((plan_turns(direction, wanted) for wanted in facing), key=len)
+    yield GridAction.look
 
 
 def plan_turns(direction: int, wanted: int) -> list[GridAction]:

@@ -18,11 +18,12 @@ from minigrid.core.world_object import Door, Wall, WorldObj
 from minigrid.minigrid_env import MiniGridEnv
 
 from simulator.checks import check_at_least
+from simulator.gym.place_rows import PLACE_COLUMNS, compute_place_rows
 from simulator.igridson.drawing import HomePicture
 from simulator.igridson.find_object import make_homes
 from simulator.igridson.layout import GridLayout
 from simulator.igridson.layout_file import load_layout
-from simulator.igridson.navigation import Routes
+from simulator.igridson.navigation import DIRECTIONS, Routes
 from simulator.igridson.placement import Placement
 from simulator.igridson.scene import Scene, list_things
 from simulator.messages import shorten
@@ -84,6 +85,8 @@ class IGridsonEnv(MiniGridEnv):
 
     Attributes:
         layout, routes: the grid.
+        num_furniture: its furniture nodes, F.
+        place_columns: names of what `compute_place_rows` returns.
         rollout: the true home, a batch of one; the memory of what was seen; and who may be asked.
         search: the search that goes on.
         placement: the cell of every object.
@@ -95,6 +98,7 @@ class IGridsonEnv(MiniGridEnv):
     Source: paper section 4.1 "iGridson" and appendix F.
     """
 
+    place_columns = (*PLACE_COLUMNS, "steps", "ahead", "aside", "is_faced")
     metadata = {  # noqa: RUF012 - an instance variable in Gymnasium's typing
         "render_modes": ["human", "rgb_array"],
         "render_fps": 10,
@@ -130,6 +134,7 @@ class IGridsonEnv(MiniGridEnv):
         check_at_least(1, queries_per_home=queries_per_home, attempts=attempts, max_steps=max_steps)
         self.layout = layout if isinstance(layout, GridLayout) else load_layout(layout)
         self.routes = Routes(self.layout)
+        self.num_furniture = len(self.layout.furniture)
         self.queries_per_home = queries_per_home
         self.attempts = attempts
         self.shows_all = shows_all
@@ -167,7 +172,7 @@ class IGridsonEnv(MiniGridEnv):
                     np.zeros(2), np.array([columns - 1, rows - 1]), dtype=np.int64
                 ),
                 "query": spaces.Discrete(num_codes),
-                "looked": spaces.Discrete(len(self.layout.furniture) + 1),
+                "looked": spaces.Discrete(self.num_furniture + 1),
                 "seen": spaces.MultiBinary([num_codes, 2]),
             }
         )
@@ -206,9 +211,10 @@ class IGridsonEnv(MiniGridEnv):
         if action == GridAction.look:
             self.step_count += 1
             self._look()
+            observation = self.gen_obs()
         else:
             self._is_moving = True
-            super().step(action)
+            observation, *_ = super().step(action)
             self._is_moving = False
         if self.position != before:
             self.path_length += 1
@@ -219,7 +225,7 @@ class IGridsonEnv(MiniGridEnv):
         is_over = bool(self.search.is_over[0])
         reward = float(self._reward()) if self.is_found else 0.0
         is_truncated = self.step_count >= self.max_steps and not is_over
-        return self.gen_obs(), reward, is_over, is_truncated, self._get_info()
+        return observation, reward, is_over, is_truncated, self._get_info()
 
     @property
     def position(self) -> tuple[int, int]:
@@ -255,6 +261,33 @@ class IGridsonEnv(MiniGridEnv):
             "looked": self._looked + 1,
             "seen": seen,
         }
+
+    def action_masks(self) -> np.ndarray:
+        """Return which actions change anything, bool (4,), as MaskablePPO asks for it."""
+        x, y = (int(c) for c in self.front_pos)
+        ahead = int(self.layout.furniture_at[y, x])
+        is_new = ahead >= 0 and bool(self.search.is_open[0, ahead])
+        return np.array([True, True, bool(self.layout.is_free[y, x]), is_new])
+
+    def compute_place_rows(self) -> np.ndarray:
+        """Return what is remembered of each furniture node, and where it is, float32 (F, D).
+
+        To the columns of `simulator.gym.place_rows` come the steps to it, how far ahead it is and
+        how far to the right, as shares of the longer side of the grid, and whether it is faced.
+        """
+        (known,) = compute_place_rows(self.rollout.memory, self.search.queries)  # (F, 6)
+        cell = self.routes.find_cell(self.position)
+        size = max(self.layout.size)
+        across, down = (self.routes.cells[self.routes.stand[cell]] - self.position).T / size
+        x, y = DIRECTIONS[int(self.agent_dir)]
+        front_x, front_y = (int(c) for c in self.front_pos)
+        where = [
+            self.routes.to_furniture[cell] / size,
+            across * x + down * y,
+            down * x - across * y,
+            self.layout.furniture_at[front_y, front_x] == np.arange(self.num_furniture),
+        ]
+        return np.column_stack([known, *where]).astype(np.float32)
 
     def get_scene(self) -> Scene:
         """Return what a picture of this moment shows."""

@@ -6,10 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.drawing import colours
 from simulator.igridson.placement import Placement
 from simulator.world.homes import NUM_RELATIONS, Homes
 
 Color = tuple[int, int, int]
+
+
+def _read_color(text: str) -> Color:
+    red, green, blue = bytes.fromhex(text.removeprefix("#"))
+    return red, green, blue
+
 
 WALL: Color = (63, 68, 80)
 WALL_TEXT: Color = (236, 238, 242)
@@ -17,12 +24,12 @@ FLOORS: tuple[Color, ...] = ((244, 239, 230), (233, 240, 236), (238, 236, 245), 
 DOOR: Color = (201, 173, 133)
 FURNITURE: Color = (255, 253, 248)
 OUTLINE: Color = (120, 124, 134)
-BELIEF: Color = (240, 120, 32)
-AGENT: Color = (32, 96, 200)
+BELIEF: Color = _read_color(colours.BELIEF)
+AGENT: Color = _read_color(colours.ROUTE)
 FOUND: Color = (22, 150, 84)
 TEXT: Color = (28, 30, 36)
 PAPER: Color = (255, 255, 255)
-ASKED: Color = (214, 22, 108)
+ASKED: Color = _read_color(colours.TRUE_PLACE)
 # Objects without a colour word in their description take one of these by type.
 NEUTRALS: tuple[Color, ...] = (
     (122, 134, 150), (150, 128, 106), (108, 142, 128), (146, 120, 144), (136, 136, 96),
@@ -97,11 +104,6 @@ def list_things(homes: Homes, placement: Placement, asked_code: int) -> tuple[Th
             )
         )
     return tuple(things)
-
-
-def compute_shade(probability: float) -> float:
-    """Return how strongly a probability is coloured; small ones show, too."""
-    return float(np.sqrt(np.clip(probability, 0, 1)))
 
 
 def mix(color: Color, other: Color, share: float) -> Color:

@@ -24,6 +24,7 @@ from simulator.memory.memory_content import MAX_TIME
 from simulator.memory.memory_state import MemoryState
 from simulator.memory.names import NameIndex, Resolution, Similarity
 from simulator.memory.sighting import SeenAt, Sighting
+from simulator.memory.spark_graph import make_spark_graph
 from simulator.memory.storage import load_content, save_content
 from simulator.memory.words import read_words
 from simulator.messages import shorten
@@ -552,6 +553,20 @@ class SceneGraphMemory:
         from pandas import DataFrame  # an extra: only this needs it
 
         return DataFrame(list_rows(self.to_dict()))
+
+    def to_spark_dsg(self) -> Any:
+        """Return what is there by the last looks as a graph of spark_dsg, the format of Hydra.
+
+        Example:
+            >>> memory.to_spark_dsg().save("home.json")
+
+        Raises:
+            ModuleNotFoundError: if spark_dsg is not installed.
+        """
+        number = self.batch.objects["label"]
+        kinds = [self.batch.labels[index] for index in number]
+        labels = dict(zip(self.descriptions, kinds, strict=True))
+        return make_spark_graph(self.to_dict(), self.layout, labels)
 
     def _count_steps(self, time: datetime | int) -> int:
         """Return how many steps it is until a time."""

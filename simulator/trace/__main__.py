@@ -112,6 +112,11 @@ def bring(arguments: Sequence[str]) -> int:
         help="labels that are furniture besides those of the type table (docs/priors.md)",
     )
     parser.add_argument(
+        "--labels",
+        type=Path | None,
+        help="of spark-dsg: names of the numbers of labels, a label space of Hydra (YAML)",
+    )
+    parser.add_argument(
         "--start",
         type=str | None,
         help="local date and time of the file's state: 2024-05-06T07:30",
@@ -127,7 +132,9 @@ def bring(arguments: Sequence[str]) -> int:
     options = parse(parser, arguments)
     if options.out is None and options.memory is None:
         raise ValueError("import must make something, got neither. Give --out or --memory.")
-    trace, builder = IMPORTERS[options.format].read(options.file, list(options.furniture))
+    trace, builder = IMPORTERS[options.format].read(
+        options.file, list(options.furniture), options.labels
+    )
     if options.start is not None:
         trace = replace(trace, layout=replace(trace.layout, start=read_start(options.start)))
     print(builder.summarise())

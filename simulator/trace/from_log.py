@@ -215,7 +215,13 @@ class _LogReader:
                 for name, label in zip(rooms, self._room_labels, strict=True)
             ),
             tuple(
-                Furniture(name, read_words("label", node.label), node.room, node.description)
+                Furniture(
+                    name,
+                    read_words("label", node.label),
+                    node.room,
+                    node.description,
+                    node.position,
+                )
                 for name, node in zip(names, self._nodes, strict=True)
             ),
             None if self._clock is None else self._clock.start,

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from simulator.files import read_json
+from simulator.memory.home_layout import read_position
 from simulator.memory.words import read_words
 from simulator.messages import shorten
 
@@ -20,7 +21,7 @@ LAYOUT_FILE = "layout.json"
 LAYOUT_VERSION = 1
 _FIELDS = ("version", "rooms", "furniture", "start", "end_s")
 _ROOM_FIELDS = ("name", "label")
-_FURNITURE_FIELDS = ("name", "room", "label", "description")
+_FURNITURE_FIELDS = ("name", "room", "label", "description", "position")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,12 +46,14 @@ class Furniture:
         label: what it is, such as "shelf".
         room: index of its room.
         description: for people, such as "white fridge".
+        position: in metres; None if nobody knows.
     """
 
     name: str
     label: str
     room: int
     description: str
+    position: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -151,11 +154,13 @@ def make_layout_json(layout: Layout) -> str:
     ]
     furniture = []
     for row in layout.furniture:
-        entry = {"name": row.name, "room": layout.rooms[row.room].name}
+        entry: dict[str, Any] = {"name": row.name, "room": layout.rooms[row.room].name}
         if row.label != get_label(row.name):
             entry["label"] = row.label
         if row.description != row.label:
             entry["description"] = row.description
+        if row.position is not None:
+            entry["position"] = list(row.position)
         furniture.append(entry)
     parts = [
         f'"version": {LAYOUT_VERSION}',
@@ -218,7 +223,8 @@ def _read_furniture(rows: Any, rooms: tuple[Room, ...]) -> Iterator[Furniture]:
         description = entry.get("description")
         if description is not None:
             read_words(f"{where}.description", description)
-        yield Furniture(name, label, room, description or label)
+        position = read_position(entry.get("position"))
+        yield Furniture(name, label, room, description or label, position)
 
 
 def _check_list(what: str, rows: Any) -> list[Any]:

@@ -29,7 +29,7 @@ def remember_trace(
         memory.add_room(room.label)
     for row in trace.layout.furniture:
         description = row.name if row.description == row.label else row.description
-        memory.add_furniture(row.label, row.room, description)
+        memory.add_furniture(row.label, row.room, description, row.position)
     where: dict[str, Event] = {}
     for event in trace.events:
         if time_s is None or event.time_s <= time_s:

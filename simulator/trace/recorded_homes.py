@@ -52,6 +52,7 @@ class RecordedHomes(Homes):
     Attributes:
         time: steps so far.
         num_steps: steps that all homes were recorded for, T.
+        names: of the recording of each home, (H,).
     """
 
     def __init__(
@@ -74,6 +75,7 @@ class RecordedHomes(Homes):
         self.configs = tuple(configs)
         self.streams = streams
         self.num_homes = len(episodes)
+        self.names = tuple(episode.trace.name for episode in episodes)
         self.room_labels = pad_rows(
             [[types.spell(label) for label in layout.room_labels] for layout in layouts], "", object
         )

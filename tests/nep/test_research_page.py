@@ -1,5 +1,6 @@
 """docs/research.md: the files and commands of its sections, word for word but small."""
 
+import json
 import re
 import runpy
 import shlex
@@ -7,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import matplotlib.image
 import pytest
 import torch
 
@@ -86,11 +88,25 @@ def test_a_training_goes_on(follow, tmp_path):
     assert epochs == [1, 3]  # counted from 0
 
 
-def test_loggers_by_class_path(follow, tmp_path):
+def test_loggers_by_class_path(follow, tmp_path, monkeypatch):
+    wandb = pytest.importorskip("wandb", reason="wandb is not installed: extra wandb")
+    for name in ("CACHE", "CONFIG", "DATA"):
+        monkeypatch.setenv(f"WANDB_{name}_DIR", str(tmp_path / "wandb"))
+    monkeypatch.setenv("WANDB_SILENT", "true")
     follow("Loggers")
+    wandb.finish()
     table = (tmp_path / "runs" / "logged" / "version_0" / "metrics.csv").read_text("utf-8")
     assert "val/hits_at_1" in table
     assert list((tmp_path / "runs" / "logged").rglob("events.out.tfevents*"))
+    (run,) = (tmp_path / "runs" / "wandb").glob("offline-run-*")
+    media = run / "files" / "media"
+    for name in ("accuracy_over_steps", "calibration", "searches"):
+        (picture,) = (media / "images" / "online").glob(f"{name}_*.png")
+        assert matplotlib.image.imread(picture).ndim == 3
+    (table_file,) = (media / "table" / "online").glob("table_*.table.json")
+    content = json.loads(table_file.read_text("utf-8"))
+    assert content["columns"][:2] == ["policy", "accuracy"]
+    assert [row[0] for row in content["data"]] == ["NEP-HEAT"]
 
 
 def test_several_seeds_and_their_spread(follow, tmp_path):

@@ -160,7 +160,9 @@ def test_installed_package_is_loaded_by_name(
 
 
 def test_en_core_web_sm_when_installed() -> None:
-    pytest.importorskip("en_core_web_sm")
+    pytest.importorskip(
+        "en_core_web_sm", reason="en_core_web_sm is not installed: it is no wheel of PyPI"
+    )
     text = TextVectors("en_core_web_sm")
     assert text.name.startswith("en_core_web_sm-")
     assert text.vectors(["mug", "salt shaker"]).shape == (2, TextVectors.WIDTH)

@@ -33,22 +33,33 @@ class Importer:
         help: what is read.
         reader: the function that reads it, or where it is: "package.module:function", for one that
             needs more than this package does.
+        has_numbers: whether things may be labelled by numbers; the reader is then given the file
+            that names them (see `load_label_names`), or None, as a third argument.
     """
 
     help: str
-    reader: Reader | str
+    reader: Callable[..., tuple[Trace, Summary]] | str
+    has_numbers: bool = False
 
-    def read(self, path: Path, furniture_labels: Collection[str] = ()) -> tuple[Trace, Summary]:
+    def read(
+        self, path: Path, furniture_labels: Collection[str] = (), labels: Path | None = None
+    ) -> tuple[Trace, Summary]:
         """Read a file or folder; see `Reader`.
 
         Raises:
             ModuleNotFoundError: if the reader needs a package that is not installed.
             ValueError: if the file is none of this format, or nothing of it can be placed.
         """
-        if not isinstance(self.reader, str):
-            return self.reader(path, furniture_labels)
-        module, _, function = self.reader.partition(":")
-        return cast("Reader", getattr(import_module(module), function))(path, furniture_labels)
+        if labels is not None and not self.has_numbers:
+            raise ValueError(
+                f"labels must come with a format whose labels are numbers, got {labels}. Leave it "
+                "out."
+            )
+        read = self.reader
+        if isinstance(read, str):
+            module, _, function = read.partition(":")
+            read = cast("Reader", getattr(import_module(module), function))
+        return read(path, furniture_labels, *[labels] * self.has_numbers)
 
 
 # Every format by the name that the command line uses.
@@ -57,6 +68,7 @@ IMPORTERS: Mapping[str, Importer] = {
     "spark-dsg": Importer(
         "a scene graph of spark_dsg (Hydra), JSON or binary; needs the package spark_dsg",
         read_scene_graph,
+        has_numbers=True,
     ),
     "homer": Importer(
         "a household of HOMER or HOMER+, a folder with days as tensors; needs torch",

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Collection
+from dataclasses import replace
 
 from simulator.memory.sighting import RELATIONS
 from simulator.memory.words import read_words
 from simulator.priors.types import load_types
 from simulator.trace.events import Event
-from simulator.trace.layout import Furniture, Layout, Room
+from simulator.trace.layout import Furniture, Layout, Room, number_names
 from simulator.trace.trace import Trace
 
 
@@ -19,6 +20,7 @@ class HomeBuilder:
     Attributes:
         num_nested: objects that lay in or on another object and were put on its furniture.
         left_out: names of what could not be placed, by reason.
+        taken_for: what each number of a label was taken for, and how many nodes have it.
     """
 
     def __init__(self, furniture_labels: Collection[str] = ()) -> None:
@@ -29,10 +31,11 @@ class HomeBuilder:
         """
         self._own = {read_words("furniture label", label) for label in furniture_labels}
         self._rooms: list[str] = []
-        self._furniture: list[tuple[str, int]] = []  # label, room
-        self._objects: list[tuple[str, int, int]] = []  # label, furniture, relation
+        self._furniture: list[Furniture] = []  # each named as its label, not yet numbered
+        self._objects: list[tuple[str, str, int, int]] = []  # label, description, place, relation
         self.num_nested = 0
         self.left_out: dict[str, list[str]] = defaultdict(list)
+        self.taken_for: Counter[tuple[int, str]] = Counter()
 
     def is_furniture(self, label: str) -> bool:
         """Whether a label is that of furniture."""
@@ -44,13 +47,34 @@ class HomeBuilder:
         self._rooms.append(read_words("room label", label))
         return len(self._rooms) - 1
 
-    def add_furniture(self, label: str, room: int) -> int:
-        """Add furniture to a room and return its index."""
-        self._furniture.append((read_words("furniture label", label), room))
+    def add_furniture(
+        self,
+        label: str,
+        room: int,
+        description: str | None = None,
+        position: tuple[float, float] | None = None,
+    ) -> int:
+        """Add furniture to a room and return its index.
+
+        Args:
+            label: what it is.
+            room: index from `add_room`.
+            description: for people; None for the label.
+            position: in metres; None if nobody knows.
+        """
+        words = read_words("furniture label", label)
+        row = Furniture(words, words, room, description or words, position)
+        self._furniture.append(row)
         return len(self._furniture) - 1
 
     def add_object(
-        self, label: str, furniture: int, is_inside: bool = False, is_nested: bool = False
+        self,
+        label: str,
+        furniture: int,
+        is_inside: bool = False,
+        is_nested: bool = False,
+        description: str | None = None,
+        relation: str | None = None,
     ) -> None:
         """Put an object in or on furniture.
 
@@ -60,11 +84,14 @@ class HomeBuilder:
             is_inside: whether it is in furniture that the type table does not know; known
                 furniture has its usual relation.
             is_nested: whether it lay in or on another object.
+            description: what it is called; None for the label.
+            relation: "in" or "onTop", where it is known; None to go by the furniture.
         """
-        known = load_types().furniture.get(self._furniture[furniture][0])
-        relation = known.relation if known is not None else RELATIONS[0 if is_inside else 1]
+        known = load_types().furniture.get(self._furniture[furniture].label)
+        usual = known.relation if known is not None else RELATIONS[0 if is_inside else 1]
+        number = RELATIONS.index(usual if relation is None else relation)
         words = read_words("object label", label)
-        self._objects.append((words, furniture, RELATIONS.index(relation)))
+        self._objects.append((words, description or words, furniture, number))
         self.num_nested += is_nested
 
     def leave_out(self, reason: str, name: str) -> None:
@@ -85,19 +112,18 @@ class HomeBuilder:
                     f"home must have a {what} that can be placed, got none in {name}. "
                     f"{self.summarise()}"
                 )
-        rooms = _number(self._rooms)
-        furniture = _number([label for label, _ in self._furniture])
-        objects = _number([label for label, _, _ in self._objects])
+        rooms = number_names(self._rooms)
+        furniture = number_names([row.label for row in self._furniture])
+        objects = number_names([label for label, *_ in self._objects])
         layout = Layout(
             tuple(Room(*pair) for pair in zip(rooms, self._rooms, strict=True)),
             tuple(
-                Furniture(own, label, room, label)
-                for own, (label, room) in zip(furniture, self._furniture, strict=True)
+                replace(row, name=own) for own, row in zip(furniture, self._furniture, strict=True)
             ),
         )
         events = tuple(
-            Event(0.0, own, label, place, relation)
-            for own, (label, place, relation) in zip(objects, self._objects, strict=True)
+            Event(0.0, own, description, place, relation)
+            for own, (_, description, place, relation) in zip(objects, self._objects, strict=True)
         )
         return Trace(name, layout, events)
 
@@ -107,6 +133,12 @@ class HomeBuilder:
             f"placed: {len(self._rooms)} rooms, {len(self._furniture)} furniture nodes, "
             f"{len(self._objects)} objects, {self.num_nested} of them taken out of other objects"
         ]
+        if self.taken_for:
+            numbers = ", ".join(
+                f"{number} {name} x {count} ({self._name_kind(name)})"
+                for (number, name), count in sorted(self.taken_for.items())
+            )
+            lines.append(f"labels taken for: {numbers}")
         for reason, names in self.left_out.items():
             counts = ", ".join(
                 name if count == 1 else f"{name} x {count}"
@@ -115,12 +147,5 @@ class HomeBuilder:
             lines.append(f"not placed, {reason}: {counts}")
         return "\n".join(lines)
 
-
-def _number(labels: list[str]) -> list[str]:
-    """Name things by their label, those that share one with a number."""
-    total, count = Counter(labels), Counter[str]()
-    names = []
-    for label in labels:
-        count[label] += 1
-        names.append(label if total[label] == 1 else f"{label} {count[label]}")
-    return names
+    def _name_kind(self, label: str) -> str:
+        return "furniture" if self.is_furniture(label) else "object"

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+import os
+import sys
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib import import_module
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from simulator.memory.spark_graph import FURNITURE, HAS_POSITION, RELATION, import_spark_dsg
 from simulator.messages import shorten
 from simulator.priors.types import load_names
 from simulator.trace.importers.home_builder import HomeBuilder
+from simulator.trace.importers.label_names import load_label_names
 from simulator.trace.trace import Trace
 
 MAX_DISTANCE = 1.0
 """Metres from furniture beyond which an object is not taken to be on it."""
+MAX_PLACE_DISTANCE = 3.0
+"""Metres from a place beyond which furniture is not taken to be in its room."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,51 +39,67 @@ class _Box:
 
 
 def read_scene_graph(
-    path: Path, furniture_labels: Collection[str] = ()
+    path: Path, furniture_labels: Collection[str] = (), labels: Path | None = None
 ) -> tuple[Trace, HomeBuilder]:
     """Read rooms and objects of a scene graph; objects are assigned to the nearest parent.
 
     A node of the object layer is furniture if the type table, or `furniture_labels`, has its label.
-    Its room is the nearest one above it in the graph, else the one whose box holds it. Any other
-    object belongs to the furniture that it is linked to, over places and objects, by the fewest
-    links; else to the nearest furniture of its room within `MAX_DISTANCE`; else it is left out.
+    Its room is the nearest one above it in the graph, else the one whose box holds it, else that of
+    the nearest place of a room within `MAX_PLACE_DISTANCE`. Any other object belongs to the
+    furniture that it is linked to, over places and objects, by the fewest links; else to the
+    nearest furniture of its room within `MAX_DISTANCE`; else it is left out.
 
     Args:
         path: JSON or binary, written by `DynamicSceneGraph.save`.
         furniture_labels: labels that are furniture besides those of the type table.
+        labels: file with the names of the numbers of objects, see `load_label_names`; None for the
+            label space of the graph.
 
     Raises:
         ValueError: if it is no such file, or nothing of it can be placed.
         ModuleNotFoundError: if spark_dsg is not installed.
     """
-    try:
-        spark_dsg: Any = import_module("spark_dsg")
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            "scene graphs must be read by the package spark_dsg, got none. "
-            "Install it with `pip install 'scene-graph-memory[spark]'`."
-        ) from error
+    spark_dsg = import_spark_dsg()
+    names = {} if labels is None else load_label_names(labels)
     if not path.is_file():
         raise ValueError(
             f"scene graph must be a file that exists, got none at {path}. Check the path."
         )
     try:
-        graph = spark_dsg.DynamicSceneGraph.load(str(path))
+        with _without_output():  # an older encoding is announced on the console
+            graph = spark_dsg.DynamicSceneGraph.load(str(path))
     except (RuntimeError, ValueError, IndexError) as error:
         raise ValueError(
             f"scene graph must be one that spark_dsg saved, got {shorten(str(error)[:80])} for "
             f"{path}. Save it again with DynamicSceneGraph.save."
         ) from None
-    reader = _GraphReader(spark_dsg, graph, HomeBuilder(furniture_labels))
+    reader = _GraphReader(spark_dsg, graph, HomeBuilder(furniture_labels), names)
     reader.read()
     return reader.builder.build(path.stem), reader.builder
+
+
+@contextmanager
+def _without_output() -> Iterator[None]:
+    """Let compiled code print nothing."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    try:
+        with open(os.devnull, "wb") as nowhere:
+            os.dup2(nowhere.fileno(), 1)
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
 
 
 class _GraphReader:
     """Reads one scene graph into a builder."""
 
-    def __init__(self, spark_dsg: Any, graph: Any, builder: HomeBuilder) -> None:
+    def __init__(
+        self, spark_dsg: Any, graph: Any, builder: HomeBuilder, names: Mapping[int, str]
+    ) -> None:
         self.builder = builder
+        self._names = names
         self._graph = graph
         self._layers = spark_dsg.DsgLayers
         self._boxes: dict[int, _Box] = {}
@@ -95,8 +118,15 @@ class _GraphReader:
         for node in self._list_nodes(self._layers.OBJECTS):
             label = self._find_label(node, self._layers.OBJECTS)
             if label is None:
-                self.builder.leave_out("neither a semantic label nor a name", str(node.id))
-            elif self.builder.is_furniture(label):
+                number = node.attributes.semantic_label
+                is_numbered = number != node.attributes.NO_SEMANTIC_LABEL
+                self.builder.leave_out(
+                    "no name for the number of its label (give --labels)"
+                    if is_numbered
+                    else "neither a semantic label nor a name",
+                    str(number) if is_numbered else str(node.id),
+                )
+            elif self._is_furniture(node, label):
                 self._add_furniture(node, label)
             else:
                 objects.append((node, label))
@@ -108,17 +138,24 @@ class _GraphReader:
         if room is None:
             self.builder.leave_out("in no room", label)
             return
-        index = self.builder.add_furniture(label, room)
+        x, y, _ = (float(value) for value in node.attributes.position)
+        position = (x, y) if node.attributes.metadata.get().get(HAS_POSITION, True) else None
+        index = self.builder.add_furniture(label, room, self._find_name(node), position)
         self._furniture[node.id.value] = index
         self._room_of_furniture[index] = room
 
     def _add_object(self, node: Any, label: str) -> None:
+        name = self._find_name(node)
         point = np.asarray(node.attributes.position, dtype=float)
         found = self._search(node, self._furniture, climbs_only=False)
         if found is not None:
             holder, num_links = found
             inside = self._boxes[holder].compute_distance(point) == 0
-            self.builder.add_object(label, self._furniture[holder], inside, num_links > 1)
+            link = self._graph.find_edge(node.id.value, holder)
+            relation = None if link is None else link.info.metadata.get().get(RELATION)
+            self.builder.add_object(
+                label, self._furniture[holder], inside, num_links > 1, name, relation
+            )
             return
         room = self._find_room(node)
         distances = {
@@ -132,7 +169,8 @@ class _GraphReader:
         elif distances[nearest] > MAX_DISTANCE:
             self.builder.leave_out(f"no furniture within {MAX_DISTANCE:g} m", label)
         else:
-            self.builder.add_object(label, self._furniture[nearest], distances[nearest] == 0)
+            is_inside = distances[nearest] == 0
+            self.builder.add_object(label, self._furniture[nearest], is_inside, description=name)
 
     def _find_room(self, node: Any) -> int | None:
         """Index of the room above a node, else of the room whose box holds it."""
@@ -144,7 +182,23 @@ class _GraphReader:
             box = self._boxes[room]
             if (box.high > box.low).any() and box.compute_distance(point) == 0:
                 return index
-        return None
+        points, rooms = self._places
+        if not len(points):
+            return None
+        distance = np.linalg.norm(points - point, axis=1)
+        nearest = int(distance.argmin())
+        return rooms[nearest] if distance[nearest] <= MAX_PLACE_DISTANCE else None
+
+    @cached_property
+    def _places(self) -> tuple[np.ndarray, list[int]]:
+        """Positions of the places of rooms, (P, 3), and index of the room of each."""
+        points, rooms = [], []
+        for node in self._list_nodes(self._layers.PLACES):
+            found = self._search(node, self._rooms, climbs_only=True)
+            if found is not None:
+                points.append(node.attributes.position)
+                rooms.append(self._rooms[found[0]])
+        return np.array(points, dtype=float).reshape(-1, 3), rooms
 
     def _search(
         self, node: Any, targets: Collection[int], climbs_only: bool
@@ -190,17 +244,29 @@ class _GraphReader:
             point = np.asarray(node.attributes.position, dtype=float)
             self._boxes[node.id.value] = _Box(point, point)
             if box is not None and box.is_valid():
-                low, high = np.asarray(box.min, dtype=float), np.asarray(box.max, dtype=float)
-                self._boxes[node.id.value] = _Box(low, high)
+                corners = np.asarray(box.corners(), dtype=float)  # (8, 3); it may be rotated
+                self._boxes[node.id.value] = _Box(corners.min(axis=0), corners.max(axis=0))
             yield node
 
+    def _is_furniture(self, node: Any, label: str) -> bool:
+        own: bool | None = node.attributes.metadata.get().get(FURNITURE)
+        return self.builder.is_furniture(label) if own is None else own
+
     def _find_label(self, node: Any, layer: str) -> str | None:
-        """What a node is: by its semantic label, else by its name, unless that is its symbol."""
+        """What a node is: by its semantic label, else by its name."""
         key = self._graph.get_layer_key(layer)
-        labels = self._graph.get_labelspace(key.layer, key.partition)
-        number = getattr(node.attributes, "semantic_label", None)
-        if labels is not None and number in labels.labels_to_names:
-            return str(labels.labels_to_names[number])
+        space = self._graph.get_labelspace(key.layer, key.partition)
+        names = dict(space.labels_to_names) if space is not None else {}
+        if layer == self._layers.OBJECTS:
+            names |= self._names
+        number: int | None = getattr(node.attributes, "semantic_label", None)
+        if number is None or number not in names:
+            return self._find_name(node)
+        self.builder.taken_for[number, str(names[number])] += 1
+        return str(names[number])
+
+    def _find_name(self, node: Any) -> str | None:
+        """What a node is called, None where that is its symbol."""
         name = str(getattr(node.attributes, "name", "")).strip()
         is_symbol = not name or name == str(node.id) or name == node.id.str(True)
         return None if is_symbol else name

@@ -2,12 +2,14 @@
 
 import json
 import re
+import shutil
 
 import numpy as np
 import pytest
 
 from nep.kinds.kinds import list_benchmark
 from nep.kinds.play import play_kind
+from nep.players.shipped import find_trained
 from nep.recorded import main
 from nep.report.figures import draw_by_hour
 from simulator.policies import POLICIES
@@ -95,6 +97,28 @@ def test_the_command_resumes_and_takes_more_networks(homes, tmp_path, capsys):
     (heat, again) = (re.search(rf"\| {name} \|.*", text)[0] for name in ("heat", "again"))
     assert heat.replace("heat", "again") == again
     assert (out.parent / "recorded_by_hour.png").stat().st_size > 10_000
+
+
+def test_every_home_is_played_by_the_network_that_has_not_seen_it(homes, tmp_path, capsys):
+    shutil.copytree(find_trained("heat"), tmp_path / "without_a")
+    shutil.copytree(find_trained("any_home"), tmp_path / "without_b")
+    out = tmp_path / "recorded.md"
+    command = ["--trace", *homes, "--out", str(out), *SIZE, "--kinds", "episodes-patrol-shipped"]
+    source = f"own={tmp_path}/without_{{home}}"
+    main([*command, "--checkpoint", "heat", "--checkpoint", "any_home", "--left_out", source])
+    (played,) = json.loads(out.with_suffix(".json").read_text()).values()
+    first, second = (np.array(played[name]["nll"]) for name in ("heat", "any_home"))
+    assert (first != second).any()
+    # Two replays of home a, then two of home b.
+    np.testing.assert_allclose(played["own"]["nll"], [*first[:2], *second[2:]], rtol=1e-5)
+    text = out.read_text()
+    assert "--left_out own=DIR" in text
+    assert "`own`: networks that were each trained in the other recorded homes" in text
+    shutil.rmtree(tmp_path / "without_b")
+    for bad in (source, "own", "=x{home}"):
+        with pytest.raises(SystemExit):
+            main([*command, "--left_out", bad])
+    assert "with {home} in SOURCE, got '=x{home}'" in capsys.readouterr().err
 
 
 def test_short_lives_are_refused(homes, tmp_path, capsys):

@@ -9,7 +9,7 @@ from torch import nn
 from nep.layers.flat_graph import FlatGraph
 from nep.layers.heat import HEATConv
 
-pytest.importorskip("torch_geometric")
+pytest.importorskip("torch_geometric", reason="torch_geometric is not installed: extra bench")
 BENCHMARKS = Path(__file__).resolve().parents[3] / "benchmarks"
 
 

@@ -13,7 +13,7 @@ from simulator.world.sampled_homes import SampledHomes
 from simulator.world.source import Group, SampledSource
 from simulator.world.streams import Streams
 
-gymnasium = pytest.importorskip("gymnasium")
+gymnasium = pytest.importorskip("gymnasium", reason="gymnasium is not installed: extra gym")
 
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 from gymnasium.vector import AutoresetMode  # noqa: E402
@@ -294,3 +294,15 @@ def test_the_package_says_what_it_needs(monkeypatch):
     monkeypatch.setitem(sys.modules, "gymnasium", None)
     with pytest.raises(ModuleNotFoundError, match=r"pip install 'scene-graph-memory\[gym\]'"):
         importlib.reload(simulator.gym)
+
+
+def test_pictures_show_the_looks(source):
+    env = gymnasium.make(ENV, homes=source, render_mode="rgb_array")
+    env.reset(seed=0)
+    before = env.render()
+    assert before.dtype == np.uint8
+    assert before.ndim == 3
+    env.step(1)
+    assert env.render().shape == before.shape
+    assert (env.render() != before).any()
+    assert gymnasium.make(ENV, homes=source).unwrapped.render() is None

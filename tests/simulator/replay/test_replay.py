@@ -185,7 +185,7 @@ def test_a_still_memory_tells_its_last_sightings():
 
 
 def test_searches_on_the_grid():
-    pytest.importorskip("minigrid")
+    pytest.importorskip("minigrid", reason="minigrid is not installed: extra igridson")
     from simulator.igridson.replay import record_searches
 
     replay = record_searches(12, seed=1)

@@ -184,7 +184,7 @@ def make_scene_graph(path, spark_dsg):
 
 
 def test_a_scene_graph_of_spark_dsg(tmp_path):
-    spark_dsg = pytest.importorskip("spark_dsg")
+    spark_dsg = pytest.importorskip("spark_dsg", reason="spark_dsg is not installed: extra spark")
     path = tmp_path / "graph.json"
     make_scene_graph(path, spark_dsg)
     trace, builder = read_scene_graph(path)
@@ -202,7 +202,7 @@ def test_a_scene_graph_of_spark_dsg(tmp_path):
     ]
     assert builder.num_nested == 1
     assert dict(builder.left_out) == {
-        "neither a semantic label nor a name": ["O(8)"],
+        "no name for the number of its label (give --labels)": ["99"],
         "in no room": ["desk"],
         "no furniture within 1 m": ["book", "workbench"],
     }

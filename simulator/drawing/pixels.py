@@ -1,0 +1,14 @@
+"""Figures as arrays of pixels, for whoever shows pictures and knows no figures."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+
+def draw_pixels(figure: Figure) -> np.ndarray:
+    """Return a figure as pixels, uint8 (height, width, 3)."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
