@@ -122,10 +122,10 @@ class ClaimsPlan:
         evaluation = self._evaluate(setting, policy, path, source, None)
         return replace(evaluation, cross_room_moves=cross_room_moves)
 
-    def read(self, nodes: str, policy: str) -> ReadingScores:
+    def read(self, source: str, nodes: str, policy: str) -> ReadingScores:
         """Return a policy's rankings under every reading of the likelihood metric."""
-        path = self.runs / "sampled" / LIKELIHOOD[nodes].name / "readings" / f"{policy}.json"
-        return ReadingScores(self._evaluate(LIKELIHOOD[nodes], policy, path, "sampled", None))
+        path = self.runs / source / LIKELIHOOD[nodes].name / "readings" / f"{policy}.json"
+        return ReadingScores(self._evaluate(LIKELIHOOD[nodes], policy, path, source, None))
 
     def read_network(self, training: Training) -> ReadingScores:
         """Return the same of a network that was trained for Predict Object Location."""
@@ -237,9 +237,8 @@ def plan_claims(plan: ClaimsPlan, trains: bool) -> tuple[list[Job], list[Job], l
             add(trainings, f"train {name}", training.run, [f"collect {name}"])
             after = [f"train {name}"]
         played: list[Evaluation | ReadingScores] = [plan.evaluate(training)]
-        if training.source == "sampled" and training.contestant.name in ORDER:
-            if training.seed == plan.switch_seed:
-                played.append(plan.read_network(training))
+        if training.contestant.name in ORDER and training.seed == plan.switch_seed:
+            played.append(plan.read_network(training))
         for own in played:
             if after or not own.is_done():
                 add(games, f"play {name} {own.path.parent.name}", own.run, after)
@@ -250,10 +249,10 @@ def plan_claims(plan: ClaimsPlan, trains: bool) -> tuple[list[Job], list[Job], l
                 own = plan.play(source, setting, policy)
                 if policy not in known and not own.is_done():
                     add(games, f"play {source} {setting.name} {policy}", own.run)
-        for policy in (*PAPER_POLICIES, "ceiling"):
-            reading = plan.read(nodes, policy)
-            if not reading.is_done():
-                add(games, f"read {nodes} {policy}", reading.run)
+            for policy in (*PAPER_POLICIES, "ceiling"):
+                reading = plan.read(source, nodes, policy)
+                if not reading.is_done():
+                    add(games, f"read {source} {nodes} {policy}", reading.run)
         for source in SOURCES:
             informed = InformedScores(plan.play(source, setting, INFORMED))
             if not informed.is_done():

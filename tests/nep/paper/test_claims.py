@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from nep.claims import main
 from nep.paper.claims import LOCATION, ClaimsPlan, InformedScores, plan_claims
 from nep.paper.claims_report import ClaimsReport
 from nep.paper.readings import READINGS, compute_listed_ndcg, find_reach, play_readings
@@ -109,7 +110,9 @@ def test_what_was_not_run_is_listed(plan):
     text = ClaimsReport(plan).make_files()["claims.md"].decode()
     assert "- heat, 32 places, dynamic nodes on, seed 2" in text
     assert "- informed, 24 places (`--homes paper`), dynamic nodes off" in text
-    assert all(f"readings of the likelihood, {nodes}" in text for nodes in ("on", "off"))
+    assert all(
+        f"- oracle, readings, 32 places, dynamic nodes {nodes}" in text for nodes in LOCATION
+    )
 
 
 def test_informed_plays_some_homes_at_a_time(plan, monkeypatch):
@@ -124,6 +127,46 @@ def test_informed_plays_some_homes_at_a_time(plan, monkeypatch):
     sizes = json.loads(own.sizes_path.read_text())
     assert len(sizes) == 11
     assert 1 <= sizes[0] <= sizes[10] <= 1024
+
+
+@pytest.fixture
+def tiny_command(tmp_path, monkeypatch):
+    """`nep.claims` with two policies, in one home and step; returns what runs it."""
+    for module in ("nep.paper.claims", "nep.paper.claims_report"):
+        for name in ("POLICIES", "PAPER_POLICIES"):
+            monkeypatch.setattr(f"{module}.{name}", ("random", "bayesian"))
+    folders = [f"--{name}={tmp_path / name}" for name in ("out", "runs", "data")]
+
+    def run(*options):
+        main(["--num_homes=1", "--steps=1", "--jobs=1", *folders, *options])
+        return (tmp_path / "out" / "claims.md").read_text()
+
+    return run
+
+
+@pytest.mark.slow
+def test_the_command_plays_what_is_missing_and_no_more(tiny_command, capsys, tmp_path):
+    first = tiny_command("--train=false")
+    assert "python -m nep.claims" in first
+    assert "| 32 places, on | informed |" in first
+    assert "play sampled predict_location-on bayesian" in capsys.readouterr().out
+    assert tiny_command("--train=false") == first
+    assert "play sampled" not in capsys.readouterr().out
+    assert json.loads((tmp_path / "out" / "claims.json").read_text())["rooms"]
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        ("--seeds=0", "seeds must be at least 1, got 0"),
+        ("--table_1=nowhere.json", "table_1 must be a file, got nowhere.json"),
+    ],
+)
+def test_bad_input(option, message, tiny_command, capsys):
+    with pytest.raises(SystemExit) as stop:
+        tiny_command(option)
+    assert stop.value.code == 2
+    assert message in capsys.readouterr().err
 
 
 def make_answer(scores, relevance, answers):
