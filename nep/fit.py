@@ -98,6 +98,7 @@ class FitCLI(LightningCLI):
                 args = [*_list_settings(args), *args]
                 self.config = parser.parse_args(args)
                 self.config.pop("base")  # what it says has been taken over
+                _check_seed(self.config.seed_everything)
             except (UnicodeDecodeError, RecursionError) as error:
                 parser.error(f"--config must be a YAML file in UTF-8, got {_shorten(error)}.")
             except (FileNotFoundError, ValueError) as error:
@@ -164,6 +165,14 @@ class FitCLI(LightningCLI):
         if not any(isinstance(plugin, CheckpointIO) for plugin in own):
             kwargs["plugins"] = [*own, WholeCheckpoints()]
         return super().instantiate_trainer(**kwargs)
+
+
+def _check_seed(seed: bool | int) -> None:
+    """Raise ValueError unless a seed is one that numpy takes; True and False choose one or none."""
+    if not isinstance(seed, bool) and not 0 <= seed < 2**32:
+        raise ValueError(
+            f"seed_everything must lie in 0 to 4294967295, got {shorten(seed)}. Choose another."
+        )
 
 
 def _list_settings(args: Sequence[str]) -> list[str]:

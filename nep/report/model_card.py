@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -75,10 +76,15 @@ that is not in the home. Errors are expected calibration errors (10 bins).
 
 {calibrated}
 Temperature {temperature:.2f}. "Elsewhere" is {elsewhere_share:.3f} before any look of a time step,
+{elsewhere}
+"""
+_ALIKE = """\
 the same for every question. That is most of its error: things that are gone are rather those that
 a network is unsure of, so that it is too low where the best place is unlikely, and too high after
-a look in vain at a likely one.
-"""
+a look in vain at a likely one."""
+_BY_BEST = """\
+on average: its odds are multiplied by ({usual:.2f} / probability of the best place) ** {slope:.2f},
+since things that are gone are rather those that a network is unsure of."""
 _UNMEASURED = """\
 ## Scores and probabilities
 
@@ -177,7 +183,15 @@ def _describe_measured(
         calibrated=calibrated,
         temperature=calibration["temperature"],
         elsewhere_share=calibration["elsewhere_share"],
+        elsewhere=_describe_elsewhere(calibration),
     )
+
+
+def _describe_elsewhere(calibration: Mapping[str, Any]) -> str:
+    slope = calibration.get("best_slope", 0.0)
+    if not slope:
+        return _ALIKE
+    return _BY_BEST.format(usual=math.exp(calibration["best_mean"]), slope=slope)
 
 
 def _describe_training(training: Mapping[str, Any] | None) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from tqdm import tqdm
 
+from simulator.checks import check_seed
 from simulator.command_line import choose, make_parser, parse, pick
 from simulator.igridson.find_object import (
     RunConfig,
@@ -132,6 +133,7 @@ def _play(prog: str, more: type[MoreOptions], arguments: Sequence[str]) -> int:
     )
     parser.add_argument("--show_all", type=bool, default=False, help="show where all objects are")
     options = parse(parser, arguments)
+    check_seed(options.seed)
     known = _find_searchers(options, more)
     searcher = None
     if options.policy is not None:
@@ -203,6 +205,7 @@ def _film(prog: str, more: type[MoreOptions], arguments: Sequence[str]) -> int:
     parser.add_argument("--tile", type=int, default=40, help="pixels per cell")
     options = parse(parser, arguments)
     check_format(options.out)
+    check_seed(options.seed)
     known = _find_searchers(options, more)
     searcher = find_searcher(options.policy, known, options.look_cost)
     env = IGridsonEnv(

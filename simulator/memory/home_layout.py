@@ -158,7 +158,8 @@ class HomeLayout:
         Raises:
             KeyError: if there is no such furniture node.
         """
-        if not isinstance(furniture, (int, np.integer)) or furniture not in self.furniture:
+        is_id = isinstance(furniture, (int, np.integer)) and not isinstance(furniture, bool)
+        if not is_id or furniture not in self.furniture:
             raise KeyError(
                 f"furniture must be an id from add_furniture, got {shorten(furniture)}; there are "
                 f"{len(self.furniture)} furniture nodes. Add it first."

@@ -27,8 +27,10 @@ def replay(
         prior: of the memory; None for the one that ships.
 
     Raises:
-        ValueError: if a line names a room or furniture that there is not.
+        ValueError: if there is no line, or one names a room or furniture that there is not.
     """
+    if not lines:
+        raise ValueError("log must have a line, got none. Look around with it first.")
     replayer = Replayer(SceneGraphMemory(prior, clock=lines[0].values["clock"]))
     for line in lines:
         yield replayer.memory, line, replayer.furniture

@@ -79,10 +79,17 @@ class SceneGraphMemory:
                 writes nothing.
 
         Raises:
+            TypeError: if the prior or the clock is something else.
             ValueError: if the log is another file.
             OSError: if the log cannot be written, here or with any later change; a change that
                 could not be written was made.
         """
+        for name, value, kind in (("prior", prior, PriorGraph), ("clock", clock, Clock)):
+            if value is not None and not isinstance(value, kind):
+                raise TypeError(
+                    f"{name} must be a {kind.__name__}, got {shorten(value)}. Leave it out for the "
+                    "default."
+                )
         self._prior = prior if prior is not None else PriorGraph.default()
         self._lock = RLock()
         self._names = NameIndex(row.label for row in self._prior.objects)

@@ -23,6 +23,8 @@ def save_content(path: str | Path, content: MemoryContent) -> None:
         OSError: if the folder does not exist or the disk does not take it.
     """
     path = Path(path)
+    if not path.name:
+        raise FileNotFoundError(f"memory file must have a name, got {path}. Name it home.sgm.")
     if not path.parent.is_dir():
         raise FileNotFoundError(
             f"folder of a memory file must exist, got {shorten(str(path.parent))} for {path}. Make "

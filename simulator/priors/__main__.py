@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from simulator.checks import check_at_least
 from simulator.command_line import choose, make_parser, parse, pick
 from simulator.files import write_whole
 from simulator.priors.compare import compare_priors
@@ -149,6 +150,7 @@ def show(arguments: Sequence[str]) -> int:
     )
     parser.add_argument("--picture", type=bool, default=True, help="--no_picture: the table alone")
     options = parse(parser, arguments)
+    check_at_least(1, top=options.top)
     prior = _load(options.file or "default")
     placements = select_rows(prior, room=options.room, label=options.object)
     print_prior(prior, placements, room=options.room, label=options.object, top=options.top)
@@ -189,6 +191,7 @@ def compare(arguments: Sequence[str]) -> int:
     parser.add_argument("b", help="prior file, or `default`")
     parser.add_argument("--top", type=int, default=10, help="differences listed")
     options = parse(parser, arguments)
+    check_at_least(1, top=options.top)
     a, b = _load(options.a), _load(options.b)
     result = compare_priors(a, b)
     print(f"A {options.a}: {summarise_prior(a)}\nB {options.b}: {summarise_prior(b)}")

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.checks import is_number
 from simulator.memory.asking import Looks
+from simulator.messages import shorten
 from simulator.world.config import HomeConfig
 
 _PAPER = HomeConfig()
@@ -36,10 +38,10 @@ class Detector:
             ValueError: if one is no probability, or the miss rate is 1: such looks say nothing.
         """
         for name, value in (("miss_rate", self.miss_rate), ("leave_rate", self.leave_rate)):
-            if not 0 <= value < 1:
+            if not is_number(value) or not 0 <= value < 1:
                 raise ValueError(
-                    f"{name} must lie in [0, 1), got {value}. Give a probability: the paper's "
-                    "homes have 0.25 and 0.05."
+                    f"{name} must lie in [0, 1), got {shorten(value)}. Give a probability: the "
+                    "paper's homes have 0.25 and 0.05."
                 )
 
 

@@ -72,9 +72,13 @@ class Finder:
             elsewhere_share: above 0 and below 1.
 
         Raises:
+            TypeError: if the policy or the detector is something else.
             ValueError: if the share is out of range.
         """
         check_share(elsewhere_share)
+        _check_type("policy", policy, Policy, "Bayesian()")
+        if detector is not None:
+            _check_type("detector", detector, Detector, "Detector(miss_rate=0.1)")
         self.detector = detector or Detector()
         self.elsewhere_share = elsewhere_share
         self._policy = policy
@@ -84,8 +88,10 @@ class Finder:
         """Say which remembered things a question means; see `NameIndex` for the rules.
 
         Raises:
+            TypeError: if the memory is none.
             ValueError: if the description is no name (`read_words`).
         """
+        _check_type("memory", memory, SceneGraphMemory, "SceneGraphMemory()")
         return memory.resolve(description, self._get_similarity())
 
     def rank(
@@ -172,7 +178,7 @@ class Finder:
                 distances.
         """
         places = self.rank(memory, description, k, exclude).places
-        distance = distance or find_distance(memory, start)
+        distance = check_distance(distance) or find_distance(memory, start)
         return plan_search(description, places, start, distance, look_cost)
 
     def search(
@@ -201,7 +207,7 @@ class Finder:
             ValueError: as in `search_plan`.
         """
         check_ids(exclude)
-        distance = distance or find_distance(memory, start)
+        distance = check_distance(distance) or find_distance(memory, start)
         return ObjectSearch(
             self, memory, description, start, distance, look_cost, frozenset(exclude), give_up_at
         )
@@ -276,4 +282,25 @@ def check_share(share: float) -> None:
         raise ValueError(
             f"elsewhere_share must lie above 0 and below 1, got {shorten(share)}. Choose for "
             "example 0.1: one search in ten is for something that is at no known place."
+        )
+
+
+def check_distance(distance: Distance | None) -> Distance | None:
+    """Return a function of distances, None where none is given.
+
+    Raises:
+        TypeError: if it is no function.
+    """
+    if distance is not None and not callable(distance):
+        raise TypeError(
+            f"distance must be a function of (start or furniture id, furniture id), got "
+            f"{shorten(distance)}. Leave it out where all furniture has a position."
+        )
+    return distance
+
+
+def _check_type(name: str, value: object, kind: type, example: str) -> None:
+    if not isinstance(value, kind):
+        raise TypeError(
+            f"{name} must be a {kind.__name__}, got {shorten(value)}. Give for example {example}."
         )

@@ -173,10 +173,10 @@ def _order_greedily(
 def _measure(distance: Distance | None, start: Any, to: int) -> float:
     if distance is None:
         return 0.0
-    cost = float(distance(start, to))
-    if not cost >= 0:  # nan, too
+    cost = distance(start, to)
+    if not is_number(cost) or not cost >= 0:  # nan, too
         raise ValueError(
-            f"distance from {shorten(start)} to {to} must be a number, 0 or more, got {cost}. "
-            "Where there is no way, give math.inf."
+            f"distance from {shorten(start)} to {to} must be a number, 0 or more, got "
+            f"{shorten(cost)}. Where there is no way, give math.inf."
         )
-    return cost
+    return float(cost)

@@ -22,6 +22,7 @@ from simulator.world.config import HomeConfig
 from simulator.world.source import TRUE_TRANSITIONS, Group, HomeSource
 from simulator.world.streams import Streams
 
+MOST_STEP_SECONDS = 1e9  # thirty years
 _SOURCES_KEPT = 4  # of a worker: training and validation homes, and some to spare
 
 
@@ -258,10 +259,11 @@ def check_step_seconds(step_seconds: float | None) -> None:
     """Check the length of a step.
 
     Raises:
-        ValueError: if it is no positive number of seconds.
+        ValueError: if it is no positive number of seconds, or longer than `MOST_STEP_SECONDS`.
     """
-    if step_seconds is not None and not 0 < step_seconds < float("inf"):
-        raise ValueError(f"step must be a number of seconds > 0, got {step_seconds}. Take 3600.")
+    if step_seconds is not None and not 0 < step_seconds <= MOST_STEP_SECONDS:
+        rule = f"<= {MOST_STEP_SECONDS:g}" if step_seconds > MOST_STEP_SECONDS else "> 0"
+        raise ValueError(f"step must be a number of seconds {rule}, got {step_seconds}. Take 3600.")
 
 
 def make_rules(whole: Episode, home: HomeConfig | None = None) -> HomeConfig:

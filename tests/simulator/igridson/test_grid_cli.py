@@ -48,6 +48,8 @@ def test_video_writes_film_and_still(tmp_path):
         (["run", "--runs", "150"], "runs must be a multiple of the 100 queries per home, got 150"),
         (["run", "--attempts", "40"], "attempts must be at most the 21 furniture nodes, got 40"),
         (["run", "--layout", "missing.txt"], "No such file"),
+        (["play", "--seed", "-1"], "seed must be non-negative, got -1"),
+        (["video", "--out", "film.gif", "--seed", "-1"], "seed must be non-negative, got -1"),
         (["video", "--out", "film.avi"], "got 'film.avi'"),
     ],
 )

@@ -1,5 +1,7 @@
 """A memory that is made again from its log."""
 
+import warnings
+
 import pytest
 
 from simulator import SceneGraphMemory
@@ -52,3 +54,14 @@ def test_a_line_of_unknown_furniture_is_named(tmp_path):
         file.write('{"kind":"look","time":0,"furniture":7,"coverage":1,"seen":[]}\n')
     with pytest.raises(ValueError, match=r"every look of a log must be of what was added, got 7"):
         list(replay(read_log(log)))
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff\x00 no log"])
+def test_a_log_of_no_whole_line_is_refused(tmp_path, content):
+    path = tmp_path / "looks.jsonl"
+    path.write_bytes(content)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the line that was cut off
+        lines = read_log(path)
+    with pytest.raises(ValueError, match=r"log must have a line, got none"):
+        list(replay(lines))

@@ -97,6 +97,12 @@ def test_show_prints_and_draws(built, tmp_path, capsys, options):
         assert path.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize("command", [["show", "--no_picture"], ["compare", "default", "default"]])
+def test_as_many_rows_as_there_are_at_least_one(capsys, command):
+    assert main([*command, "--top=-1"]) == 1
+    assert capsys.readouterr().err == "error: top must be at least 1, got -1. Raise it.\n"
+
+
 def test_show_draws_a_coarse_prior(tmp_path):
     table = tmp_path / "mine.csv"
     table.write_text(TABLE)

@@ -3,6 +3,7 @@
 import pytest
 
 from simulator import Bayesian, SceneGraphMemory, Sighting
+from simulator.robot.belief import Detector
 from simulator.robot.finder import Finder
 
 
@@ -49,6 +50,47 @@ def test_shares_are_numbers(share):
 def test_a_room_is_an_id(memory):
     with pytest.raises(KeyError, match=r"room must be an id from add_room, got True"):
         memory.add_furniture("table", True)
+
+
+def test_furniture_is_an_id(memory):
+    for call in (lambda: memory.observe(False, []), lambda: memory.move_furniture(False, 0)):
+        with pytest.raises(KeyError, match=r"furniture must be an id from add_furniture, got Fal"):
+            call()
+
+
+@pytest.mark.parametrize("value", ["x", None, True, float("nan")])
+def test_rates_are_probabilities(value):
+    for name in ("miss_rate", "leave_rate"):
+        with pytest.raises(ValueError, match=rf"{name} must lie in \[0, 1\), got"):
+            Detector(**{name: value})
+
+
+def test_parts_are_what_they_are_called(memory):
+    with pytest.raises(TypeError, match=r"policy must be a Policy, got <class .* Bayesian\(\)"):
+        Finder(Bayesian)
+    with pytest.raises(TypeError, match="detector must be a Detector, got 'x'"):
+        Finder(Bayesian(), "x")
+    finder = Finder(Bayesian())
+    with pytest.raises(TypeError, match="memory must be a SceneGraphMemory, got None"):
+        finder.rank(None, "mug")
+    for name in ("prior", "clock"):
+        with pytest.raises(TypeError, match=rf"{name} must be a \w+, got 'x'. Leave it out"):
+            SceneGraphMemory(**{name: "x"})
+    for ask in (finder.search, finder.search_plan):
+        with pytest.raises(TypeError, match=r"distance must be a function of .*, got \{\}"):
+            ask(memory, "mug", distance={})
+
+
+@pytest.mark.parametrize("cost", ["x", None, -1, float("nan")])
+def test_a_distance_is_a_number(memory, cost):
+    with pytest.raises(ValueError, match=r"distance from 'door' to 0 must be a number, 0 or more"):
+        Finder(Bayesian()).search_plan(memory, "mug", "door", lambda a, b: cost)
+
+
+def test_a_memory_file_has_a_name(memory, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(OSError, match=r"memory file must have a name, got \.\. Name it home\.sgm"):
+        memory.save("")
 
 
 @pytest.mark.parametrize("exclude", [3, "x", None, [1.5]])

@@ -33,6 +33,7 @@ def test_record_and_check(tmp_path, capsys):
         (["record", "--steps", "0", "--out", "x"], "steps must be at least 1, got 0"),
         (["record", "--num_homes", "0", "--out", "x"], "homes must be one or more"),
         (["record", "--step-seconds", "-1", "--out", "x"], "step must be a number of seconds"),
+        (["record", "--step-seconds", "1e308", "--out", "x"], "seconds <= 1e+09, got 1e+308"),
         (["record", "--prior", "none.json", "--out", "x"], "prior must be a file"),
         (["check", "nowhere"], "trace must be a folder with layout.json"),
         (["import", "procthor", "none.json"], "Give --out or --memory"),
