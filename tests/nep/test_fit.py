@@ -108,6 +108,7 @@ def test_packaged_config_of_hms_has_no_memory(folder):
         ("no_transformer", FeatureConfig(), False),
         ("no_temporal", FeatureConfig(temporal=False), True),
         ("no_semantic", FeatureConfig(semantic=False), True),
+        ("no_absence", FeatureConfig(absence=False), True),
     ],
 )
 def test_an_ablation_is_put_after_the_config_of_a_model(
@@ -118,6 +119,23 @@ def test_an_ablation_is_put_after_the_config_of_a_model(
     assert (cli.model.predictor.query_attention is not None) == has_transformer
     assert type(cli.model.predictor.encoder).__name__ == "GCN"
     assert cli.trainer.max_epochs == 25
+
+
+@pytest.mark.parametrize(
+    ("config", "arguments"),
+    [
+        ("gcn_sum", {"normalize": False, "residual": False}),
+        ("heat_sum", {"sharing": "sigmoid", "heads": 2, "residual": True}),
+        ("heat_paper", {"heads": 1, "residual": False, "root_weight": True}),
+        ("heat", {"sharing": "softmax", "root_weight": False}),
+    ],
+)
+def test_a_variant_changes_its_encoder_alone(config, arguments, folder):
+    cli = FitCLI(["--config", f"{config}.yaml", "--config", "homes_400.yaml"])
+    found = cli.model.predictor.encoder.config()["init_args"]
+    assert found | arguments == found
+    assert cli.model.learning_rate == 1e-4
+    assert (cli.datamodule.train_config.num_homes, cli.trainer.max_epochs) == (400, 6)
 
 
 def test_a_file_here_goes_before_the_packaged_one(folder):
