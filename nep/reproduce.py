@@ -3,16 +3,10 @@
 from __future__ import annotations
 
 import io
-import os
-import sys
 from collections.abc import Sequence
-from concurrent.futures.process import BrokenProcessPool
-from pathlib import Path
-from typing import Literal, NoReturn
+from typing import Literal
 
-from filelock import FileLock, Timeout
 from jsonargparse import ArgumentParser, Namespace
-from rich.console import Console
 
 from nep.paper.experiments import (
     ABLATION_SETTING,
@@ -26,10 +20,10 @@ from nep.paper.experiments import (
 from nep.paper.paper_tables import make_table_1, make_table_2
 from nep.paper.plan import TABLES, Plan, plan_stages
 from nep.paper.stages import run_stages
+from nep.paper.work import add_work_options, make_console, stop_if_failed, work_in, write_files
 from nep.report.figures import draw_over_steps
 from simulator.checks import check_at_least
 from simulator.command_line import make_parser, one_line_errors, parse
-from simulator.files import write_whole
 from simulator.messages import shorten
 from simulator.policies import POLICIES
 from simulator.process import run_main
@@ -42,10 +36,6 @@ _TINY_FIT = (
 )  # fmt: skip
 _TINY_HOMES, _TINY_STEPS = 3, 4
 _CHOICES = (*TABLES, "all")
-_LOG_WIDTH = 100
-# Held in the folder of runs by the command that works there: a training deletes what it finds of
-# itself, which another command may be writing. The system frees it when the command is killed.
-_LOCK = ".lock"
 
 
 def make_files(plan: Plan) -> dict[str, bytes]:
@@ -93,13 +83,7 @@ def _make_parser() -> ArgumentParser:
     parser.add_argument(
         "--table", type=str, default="all", help=f"what to make: {', '.join(_CHOICES)}"
     )
-    folders = {
-        "out": ("results", "tables and figure"),
-        "runs": ("runs/reproduce", "networks and scores"),
-        "data": ("data", "collected snapshots"),
-    }
-    for name, (folder, what) in folders.items():
-        parser.add_argument(f"--{name}", type=Path, default=Path(folder), help=f"folder for {what}")
+    add_work_options(parser, "runs/reproduce", "tables and figure")
     known = ", ".join(model.name for model in MODELS)
     text = f"networks of Table 1, of {known}, or config files; the paper's if left out"
     parser.add_argument("--models", type=tuple[str, ...] | None, help=text)
@@ -128,9 +112,6 @@ def _make_parser() -> ArgumentParser:
         default=1,
         help="trainings of every network, of this seed and those that follow; intervals are then "
         "over homes and trainings",
-    )
-    parser.add_argument(
-        "--jobs", type=int, default=os.cpu_count() or 1, help="processes with one thread each"
     )
     parser.add_argument(
         "--tiny", type=bool, default=False, help="everything as small as can be, to try the command"
@@ -186,40 +167,17 @@ def _list_telling_options(options: Namespace) -> list[str]:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
-    console = Console() if sys.stdout.isatty() else Console(width=_LOG_WIDTH)
+    console = make_console()
     with one_line_errors(status=2):
         options = parse(_make_parser(), arguments)
         plan = _make_plan(options)
         for folder in (plan.runs, plan.data, options.out):
             folder.mkdir(parents=True, exist_ok=True)
-    try:
-        with FileLock(plan.runs / _LOCK, timeout=0):
-            failed = run_stages(plan_stages(plan), options.jobs, console)
-    except Timeout:
-        _stop(
-            f"error: runs must be a folder that one command works in at a time, got {plan.runs}, "
-            "where another one does. Wait until it has ended, or give another --runs."
-        )
-    except KeyboardInterrupt:
-        _stop("interrupted; the same command goes on from here", status=130)
-    except BrokenProcessPool:
-        _stop(
-            "error: workers must live, got one that was killed. If memory ran out, give fewer "
-            "--jobs; the same command goes on from here."
-        )
-    if failed:
-        lines = [f"{name}: {error}" for name, error in failed.items()]
-        message = "\n".join(["error: every job must end well, got", *lines])
-        _stop(f"{message}\nMend it; the same command goes on from here.")
+    with work_in(plan.runs):
+        failed = run_stages(plan_stages(plan), options.jobs, console)
+    stop_if_failed(failed)
     with one_line_errors():
-        for name, content in make_files(plan).items():
-            write_whole(options.out / name, content)
-            console.print(f"wrote {options.out / name}", highlight=False, markup=False)
-
-
-def _stop(message: str, status: int = 1) -> NoReturn:
-    print(message, file=sys.stderr)
-    sys.exit(status)
+        write_files(options.out, make_files(plan), console)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,8 @@ from nep.paper.experiments import ABLATION_SETTING, SETTINGS, enter, find_models
 from nep.paper.plan import plan_stages
 from nep.paper.stages import _THREAD_VARIABLES
 from nep.paper.training import Training
-from nep.reproduce import _LOCK, _make_parser, _make_plan, main
+from nep.paper.work import LOCK
+from nep.reproduce import _make_parser, _make_plan, main
 from simulator.command_line import parse
 from simulator.policies import POLICIES
 
@@ -275,7 +276,7 @@ def test_bad_input_ends_with_a_message(tmp_path, capsys, options, message):
 
 def test_a_folder_in_which_another_command_works_is_refused(folder, capsys):
     before = read_times(folder)
-    with FileLock(folder / "runs" / _LOCK), pytest.raises(SystemExit) as stop:
+    with FileLock(folder / "runs" / LOCK), pytest.raises(SystemExit) as stop:
         reproduce(folder, "--table", "figure", "--steps", "5")
     assert stop.value.code == 1
     error = " ".join(capsys.readouterr().err.split())
