@@ -276,15 +276,15 @@ def _is_complete(out: Path, settings: dict[str, Any]) -> bool:
     """Tell whether a folder has every home; nothing is written, and no lock is needed.
 
     Raises:
-        ValueError: as `_load_finished` does.
+        ValueError: as `_check_finished` does.
     """
     if not (out / MANIFEST).exists():
         return False
-    manifest = load_manifest(out)
+    manifest, num_homes = load_manifest(out), settings["num_homes"]
     check_manifest(manifest, out)
-    if len(manifest["shards"]) < settings["num_homes"]:
+    if len(manifest["shards"]) < num_homes:  # looking at shards takes longer, and is for the lock
         return False
-    return len(_load_finished(out, settings)) == settings["num_homes"]
+    return len(_check_finished(manifest, out, settings)) == num_homes
 
 
 def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
@@ -293,7 +293,7 @@ def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
     A shard that the manifest does not list is collected again: nothing vouches for its bytes.
 
     Raises:
-        ValueError: if the folder holds something else, or as `_load_finished` does.
+        ValueError: if the folder holds something else, or as `_check_finished` does.
     """
     if not (out / MANIFEST).exists():
         strangers = sorted(
@@ -307,21 +307,23 @@ def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
                 f"{out}. Choose another folder."
             )
         save_manifest(out, settings, {})
-    finished = _load_finished(out, settings)
+    manifest = load_manifest(out)
+    check_manifest(manifest, out)
+    finished = _check_finished(manifest, out, settings)
     for partial in out.glob("*.part"):
         partial.unlink()
     return finished
 
 
-def _load_finished(out: Path, settings: dict[str, Any]) -> dict[str, str]:
-    """Check the finished shards of a collection and return the checksum of each.
+def _check_finished(
+    manifest: dict[str, Any], out: Path, settings: dict[str, Any]
+) -> dict[str, str]:
+    """Check the settings and the finished shards of a collection; return the checksum of each.
 
     Raises:
         ValueError: if it has other settings, or if a shard of the manifest is truncated or altered
             (the file is named).
     """
-    manifest = load_manifest(out)
-    check_manifest(manifest, out)
     wanted = {name: value for name, value in settings.items() if name != "labels"}
     for name, found, value in _find_differences(manifest["settings"], wanted):
         raise ValueError(
