@@ -227,8 +227,8 @@ def load_config(folder: Path) -> dict[str, Any]:
     for name, expected in make_schema().items():
         if schema.get(name) != expected:
             raise ValueError(
-                f"{name} of the exported schema must be {expected}, got {shorten(schema.get(name))} "
-                f"in {folder}. Train and export again, or install the package that exported it."
+                f"{name} of the exported schema must be {expected}, got "
+                f"{shorten(schema.get(name))} in {folder}. Train and export again, or install the package that exported it."
             )
     return config
 

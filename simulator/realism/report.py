@@ -60,7 +60,7 @@ def measure_source(source: HomeSource, num_homes: int, days: int, seed: int) -> 
 
 
 def list_outside(recorded: Sequence[Behaviour], means: Mapping[str, float]) -> list[str]:
-    """List the measures whose mean lies outside the spread of the recorded homes, if there are any."""
+    """List the measures whose mean lies outside the spread of the recorded homes, if any."""
     rows = [asdict(home) for home in recorded]
     return [
         name
