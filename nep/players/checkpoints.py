@@ -228,7 +228,8 @@ def load_config(folder: Path) -> dict[str, Any]:
         if schema.get(name) != expected:
             raise ValueError(
                 f"{name} of the exported schema must be {expected}, got "
-                f"{shorten(schema.get(name))} in {folder}. Train and export again, or install the package that exported it."
+                f"{shorten(schema.get(name))} in {folder}. Train and export again, or "
+                "install the package that exported it."
             )
     return config
 
