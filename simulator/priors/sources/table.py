@@ -63,7 +63,12 @@ def count_table(path: Path, *, skip_bad: bool = False) -> PlacementCounts:
 
 def _read_rows(path: Path) -> Iterator[tuple[str, Any]]:
     """Yield (row name, row)."""
-    text = path.read_text(encoding="utf-8-sig")
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ValueError(
+            f"table must be UTF-8, got {error} in {path.name}. Save it as UTF-8."
+        ) from error
     if path.suffix.lower() == ".json":
         try:
             rows = parse_json(text)
