@@ -49,7 +49,7 @@ def test_a_name_says_the_kind(activity, kind):
 
 
 def test_a_folder_without_activities_is_refused(tmp_path):
-    with pytest.raises(ValueError, match="bddl must hold activity_definitions.*got none in"):
+    with pytest.raises(ValueError, match=r"bddl must hold activity_definitions.*got none in"):
         count_activities(tmp_path)
 
 
