@@ -115,8 +115,11 @@ def measure(finder: Finder, questions: list[Asked]) -> dict[str, float]:
         right.append(found[0] == 0)
         likelihood.append(ranking[found[0]].probability)
         looks.append(found[0] + 1)
-    values = np.mean(right), compute_nll(np.array(likelihood)), np.mean(looks)
-    return {name: float(value) for name, value in zip(COLUMNS, values, strict=True)}
+    return {
+        "accuracy": float(np.mean(right)),
+        "nll": compute_nll(np.array(likelihood)),
+        "looks": float(np.mean(looks)),
+    }
 
 
 def compare(own: np.ndarray, other: np.ndarray) -> Difference:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import minimize, minimize_scalar
 
 from nep.players.searches import Decisions
 from simulator.policies.probabilities import compute_probabilities
@@ -22,21 +22,19 @@ _FORMER = ("absent_logit", "elsewhere_logit", "elsewhere_slope")
 
 _MISS_RATE = Detector().miss_rate  # of the homes that are searched
 _SPREAD = 0.1  # of ln(temperature): trained by likelihood, heat has -0.01
-_SLOPE_SPREAD = 0.5  # of best_slope and sure_slope
-_LEAST = 1e-3  # of b and 1 - b below
+_SLOPE_SPREAD = 0.5  # of best_slope
 
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
     """What turns logits of places into probabilities that mean what they say.
 
-    Before any look of a time step, with p = softmax(logit / temperature) and b = max(p):
+    Before any look of a time step, with p = softmax(logit / temperature):
 
-        odds(elsewhere) = odds(elsewhere_share) * exp(log_scale) / (b^best_slope (1 - b)^sure_slope)
+        odds(elsewhere) = odds(elsewhere_share) * (exp(best_mean) / max(p)) ** best_slope
         places          = (1 - elsewhere) * p
 
-    so that what the network has no good place for is more likely to be at none, and so is what it
-    is too sure of: a thing that was never seen, for which its prior knows a single place.
+    so that what the network has no good place for is more likely to be at none.
 
     Each look of the step that does not show the object multiplies its place by the miss rate of
     the detector, and all is normalised: Bayes' rule, as in `simulator.robot.belief`.
@@ -45,20 +43,17 @@ class Calibration:
         temperature: above 1 where the network is too sure of itself.
         elsewhere_share: share of the searches it was fitted to whose object was at no known place;
             0 where nothing was fitted.
-        best_slope: how much more there is elsewhere where no place is likely; 0: no more.
-        sure_slope: how much more there is elsewhere where one place is nearly certain.
-        log_scale: by which the odds of first looks in the searches it was fitted to are on average
-            those of the share.
+        best_slope: how much "elsewhere" depends on the probability of the best place; 0: not.
+        best_mean: a mean of ln max(p) in first looks of the searches it was fitted to: with it,
+            the odds are on average those of the share.
 
-    Source: Guo et al. 2017 (temperature); Kull, Silva Filho, Flach 2017 (beta calibration: log
-    odds that are linear in ln b and ln (1 - b)).
+    Source: Guo et al. 2017 (temperature).
     """
 
     temperature: float = 1.0
     elsewhere_share: float = 0.0
     best_slope: float = 0.0
-    sure_slope: float = 0.0
-    log_scale: float = 0.0
+    best_mean: float = 0.0
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Calibration:
@@ -83,18 +78,14 @@ class Calibration:
         """
         places = compute_probabilities(scores / self.temperature, "logits")
         is_known = np.isfinite(scores).any(axis=1)
-        weight = self.elsewhere_share * np.exp(self.log_scale + self._compute_log_powers(places))
+        best = np.log(np.where(is_known, places.max(axis=1), 1.0))
+        weight = self.elsewhere_share * np.exp(self.best_slope * (self.best_mean - best))
         elsewhere = np.where(is_known, weight / (weight + 1 - self.elsewhere_share), 1.0)
         places = places * (1 - elsewhere[:, None])
         if is_absent is not None:
             places = places * np.where(is_absent, _MISS_RATE, 1.0)
         both = np.column_stack([places, elsewhere])
         return both / both.sum(axis=1, keepdims=True)
-
-    def _compute_log_powers(self, places: np.ndarray) -> np.ndarray:
-        """Return the logarithm of what the odds are multiplied by, without its scale, (Q,)."""
-        best = np.clip(places.max(axis=1), _LEAST, 1 - _LEAST)
-        return -self.best_slope * np.log(best) - self.sure_slope * np.log1p(-best)
 
     def with_share(self, share: float) -> Calibration:
         """Return the calibration for a user who asks for things elsewhere more or less often.
@@ -110,34 +101,40 @@ class Calibration:
 
 
 def fit_calibration(decisions: Decisions, *, alike: bool = False) -> Calibration:
-    """Fit temperature and slopes by the mean negative log likelihood; the share is counted.
+    """Fit temperature and slope by the mean negative log likelihood; the share is counted.
 
-    Normal priors hold ln(temperature) and the slopes near 0, with standard deviations of `_SPREAD`
+    Normal priors hold ln(temperature) and the slope near 0, with standard deviations of `_SPREAD`
     and `_SLOPE_SPREAD`: a week in one home must not make a network much surer, or less sure, than
     its training did.
 
     Args:
         decisions: in validation homes, some of them for objects that are elsewhere.
-        alike: whether "elsewhere" has the same share in all questions: no slopes.
+        alike: whether "elsewhere" has the same share in all questions: no slope.
     """
     share, first = decisions.elsewhere_share, decisions.scores[decisions.num_looks == 0]
     first = first[np.isfinite(first).any(axis=1)]
-    spread = np.array([_SPREAD] if alike else [_SPREAD, _SLOPE_SPREAD, _SLOPE_SPREAD])
+
+    spread = np.array([_SPREAD] if alike else [_SPREAD, _SLOPE_SPREAD])
 
     def make(values: np.ndarray) -> Calibration:
-        raw = Calibration(float(np.exp(values[0])), share, *map(float, values[1:]))
-        places = compute_probabilities(first / raw.temperature, "logits")
+        temperature = float(np.exp(values[0]))
+        if alike:
+            return Calibration(temperature, share)
+        slope = float(values[1])
+        best = compute_probabilities(first / temperature, "logits").max(axis=1)
         # the mean of what the odds are multiplied by is one, so that the share stays what it is
-        powers = np.exp(raw._compute_log_powers(places))
-        return replace(raw, log_scale=float(np.log(1 / powers.mean())))
+        mean = -np.log(np.mean(best**-slope)) / slope if slope else np.log(best).mean()
+        return Calibration(temperature, share, slope, float(mean))
 
     def loss(values: np.ndarray) -> float:
         prior = 0.5 * ((values / spread) ** 2).sum()
-        probability = make(values).compute_probabilities(decisions.scores, decisions.is_absent)
-        nll = compute_nll((probability * decisions.answers).sum(axis=1))
+        nll = measure_calibration(decisions, make(values))["nll"]
         return float(nll + prior / max(len(decisions.scores), 1))
 
-    return make(minimize(loss, np.zeros(len(spread)), method="L-BFGS-B").x)
+    if alike:
+        found = minimize_scalar(lambda x: loss(np.array([x])), bounds=(-3.0, 3.0), method="bounded")
+        return make(np.array([found.x]))
+    return make(minimize(loss, np.zeros(2), method="Nelder-Mead").x)
 
 
 def measure_calibration(decisions: Decisions, calibration: Calibration | None) -> dict[str, float]:

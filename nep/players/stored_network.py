@@ -105,9 +105,8 @@ def read_calibration(data: Any) -> Calibration | None:
     calibration = Calibration.from_json(data)
     if not 0 < calibration.temperature < math.inf or not 0 <= calibration.elsewhere_share <= 1:
         raise TypeError("temperature or elsewhere_share of the calibration is out of range")
-    for name in ("best_slope", "sure_slope", "log_scale"):
-        if abs(getattr(calibration, name)) > 100:
-            raise TypeError(f"{name} of the calibration is out of range")
+    if abs(calibration.best_slope) > 100 or abs(calibration.best_mean) > 100:
+        raise TypeError("best_slope or best_mean of the calibration is out of range")
     return calibration
 
 

@@ -83,10 +83,8 @@ the same for every question. That is most of its error: things that are gone are
 a network is unsure of, so that it is too low where the best place is unlikely, and too high after
 a look in vain at a likely one."""
 _BY_BEST = """\
-on average: with b, the probability of the best place, its odds are multiplied by
-{scale:.2f} / (b ** {best_slope:.2f} * (1 - b) ** {sure_slope:.2f}), since things that are gone
-are rather those that a network is unsure of, or those that were never seen and for which its prior
-knows a single place."""
+on average: its odds are multiplied by ({usual:.2f} / probability of the best place) ** {slope:.2f},
+since things that are gone are rather those that a network is unsure of."""
 _UNMEASURED = """\
 ## Scores and probabilities
 
@@ -190,10 +188,10 @@ def _describe_measured(
 
 
 def _describe_elsewhere(calibration: Mapping[str, Any]) -> str:
-    if not calibration.get("best_slope"):
+    slope = calibration.get("best_slope", 0.0)
+    if not slope:
         return _ALIKE
-    slopes = {name: calibration[name] for name in ("best_slope", "sure_slope")}
-    return _BY_BEST.format(scale=math.exp(calibration["log_scale"]), **slopes)
+    return _BY_BEST.format(usual=math.exp(calibration["best_mean"]), slope=slope)
 
 
 def _describe_training(training: Mapping[str, Any] | None) -> str:
