@@ -42,6 +42,7 @@ class NEPModule(pl.LightningModule):
         evidence: whether furniture carries evidence; follows `data.features.evidence`.
         clock_dropout: share of the training questions whose evidence hides the clock.
         filter_share: share of the adaptive filter in the answers of a network with evidence.
+        prior_share: share in them of who goes by the prior, see `NEPPolicy`.
 
     Source: paper section 4.3 and appendix C.
     """
@@ -63,6 +64,7 @@ class NEPModule(pl.LightningModule):
         evidence: bool = False,
         clock_dropout: float = 0.5,
         filter_share: float = 0.0,
+        prior_share: float = 0.0,
     ) -> None:
         super().__init__()
         check_at_least(0, learning_rate=learning_rate, listwise_weight=listwise_weight)
@@ -72,7 +74,12 @@ class NEPModule(pl.LightningModule):
             transformer_heads=transformer_heads,
             feed_forward_units=feed_forward_units,
         )
-        shares = {"dropout": dropout, "clock_dropout": clock_dropout, "filter_share": filter_share}
+        shares = {
+            "dropout": dropout,
+            "clock_dropout": clock_dropout,
+            "filter_share": filter_share,
+            "prior_share": prior_share,
+        }
         for name, share in shares.items():
             if not 0 <= share <= 1:
                 raise ValueError(f"{name} must lie in [0, 1], got {share}. Give a share.")
@@ -93,6 +100,7 @@ class NEPModule(pl.LightningModule):
                 "evidence": evidence,
                 "clock_dropout": clock_dropout,
                 "filter_share": filter_share,
+                "prior_share": prior_share,
                 # Lightning's name for what turns the plain encoder entry back into an encoder
                 "_instantiator": "lightning.pytorch.cli.instantiate_module",
             }
@@ -101,6 +109,7 @@ class NEPModule(pl.LightningModule):
         self.schedule = schedule
         self.listwise_weight = listwise_weight
         self.paper_loss = paper_loss
+        self.prior_share = prior_share
         self.predictor = NodeEdgePredictor(
             encoder,
             transformer=transformer,

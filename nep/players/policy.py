@@ -13,6 +13,7 @@ from nep.layers.flat_graph import FlatGraph
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.checkpoints import load_trained
+from simulator.arrays.padded import sum_rows
 from simulator.evidence.features import compute_features
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.policies import Policy
@@ -30,6 +31,11 @@ class NEPPolicy(Policy):
     on the homes beside it, nor on threads: products of float32 differ in the last bit with the
     number of rows and who shares a vector register, enough to break a tie. So a copy of the network
     computes in float64, and its logits are rounded to six decimals.
+
+    A network with evidence may share its answers with who goes by the prior, whatever was seen
+    before the last sighting (`NEPModule.prior_share`, `follow_prior`): the probability
+    of a place is then (1 - share) times the network's plus share times that one's. A network that
+    has seen a thing at three places for weeks is too sure of them where people live.
     """
 
     score_kind = "logits"
@@ -95,10 +101,9 @@ class NEPPolicy(Policy):
     def score_places(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return logits of every place, (Q, F, 2), the last axis "in", "onTop"; -inf for none."""
         predictor = self._take_predictor()
-        extras = {}
+        extras, question_extras, evidence = {}, {}, None
         if self._believer is not None:
             extras["belief"] = self._believer.follow(memory, queries).stack()
-        question_extras = {}
         if self._builder.config.evidence:
             evidence = compute_features(memory, queries)
             extras["evidence"] = evidence.place
@@ -113,6 +118,10 @@ class NEPPolicy(Policy):
         logits = predictor.score(graph).cpu().numpy().round(_DECIMALS)
         scores = np.full((len(queries.home), memory.num_furniture, 2), -np.inf)
         scores[arrays.query_snapshot, arrays.query_furniture, arrays.query_relation] = logits
+        share = self._module.prior_share
+        if evidence is not None and share > 0:
+            num_places = memory.home_num_furniture[queries.home]
+            scores = _share_answers(scores, evidence.by_prior, share, num_places)
         return scores
 
     def _take_predictor(self) -> NodeEdgePredictor:
@@ -124,3 +133,24 @@ class NEPPolicy(Policy):
             copy = deepcopy(self._module.predictor).requires_grad_(False)
             self._predictor = copy.to(device, torch.float64).eval()
         return self._predictor
+
+
+def _share_answers(
+    scores: np.ndarray, belief: np.ndarray, share: float, num_places: np.ndarray
+) -> np.ndarray:
+    """Mix the probabilities of the places with a belief; both relations of a place keep their odds.
+
+    Args:
+        scores: logits of places and relations, (Q, F, 2).
+        belief: of each place, (Q, F); it need not sum to one.
+        share: of the belief, below 1.
+        num_places: furniture nodes of the home, (Q,).
+    """
+    best = scores.max(axis=2)
+    top = best.max(axis=1, keepdims=True)
+    total = sum_rows(np.exp(best - top), num_places)[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):  # places without an opinion stay at -inf
+        own = best - top - np.log(total) + np.log1p(-share)
+        other = np.log(share * belief / sum_rows(belief, num_places)[:, None])
+        gain = np.where(np.isfinite(own), np.logaddexp(own, other) - own, 0.0)
+    return (scores + gain[..., None]).round(_DECIMALS)

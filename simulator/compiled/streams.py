@@ -11,39 +11,27 @@ Random Number Generation" (2014), PCG-XSL-RR-128/64; uniform numbers as
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
 
 from simulator.compiled.kernel import kernel
 
 _HIGH, _LOW = np.uint64(0x2360ED051FC65DA4), np.uint64(0x4385DF649FCCF645)  # M
 _ZERO, _ONE = np.uint64(0), np.uint64(1)
+_HALF, _MASK = np.uint64(32), np.uint64(0xFFFFFFFF)
 
 
-def _generate_multiply_add(typing: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any) -> Any:
+@kernel
+def _multiply_add(
+    a: np.uint64, b: np.uint64, c: np.uint64, d: np.uint64, e: np.uint64, f: np.uint64
+) -> tuple[np.uint64, np.uint64]:
     """Return (a, b) * (c, d) + (e, f) modulo 2^128: numba has no integers of 128 bits."""
-    word, whole = ir.IntType(64), ir.IntType(128)
-    half = ir.Constant(whole, 64)
-
-    def generate(context: Any, builder: Any, signature: Any, words: Any) -> Any:
-        factor, other, term = (
-            builder.or_(
-                builder.shl(builder.zext(words[i], whole), half), builder.zext(words[i + 1], whole)
-            )
-            for i in (0, 2, 4)
-        )
-        found = builder.add(builder.mul(factor, other), term)
-        halves = [builder.trunc(builder.lshr(found, half), word), builder.trunc(found, word)]
-        return context.make_tuple(builder, signature.return_type, halves)
-
-    return types.UniTuple(types.uint64, 2)(*[types.uint64] * 6), generate
-
-
-_multiply_add: Any = intrinsic(_generate_multiply_add)
+    b_high, b_low, d_high, d_low = b >> _HALF, b & _MASK, d >> _HALF, d & _MASK
+    cross = b_high * d_low + (b_low * d_low >> _HALF)
+    other = b_low * d_high + (cross & _MASK)
+    high = b_high * d_high + (cross >> _HALF) + (other >> _HALF)
+    low = b * d + f
+    carry = np.uint64(low < f)
+    return high + a * d + b * c + e + carry, low
 
 
 @kernel

@@ -14,6 +14,7 @@ from simulator.memory.home_history import NUM_HOURS
 from simulator.memory.memory_batch import MemoryBatch, Queries
 
 _HOUR_WIDTH = 4.0  # concentration of the hours that count as alike: about three to each side
+_ANYWHERE = 0.03  # of the moves that follow the prior, in spite of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +33,10 @@ class FilterSettings:
     crossing: float | None = None
     asks_moved: float | None = 0.0
     hours: float = 0.0
+
+
+# The filter of `follow_prior`: an object is soon elsewhere in its room.
+_FOLLOWS_PRIOR = FilterSettings(rate=0.5, crossing=0.0, asks_moved=0.5)
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +174,26 @@ def compute_beliefs(
         memory.objects["last_observed"][queries.object].astype(np.int64),
         memory.time, compute_hours_per_step(memory, home), rate, crossing, moved, rates.miss,
     )  # fmt: skip
+
+
+def follow_prior(
+    memory: MemoryBatch, queries: Queries, counts: ObjectCounts, rates: Rates
+) -> np.ndarray:
+    """Return the belief of who heeds the last sighting and the looks since, but no earlier ones.
+
+    Objects go where the prior has them, and what it does not know to any place alike: a second
+    opinion where all sightings of a thing were at a few places, and it is at none of them.
+
+    Returns:
+        Probability of each place, (Q, F); the rest is elsewhere.
+    """
+    is_place = memory.is_furniture[queries.home]
+    num_places = is_place.sum(axis=1)
+    prior = Expected.by_prior(memory, queries)
+    anywhere = (1 + _ANYWHERE - prior.trust)[:, None] / num_places[:, None]
+    weight = np.append((prior.share + anywhere) * is_place, anywhere, axis=1)
+    goes = weight / (sum_rows(weight[:, :-1], num_places)[:, None] + anywhere)
+    return compute_beliefs(memory, queries, counts, rates, goes, [_FOLLOWS_PRIOR])[:, 0, :-1]
 
 
 def _compute_crossing(memory: MemoryBatch) -> np.ndarray:

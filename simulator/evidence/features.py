@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.evidence.adaptive_filter import follow_prior
 from simulator.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from simulator.evidence.place_features import PLACE_GROUPS
 from simulator.evidence.question import Question
@@ -20,10 +21,12 @@ class Features:
     Attributes:
         place: float32 (Q, F, D).
         question: float32 (Q, C).
+        by_prior: what `follow_prior` believes, no feature but a second opinion, (Q, F).
     """
 
     place: np.ndarray
     question: np.ndarray
+    by_prior: np.ndarray
 
 
 def compute_features(memory: MemoryBatch, queries: Queries) -> Features:
@@ -32,7 +35,7 @@ def compute_features(memory: MemoryBatch, queries: Queries) -> Features:
     place = _stack([group(question) for group in PLACE_GROUPS.values()], PLACE_COLUMNS)
     place *= question.is_place[..., None]
     about = _stack([group(question) for group in QUESTION_GROUPS.values()], QUESTION_COLUMNS)
-    return Features(place, about)
+    return Features(place, about, follow_prior(memory, queries, question.counts, question.rates))
 
 
 def _stack(groups: list[dict[str, np.ndarray]], columns: tuple[str, ...]) -> np.ndarray:

@@ -1,10 +1,17 @@
 """The adaptive filter: hand-worked looks, its closed form against small steps, and laws."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from simulator.compiled.adaptive_filter import follow_looks
-from simulator.evidence.adaptive_filter import FilterSettings, Rates, compute_destinations
+from simulator.evidence.adaptive_filter import (
+    FilterSettings,
+    Rates,
+    compute_destinations,
+    follow_prior,
+)
 from simulator.evidence.expected import Expected
 from simulator.evidence.object_counts import ObjectCounts
 from simulator.policies.adaptive import Adaptive
@@ -121,6 +128,31 @@ def test_destinations_by_hand(rollout):
     weight = counts.num_true + queries.prior.sum(axis=2) + 0.05
     expected = weight / (weight.sum(axis=1, keepdims=True) + 0.05)
     np.testing.assert_allclose(found[:, :-1], expected, rtol=1e-6)
+
+
+def test_who_goes_by_the_prior_forgets_earlier_sightings(rollout):
+    """What is believed of a home does not change with the sightings before the last one."""
+    memory = rollout.memory
+    queries = ask_all(memory, 0)
+    counts, rates = ObjectCounts.gather(memory, queries), Rates.estimate(memory, queries)
+    before = follow_prior(memory, queries, counts, rates)
+    more = replace(counts, num_true=counts.num_true * 5)
+    np.testing.assert_array_equal(follow_prior(memory, queries, more, rates), before)
+    assert not np.allclose(before, Adaptive().follow(memory, queries)[:, :-1], atol=0.05)
+
+
+def test_who_goes_by_the_prior_by_hand(make_tiny_homes):
+    """Nothing was seen: three hundredths are spread evenly, over the six places and elsewhere."""
+    rollout = Rollout(make_tiny_homes(2), Adaptive())
+    _, queries = rollout.ask()
+    memory = rollout.memory
+    counts = ObjectCounts.gather(memory, queries)
+    rates = replace(Rates.estimate(memory, queries), any_moved=np.zeros(2))
+    prior = queries.prior.sum(axis=2)
+    assert prior.any(axis=1).all()
+    prior /= prior.sum(axis=1, keepdims=True)
+    found = follow_prior(memory, queries, counts, rates)
+    np.testing.assert_allclose(found, (prior + 0.005) / (1 + 0.03 + 0.005), rtol=1e-5)
 
 
 def test_rates_by_hand(rollout):

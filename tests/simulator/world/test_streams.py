@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 import simulator
+from simulator.compiled.streams import _multiply_add
 from simulator.world.streams import SPLITS, Streams, sample_categorical
 
 
@@ -126,3 +127,10 @@ def test_categories_follow_their_weights():
     used = weights > 0
     assert counts[1] == 0
     assert stats.chisquare(counts[used], expected[used]).pvalue > 0.01
+
+
+def test_products_of_128_bits_carry_as_those_of_python_do():
+    words = [0, 1, 2**32 - 1, 2**32, 2**63, 2**64 - 1]
+    for a, b, c, d, e, f in itertools.product(words, repeat=6):
+        found = ((a << 64 | b) * (c << 64 | d) + (e << 64 | f)) % 2**128
+        assert _multiply_add(*np.array([a, b, c, d, e, f], np.uint64)) == divmod(found, 2**64)
