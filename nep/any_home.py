@@ -74,6 +74,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         check_at_least(
             1, num_homes=options.num_homes, steps=options.steps, searches=options.searches
         )
+        if options.out.is_dir():
+            raise ValueError(f"out must be a file, got a folder at {options.out}. Name a table.")
+        if options.card is not None:
+            load_config(options.card)  # before hours of playing
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
         known = dict(list_simulated(options.num_homes, options.steps, options.searches))
         if options.recorded:
@@ -82,22 +86,22 @@ def main(arguments: Sequence[str] | None = None) -> None:
             )
         kinds = choose_kinds(known, options.kinds)
         scores = play_all(kinds, checkpoints, options.out.with_suffix(".json"))
-    titles = {name: kind.title for name, kind in kinds.items()}
-    command = make_command(parser, options, checkpoints)
-    overview = make_overview(titles, scores, [point.name for point in checkpoints])
-    parts = [
-        "# One network in homes of every kind",
-        f"`{command}`. Differences are paired over homes, with 95 % bootstrap intervals; a rule is "
-        "any policy that does not know the true home. NLL, calibration error and looks: less is "
-        "better.",
-        overview,
-    ]
-    for name, title in titles.items():
-        parts.append(f"## {title}\n\n{make_table(scores[name])}")
-    write_whole(options.out, ("\n\n".join(part.strip() for part in parts) + "\n").encode())
-    if options.card is not None:
-        note_kinds(options.card, overview)
-    print(options.out)
+        titles = {name: kind.title for name, kind in kinds.items()}
+        command = make_command(parser, options, checkpoints)
+        overview = make_overview(titles, scores, [point.name for point in checkpoints])
+        parts = [
+            "# One network in homes of every kind",
+            f"`{command}`. Differences are paired over homes, with 95 % bootstrap intervals; a "
+            "rule is any policy that does not know the true home. NLL, calibration error and "
+            "looks: less is better.",
+            overview,
+        ]
+        for name, title in titles.items():
+            parts.append(f"## {title}\n\n{make_table(scores[name])}")
+        write_whole(options.out, ("\n\n".join(part.strip() for part in parts) + "\n").encode())
+        if options.card is not None:
+            note_kinds(options.card, overview)
+        print(options.out)
 
 
 if __name__ == "__main__":

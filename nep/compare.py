@@ -60,6 +60,12 @@ def _name_versions(first: Results, second: Results) -> str:
 def _compare_task(task: str, first: Results, second: Results) -> str:
     metric = STEP_METRICS[TASKS[task].metric]
     ours, theirs = first.tasks[task], second.tasks[task]
+    counts = sorted({len(own.values) for own in (*ours.values(), *theirs.values())})
+    if not ours or not theirs or len(counts) > 1:
+        raise ValueError(
+            f"both results must have played {task} in as many homes, got {counts}. Was a file "
+            "edited? Make it again."
+        )
     mean = {name: float(own.home_values.mean()) for name, own in ours.items()}
     best = (max if metric.is_higher_better else min)(mean, key=lambda name: mean[name])
     lines = []

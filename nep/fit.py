@@ -64,7 +64,11 @@ class FitCLI(LightningCLI):
             args=args,
             run=False,
             auto_configure_optimizers=False,  # Adam with `model.learning_rate`
-            parser_kwargs={"prog": "python -m nep.fit", "description": __doc__},
+            parser_kwargs={
+                "prog": "python -m nep.fit",
+                "usage": "%(prog)s --config NAME.yaml [--OPTION VALUE ...]",  # not all 200
+                "description": __doc__,
+            },
         )
 
     def add_arguments_to_parser(self, parser: LightningArgumentParser) -> None:

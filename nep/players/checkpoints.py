@@ -93,7 +93,7 @@ def load_checkpoint(path: Path) -> TrainedModel:
         module = build_network(content["hyper_parameters"], content["state_dict"], path)
         text, training = data["text"], data.get("training")
         if training is not None:
-            training = dict(training)
+            training = {**training}
     except OSError as error:
         raise ValueError(
             f"checkpoint must be a file that can be read, got {shorten(error.strerror)} for "
@@ -227,8 +227,9 @@ def load_config(folder: Path) -> dict[str, Any]:
     for name, expected in make_schema().items():
         if schema.get(name) != expected:
             raise ValueError(
-                f"{name} of the exported schema must be {expected}, got {schema.get(name)} in "
-                f"{folder}. Train and export again, or install the package that exported it."
+                f"{name} of the exported schema must be {expected}, got "
+                f"{shorten(schema.get(name))} in {folder}. Train and export again, or "
+                "install the package that exported it."
             )
     return config
 
@@ -260,8 +261,8 @@ def check_feature_schema(version: object, where: str | Path) -> None:
     """
     if version != FEATURE_SCHEMA_VERSION:
         raise ValueError(
-            f"checkpoint must have feature schema {FEATURE_SCHEMA_VERSION}, got {version} for "
-            f"{where}. Train again, or install the version of the package that trained it."
+            f"checkpoint must have feature schema {FEATURE_SCHEMA_VERSION}, got {shorten(version)} "
+            f"for {where}. Train again, or install the version of the package that trained it."
         )
 
 
@@ -287,7 +288,7 @@ def _make_builder(
     builder = GraphBuilder(features, module.num_hops)
     if builder.text_name != text:
         raise ValueError(
-            f"text vectors must be {text}, got {builder.text_name} for {where}. "
+            f"text vectors must be {shorten(text)}, got {builder.text_name} for {where}. "
             "Install the version of the package that trained it, or train again."
         )
     return builder

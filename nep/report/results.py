@@ -117,16 +117,21 @@ class Results:
         found = content.get("results_version") if isinstance(content, dict) else None
         if found != RESULTS_VERSION:
             raise ValueError(
-                f"results must have results_version {RESULTS_VERSION}, got {found} in {path}. Make "
-                "them again with the command in the file, or use the version of the package that "
-                "wrote them."
+                f"results must have results_version {RESULTS_VERSION}, got {shorten(found)} in "
+                f"{path}. Make them again with the command in the file, or use the version of the "
+                "package that wrote them."
             )
         try:
             tasks = {
                 task: {name: _unpack(packed) for name, packed in entry["policies"].items()}
                 for task, entry in content["tasks"].items()
             }
-            return cls(content["command"], content["config"], content["versions"], tasks)
+            command, config, versions = (content[x] for x in ("command", "config", "versions"))
+            if not isinstance(config, dict) or not isinstance(versions, dict):
+                raise TypeError("config and versions are no objects")
+            if unknown := set(tasks) - set(TASKS):
+                raise ValueError(f"unknown tasks {sorted(unknown)}")
+            return cls(command, config, versions, tasks)
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise ValueError(
                 f"results must hold all that Results.save writes, got {shorten(error)} in {path}. "

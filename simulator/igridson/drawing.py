@@ -70,10 +70,10 @@ class HomePicture:
         """Draw what never changes.
 
         Raises:
-            ValueError: if the cells are too small for labels.
+            ValueError: if the cells are too small for labels, or too large for a picture.
         """
-        if tile < 32:
-            raise ValueError(f"tile must be at least 32 pixels, got {tile}. Raise it.")
+        if not 32 <= tile <= 320:
+            raise ValueError(f"tile must lie in 32 to 320 pixels, got {tile}. Take 40.")
         self.layout = layout
         self.tile = tile
         self._scale = tile * _SMOOTH

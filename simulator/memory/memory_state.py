@@ -305,7 +305,8 @@ class MemoryState:
         if content.asked is not None:
             self.query_row(content.asked)
         batch.count_history(content.history)  # now: to ask again is no new question
-        self.sought = dict(content.sought)
+        self.sought = {}
         self.step = StepLog()
         for look in content.looks:
             self.look(look.furniture, look.seen, look.coverage)
+        self.sought = dict(content.sought)  # as it is after these looks

@@ -355,6 +355,7 @@ class SceneGraphMemory:
                 f"seen must hold Sighting objects, got {shorten(seen)} at "
                 f"{self.describe(furniture)}. Write [] where nothing was detected."
             )
+        seen = tuple(seen)
         for sighting in seen:
             if not isinstance(sighting, Sighting):
                 raise TypeError(
@@ -366,6 +367,7 @@ class SceneGraphMemory:
                 f"coverage must be above 0 and at most 1, got {shorten(coverage)} at "
                 f"{self.describe(furniture)}. Give the share in view, or leave out the look."
             )
+        furniture, coverage = int(furniture), float(coverage)  # of any kind of number
         with self._lock:
             self._state.look(furniture, seen, coverage)
             rows = [[one.description, one.relation, one.confidence] for one in seen]
@@ -390,6 +392,7 @@ class SceneGraphMemory:
                 f"coverage must lie above 0 and at most at 1, got {shorten(coverage)} at "
                 f"{self.describe(furniture)}. Give the share of it that was in view."
             )
+        furniture, coverage = int(furniture), float(coverage)
         with self._lock:
             self._state.note_absent(furniture, words, coverage)
             self._write("absent", furniture=furniture, description=words, coverage=coverage)

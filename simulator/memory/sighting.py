@@ -58,6 +58,7 @@ class Sighting:
                 f"confidence must lie in [0, 1], got {shorten(self.confidence)} for "
                 f"{shorten(self.description)}. Give a probability."
             )
+        object.__setattr__(self, "confidence", float(self.confidence))  # of any kind of number
 
 
 @dataclass(frozen=True, slots=True)

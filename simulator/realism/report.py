@@ -60,12 +60,13 @@ def measure_source(source: HomeSource, num_homes: int, days: int, seed: int) -> 
 
 
 def list_outside(recorded: Sequence[Behaviour], means: Mapping[str, float]) -> list[str]:
-    """List the measures whose mean lies outside the spread of the recorded homes."""
+    """List the measures whose mean lies outside the spread of the recorded homes, if any."""
     rows = [asdict(home) for home in recorded]
     return [
         name
         for name in MEASURES
-        if not min(row[name] for row in rows) <= means[name] <= max(row[name] for row in rows)
+        if rows
+        and not min(row[name] for row in rows) <= means[name] <= max(row[name] for row in rows)
     ]
 
 
@@ -83,7 +84,7 @@ def make_table(recorded: Mapping[str, Behaviour], simulated: Sequence[Column]) -
         for column, own in zip(simulated, outside, strict=True):
             values = [getattr(home, name) for home in column.homes]
             text = f"{np.mean(values):.3g} ± {np.std(values).round(12):.2g}"
-            cells.append(f"*{text}*" if recorded and name in own else text)
+            cells.append(f"*{text}*" if name in own else text)
         lines.append(f"| {title} | {' | '.join(cells)} |")
     return "\n".join(lines)
 

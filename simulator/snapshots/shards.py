@@ -96,8 +96,8 @@ def load_manifest(folder: Path) -> dict[str, Any]:
         ) from error
     if version != SCHEMA_VERSION:
         raise ValueError(
-            f"manifest must have schema version {SCHEMA_VERSION}, got {version} in {path}. "
-            "Collect again with this version of the package."
+            f"manifest must have schema version {SCHEMA_VERSION}, got {shorten(version)} in "
+            f"{path}. Collect again with this version of the package."
         )
     settings = manifest["settings"]
     if isinstance(settings, dict) and "grades" in settings:  # what the option was called

@@ -36,8 +36,8 @@ _GIGABYTE = 1 << 30
 _SECONDS = 20  # of processor time
 _PATIENCE = 1200  # seconds of waiting for a case
 _PER_PROCESS = 250
-KINDS = ("memory", "trace", "prior", "collection", "exported", "checkpoint", "layout",
-         "session", "command", "writing")  # fmt: skip
+KINDS = ("memory", "trace", "prior", "collection", "exported", "checkpoint", "log",
+         "results", "source", "layout", "session", "command", "writing")  # fmt: skip
 
 
 class Hang(BaseException):
@@ -84,8 +84,10 @@ def _use(target: object, folder: Path) -> tuple[str, str]:
     try:
         target.use(folder)
     except (ValueError, OSError) as error:
-        if len(str(error)) > 3000:
+        if "x" * 201 in str(error) or len(str(error)) > 3000:  # a value, or all of many
             return "long message", str(error)[:500]
+        if " must " not in str(error) and not isinstance(error, OSError):
+            return "unclear message", traceback.format_exc()[-1500:]
         return "refused", ""
     except Hang:
         return "hang", ""

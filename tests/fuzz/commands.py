@@ -29,9 +29,22 @@ COMMANDS = (
      ("step_seconds", "start", "seed", "split", "homes")),
     ("simulator.trace", ("from-log", "looks.jsonl", "--out=log"), ("val_share", "test_share")),
     ("simulator.priors", ("show", "--no_picture"), ("room", "object", "top", "out")),
+    ("simulator.trace", ("import", "procthor", "house.json", "--out=imported"),
+     ("furniture", "labels", "start", "memory", "prior")),
     ("simulator.priors", ("check", "prior.json"), ()),
+    ("simulator.priors", ("compare", "prior.json", "prior.json"), ("top",)),
+    ("simulator.priors", ("from-trace", "home", "--out=counted.json"), ("step_seconds",)),
+    ("simulator.priors", ("build", "--source=table=rows.csv", "--out=built.json"),
+     ("source", "num_homes", "seed", "normalise", "scope", "coarse", "min_edges", "min_places",
+      "skip_bad")),
+    ("simulator.test_sets", ("show", "paper-32-on-v1"), ()),
+    ("simulator.test_sets", ("check", "x"), ()),
     ("simulator.igridson", ("run", "--out=run.json", "--runs=1", "--queries_per_home=1"),
      ("look_cost", "policy", "attempts", "seed", "layout", "queries_per_home", "prior")),
+    ("nep.igridson", ("run", "--runs=1", "--queries_per_home=1", "--checkpoint=last.ckpt"),
+     ("checkpoint", "encoders", "look_cost", "seed", "threads", "attempts")),
+    ("nep.view", ("home.sgm", "--save=page.html"),
+     ("ask", "checkpoint", "steps", "number", "seed", "robot", "port", "trace", "prior")),
     ("nep.evaluate", ("--out=results", "--num_homes=1", "--steps=2", "--policies=bayesian",
                       "--tasks=predict_location", *SMALL),
      ("policies", "tasks", "checkpoint", "encoders", "split", "seed", "threads", "trace", "homes")),
@@ -45,6 +58,8 @@ def make_inputs(folder: Path) -> None:
     """Write what the commands read."""
     targets.make_trace(folder)
     targets.make_checkpoint(folder)
+    targets.make_sources(folder)
+    targets.make_memory().save(folder / "home.sgm")
     targets.PriorGraph.default().save(folder / "prior.json")
     memory = targets.SceneGraphMemory(log=folder / "looks.jsonl")
     shelf = memory.add_furniture("shelf", memory.add_room("kitchen"))
@@ -100,4 +115,4 @@ def use_line(folder: Path) -> None:
     if status not in (None, 0):
         assert len(text) < 5000, f"{line}: {text[:300]}"
         assert "error" in text, f"{line}: {text[-300:]}"
-        raise ValueError("refused")
+        raise ValueError(f"a command must say one line: {text.strip()[-200:]}")

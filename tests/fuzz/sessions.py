@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Callable
 from datetime import datetime
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -50,19 +51,23 @@ def use_session(folder: Path) -> None:
 
 def _act(memory: SceneGraphMemory, folder: Path, rng: Rng) -> SceneGraphMemory:
     rooms, furniture = sorted(memory.layout.rooms), memory.furniture_ids
+    if rng.random() < 0.2:
+        rooms, furniture = np.array(rooms, dtype=np.int32), np.array(furniture, dtype=np.int64)
 
     def take(values: Any) -> Any:
         if not len(values):
             return 0
         return values[int(rng.integers(len(values)))]
 
-    def share() -> float:
-        return float(rng.uniform(0.01, 1))
+    def share() -> Any:  # as a detector gives it
+        number = float(rng.uniform(0.01, 1))
+        return take((number, np.float32(number), Fraction(number), 1, np.int64(1), True))
 
-    def see() -> list[Sighting]:
-        return [
+    def see() -> Any:
+        seen = [
             Sighting(take(THINGS), take(("in", "onTop")), share()) for _ in range(rng.poisson(2))
         ]
+        return take((seen, tuple(seen), iter(seen)))
 
     position = (share(), share()) if rng.random() < 0.5 else None
     acts: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
@@ -83,7 +88,7 @@ def _act(memory: SceneGraphMemory, folder: Path, rng: Rng) -> SceneGraphMemory:
     kind = rng.random()
     if kind < 0.15:
         _ask(memory, take(THINGS), rng)
-    elif kind < 0.2 and furniture:
+    elif kind < 0.2 and memory.num_furniture:
         _search(memory, take(THINGS), see, rng)
     elif kind < 0.25:
         memory.save(folder / "home.sgm")
@@ -140,9 +145,7 @@ def _ask(memory: SceneGraphMemory, thing: str, rng: Rng) -> None:
     assert str(ranking)
 
 
-def _search(
-    memory: SceneGraphMemory, thing: str, see: Callable[[], list[Sighting]], rng: Rng
-) -> None:
+def _search(memory: SceneGraphMemory, thing: str, see: Callable[[], Any], rng: Rng) -> None:
     """Look until it is over; no place twice before all others."""
     search = Finder(Bayesian()).search(memory, thing)
     offered: list[int] = []

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +19,14 @@ from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from nep import ObjectFinder
+from nep.compare import compare
 from nep.encoders import MLP
 from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, save_exported
+from nep.report.results import Results, ScoreSummary
 from simulator import (
     Bayesian,
+    Clock,
     HomeConfig,
     PriorGraph,
     SampledHomes,
@@ -33,8 +38,14 @@ from simulator.collect import CollectConfig, collect
 from simulator.files import compute_checksum
 from simulator.igridson.layout_file import DEFAULT_LAYOUT, load_layout
 from simulator.memory import storage
+from simulator.memory.look_log import read_log
 from simulator.priors.prior_graph import load_prior
+from simulator.priors.sources.table import count_table
+from simulator.replay.replay import Replay
 from simulator.snapshots.shards import MANIFEST, load_shard, save_shard
+from simulator.trace.from_log import make_trace as make_trace_of_log
+from simulator.trace.importers.procthor import read_procthor
+from simulator.trace.memory import remember_trace
 from simulator.trace.record import record_homes
 from simulator.trace.source import RecordedSource
 from simulator.trace.trace import save_trace
@@ -215,6 +226,85 @@ def change_any(folder: Path, rng: Rng) -> None:
         path.write_bytes(mutate.mutate_text(content, rng))
 
 
+def make_log(folder: Path) -> None:
+    """Write the log of a memory to which everything happened that a log can say."""
+    memory = SceneGraphMemory(log=folder / "looks.jsonl", clock=Clock(datetime(2026, 5, 4, 7), 600))
+    kitchen, study = memory.add_room("kitchen"), memory.add_room("study")
+    shelf = memory.add_furniture("shelf", kitchen, "oak shelf", (1.0, 2.0))
+    desk, table = memory.add_furniture("desk", study), memory.add_furniture("table", kitchen)
+    for _ in range(3):
+        memory.observe(shelf, [Sighting("red mug", "in", 0.5), Sighting("plate")], 0.75)
+        memory.observe(desk, [Sighting("mug")])
+        memory.note_absent(desk, "plate")
+        memory.step(2)
+    memory.move_furniture(table, study)
+    memory.remove_object("mug")
+    memory.remove_furniture(table)
+    memory.remove_room(kitchen)
+
+
+def use_log(folder: Path) -> None:
+    """Go through time, make a trace of it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of a last line that was cut off
+        lines = read_log(folder / "looks.jsonl")
+    replay = Replay(lines, "home")
+    for step in {0, replay.num_steps // 2, replay.num_steps}:
+        memory = replay.memory_at(step)
+        if memory.num_furniture:
+            memory.rank(Bayesian(), "red mug")
+    make_trace_of_log(lines)
+
+
+def make_results(folder: Path) -> None:
+    """Write the results of two runs of two policies in two homes."""
+    rng = np.random.default_rng(0)
+    for name in ("first", "second"):
+        scores = {
+            policy: ScoreSummary(rng.integers(2, size=(2, 3)).astype(float), {"hits_at_3": 0.5})
+            for policy in ("bayesian", "priors")
+        }
+        Results("evaluate", {"seed": 0}, {"python": "3"}, {"predict_location": scores}).save(
+            folder / f"{name}.json"
+        )
+
+
+def use_results(folder: Path) -> None:
+    compare(*(Results.load(folder / f"{name}.json") for name in ("first", "second")))
+
+
+HOUSE = {
+    "rooms": [
+        {"id": "room|2", "roomType": "Kitchen", "floorPolygon": [{"x": 0, "y": 0, "z": 0}] * 3},
+        {"id": "room|3", "roomType": "Bedroom"},
+    ],
+    "objects": [
+        {"id": "DiningTable|2|0", "position": {"x": 1, "y": 0, "z": 3},
+         "children": [{"id": "Plate|surface|2|0", "children": [{"id": "Apple|surface|2|1"}]}]},
+        {"id": "Bed|3|0", "children": [{"id": "Pillow|3|1"}]},
+    ],
+}  # fmt: skip
+TABLE = "room,furniture,object,relation,weight\nkitchen,fridge,egg,in,6\nbedroom,bed,book,,9\n"
+
+
+def make_sources(folder: Path) -> None:
+    """Write what other programs write."""
+    (folder / "house.json").write_text(json.dumps(HOUSE))
+    (folder / "rows.csv").write_text(TABLE)
+    (folder / "rows.json").write_text(
+        json.dumps([{"room": "kitchen", "furniture": "fridge", "object": "egg", "weight": 6}])
+    )
+
+
+def use_sources(folder: Path) -> None:
+    trace, home = read_procthor(folder / "house.json")
+    save_trace(trace, folder / "copy")
+    home.summarise()
+    remember_trace(trace, PriorGraph.default())
+    count_table(folder / "rows.csv")
+    count_table(folder / "rows.json")
+
+
 TARGETS = {
     "memory": Target(lambda f: make_memory().save(f / "home.sgm"), change_memory, use_memory),
     "trace": Target(make_trace, change_any, use_trace),
@@ -222,6 +312,9 @@ TARGETS = {
     "collection": Target(make_collection, change_collection, use_collection),
     "exported": Target(make_exported, change_exported, use_exported),
     "checkpoint": Target(make_checkpoint, change_checkpoint, use_checkpoint),
+    "log": Target(make_log, change_any, use_log),
+    "results": Target(make_results, change_any, use_results),
+    "source": Target(make_sources, change_any, use_sources),
     "layout": Target(
         lambda f: (f / "home.txt").write_bytes(DEFAULT_LAYOUT.read_bytes()) and None,
         change_any,

@@ -46,6 +46,9 @@ def test_other_homes_and_other_tasks_are_refused():
     other = replace(first, tasks={"predict_location": first.tasks["find_object"]})
     with pytest.raises(ValueError, match=r"share a task, got find_object and predict_location"):
         compare(first, other)
+    for other in (make_results(CONFIG, a=(4, 6, 7)), make_results(CONFIG)):  # edited
+        with pytest.raises(ValueError, match=r"must have played find_object in as many homes"):
+            compare(first, other)
 
 
 def test_two_runs_of_the_command_line(tmp_path, capsys):

@@ -3,6 +3,7 @@
 import json
 import os
 import subprocess
+import zipfile
 from pathlib import Path
 
 import lightning.pytorch as pl
@@ -148,13 +149,15 @@ def edit(folder: Path, *path: str, value) -> None:
         (["schema", "feature_schema"], 7, r"must have feature schema \d+, got 7 for .*Train again"),
         (["schema", "edge_feature_dim"], 8, r"edge_feature_dim of the exported schema must be 9"),
         (["schema", "edge_types"], [], r"edge_types of the exported schema must be .*got \[\]"),
-        (["schema", "text"], "fr_maison-2", r"text vectors must be fr_maison-2, got en_househ"),
+        (["schema", "text"], "fr_maison-2", r"text vectors must be 'fr_maison-2', got en_househ"),
         (["schema"], None, r"config\.json must be as nep\.export wrote it, got TypeError"),
         (["version"], 1, r"exported folder must have version 2, got 1 in .*export again"),
         (["format"], "cake", r"exported folder must have version 2"),
         (["features"], {"smell": True}, r"must be one that nep\.export wrote, got TypeError"),
         (["model", "encoder", "class_path"], "os.path", r"encoder must be one of nep\.encoders\."),
         (["model", "transformer"], False, r"weights must be those of the network, got 'predictor"),
+        (["calibration"], "x", r"must be one that nep\.export wrote, got AttributeError"),
+        (["model"], "x", r"must be one that nep\.export wrote, got TypeError"),
         (["calibration"], {"heat": 1}, r"must be one that nep\.export wrote, got TypeError"),
     ],
 )
@@ -162,6 +165,24 @@ def test_another_schema_or_config_is_refused(folder, path, value, message):
     edit(folder, *path, value=value)
     with pytest.raises(ValueError, match=message):
         ObjectFinder.load(folder)
+
+
+@pytest.mark.parametrize("name", ["feature_schema", "node_types", "text"])
+def test_messages_repeat_no_more_than_200_characters_of_a_value(folder, name):
+    edit(folder, "schema", name, value="x" * 5000)
+    with pytest.raises(ValueError, match=name.split("_")[0]) as caught:
+        ObjectFinder.load(folder)
+    assert "xxx" in str(caught.value)
+    assert "x" * 201 not in str(caught.value)
+
+
+def test_a_checkpoint_whose_names_are_no_text_is_refused(tmp_path):
+    path = tmp_path / "last.ckpt"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("café", "")
+    path.write_bytes(path.read_bytes().replace("é".encode(), b"\xff\xff"))
+    with pytest.raises(ValueError, match=r"must be one that nep\.fit wrote, got TypeError for"):
+        load_trained(path)
 
 
 def test_missing_and_damaged_files_are_named(folder):

@@ -105,13 +105,19 @@ def count_activities(folder: Path | None = None) -> tuple[dict[str, KindCounts],
 
     Raises:
         ModuleNotFoundError: if `folder` is None and the package is missing.
-        ValueError: on an activity whose definition is not balanced.
+        ValueError: if there is no activity, or the definition of one is not balanced.
     """
     folder = find_package_data("bddl", "") if folder is None else Path(folder)
     names = load_names("behavior")
     kinds = {kind: KindCounts() for kind in KIND_WORDS}
     left_out = []
-    for path in sorted((folder / "activity_definitions").glob("*/*.bddl")):
+    definitions = sorted((folder / "activity_definitions").glob("*/*.bddl"))
+    if not definitions:
+        raise ValueError(
+            f"bddl must hold activity_definitions/*/*.bddl, got none in {folder}. Name the folder "
+            "of the package, or leave it out."
+        )
+    for path in definitions:
         kind = find_kind(path.parent.name)
         if kind is None:
             left_out.append(path.parent.name)

@@ -63,7 +63,12 @@ def count_table(path: Path, *, skip_bad: bool = False) -> PlacementCounts:
 
 def _read_rows(path: Path) -> Iterator[tuple[str, Any]]:
     """Yield (row name, row)."""
-    text = path.read_text(encoding="utf-8-sig")
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ValueError(
+            f"table must be UTF-8, got {error} in {path.name}. Save it as UTF-8."
+        ) from error
     if path.suffix.lower() == ".json":
         try:
             rows = parse_json(text)
@@ -78,8 +83,9 @@ def _read_rows(path: Path) -> Iterator[tuple[str, Any]]:
     missing = {"furniture", "object"} - set(reader.fieldnames or [])
     if missing:
         raise ValueError(
-            f"table must have the columns furniture and object, got {reader.fieldnames} in "
-            f"{path.name}. Name them in the first line: {','.join(COLUMNS)}."
+            f"table must have the columns furniture and object, got "
+            f"{shorten(reader.fieldnames)} in {path.name}. Name them in the first line: "
+            f"{','.join(COLUMNS)}."
         )
     for row in reader:
         yield f"{reader.line_num}", row
@@ -90,7 +96,7 @@ def _read_row(row: Any) -> tuple[str, str, str, str | None, float]:
         raise ValueError(f"row must be an object, got {shorten(row)}")
     unknown = [str(column) for column in row if column not in COLUMNS]
     if unknown:
-        raise ValueError(f"row must have the columns {', '.join(COLUMNS)}, got {unknown}")
+        raise ValueError(f"row must have the columns {', '.join(COLUMNS)}, got {shorten(unknown)}")
     texts = {column: str(row.get(column) or "").strip() for column in COLUMNS[:4]}
     for column in ("furniture", "object"):
         if not texts[column]:

@@ -89,6 +89,8 @@ def test_the_command_plays_on_where_it_stopped(tmp_path, capsys):
         (["--kinds", "castle"], r"kinds must be some of paper-32.*got 'castle'"),
         (["--num_homes", "0"], r"num_homes must be at least 1, got 0"),
         (["--recorded", "nowhere"], r"nowhere"),
+        (["--card", "nowhere"], r"exported folder must have config\.json, got .* in nowhere"),
+        (["--out", "."], r"out must be a file, got a folder at"),
     ],
 )
 def test_bad_input_ends_with_a_message(options, message, tmp_path, capsys):

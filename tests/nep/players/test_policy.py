@@ -8,9 +8,11 @@ from datamodules.features import FeatureConfig, compute_belief_features
 from datamodules.graph import GraphBuilder
 from nep.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.model.module import NEPModule
-from nep.players.policy import NEPPolicy
+from nep.players.policy import NEPPolicy, _share_answers
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
+from simulator.evidence.features import compute_features
 from simulator.policies import make_policy
+from simulator.policies.probabilities import compute_probabilities
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
@@ -161,3 +163,33 @@ def test_a_file_that_is_no_checkpoint_is_refused(tmp_path):
     path.write_bytes(b"not a checkpoint")
     with pytest.raises(ValueError, match=r"must be one that nep\.fit wrote.*odd\.ckpt"):
         NEPPolicy.load(path)
+
+
+def test_answers_shared_with_the_prior_by_hand():
+    """p = (.6, .3, .1) and a belief of (0, .3, .1), of which a fifth: (.48, .39, .13)."""
+    logit = np.log([[0.6, 0.3, 0.1]])
+    scores = np.stack([logit, logit - 1], axis=2)
+    scores = np.append(scores, np.full((1, 1, 2), -np.inf), axis=1)  # of a larger home beside it
+    belief = np.array([[0.0, 0.3, 0.1, 0.0]])
+    found = _share_answers(scores, belief, 0.2, np.array([3]))
+    assert np.isneginf(found[0, 3]).all()
+    probability = compute_probabilities(found.max(axis=2), "logits")
+    np.testing.assert_allclose(probability, [[0.48, 0.39, 0.13, 0]], atol=1e-5)
+    np.testing.assert_allclose(found[0, :3, 0] - found[0, :3, 1], 1, atol=2e-6)
+
+
+def test_the_shipped_network_shares_its_answers_with_the_prior():
+    """As its configuration says: .95 of the network alone and .05 of who goes by the prior."""
+    homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", range(2)))
+    policy, found = NEPPolicy.load("any_home"), {}
+    rollout = Rollout(homes, policy)
+    answers = list(predict_locations(rollout, 5))
+    queries = rollout.ask()[1]
+    for share in (policy._module.prior_share, 0.0):
+        policy._module.prior_share = share
+        scores = policy.scores(rollout.memory, queries)
+        found[share] = compute_probabilities(scores, "logits")
+    belief = compute_features(rollout.memory, queries).by_prior
+    belief = belief / belief.sum(axis=1, keepdims=True)
+    assert len(answers) == 5
+    np.testing.assert_allclose(found[0.05], 0.95 * found[0.0] + 0.05 * belief, atol=1e-5)

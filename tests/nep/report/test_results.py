@@ -51,6 +51,9 @@ def test_what_is_saved_is_loaded(results, tmp_path):
             lambda c: c | {"tasks": {"find_object": {"policies": {"p": {"values": [1.0]}}}}},
             r"values must be \(homes, steps\), got 1 axes",
         ),
+        (lambda c: c | {"config": 3}, r"must hold all that Results\.save writes, got TypeError"),
+        (lambda c: c | {"versions": []}, r"must hold all that Results\.save writes"),
+        (lambda c: c | {"tasks": {"x": {"policies": {}}}}, r"unknown tasks \['x'\]"),
     ],
 )
 def test_other_files_are_refused(results, tmp_path, edit, message):

@@ -141,9 +141,10 @@ def test_shades_grow_with_probability():
     assert mix((0, 0, 0), (100, 200, 50), 0.5) == (50, 100, 25)
 
 
-def test_small_tiles_are_refused(home):
-    with pytest.raises(ValueError, match="tile must be at least 32 pixels, got 10"):
-        HomePicture(home, tile=10)
+@pytest.mark.parametrize("tile", [10, 100_000])
+def test_tiles_that_are_too_small_or_too_large_are_refused(home, tile):
+    with pytest.raises(ValueError, match=f"tile must lie in 32 to 320 pixels, got {tile}"):
+        HomePicture(home, tile=tile)
 
 
 def film(make_env, num_searches=1):

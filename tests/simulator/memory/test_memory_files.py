@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -199,6 +200,41 @@ def test_another_prior_is_only_taken_if_it_is_given(file):
         SceneGraphMemory.load(file)
     again = SceneGraphMemory.load(file, prior=PriorGraph.default())
     assert again.batch.edges["prior"][0] > 0
+
+
+def test_numbers_of_any_kind_are_saved(tmp_path):
+    """A detector's confidences are float32, ids come out of arrays; both ended in a TypeError."""
+    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    memory.add_furniture("shelf", memory.add_room("kitchen"))
+    (shelf,) = np.array(memory.furniture_ids)
+    for share in (np.float32(0.75), Fraction(3, 4), 1, True, np.int64(1)):
+        memory.observe(shelf, [Sighting("mug", confidence=share)], share)
+        memory.note_absent(shelf, "plate", share)
+        memory.save(tmp_path / "home.sgm")
+        copy = SceneGraphMemory.load(tmp_path / "home.sgm")
+        copy.save(tmp_path / "copy.sgm")
+        assert (tmp_path / "home.sgm").read_bytes() == (tmp_path / "copy.sgm").read_bytes()
+
+
+def test_sightings_may_come_from_any_iterable():
+    """An iterator was used up by the check, and the look had found nothing."""
+    memory = SceneGraphMemory()
+    shelf = memory.add_furniture("shelf", memory.add_room("kitchen"))
+    memory.observe(shelf, (Sighting(name) for name in ("mug", "plate")))
+    assert memory.places_of("mug")
+    assert memory.places_of("plate")
+
+
+def test_a_look_for_one_thing_after_it_was_seen_is_saved(tmp_path):
+    """Looks of the step are done again on loading: they took back what was noted after them."""
+    memory = SceneGraphMemory()
+    shelf = memory.add_furniture("shelf", memory.add_room("kitchen"))
+    memory.observe(shelf, [Sighting("mug")])
+    memory.note_absent(shelf, "mug")
+    memory.save(tmp_path / "home.sgm")
+    SceneGraphMemory.load(tmp_path / "home.sgm").save(tmp_path / "copy.sgm")
+    assert (tmp_path / "home.sgm").read_bytes() == (tmp_path / "copy.sgm").read_bytes()
+    assert json.loads((tmp_path / "copy.sgm").read_bytes())["content"]["sought"]
 
 
 def test_an_empty_memory_is_saved_too(tmp_path):

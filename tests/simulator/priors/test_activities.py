@@ -48,6 +48,11 @@ def test_a_name_says_the_kind(activity, kind):
     assert find_kind(activity) == kind
 
 
+def test_a_folder_without_activities_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"bddl must hold activity_definitions.*got none in"):
+        count_activities(tmp_path)
+
+
 def test_activities_are_counted_by_kind(tmp_path):
     write(tmp_path, "cook_bacon", "(ontop mug.n.04_1 countertop.n.01_1)", "(cooked pan.n.01_1)")
     write(tmp_path, "cook_eggs", "", "(inside mug.n.04_1 electric_refrigerator.n.01_1)")

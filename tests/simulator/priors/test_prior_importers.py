@@ -174,6 +174,12 @@ def test_bad_table_rows_are_named_or_skipped(tmp_path, row, message):
 
 def test_tables_that_are_none_are_refused(tmp_path):
     path = tmp_path / "mine.csv"
+    path.write_bytes(b"furniture,object\ncaf\xe9,egg\n")
+    with pytest.raises(ValueError, match=r"table must be UTF-8, got .*mine\.csv"):
+        count_table(path)
+    path.write_text(f"a,{'x' * 5000}\n1,2\n")
+    with pytest.raises(ValueError, match=r"got \['a', 'x{190,200}\.\.\. in mine\.csv"):
+        count_table(path)
     path.write_text("a,b\n1,2\n")
     with pytest.raises(ValueError, match=r"columns furniture and object.*mine\.csv"):
         count_table(path)

@@ -87,6 +87,8 @@ def test_a_mean_outside_the_spread_is_marked():
     assert lines[0] == "| measure | a | b | still |"
     (row,) = (line for line in lines if MEASURES["ever_moves"] in line)
     assert row == "| objects that ever move | 0.667 | 1 | *0 ± 0* |"
+    # Without recorded homes nothing is marked: the command ended with "min() arg is an empty ...".
+    assert "| objects that ever move | 0 ± 0 |" in make_table({}, [still]).splitlines()
 
 
 def test_routines_are_as_regular_as_the_recorded_homes_that_we_know():

@@ -84,6 +84,10 @@ def test_a_manifest_comes_back(tmp_path):
             json.dumps({"schema_version": 1, "settings": {}, "shards": {}}),
             r"manifest must have schema version 2, got 1 in .*\. Collect again with this version",
         ),
+        (
+            json.dumps({"schema_version": "x" * 5000, "settings": {}, "shards": {}}),
+            r"manifest must have schema version 2, got 'x{190,200}\.\.\. in",
+        ),
     ],
 )
 def test_a_bad_manifest_is_named(tmp_path, content, message):
