@@ -1,6 +1,12 @@
+import multiprocessing
 import os
+import shlex
+import socket
+import sys
+from pathlib import Path
 
 import pytest
+from filelock import FileLock
 from hypothesis import settings
 
 # The variables that our packages set on import, for tests that import the dependency first.
@@ -26,6 +32,44 @@ def _refuse_unnamed_skip(report):
                 "get it: reason='spark_dsg is not installed: extra spark'."
             )
     return report
+
+
+@pytest.fixture(scope="session")
+def python(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Path of an interpreter that has torch and the like at hand, for commands of the tests.
+
+    Each command is forked from one process that has imported them; all else is as in a fresh
+    interpreter. What processes of the tests start by multiprocessing is forked, too. A command
+    whose imports are looked at, or what they read in the environment, takes `sys.executable`.
+    """
+    if not hasattr(os, "pidfd_open"):  # not on Linux
+        return sys.executable
+    folder, session = tmp_path_factory.getbasetemp(), os.getpid()
+    if "PYTEST_XDIST_WORKER" in os.environ:  # one for all of its workers
+        folder, session = folder.parent, os.getppid()
+    launcher = folder / "python"
+    with FileLock(folder / "python.lock"):
+        if not launcher.exists():
+            _start_server(folder, session)
+    multiprocessing.set_executable(str(launcher))
+    return str(launcher)
+
+
+def _start_server(folder: Path, session: int) -> None:
+    code = Path(__file__).parent / "warm_python"
+    launcher = folder / "python"
+    with socket.socket(socket.AF_UNIX) as listener, (folder / "python.log").open("w") as log:
+        listener.bind(str(folder / "python.socket"))
+        listener.listen(64)  # who connects waits until the server has imported the packages
+        command = [sys.executable, str(code / "server.py"), str(session), str(launcher)]
+        files = ((listener, 0), (log, 1), (log, 2))
+        os.posix_spawn(
+            command[0], command, os.environ | {"OMP_NUM_THREADS": "1"}, setsid=True,
+            file_actions=[(os.POSIX_SPAWN_DUP2, file.fileno(), number) for file, number in files],
+        )  # fmt: skip
+    words = (sys.executable, "-IS", code / "client.py", folder / "python.socket", sys.executable)
+    launcher.write_text(f'#!/bin/sh\nexec {shlex.join(map(str, words))} "$@"\n')
+    launcher.chmod(0o755)
 
 
 @pytest.hookimpl(wrapper=True)

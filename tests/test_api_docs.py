@@ -1,7 +1,6 @@
 """`make docs` builds a page for every module, without a warning."""
 
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -9,10 +8,11 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def test_pages_are_built_without_warnings(tmp_path):
+@pytest.mark.slow
+def test_pages_are_built_without_warnings(tmp_path, python):
     pytest.importorskip("pdoc", reason="pdoc is not installed: extra docs")
     done = subprocess.run(
-        [sys.executable, "docs/make_api.py", "--out", str(tmp_path)],
+        [python, "docs/make_api.py", "--out", str(tmp_path)],
         cwd=ROOT, env={"PYTHONPATH": str(ROOT), "PATH": "", "HOME": str(tmp_path)},
         capture_output=True, text=True, check=False,
     )  # fmt: skip

@@ -79,6 +79,7 @@ def test_every_page_that_is_named_exists():
     assert [pair for pair in sorted(named) if not (ROOT / pair[1]).is_file()] == []
 
 
+@pytest.mark.slow
 def test_the_figures_are_those_that_the_script_prints():
     done = subprocess.run(
         [sys.executable, "docs/measure_design.py"],

@@ -12,6 +12,12 @@ pytestmark = pytest.mark.slow
 FOLDER = Path(__file__).resolve().parents[2] / "benchmarks"
 
 
+@pytest.fixture(autouse=True)
+def _fork(monkeypatch, python):
+    """What a benchmark measures in processes of its own."""
+    monkeypatch.setattr(sys, "executable", python)
+
+
 def run(path: Path, monkeypatch, *options: str) -> None:
     """Run in this process, which has imported torch already."""
     monkeypatch.syspath_prepend(FOLDER)

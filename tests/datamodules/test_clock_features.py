@@ -92,6 +92,7 @@ def make_datamodule(tmp_path, features=None, **changes) -> SGMDataModule:
     return SGMDataModule(str(tmp_path / "data"), features=features, workers=1, **changes)
 
 
+@pytest.mark.slow
 def test_recorded_homes_are_collected_and_read_with_their_clock(tmp_path):
     train = [
         str(write_trace(tmp_path / "a", "2026-11-16T00:00")),

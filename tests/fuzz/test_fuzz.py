@@ -17,8 +17,8 @@ CASES = 20  # of each of thirteen kinds
 
 
 @pytest.mark.slow
-def test_nothing_is_found():
-    command = [sys.executable, str(FUZZ), "--cases", str(CASES)]
+def test_nothing_is_found(python):
+    command = [python, str(FUZZ), "--cases", str(CASES)]
     done = subprocess.run(
         command, capture_output=True, text=True, timeout=1200, cwd=FUZZ.parents[1], check=False
     )

@@ -3,7 +3,6 @@
 import json
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -23,10 +22,10 @@ SETTING = [
 ]  # fmt: skip
 
 
-def fit(folder: Path, name: str, *options: str) -> dict:
+def fit(python: str, folder: Path, name: str, *options: str) -> dict:
     """Train in a process of its own; return metrics, steps and the table."""
     command = [
-        sys.executable, "-W", "ignore", "-m", "nep.fit", *SETTING, *options, "--data.data_dir",
+        python, "-m", "nep.fit", *SETTING, *options, "--data.data_dir",
         str(folder / "data"), "--trainer.logger", "CSVLogger",
         "--trainer.logger.init_args.save_dir", str(folder), "--trainer.logger.init_args.name", name,
     ]  # fmt: skip
@@ -44,10 +43,10 @@ def fit(folder: Path, name: str, *options: str) -> dict:
     return {"steps": checkpoint["global_step"], "auroc": auroc, "table": table}
 
 
-def test_two_processes_train_like_one(tmp_path):
-    one = fit(tmp_path, "one", "--data.batch_size", "20")
+def test_two_processes_train_like_one(tmp_path, python):
+    one = fit(python, tmp_path, "one", "--data.batch_size", "20")
     two = fit(
-        tmp_path, "two", "--data.batch_size", "10", "--trainer.strategy", "ddp",
+        python, tmp_path, "two", "--data.batch_size", "10", "--trainer.strategy", "ddp",
         "--trainer.devices", "2",
     )  # fmt: skip
     # Each epoch sees every snapshot once, shared out between the processes.

@@ -2,12 +2,8 @@
 
 import hashlib
 import json
-import os
 import re
-import subprocess
 import sys
-from importlib.util import find_spec
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,7 +19,6 @@ from simulator.tasks.registry import TASKS
 
 pytestmark = pytest.mark.slow
 
-ROOT = Path(__file__).parents[2]
 SMALL = ["--num_homes", "2", "--steps", "4"]
 
 
@@ -100,8 +95,9 @@ def test_what_is_played_beside_it_changes_nothing(tmp_path, checkpoint):
         assert first == second[:2]
 
 
-def test_workers_share_the_homes_out(tmp_path, checkpoint):
+def test_workers_share_the_homes_out(tmp_path, checkpoint, python, monkeypatch):
     """Every policy and network gets the same scores, to the last digit."""
+    monkeypatch.setattr(sys, "executable", python)  # what joblib starts
     arguments = ["--num_homes", "4", "--steps", "4", "--tasks", "predict_location", "find_object",
                  "--policies", "bayesian", "home_filter", "ceiling", "--threads", "1",
                  "--checkpoint", f"N={checkpoint}", "--checkpoint", "heat"]  # fmt: skip
@@ -110,28 +106,6 @@ def test_workers_share_the_homes_out(tmp_path, checkpoint):
         main(["--out", str(tmp_path / name), *arguments, "--workers", workers])
         tables.append(read(tmp_path / name)["tasks"])
     assert tables[0] == tables[1] == tables[2]
-
-
-@pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed: extra cluster")
-def test_a_local_ray_of_two_cpus_gives_the_same_scores(tmp_path):
-    arguments = ["--num_homes", "3", "--steps", "4", "--tasks", "find_object", "--policies",
-                 "bayesian", "ceiling"]  # fmt: skip
-    main(["--out", str(tmp_path / "here"), *arguments])
-    code = (
-        "import sys, ray\n"
-        "ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)\n"
-        "from nep.evaluate import main\n"
-        "main(sys.argv[1:])\n"
-    )
-    options = ["--out", str(tmp_path / "ray"), "--workers", "2", "--backend", "ray"]
-    done = subprocess.run(
-        [sys.executable, "-c", code, *arguments, *options],
-        cwd=ROOT, capture_output=True, text=True, check=False, timeout=600,
-        env=os.environ
-        | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path]), "RAY_AUTH_MODE": "disabled"},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert read(tmp_path / "ray")["tasks"] == read(tmp_path / "here")["tasks"]
 
 
 def test_a_checkpoint_for_one_task_and_other_rules(tmp_path, checkpoint):

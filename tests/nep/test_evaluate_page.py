@@ -5,7 +5,6 @@ import os
 import re
 import shlex
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -20,11 +19,11 @@ PAGE = (ROOT / "docs" / "evaluate.md").read_text("utf-8")
 SMALL = ["--num_homes", "3", "--steps", "5"]
 
 
-def run(folder, *arguments):
+def run(python, folder, *arguments):
     """Run Python in a folder, with the packages as an installed copy has them."""
     environment = os.environ | {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
     done = subprocess.run(
-        [sys.executable, *arguments], cwd=folder, env=environment, capture_output=True, text=True,
+        [python, *arguments], cwd=folder, env=environment, capture_output=True, text=True,
         check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
@@ -32,7 +31,7 @@ def run(folder, *arguments):
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def folder(tmp_path_factory, python):
     """A folder of one's own with the files of the page, where the policy was played."""
     folder = tmp_path_factory.mktemp("mine")
     files = re.findall(r"ave this as `(\S+)`.*?\n```\w+\n(.*?)```", PAGE, re.DOTALL)
@@ -40,14 +39,14 @@ def folder(tmp_path_factory):
     for name, text in files:
         (folder / name).write_text(text, "utf-8")
     (command,) = re.findall(r"^python (-m nep\.evaluate .*)$", PAGE, re.MULTILINE)
-    run(folder, *shlex.split(command), *SMALL)
+    run(python, folder, *shlex.split(command), *SMALL)
     return folder
 
 
-def test_a_policy_outside_the_repository_is_in_the_tables(folder):
+def test_a_policy_outside_the_repository_is_in_the_tables(folder, python):
     assert "| my_package:MyPolicy |" in (folder / "mine" / "table.md").read_text("utf-8")
     (check,) = re.findall(r'`python -c "(.*?)"`', PAGE)
-    run(folder, "-c", check)
+    run(python, folder, "-c", check)
 
 
 def test_every_field_of_the_file_is_on_the_page(folder):
@@ -77,10 +76,12 @@ def test_it_is_compared_with_another_persons_run(folder, tmp_path, capsys):
     assert "results must be of the same homes and rules, got" in capsys.readouterr().err
 
 
-def test_it_can_be_installed(folder, tmp_path):
+def test_it_can_be_installed(folder, tmp_path, python):
     site = tmp_path / "site"
     options = ["--no-deps", "--no-build-isolation", "--no-index", "--quiet"]
-    run(folder, "-m", "pip", "install", *options, "--target", str(site), ".")
+    run(python, folder, "-m", "pip", "install", *options, "--target", str(site), ".")
     code = f"import sys; sys.path.insert(0, {str(site)!r}); from simulator.policies import *; "
-    printed = run(tmp_path, "-c", code + "print(find_policy('my_package:MyPolicy').__doc__)")
+    printed = run(
+        python, tmp_path, "-c", code + "print(find_policy('my_package:MyPolicy').__doc__)"
+    )
     assert printed.startswith("Where such an object was seen")

@@ -43,6 +43,7 @@ def test_everybody_who_can_plays_in_recorded_homes(home, tmp_path, capsys):
     assert "Find Object, 1 recorded homes x 6 steps" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_replay_ends_with_the_scores_of_the_simulated_homes(tmp_path):
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(3, "test", range(2)))
     for trace in record_homes(homes, 5):

@@ -3,7 +3,6 @@
 import json
 import os
 import subprocess
-import sys
 import zipfile
 from pathlib import Path
 
@@ -294,8 +293,8 @@ def test_weights_of_another_export_are_refused(folder, tmp_path_factory):
         load_trained(folder)
 
 
-def test_an_encoder_of_ones_own_is_named_by_the_caller(tmp_path, monkeypatch):
-    """In a fresh process, which has not imported it: refused without --encoders."""
+def test_an_encoder_of_ones_own_is_named_by_the_caller(tmp_path, monkeypatch, python):
+    """In a process that has not imported it: refused without --encoders."""
     (tmp_path / "own_encoder.py").write_text(
         "from nep.encoders import GCN\n\n\nclass Mine(GCN):\n    pass\n"
     )
@@ -304,7 +303,7 @@ def test_an_encoder_of_ones_own_is_named_by_the_caller(tmp_path, monkeypatch):
 
     own = save_checkpoint(tmp_path / "last.ckpt", Mine(units=8))
     command = [
-        sys.executable, "-m", "nep.evaluate", "--checkpoint", f"mine={own}", "--policies", "none",
+        python, "-m", "nep.evaluate", "--checkpoint", f"mine={own}", "--policies", "none",
         "--tasks", "predict_location", "--num_homes", "1", "--steps", "2", "--out", "out",
     ]  # fmt: skip
     environment = {**os.environ, "PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"}

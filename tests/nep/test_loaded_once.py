@@ -42,6 +42,7 @@ def count(monkeypatch):
     return counts
 
 
+@pytest.mark.slow
 def test_a_training_in_homes_of_different_sizes(traces, count, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     cli = fit.main(

@@ -24,6 +24,7 @@ def checkpoint(tmp_path_factory):
     return folder / "runs" / "mlp" / "version_0" / "checkpoints" / "last.ckpt"
 
 
+@pytest.mark.slow
 def test_run_with_a_checkpoint(checkpoint, tmp_path, capsys):
     out = tmp_path / "runs.json"
     args = ["run", "--policy", "nep", "nep+travel", "random", "--checkpoint", str(checkpoint),

@@ -4,7 +4,6 @@ import os
 import re
 import shlex
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -42,18 +41,19 @@ def list_commands() -> list[str]:
     return block.group(1).strip().split("\n")
 
 
-def run(folder: Path, arguments: list[str]) -> subprocess.CompletedProcess:
+def run(python: str, folder: Path, arguments: list[str]) -> subprocess.CompletedProcess:
     path = os.pathsep.join([".", str(ROOT)])
     return subprocess.run(
-        [sys.executable, *arguments], cwd=folder, capture_output=True, text=True, check=False,
+        [python, *arguments], cwd=folder, capture_output=True, text=True, check=False,
         env={**os.environ, "PYTHONPATH": path, "OMP_NUM_THREADS": "1", "COLUMNS": "200"},
     )  # fmt: skip
 
 
-def test_every_command_of_the_page(folder):
+@pytest.mark.slow
+def test_every_command_of_the_page(python, folder):
     for command in list_commands():
         _, *arguments = shlex.split(command)
-        done = run(folder, [*arguments, *SMALL[arguments[1]].split()])
+        done = run(python, folder, [*arguments, *SMALL[arguments[1]].split()])
         assert done.returncode == 0, (command, done.stdout[-2000:], done.stderr[-2000:])
     assert (folder / "exported" / "weights.safetensors").is_file()
     assert "my_model" in (folder / "scores" / "table.md").read_text()
@@ -62,7 +62,7 @@ def test_every_command_of_the_page(folder):
     checkpoint = folder / "runs/my_model/version_0/checkpoints/best.ckpt"
     (command,) = [line for line in list_commands() if "nep.evaluate" in line]
     _, *arguments = shlex.split(command.replace("--encoders my_encoder", ""))
-    done = run(folder, [*arguments, *SMALL["nep.evaluate"].split()])
+    done = run(python, folder, [*arguments, *SMALL["nep.evaluate"].split()])
     assert done.returncode == 2
     assert "got 'my_encoder.MyEncoder'" in done.stderr.replace("\n", " ")
     for source in (checkpoint, folder / "exported"):

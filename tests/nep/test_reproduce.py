@@ -4,7 +4,6 @@ import json
 import os
 import re
 import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from nep.reproduce import _make_parser, _make_plan, main
 from simulator.command_line import parse
 from simulator.policies import POLICIES
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("python")]
 
 TINY = ["--tiny", "--models", "mlp", "--jobs", "2"]
 
@@ -46,7 +45,7 @@ def list_jobs(plan):
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def folder(tmp_path_factory, python):
     """A whole tiny Table 1."""
     folder = tmp_path_factory.mktemp("reproduce")
     reproduce(folder, "--table", "1")
@@ -74,7 +73,7 @@ def test_table_1_has_every_cell(folder):
     assert str(folder) not in text
 
 
-def test_stored_scores_are_those_of_the_checkpoint(folder, tmp_path):
+def test_stored_scores_are_those_of_the_checkpoint(folder, tmp_path, python):
     """The same network that `nep.evaluate` is given scores the same.
 
     In a process with the environment of a job: where sums are rounded otherwise, as they are with
@@ -82,7 +81,7 @@ def test_stored_scores_are_those_of_the_checkpoint(folder, tmp_path):
     """
     checkpoint = folder / "runs" / "find_object-off" / "mlp" / "checkpoints" / "last.ckpt"
     subprocess.run(
-        [sys.executable, "-m", "nep.evaluate", "--out", str(tmp_path), "--tasks", "find_object",
+        [python, "-m", "nep.evaluate", "--out", str(tmp_path), "--tasks", "find_object",
          "--no-dynamic-nodes", "--num_homes", "3", "--steps", "4", "--policies", "bayesian",
          "--checkpoint", f"N={checkpoint}", "--threads", "1"],
         check=True, cwd=Path(__file__).resolve().parents[2], capture_output=True,
@@ -170,11 +169,11 @@ def make_training(folder: Path) -> Training:
     return plan.list_trainings(enter(plan.models[0], ABLATION_SETTING))[0]
 
 
-def test_killed_and_resumed_is_as_if_never_stopped(folder, tmp_path):
+def test_killed_and_resumed_is_as_if_never_stopped(folder, tmp_path, python):
     """The command is killed without warning while its first network is in training."""
     training = make_training(tmp_path)
     one = ["--table", "figure", "--jobs", "1"]
-    command = [sys.executable, "-m", "nep.reproduce", *TINY, *one]
+    command = [python, "-m", "nep.reproduce", *TINY, *one]
     process = subprocess.Popen(
         [*command, *map(str, list_folders(tmp_path))], cwd=Path(__file__).parents[2]
     )

@@ -2,7 +2,6 @@
 
 import ast
 import re
-import sys
 from pathlib import Path
 
 import nbformat
@@ -60,11 +59,12 @@ def test_there_are_notebooks():
 
 
 @each_notebook
-def test_notebook_runs_with_small_settings(path, tmp_path, monkeypatch):
+def test_notebook_runs_with_small_settings(path, tmp_path, monkeypatch, python):
     work = tmp_path / "work"
     work.mkdir()
     # This folder is searched first: the kernel is the interpreter that runs the tests.
-    write_kernel_spec(tmp_path / "kernels" / "python3")
+    command = [python, "-m", "ipykernel_launcher", "-f", "{connection_file}"]
+    write_kernel_spec(tmp_path / "kernels" / "python3", {"argv": command})
     monkeypatch.setenv("JUPYTER_PATH", str(tmp_path))
     monkeypatch.setenv("PYTHONPATH", str(REPOSITORY))
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
@@ -81,7 +81,7 @@ def test_notebook_runs_with_small_settings(path, tmp_path, monkeypatch):
     )
     client.execute()
     assert list_complaints(notebook) == []
-    assert notebook.cells[-1].outputs[0].text.strip() == sys.executable
+    assert notebook.cells[-1].outputs[0].text.strip() == python
 
 
 @each_notebook

@@ -2,9 +2,9 @@
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -52,7 +52,7 @@ def apply_diff(folder: Path, text: str) -> None:
     path.write_text(content, "utf-8")
 
 
-def follow(folder: Path, language: str, text: str) -> str:
+def follow(folder: Path, python: str, language: str, text: str) -> str:
     """Do what one block says; returns what its commands print."""
     if language == "diff":
         apply_diff(folder, text)
@@ -62,7 +62,7 @@ def follow(folder: Path, language: str, text: str) -> str:
         assert path.parent.is_dir(), f"{path.parent} must be there, or be made by the recipe"
         path.write_text(text.partition("\n")[2], "utf-8")
         return ""
-    script = "set -e\npython() { " + sys.executable + ' "$@"; }\n' + text
+    script = f'set -e\npython() {{ {shlex.quote(python)} "$@"; }}\n{text}'
     environment = os.environ | {
         "PYTHONPATH": str(folder), "OMP_NUM_THREADS": "1", "COLUMNS": "200",
     }  # fmt: skip
@@ -80,8 +80,8 @@ def test_every_recipe_is_expected_to_show_something():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("title", RECIPES)
-def test_a_recipe_leads_to_its_table(tmp_path, title):
+def test_a_recipe_leads_to_its_table(tmp_path, python, title):
     for package in PACKAGES:  # with what Python and numba have compiled
         shutil.copytree(ROOT / package, tmp_path / package)
-    printed = "".join(follow(tmp_path, *block) for block in RECIPES[title])
+    printed = "".join(follow(tmp_path, python, *block) for block in RECIPES[title])
     assert re.search(EXPECTED[title], printed), printed

@@ -57,6 +57,7 @@ def test_one_shard_per_home_and_a_manifest_that_vouches_for_them(reference):
     assert len({reference[name] for name in manifest["shards"]}) == 5
 
 
+@pytest.mark.slow
 def test_two_workers_give_the_same_bytes(reference, tmp_path, monkeypatch):
     monkeypatch.setattr(collect_module, "_HOMES_PER_JOB", 2)
     collect(SMALL, tmp_path / "data", workers=2, progress=False)

@@ -1,8 +1,4 @@
-import os
-import subprocess
 import sys
-from importlib.util import find_spec
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,8 +10,6 @@ from simulator.policies import POLICIES
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 def divide(numerator: int, denominator: int) -> float:
@@ -45,6 +39,7 @@ def test_workers_and_backend_are_checked(monkeypatch):
         check_workers(1, "ray")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("policy", "task"), [("bayesian", "find_object"), ("oracle", None)])
 def test_evaluation_is_the_same_for_any_number_of_workers(default_prior, policy, task):
     task = task or "predict_location"
@@ -67,26 +62,3 @@ def test_the_manifest_is_not_written_for_every_home(tmp_path, monkeypatch):
     )  # fmt: skip
     collect(CollectConfig(num_homes=12, steps=1), tmp_path / "data", progress=False)
     assert written == [0, 1, 2, 4, 8, 12]
-
-
-@pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed: extra cluster")
-def test_a_local_ray_of_two_cpus_gives_the_same_bytes(tmp_path):
-    config = CollectConfig(num_homes=5, steps=4, seed=3)
-    collect(config, tmp_path / "here", progress=False)
-    code = (
-        "import sys, ray\n"
-        "ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)\n"
-        "from simulator.collect import main\n"
-        "main(sys.argv[1:])\n"
-    )
-    arguments = ["--num_homes", "5", "--steps", "4", "--seed", "3", "--workers", "2"]
-    done = subprocess.run(
-        [sys.executable, "-c", code, "--out", str(tmp_path / "ray"), *arguments,
-         "--backend", "ray"],
-        cwd=ROOT, capture_output=True, text=True, check=False, timeout=600,
-        env=os.environ
-        | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path]), "RAY_AUTH_MODE": "disabled"},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    files = {path.name: path.read_bytes() for path in (tmp_path / "here").iterdir()}
-    assert {path.name: path.read_bytes() for path in (tmp_path / "ray").iterdir()} == files

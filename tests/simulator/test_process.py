@@ -21,11 +21,12 @@ COMMANDS = {
     ("command", "unbuffered"),
     [("usage", ""), ("usage", "1"), ("table by rich", ""), ("options", "")],
 )
-def test_a_command_ends_in_silence_where_nobody_reads_on(command, unbuffered):
+def test_a_command_ends_in_silence_where_nobody_reads_on(python, command, unbuffered):
     reading, writing = os.pipe()
     os.close(reading)  # before anything is printed, which `| head -1` may be too late for
+    interpreter = sys.executable if unbuffered else python
     done = subprocess.run(
-        [sys.executable, "-m", *COMMANDS[command]], stdout=writing, stderr=subprocess.PIPE,
+        [interpreter, "-m", *COMMANDS[command]], stdout=writing, stderr=subprocess.PIPE,
         text=True, env=os.environ | {"PYTHONUNBUFFERED": unbuffered}, check=False,
     )  # fmt: skip
     os.close(writing)

@@ -82,6 +82,7 @@ def test_on_patrol_all_policies_read_the_same_memory(homes):
     assert (away["policy"][0] != away["policy"][1]).any()
 
 
+@pytest.mark.slow
 def test_the_command_resumes_and_takes_more_networks(homes, tmp_path, capsys):
     out = tmp_path / "out" / "recorded.md"
     command = ["--trace", *homes, "--out", str(out), *SIZE, *PATROL]

@@ -23,6 +23,7 @@ def sample_searches(truth: Calibration, count: int, seed: int) -> Decisions:
     )
 
 
+@pytest.mark.slow
 def test_known_parameters_are_found_again():
     truth = Calibration(temperature=1.7, elsewhere_share=0.1)
     found = fit_calibration(sample_searches(truth, 40_000, seed=0))
@@ -54,6 +55,7 @@ def test_one_share_for_all_questions_has_no_slope():
     assert found == Calibration(found.temperature, 0.1)
 
 
+@pytest.mark.slow
 def test_a_known_slope_is_found_again():
     best = 0.7  # about the mean of max(p) of these scores
     truth = Calibration(elsewhere_share=0.1, best_slope=0.8, best_mean=np.log(best))

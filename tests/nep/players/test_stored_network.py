@@ -36,7 +36,12 @@ def test_a_network_comes_back(network):
         ("heads", True, "heads must be a value like 2, got True"),
         ("heads", None, "heads must be a value like 2, got None"),
         ("heads", "x" * 1000, r"got 'x{190,200}\.\.\. in here"),
-        ("transformer_layers", 3000, r"none called predictor\.query_attention\.layers\.10"),
+        pytest.param(
+            "transformer_layers",
+            3000,
+            r"none called predictor\.query_attention\.layers\.10",
+            marks=pytest.mark.slow,
+        ),
         ("transformer_heads", 0, "hyper-parameters must be those of a network, got"),
         ("dropout", float("nan"), r"dropout must be a value like 0\.1, got nan"),
         ("dropout", "much", r"dropout must be a value like 0\.1, got 'much'"),

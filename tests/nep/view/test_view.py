@@ -66,6 +66,7 @@ def test_what_cannot_be_asked_is_said(desk):
     assert "policy must be one of" in desk.answer(6, "mug", "nobody").problem
 
 
+@pytest.mark.slow
 def test_what_is_off_screen_is_not_sent():
     memory = SceneGraphMemory()
     for number in range(100):

@@ -6,6 +6,7 @@ from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import (
@@ -186,6 +187,7 @@ def assert_equal_snapshots(one, other):
             assert mine == theirs, field.name
 
 
+@pytest.mark.slow
 def test_random_sequences_of_operations(monkeypatch):
     monkeypatch.setattr("os.fsync", lambda file: None)  # hundreds of saves, no crash to survive
     run_state_machine_as_test(

@@ -103,6 +103,7 @@ def test_routines_are_as_regular_as_the_recorded_homes_that_we_know():
     assert 1.5 < means["median_absence"] < 9
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_report(tmp_path, capsys):
     layout = Layout(
         (Room("kitchen", "kitchen"),),

@@ -165,6 +165,7 @@ def test_last_seen_goes_by_the_same_names(make_home):
     assert memory.find_furniture("hammock") == ()
 
 
+@pytest.mark.slow
 def test_looks_that_the_policy_has_read_count_by_half(make_home, monkeypatch):
     """In full they count twice, and what is there seems to be elsewhere; not at all is too little.
 

@@ -113,6 +113,7 @@ def test_a_signed_shard_that_nobody_collected_is_refused(arrays, folder, name):
         check(arrays, folder)
 
 
+@pytest.mark.slow
 def test_a_small_shard_that_claims_billions_of_snapshots_takes_no_memory(arrays, folder, tmp_path):
     """Reading the collection ends with one line, in a process that may have a gigabyte more."""
     arrays["edge_version_valid_to"][:] = BIG

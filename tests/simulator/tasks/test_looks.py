@@ -43,6 +43,7 @@ def test_a_patrol_visits_all_furniture_in_turn_whoever_answers(tiny_prior):
     assert twice[0] == [(1, 0), (1, 1), (2, 2), (2, 3), (3, 4), (3, 5), (4, 0), (4, 1)]
 
 
+@pytest.mark.slow
 def test_looks_at_random_are_even_and_the_same_for_every_policy(tiny_prior):
     rules = replace(RULES, looks="random", looks_per_step=3)
     looks, _ = play(tiny_prior, [rules], num_steps=400)

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from simulator.policies import POLICIES, make_policy
 from simulator.policies.heuristics import Random
@@ -17,6 +18,7 @@ def play(homes, policy, num_steps):
     return [np.stack(column, axis=1) for column in zip(*steps, strict=True)]
 
 
+@pytest.mark.slow
 def test_a_home_is_played_the_same_whatever_is_played_beside_it(make_default_homes):
     """For every policy: a collection must not depend on how homes are split over workers."""
     for policy in POLICIES:
