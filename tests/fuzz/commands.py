@@ -73,7 +73,9 @@ def make_inputs(folder: Path) -> None:
 
 
 # What says how much there is to do: left out, a command works for minutes, which is no hang.
-SIZES = ("--num_homes", "--steps", "--runs", "--queries_per_home", "--policies", "--tasks")
+SIZES = (
+    "--num_homes", "--steps", "--runs", "--queries_per_home", "--policies", "--tasks", "--source",
+)  # fmt: skip
 
 
 def change_line(folder: Path, rng: Rng) -> None:
