@@ -21,13 +21,14 @@ from nep.players.checkpoints import (
     CONFIG,
     WEIGHTS,
     TrainedModel,
-    load_checkpoint,
     load_config,
+    load_trained,
     save_exported,
 )
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from nep.players.searches import Decisions, play_searches
+from nep.players.shipped import find_trained
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
 from nep.report.results import list_versions
 from simulator.checks import check_at_least
@@ -41,6 +42,7 @@ from simulator.command_line import (
 )
 from simulator.files import compute_checksum, write_whole
 from simulator.home_options import HomeOptions
+from simulator.messages import shorten
 from simulator.policies import find_policy, make_policy
 from simulator.process import run_main
 from simulator.tasks.evaluation import evaluate_policy
@@ -50,6 +52,7 @@ from simulator.world.streams import Streams
 CARD = "MODEL_CARD.md"
 
 _SIZES = ("num_homes", "steps", "seed")
+_ELSEWHERE = ("by_best", "alike")
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,12 +67,15 @@ class ExportConfig:
         steps: searches per home of the calibration, and time steps of the scores; at most as many
             as homes were recorded for.
         seed: of the homes.
+        elsewhere: what is fitted to how often things are elsewhere: "by_best", a share that depends
+            on the probability of the best place, or "alike", one share for all questions.
     """
 
     homes: HomeSource = field(default_factory=SampledSource)
     num_homes: int = 100
     steps: int = 100
     seed: int = 0
+    elsewhere: str = "by_best"
 
     def __post_init__(self) -> None:
         """Check the values.
@@ -79,6 +85,11 @@ class ExportConfig:
         """
         check_at_least(0, num_homes=self.num_homes, seed=self.seed)
         check_at_least(1, steps=self.steps)
+        if self.elsewhere not in _ELSEWHERE:
+            raise ValueError(
+                f"elsewhere must be one of {', '.join(_ELSEWHERE)}, got {shorten(self.elsewhere)}. "
+                "Choose one of these."
+            )
 
     @property
     def num_steps(self) -> int:
@@ -114,16 +125,17 @@ class ExportConfig:
 
 
 def export_model(
-    checkpoint: Path,
+    checkpoint: str | Path,
     folder: Path,
     config: ExportConfig,
     command: str,
     on_step: Callable[[str], None] = lambda what: None,
 ) -> None:
-    """Write a checkpoint as safetensors and JSON, calibrated and with a model card.
+    """Write a network as safetensors and JSON, calibrated and with a model card.
 
     Args:
-        checkpoint: written by `python -m nep.fit`.
+        checkpoint: written by `python -m nep.fit`; or a network that is calibrated and measured
+            anew, one that ships or an exported folder.
         folder: made if needed.
         config: what it is calibrated on; with no homes, it is not, and the card says so.
         command: the command line that makes the folder again.
@@ -134,20 +146,25 @@ def export_model(
             clock and is to be calibrated.
         OSError: if the folder cannot be written.
     """
-    model = load_checkpoint(checkpoint)
+    source = find_trained(checkpoint)
+    model = load_trained(source)
     if config.num_homes and model.builder.config.clock and not config.homes.has_clock:
         raise ValueError(
             "network must read no clock to be calibrated in homes without one, got features.clock "
             f"in {checkpoint}. Name recorded homes that have a start (--trace), or give "
             "--num_homes 0: probabilities are then the softmax of its logits."
         )
-    notes: dict[str, Any] = {
+    if source.is_dir():
+        notes: dict[str, Any] = load_config(source)["notes"]
+        notes.pop("measured", None)
+    else:
+        notes = {"checkpoint_sha256": compute_checksum(source), "training": model.training}
+    notes |= {
         "command": command,
-        "checkpoint_sha256": compute_checksum(checkpoint),
         "versions": list_versions(),
         "num_parameters": sum(part.numel() for part in model.module.parameters()),
-        "training": model.training,
     }
+    model = replace(model, calibration=None)
     if config.num_homes:
         model, notes["measured"] = measure_model(model, config, on_step)
     save_exported(folder, model, notes)
@@ -192,7 +209,7 @@ def measure_model(
         return {"mean": float(scores.mean()), "std": float(scores.std())}
 
     able = [name for name in REFERENCES if find_policy(name).needs <= config.homes.knows]
-    calibration = fit_calibration(search("val"))
+    calibration = fit_calibration(search("val"), alike=config.elsewhere == "alike")
     unseen = search("test")
     measured = {
         "homes": len(config.get_streams("test").homes),
@@ -246,7 +263,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
         f"Write a trained network as {WEIGHTS} and {CONFIG}, without pickle, with calibrated "
         f"probabilities and a {CARD}. `ObjectFinder.load(DIR)` reads it.",
     )
-    parser.add_argument("checkpoint", metavar="CKPT", type=Path, help="written by nep.fit")
+    parser.add_argument(
+        "checkpoint",
+        metavar="CKPT",
+        type=str,
+        help="written by nep.fit; or a network to calibrate and measure anew, one that ships or an "
+        "exported folder",
+    )
     parser.add_argument("folder", metavar="DIR", type=Path, help="made if needed")
     parser.add_class_arguments(ExportConfig, skip={"homes"})
     add_home_arguments(parser)
@@ -284,7 +307,7 @@ def _write_command(parser: ArgumentParser, options: Namespace, arguments: Sequen
     """Return the command line, with the names alone of files outside the working folder."""
     paths = [
         path.name if path.is_absolute() else str(path)
-        for path in (options.checkpoint, options.folder)
+        for path in (Path(options.checkpoint), options.folder)
     ]
     sizes = [f"--{name}={options[name]}" for name in _SIZES]
     others = [

@@ -32,7 +32,9 @@ from nep.config_files import find_configs
 from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, check_resumable, load_trained
 from nep.players.starting_point import make_settings, take_weights
+from nep.robot.comparison import compare_in_log
 from simulator.command_line import BAD_INPUT, normalise, one_line_errors
+from simulator.memory.look_log import read_log
 from simulator.messages import shorten, shorten_text
 from simulator.process import run_main
 
@@ -82,6 +84,12 @@ class FitCLI(LightningCLI):
             type=str | None,
             help="Network to start from: one that ships, an exported folder or a checkpoint. It "
             "also says what the network is made of, and which features it reads.",
+        )
+        parser.add_argument(
+            "--log",
+            type=str | None,
+            help="Log of a robot's memory that the data were made of (docs/robot.md): best.ckpt is "
+            "the start, unless the best epoch answers better what the latest looks of it showed.",
         )
         parser.add_argument(
             "--threads", type=PositiveInt | None, help="CPU threads; null for all cores."
@@ -259,9 +267,13 @@ def main(args: ArgsType = None) -> FitCLI:
             args, classes = find_classes(args)
     cli = FitCLI(args, **classes)
     cli.datamodule.trainer = cli.trainer  # for whether to show progress
+    if cli.config.log is not None and cli.start is None:
+        cli.parser.error("--log must come with --from, got none. Name the network to start from.")
     try:  # Lightning does both again, at no cost: what can be wrong with data is said here
         if cli.config.ckpt_path is not None:
             check_resumable(Path(cli.config.ckpt_path), cli.model)
+        if cli.config.log is not None:
+            read_log(cli.config.log)
         cli.datamodule.prepare_data()
         cli.datamodule.setup()
     except BAD_INPUT as error:
@@ -279,7 +291,7 @@ def main(args: ArgsType = None) -> FitCLI:
             weights_only=True if cli.config.ckpt_path else None,
         )
         if cli.start is not None:
-            keep_start(cli.trainer, cli.start, start_score)
+            keep_start(cli.trainer, cli.start, start_score, cli.config.log)
     except BrokenPipeError:
         raise
     except (OSError, MisconfigurationException) as error:  # a full disk; settings at odds
@@ -287,13 +299,16 @@ def main(args: ArgsType = None) -> FitCLI:
     return cli
 
 
-def keep_start(trainer: Trainer, start: TrainedModel, start_score: float) -> None:
-    """Let the best checkpoint be where the training started, if that was better than any epoch.
+def keep_start(
+    trainer: Trainer, start: TrainedModel, start_score: float, log: str | None = None
+) -> None:
+    """Let the best checkpoint be where the training started, unless an epoch was better.
 
     Args:
         trainer: after the training.
         start: the network that it started from.
         start_score: its hits@1 in the validation homes.
+        log: of the home, if the best epoch must be better there, too (`compare_in_log`).
     """
     for callback in trainer.checkpoint_callbacks:
         if not isinstance(callback, ModelCheckpoint) or callback.monitor != _BEST:
@@ -302,7 +317,12 @@ def keep_start(trainer: Trainer, start: TrainedModel, start_score: float) -> Non
         if score is None:  # no epoch was finished
             continue
         line = f"{_BEST}: {start_score:.3f} at the start, {score:.3f} in the best epoch"
-        if score <= start_score:
+        is_better = bool(score > start_score)
+        if is_better and log is not None:
+            best = load_trained(callback.best_model_path)
+            is_better, more = compare_in_log(start, best, log)
+            line += f"\n{more}"
+        if not is_better:
             trainer.lightning_module.load_state_dict(start.module.state_dict())
             trainer.save_checkpoint(callback.best_model_path)
             line += "; best.ckpt keeps the start"

@@ -135,7 +135,7 @@ def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = ""
             )
         if kind == "flag" and not values:
             values = ["true"]
-        if kind == "list" and values and not values[0].startswith("["):
+        if kind == "list" and values and not _is_list(values[0]):
             lists.setdefault(name, []).extend(values)  # also where the option is repeated
         elif not values:
             found.append(f"--{name}={value}" if has_value else f"--{name}")
@@ -197,6 +197,11 @@ def one_line_errors(status: int = 1) -> Iterator[None]:
         raise
     except BAD_INPUT as error:
         sys.exit(_make_line(error) if status == 1 else _report(error, status))
+
+
+def _is_list(text: str) -> bool:
+    """Tell whether a text is a list as a config writes it; what only begins like one is none."""
+    return text.startswith("[") and text.endswith("]")
 
 
 def _report(error: Exception, status: int) -> int:

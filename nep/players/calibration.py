@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import minimize, minimize_scalar
 
 from nep.players.searches import Decisions
 from simulator.policies.probabilities import compute_probabilities
@@ -100,7 +100,7 @@ class Calibration:
         return replace(self, elsewhere_share=share)
 
 
-def fit_calibration(decisions: Decisions) -> Calibration:
+def fit_calibration(decisions: Decisions, *, alike: bool = False) -> Calibration:
     """Fit temperature and slope by the mean negative log likelihood; the share is counted.
 
     Normal priors hold ln(temperature) and the slope near 0, with standard deviations of `_SPREAD`
@@ -109,23 +109,31 @@ def fit_calibration(decisions: Decisions) -> Calibration:
 
     Args:
         decisions: in validation homes, some of them for objects that are elsewhere.
+        alike: whether "elsewhere" has the same share in all questions: no slope.
     """
     share, first = decisions.elsewhere_share, decisions.scores[decisions.num_looks == 0]
     first = first[np.isfinite(first).any(axis=1)]
 
+    spread = np.array([_SPREAD] if alike else [_SPREAD, _SLOPE_SPREAD])
+
     def make(values: np.ndarray) -> Calibration:
-        temperature, slope = float(np.exp(values[0])), float(values[1])
+        temperature = float(np.exp(values[0]))
+        if alike:
+            return Calibration(temperature, share)
+        slope = float(values[1])
         best = compute_probabilities(first / temperature, "logits").max(axis=1)
         # the mean of what the odds are multiplied by is one, so that the share stays what it is
         mean = -np.log(np.mean(best**-slope)) / slope if slope else np.log(best).mean()
         return Calibration(temperature, share, slope, float(mean))
 
     def loss(values: np.ndarray) -> float:
-        prior = 0.5 * ((values[0] / _SPREAD) ** 2 + (values[1] / _SLOPE_SPREAD) ** 2)
-        return measure_calibration(decisions, make(values))["nll"] + prior / max(
-            len(decisions.scores), 1
-        )
+        prior = 0.5 * ((values / spread) ** 2).sum()
+        nll = measure_calibration(decisions, make(values))["nll"]
+        return float(nll + prior / max(len(decisions.scores), 1))
 
+    if alike:
+        found = minimize_scalar(lambda x: loss(np.array([x])), bounds=(-3.0, 3.0), method="bounded")
+        return make(np.array([found.x]))
     return make(minimize(loss, np.zeros(2), method="Nelder-Mead").x)
 
 

@@ -26,6 +26,21 @@ _LEAST = 1e-4  # of a belief, in logarithms
 
 
 @dataclass(frozen=True, slots=True)
+class AskedAgain:
+    """A question about a thing that a look then showed.
+
+    Attributes:
+        values: logit and belief of each furniture node, by its id.
+        furniture: id of the furniture where the look showed it.
+        has_moved: as in `Questions`.
+    """
+
+    values: dict[int, tuple[float, float]]
+    furniture: int
+    has_moved: bool
+
+
+@dataclass(frozen=True, slots=True)
 class Questions:
     """What was asked of a memory just before a look showed it; one home, Q questions.
 
@@ -33,38 +48,56 @@ class Questions:
         scores: logits of the network, -inf where there is no candidate, (Q, F).
         belief: of the adaptive filter, (Q, F).
         answer: index of the place where the look showed it, (Q,).
+        has_moved: whether it had been seen before, and was not where the memory had it, (Q,).
         furniture: ids, (F,).
     """
 
     scores: np.ndarray
     belief: np.ndarray
     answer: np.ndarray
+    has_moved: np.ndarray
     furniture: tuple[int, ...]
 
     def __len__(self) -> int:
         """Q."""
         return len(self.answer)
 
-    @classmethod
-    def join(cls, asked: Sequence[tuple[dict[int, tuple[float, float]], int]]) -> Questions:
-        """Join questions to a home whose furniture may have changed meanwhile.
+    @property
+    def weights(self) -> np.ndarray:
+        """How much each counts, (Q,), 1 on average.
 
-        Args:
-            asked: logit and belief of each furniture node by its id, and the id of the answer.
+        Looks mostly show what has not moved, and nobody asks for that as often: what has moved
+        makes half of the weight, as it makes half of the questions of the tasks.
         """
-        furniture = tuple(sorted({number for values, _ in asked for number in values}))
+        share = self.has_moved.mean()
+        if not 0 < share < 1:
+            return np.ones(len(self))
+        return np.where(self.has_moved, 0.5 / share, 0.5 / (1 - share))
+
+    @classmethod
+    def join(cls, asked: Sequence[AskedAgain]) -> Questions:
+        """Join questions to a home whose furniture may have changed meanwhile."""
+        furniture = tuple(sorted({number for one in asked for number in one.values}))
         index = {number: position for position, number in enumerate(furniture)}
         scores = np.full((len(asked), len(furniture)), -np.inf)
         belief = np.zeros(scores.shape)
-        for row, (values, _) in enumerate(asked):
-            columns = [index[number] for number in values]
-            scores[row, columns], belief[row, columns] = np.transpose(list(values.values()))
-        answer = np.array([index[number] for _, number in asked], dtype=np.int64)
-        return cls(scores, belief, answer, furniture)
+        for row, one in enumerate(asked):
+            columns = [index[number] for number in one.values]
+            scores[row, columns], belief[row, columns] = np.transpose(list(one.values.values()))
+        answer = np.array([index[one.furniture] for one in asked], dtype=np.int64)
+        has_moved = np.array([one.has_moved for one in asked], dtype=bool)
+        return cls(scores, belief, answer, has_moved, furniture)
 
-    def take(self, rows: slice) -> Questions:
-        """Return some of the questions."""
-        return Questions(self.scores[rows], self.belief[rows], self.answer[rows], self.furniture)
+    def split(self) -> tuple[Questions, Questions]:
+        """Return the earlier questions, and the latest `_HELD_OUT` of them."""
+        end = round(len(self) * (1 - _HELD_OUT))
+        return self._take(slice(None, end)), self._take(slice(end, None))
+
+    def _take(self, rows: slice) -> Questions:
+        return Questions(
+            self.scores[rows], self.belief[rows], self.answer[rows], self.has_moved[rows],
+            self.furniture,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,9 +178,8 @@ def fit_adaptation(questions: Questions) -> Adaptation:
             f"log must show at least {MIN_QUESTIONS} things, got {len(questions)}. Look around "
             "for longer."
         )
-    end = round(len(questions) * (1 - _HELD_OUT))
-    held_out = questions.take(slice(end, None))
-    fitted = _fit(questions.take(slice(None, end)))
+    early, held_out = questions.split()
+    fitted = _fit(early)
     before, after = compute_nll(held_out, Adaptation()), compute_nll(held_out, fitted)
     if not after < before:
         return Adaptation(num_questions=len(questions), nll_before=before, nll_after=before)
@@ -159,11 +191,17 @@ def fit_adaptation(questions: Questions) -> Adaptation:
 
 
 def compute_nll(questions: Questions, adaptation: Adaptation) -> float:
-    """Return the mean negative log likelihood of the answers, in nats."""
+    """Return the weighted mean negative log likelihood of the answers, in nats."""
     scores = adaptation.change(questions.scores, questions.belief, questions.furniture)
     probability = compute_probabilities(scores, "logits")
     right = probability[np.arange(len(questions)), questions.answer]
-    return float(-np.log(np.maximum(right, 1e-9)).mean())
+    return float(-np.average(np.log(np.maximum(right, 1e-9)), weights=questions.weights))
+
+
+def compute_accuracy(questions: Questions) -> float:
+    """Return the weighted share of right first guesses."""
+    is_right = questions.scores.argmax(axis=1) == questions.answer
+    return float(np.average(is_right, weights=questions.weights))
 
 
 def _fit(questions: Questions) -> Adaptation:
@@ -171,7 +209,7 @@ def _fit(questions: Questions) -> Adaptation:
     is_place = np.isfinite(questions.scores)
     scores = np.where(is_place, questions.scores, 0)
     belief = np.log(questions.belief + _LEAST)
-    rows = np.arange(len(questions))
+    rows, weights = np.arange(len(questions)), questions.weights
     spread = np.append([_SPREAD_SHARPNESS, _SPREAD_WEIGHT], np.full(num_places, _SPREAD_BIAS))
     middle = np.append([1.0, 0.0], np.zeros(num_places))
 
@@ -184,8 +222,9 @@ def _fit(questions: Questions) -> Adaptation:
         off = (values - middle) / spread
         error = share
         right = share[rows, questions.answer]
-        total = -np.log(np.maximum(right, 1e-12)).sum() + 0.5 * (off**2).sum()
+        total = -(weights * np.log(np.maximum(right, 1e-12))).sum() + 0.5 * (off**2).sum()
         error[rows, questions.answer] -= 1
+        error *= weights[:, None]
         slope = np.array([(error * scores).sum(), (error * belief).sum(), *error.sum(axis=0)])
         return float(total), slope + off / spread
 

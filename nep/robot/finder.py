@@ -11,7 +11,7 @@ from datamodules.features import require_clock
 from nep.players.calibration import Calibration
 from nep.players.checkpoints import TrainedModel, load_trained
 from nep.players.policy import NEPPolicy
-from nep.robot.adaptation import Adaptation, Questions, fit_adaptation
+from nep.robot.adaptation import Adaptation, AskedAgain, Questions, fit_adaptation
 from simulator.memory.asking import Asked
 from simulator.memory.look_log import read_log
 from simulator.memory.look_weights import SURE
@@ -112,12 +112,24 @@ class ObjectFinder(Finder):
         Raises:
             ValueError: if the file is no log, or shows too little.
         """
-        self.adaptation = Adaptation()
-        self.adaptation = fit_adaptation(Questions.join(list(self._ask_again(log))))
+        self.adaptation = fit_adaptation(self.ask_again(log))
         return self.adaptation
 
-    def _ask_again(self, log: str | Path) -> Iterator[tuple[dict[int, tuple[float, float]], int]]:
-        """Yield what was made of each thing just before a look showed it, and where that was."""
+    def ask_again(self, log: str | Path) -> Questions:
+        """Make the looks of a log again, and ask for what each of them showed just before it.
+
+        Args:
+            log: as in `adapt`.
+
+        Returns:
+            What the network says, without its adaptation; the latest `_MOST_QUESTIONS`.
+
+        Raises:
+            ValueError: if the file is no log.
+        """
+        return Questions.join(list(self._ask_again(log)))
+
+    def _ask_again(self, log: str | Path) -> Iterator[AskedAgain]:
         lines = read_log(log)
         left = sum(len(line.values["seen"]) for line in lines if line.kind == "look")
         for memory, line, furniture in replay(lines):
@@ -134,10 +146,14 @@ class ObjectFinder(Finder):
                 scores, belief = self._score(asked)
             number_of = {own: number for number, own in furniture.items()}
             numbers = [number_of[own] for own in asked.furniture_ids]
-            for row in zip(scores.tolist(), belief.tolist(), strict=True):
-                yield (
+            here = furniture[line.values["furniture"]]
+            for name, *row in zip(names, scores.tolist(), belief.tolist(), strict=True):
+                places = memory.places_of(name)
+                was_here = any(place.furniture == here and place.is_there for place in places)
+                yield AskedAgain(
                     dict(zip(numbers, zip(*row, strict=True), strict=True)),
                     line.values["furniture"],
+                    bool(places) and not was_here,
                 )
 
     def _score(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:

@@ -13,7 +13,12 @@ from simulator.memory.clock import Clock, make_clock_rows
 from simulator.memory.home_layout import HomeLayout
 from simulator.memory.home_view import list_places
 from simulator.memory.memory_batch import FURNITURE_COUNTERS, MemoryBatch, Queries
-from simulator.memory.memory_content import EDGE_COLUMNS, OBJECT_COLUMNS, MemoryContent
+from simulator.memory.memory_content import (
+    EDGE_COLUMNS,
+    HOME_LABELS,
+    OBJECT_COLUMNS,
+    MemoryContent,
+)
 from simulator.memory.names import read_name
 from simulator.memory.sighting import RELATIONS, SeenAt, Sighting
 from simulator.memory.step_log import StepLog, StepLook
@@ -206,12 +211,22 @@ class MemoryState:
         )
 
     def forget_questions(self) -> None:
-        """Leave out objects that were asked for in this step and neither seen nor looked for."""
+        """Leave out objects that were asked for in this step and neither seen nor looked for.
+
+        Nothing of them stays, nor of what they are called.
+        """
         is_there = self.batch.objects["num_observed"] > 0
         is_there[self.batch.edges["object"]] = True
         never = np.flatnonzero(~is_there)
         if len(never):
-            self.remove(objects=never.tolist())
+            batch, label = self.batch, self.batch.objects["label"]
+            used = np.concatenate([label[is_there], batch.room_label[0], batch.furniture_label[0]])
+            gone = {batch.labels[index] for index in np.setdiff1d(label[never], used)}
+            content = self.get_content().remove(objects=never.tolist())
+            labels = HOME_LABELS + tuple(
+                text for text in content.labels[len(HOME_LABELS) :] if text not in gone
+            )
+            self.set_content(replace(content, labels=labels))
 
     def query_row(self, row: int) -> Queries:
         """Open the hypothetical edges of an object node by its row."""

@@ -6,6 +6,7 @@ from bisect import bisect_right
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from threading import RLock
 
 from simulator.drawing.floor_plan import FloorPlan
@@ -92,6 +93,19 @@ class Replay(Story):
                 known = player
             self._memories.move_to_end(step)
             return known.memory
+
+    def write_log(self, path: str | Path, step: int) -> None:
+        """Write the log that a memory would have written by the end of a step.
+
+        Args:
+            path: of a new file, such as "looks.jsonl".
+            step: the last one.
+
+        Raises:
+            OSError: if the file cannot be written.
+        """
+        memory = SceneGraphMemory(self._prior, self.clock, log=path)
+        self._play(Replayer(memory), -1, step)
 
     def _play(self, player: Replayer, begin: int, end: int) -> None:
         """Apply what happened after step `begin` until the end of step `end`."""

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 
 from simulator.files import write_whole
@@ -15,6 +17,8 @@ from simulator.trace.events import EVENTS_FILE, GONE, Event, load_events, make_e
 from simulator.trace.layout import LAYOUT_FILE, Layout, load_layout, make_layout_json
 from simulator.trace.truth import TRUTH_FILE, Truth, load_truth, make_truth_json
 from simulator.world.homes import NUM_RELATIONS
+
+_MOST_ENTRIES = 10_000  # of a folder that is searched for traces
 
 
 @dataclass(frozen=True)
@@ -121,14 +125,14 @@ def find_traces(folders: Sequence[str | Path]) -> list[Path]:
     """List the folders of traces among folders, or one level below them, in order of name.
 
     Raises:
-        ValueError: if a folder holds none.
+        ValueError: if a folder holds none, or is too large to be searched.
     """
     found = []
     for folder in map(Path, folders):
         if (folder / LAYOUT_FILE).exists():
             found.append(folder)
             continue
-        inside = sorted(path.parent for path in folder.glob(f"*/{LAYOUT_FILE}"))
+        inside = _find_inside(folder) if folder.is_dir() else []
         if not inside:
             raise ValueError(
                 f"trace must be a folder with {LAYOUT_FILE} and {EVENTS_FILE}, or one of such "
@@ -136,6 +140,18 @@ def find_traces(folders: Sequence[str | Path]) -> list[Path]:
             )
         found += inside
     return found
+
+
+def _find_inside(folder: Path) -> list[Path]:
+    """List the folders of traces in a folder, in order of name."""
+    with os.scandir(folder) as entries:
+        names = sorted(entry.name for entry in islice(entries, _MOST_ENTRIES + 1))
+    if len(names) > _MOST_ENTRIES:
+        raise ValueError(
+            f"folder must be a trace, or hold at most {_MOST_ENTRIES} files and folders to search "
+            f"for traces, got more in {folder}. Name the folder of a trace."
+        )
+    return [folder / name for name in names if os.path.exists(folder / name / LAYOUT_FILE)]
 
 
 def _make_files(trace: Trace) -> dict[str, str]:

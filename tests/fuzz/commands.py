@@ -72,6 +72,12 @@ def make_inputs(folder: Path) -> None:
     (folder / "line").write_text(json.dumps(["simulator.trace", "check", "home"]))
 
 
+# What says how much there is to do: left out, a command works for minutes, which is no hang.
+SIZES = (
+    "--num_homes", "--steps", "--runs", "--queries_per_home", "--policies", "--tasks", "--source",
+)  # fmt: skip
+
+
 def change_line(folder: Path, rng: Rng) -> None:
     """Choose a command line: options are added, repeated, left out or odd."""
     module, given, options = COMMANDS[int(rng.integers(len(COMMANDS)))]
@@ -80,11 +86,12 @@ def change_line(folder: Path, rng: Rng) -> None:
         odd = ODD[int(rng.integers(len(ODD)))]
         kind = rng.integers(5)
         at = int(rng.integers(len(line)))
-        if kind == 0:
+        if kind == 0 and not line[at].startswith(SIZES):
             del line[at]
             if not line:
                 break
         elif kind == 1 or not options:
+            odd = odd.replace("--", "-")  # after it, sizes would be none
             line[at] = f"{line[at].partition('=')[0]}={odd}" if "=" in line[at] else odd
         else:
             name = options[int(rng.integers(len(options)))]

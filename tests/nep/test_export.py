@@ -134,6 +134,20 @@ def test_a_small_export_is_calibrated_and_says_what_it_measured(checkpoint, tmp_
     assert ObjectFinder.load(tmp_path / "net").calibration.temperature > 0
 
 
+def test_an_exported_network_is_exported_anew(exported, checkpoint, tmp_path):
+    """Weights and where they are from stay; the command is the one that was run."""
+    out = tmp_path / "again"
+    main([str(exported), str(out), "--num_homes=0", "--elsewhere=alike"])
+    weights = [(folder / "weights.safetensors").read_bytes() for folder in (exported, out)]
+    assert weights[0] == weights[1]
+    notes = [load_config(folder)["notes"] for folder in (exported, out)]
+    assert notes[1]["checkpoint_sha256"] == notes[0]["checkpoint_sha256"]
+    assert notes[1]["training"] == notes[0]["training"]
+    assert notes[1]["command"] == (
+        "python -m nep.export exported again --num_homes=0 --steps=100 --seed=0 --elsewhere=alike"
+    )
+
+
 def edit(folder: Path, *path: str, value) -> None:
     config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
     part = config
@@ -204,9 +218,13 @@ def test_missing_and_damaged_files_are_named(folder):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["none.ckpt", "out"], r"checkpoint must be a file that can be read, got 'No such file"),
+        (
+            ["none.ckpt", "out"],
+            "checkpoint must be a file that can be read, an exported folder or one",
+        ),
         (["CKPT", "out", "--num_homes=-1"], "homes must be at least 0, got -1"),
         (["CKPT", "out", "--steps=0"], "steps must be at least 1, got 0"),
+        (["CKPT", "out", "--elsewhere=no"], "elsewhere must be one of by_best, alike, got 'no'"),
         (["CKPT", "out", "--threads=0"], "threads must be at least 1, got 0"),
         (["CKPT", "CKPT", "--num_homes=0"], "File exists"),
     ],

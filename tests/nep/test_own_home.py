@@ -28,7 +28,8 @@ def network(week, tmp_path_factory):
     assert trace(["from-log", str(folder / "looks.jsonl"), "--out", str(folder / "home")]) == 0
     fit.main(
         [
-            "--from=heat", "--config=own_home.yaml", "--data.trace", traces[0],
+            "--from=heat", "--config=own_home.yaml", f"--log={folder / 'looks.jsonl'}",
+            "--data.trace", traces[0],
             "--data.val_trace", traces[1], f"--data.data_dir={folder / 'data'}", "--threads=1",
             f"--trainer.logger.init_args.save_dir={folder / 'runs'}", "--data.workers=1",
             "--trainer.enable_progress_bar=false", "--trainer.max_epochs=4", "--data.replays=8",

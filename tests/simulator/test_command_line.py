@@ -43,6 +43,7 @@ def make(prefix=""):
         (["--no-dynamic-nodes"], ["--home.dynamic_nodes=false"]),
         (["--trace", "a", "b c"], ['--trace=["a", "b c"]']),
         (["--trace=[a, b]"], ["--trace=[a, b]"]),
+        (["--trace=[a]b"], ['--trace=["[a]b"]']),  # a name, not a list
         (["--policies", "x", "--policies", "y:Z"], ['--policies=["x", "y:Z"]']),
         (["--rooms", "kitchen"], ['--home.rooms=["kitchen"]']),
         (["--dynamics", "paper"], ["--home.dynamics=simulator.world.paper_dynamics.PaperDynamics"]),

@@ -49,6 +49,12 @@ def test_elsewhere_is_likelier_without_a_good_place():
     assert Calibration(best_slope=3.0).compute_probabilities(scores)[0, -1] == 0  # nothing fitted
 
 
+def test_one_share_for_all_questions_has_no_slope():
+    truth = Calibration(elsewhere_share=0.1, best_slope=0.8, best_mean=np.log(0.7))
+    found = fit_calibration(sample_searches(truth, 4_000, seed=4), alike=True)
+    assert found == Calibration(found.temperature, 0.1)
+
+
 @pytest.mark.slow
 def test_a_known_slope_is_found_again():
     best = 0.7  # about the mean of max(p) of these scores

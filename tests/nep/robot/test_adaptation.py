@@ -2,14 +2,18 @@
 
 import numpy as np
 import pytest
+import torch
 
+from nep.players.checkpoints import load_trained
 from nep.robot.adaptation import (
     MIN_QUESTIONS,
     Adaptation,
     Questions,
+    compute_accuracy,
     compute_nll,
     fit_adaptation,
 )
+from nep.robot.comparison import compare_in_log
 from nep.robot.finder import ObjectFinder
 from simulator import SceneGraphMemory, Sighting
 
@@ -21,7 +25,8 @@ def make_questions(rng, bias, num_questions=400) -> Questions:
     scores = rng.normal(size=(num_questions, len(bias)))
     changed = scores + bias + rng.gumbel(size=scores.shape)
     belief = np.full(scores.shape, 1 / len(bias))
-    return Questions(scores, belief, changed.argmax(axis=1), tuple(range(len(bias))))
+    has_moved = np.zeros(num_questions, dtype=bool)
+    return Questions(scores, belief, changed.argmax(axis=1), has_moved, tuple(range(len(bias))))
 
 
 def test_a_home_that_differs_is_learnt_and_held_out_looks_are_likelier():
@@ -43,6 +48,7 @@ def test_what_does_not_help_is_left_out():
         np.concatenate([one.scores, other.scores[:180]]),
         np.concatenate([one.belief, other.belief[:180]]),
         np.concatenate([one.answer, other.answer[:180]]),
+        np.zeros(580, dtype=bool),
         one.furniture,
     )
     found = fit_adaptation(both)
@@ -50,6 +56,18 @@ def test_what_does_not_help_is_left_out():
     assert found.nll_after == found.nll_before
     scores = rng.normal(size=(3, 2))
     assert found.change(scores, scores, (0, 1)) is scores
+
+
+def test_what_has_moved_makes_half_of_the_weight():
+    # Four questions, one about what moved: weights 2 and 2/3. Two places, logits ln 3 and 0: 3/4
+    # for the first. The moved one is at the second place: nll = (2 ln 4 + 3 2/3 ln 4/3) / 4; right
+    # are those that stayed: half of the weight.
+    scores = np.tile([np.log(3.0), 0.0], (4, 1))
+    has_moved = np.array([True, False, False, False])
+    questions = Questions(scores, scores, np.array([1, 0, 0, 0]), has_moved, (0, 1))
+    np.testing.assert_allclose(questions.weights, [2, 2 / 3, 2 / 3, 2 / 3])
+    assert compute_nll(questions, Adaptation()) == pytest.approx(np.log(4) - np.log(3) / 2)
+    assert compute_accuracy(questions) == pytest.approx(0.5)
 
 
 def test_too_few_questions_are_an_error():
@@ -82,6 +100,27 @@ def home(tmp_path_factory):
             memory.observe(place, [Sighting(name) for name in things.get(label, ())])
         memory.step()
     return memory, log
+
+
+def test_questions_say_what_has_moved(home):
+    """The mug is elsewhere in each of 20 steps, after the first; the fork stays."""
+    _, log = home
+    questions = ObjectFinder.load("heat").ask_again(log)
+    assert len(questions) == 40
+    assert questions.has_moved.sum() == 19
+    assert set(questions.answer[questions.has_moved]) == {3, 4}
+
+
+def test_a_network_that_is_worse_in_the_log_is_told_from_its_start(home):
+    _, log = home
+    good, bad = load_trained("heat"), load_trained("heat")
+    with torch.no_grad():
+        bad.module.predictor.head[-1].weight.neg_()  # what was best is worst
+    is_better, line = compare_in_log(good, bad, log)
+    assert not is_better
+    assert line.startswith("latest looks of looks.jsonl: NLL ")
+    assert compare_in_log(bad, good, log)[0]
+    assert not compare_in_log(good, good, log)[0]  # no better than itself
 
 
 def test_a_finder_adapts_to_the_log_of_a_home(home, tmp_path):

@@ -237,6 +237,28 @@ def test_a_look_for_one_thing_after_it_was_seen_is_saved(tmp_path):
     assert json.loads((tmp_path / "copy.sgm").read_bytes())["content"]["sought"]
 
 
+def test_questions_leave_no_trace_in_a_file_once_their_step_is_over(tmp_path):
+    """600 unknown words stayed among the labels, 8 KB, for good."""
+    memory = SceneGraphMemory()
+    shelf = memory.add_furniture("shelf", memory.add_room("kitchen"))
+    memory.observe(shelf, [Sighting("red mug")])
+    memory.step()
+    memory.save(tmp_path / "before.sgm")
+    for number in range(600):
+        memory.query(f"thing{number}")
+    memory.query("green mug")  # "mug" stays: a label of what was seen
+    memory.query("kitchen")
+    memory.query("floor")
+    memory.step()
+    memory.save(tmp_path / "after.sgm")
+    before, after = (
+        json.loads((tmp_path / name).read_bytes())["content"]
+        for name in ("before.sgm", "after.sgm")
+    )
+    assert after == before | {"time": 2, "history": after["history"]}
+    assert len(after["labels"]) == 5
+
+
 def test_an_empty_memory_is_saved_too(tmp_path):
     SceneGraphMemory().save(tmp_path / "empty.sgm")
     memory = SceneGraphMemory.load(tmp_path / "empty.sgm")

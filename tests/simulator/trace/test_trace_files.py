@@ -182,3 +182,11 @@ def test_folders_of_traces_are_searched(write_home, tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(ValueError, match=r"trace must be a folder with layout.json"):
         find_traces([tmp_path / "empty"])
+
+
+def test_a_huge_folder_is_not_searched(tmp_path, monkeypatch):
+    monkeypatch.setattr("simulator.trace.trace._MOST_ENTRIES", 3)
+    for number in range(4):
+        (tmp_path / f"{number}").touch()
+    with pytest.raises(ValueError, match=r"hold at most 3 files .* got more in .* Name the folder"):
+        find_traces([tmp_path])

@@ -1,0 +1,127 @@
+"""A robot that looks around in one home, and what finders know of that home afterwards."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from nep.report.statistics import compute_bootstrap_interval
+from nep.report.tables import Difference
+from simulator.memory.scene_graph_memory import SceneGraphMemory
+from simulator.replay.record import record_run
+from simulator.replay.replay import Replay
+from simulator.robot.finder import Finder
+from simulator.tasks.metrics import compute_nll
+from simulator.world.source import HomeSource
+
+COLUMNS = ("accuracy", "nll", "looks")
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A question to a robot's memory, before the looks of the time step.
+
+    Attributes:
+        memory: at that time; it is to be read, not changed.
+        description: what is asked for.
+        places: furniture ids where such a thing is.
+    """
+
+    memory: SceneGraphMemory
+    description: str
+    places: frozenset[int]
+
+
+@dataclass(frozen=True, slots=True)
+class Life:
+    """What a robot saw in one home while it learnt, and afterwards.
+
+    Attributes:
+        run: looks at random places, whatever anybody answers, and the truth.
+        num_learnt: time steps to learn from; questions are asked in the later ones.
+        seed: of the questions.
+    """
+
+    run: Replay
+    num_learnt: int
+    seed: int
+
+    @classmethod
+    def record(
+        cls, source: HomeSource, num_learnt: int, num_asked: int, *, home: int, seed: int
+    ) -> Life:
+        """Let a robot live in a home.
+
+        Args:
+            source: of the home; its rules say how often the robot looks.
+            num_learnt: time steps to learn from.
+            num_asked: time steps with questions, after these.
+            home: number of the home.
+            seed: of the home, of what the detector misses, and of the questions.
+
+        Raises:
+            ValueError: if there is no such home, or it was recorded for fewer steps.
+        """
+        run = record_run(source, num_learnt + num_asked, home=home, seed=seed, policy="random")
+        return cls(run, num_learnt, seed)
+
+    def write_log(self, path: Path) -> None:
+        """Write the log of the looks to learn from."""
+        self.run.write_log(path, self.num_learnt)
+
+    def ask(self, per_step: int) -> Iterator[Asked]:
+        """Yield the questions: half of them about what moved in the step, as in the tasks.
+
+        Only things at a place are asked for, seen before or not.
+
+        Args:
+            per_step: questions in each time step.
+        """
+        truth, rng = self.run.truth, np.random.default_rng(self.seed)
+        assert truth is not None, "a run has a truth"
+        for step in range(self.num_learnt + 1, self.run.num_steps + 1):
+            memory = self.run.memory_at(step - 1).copy()
+            memory.step()
+            at, before = truth.furniture[step], truth.furniture[step - 1]
+            there = np.flatnonzero(at >= 0)
+            moved = there[at[there] != before[there]]
+            for _ in range(per_step):
+                slots = moved if len(moved) and rng.random() < 0.5 else there
+                if not len(slots):
+                    continue
+                code = truth.code[step, rng.choice(slots)]
+                ids = memory.furniture_ids
+                places = at[there[truth.code[step, there] == code]]
+                yield Asked(
+                    memory, truth.descriptions[code], frozenset(ids[place] for place in places)
+                )
+
+
+def measure(finder: Finder, questions: list[Asked]) -> dict[str, float]:
+    """Ask a finder, and return `COLUMNS`.
+
+    Returns:
+        "accuracy": share of right first guesses. "nll": mean negative log likelihood of the place,
+        in nats. "looks": mean number of looks until it is found, in the order of the answer, with
+        a detector that misses nothing.
+    """
+    right, likelihood, looks = [], [], []
+    for asked in questions:
+        ranking = finder.rank(asked.memory, asked.description)
+        found = [n for n, place in enumerate(ranking) if place.furniture in asked.places]
+        right.append(found[0] == 0)
+        likelihood.append(ranking[found[0]].probability)
+        looks.append(found[0] + 1)
+    return {
+        "accuracy": float(np.mean(right)),
+        "nll": compute_nll(np.array(likelihood)),
+        "looks": float(np.mean(looks)),
+    }
+
+
+def compare(own: np.ndarray, other: np.ndarray) -> Difference:
+    """Return the difference of two players over homes, (H,) each, with its interval."""
+    return Difference(float((own - other).mean()), *compute_bootstrap_interval(own - other))

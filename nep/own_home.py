@@ -1,0 +1,304 @@
+"""Measures what the looks of a home are worth there: `python -m nep.own_home --out own_home.md`."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import redirect_stdout
+from dataclasses import dataclass, replace
+from functools import partial
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import torch
+from jsonargparse import ArgumentParser, Namespace
+
+from nep import export, fit
+from nep.kinds.command import make_command
+from nep.kinds.life import COLUMNS, Life, compare, measure
+from nep.players.contestants import Checkpoint
+from nep.report.tables import format_difference, join_table
+from nep.robot.finder import ObjectFinder
+from simulator.checks import check_at_least
+from simulator.command_line import make_parser, one_line_errors, parse
+from simulator.files import write_whole
+from simulator.memory.clock import DAY_SECONDS, DEFAULT_STEP_SECONDS
+from simulator.policies.registry import find_policy
+from simulator.process import run_main
+from simulator.robot.finder import Finder
+from simulator.trace.__main__ import main as trace
+from simulator.trace.source import RecordedSource
+from simulator.trace.trace import find_traces
+from simulator.world.config import HomeConfig
+from simulator.world.routine.dynamics import RoutineDynamics
+from simulator.world.source import HomeSource, SampledSource
+
+# Rules that read nothing but the memory, as a robot's finder asks them.
+RULES = ("last_seen", "last_seen_prior", "frequentist", "myopic", "bayesian", "adaptive")
+ADAPTED, TUNED = "adapted", "fine-tuned"
+
+_STEPS_PER_DAY = int(DAY_SECONDS / DEFAULT_STEP_SECONDS)
+_FORMATS = {"accuracy": ".3f", "nll": ".2f", "looks": ".2f"}
+_TITLES = {"accuracy": "first guess", "nll": "NLL", "looks": "looks until found"}
+
+_ABOUT = """\
+`{command}`. In each of {num_homes} {kind} a robot
+looked at {looks} random places an hour for {days} days. Then it went on looking for {play_days}
+days, and before the looks of each hour
+{questions} things were asked for, half of them such as had just moved: of the networks
+as they were, `adapted` to the log of the first days (`finder.adapt`), and `fine-tuned` on it (the
+three commands of [docs/robot.md](../docs/robot.md#your-own-home)), and of the rules that read
+nothing but a memory. All were asked of the same memory. NLL and looks: less is better; looks are
+counted in the order of the answer, with a detector that misses nothing. Differences are paired over
+homes, with 95 % bootstrap intervals."""
+
+Scores = dict[str, dict[str, dict[str, float]]]  # by home, player and column
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """One home of the table.
+
+    Attributes:
+        name: in the file of scores.
+        source: of the home.
+        home: its number there.
+        seed: of everything random.
+    """
+
+    name: str
+    source: HomeSource
+    home: int
+    seed: int
+
+
+def list_homes(
+    sizes: Sequence[int], num_homes: int, folders: Sequence[str], rules: HomeConfig, seed: int
+) -> list[Place]:
+    """List the homes: people with routines, or recordings.
+
+    Args:
+        sizes: furniture nodes of each room, of one simulated home after the other, in turn.
+        num_homes: simulated homes, or plays of each recording.
+        folders: traces, or folders of traces; none for simulated homes.
+        rules: of looking.
+        seed: of the first play, or of all simulated homes.
+    """
+    if folders:
+        return [
+            Place(f"{path.name}-{own}", RecordedSource(None, rules, [str(path)]), 0, own)
+            for path in find_traces(folders)
+            for own in range(seed, seed + num_homes)
+        ]
+    places = []
+    for number in range(num_homes):
+        size = sizes[number % len(sizes)]
+        own = replace(
+            rules, furniture_per_room=size, objects_per_furniture=3, dynamics=RoutineDynamics()
+        )
+        name = f"{size * len(rules.rooms)} places-{number}"
+        places.append(Place(name, SampledSource(None, own), number, seed))
+    return places
+
+
+def tune(source: str, log: Path, folder: Path) -> Path:
+    """Fine-tune a network on a log, as docs/robot.md says, and return the exported folder."""
+    parts = {name: str(folder / "home" / name) for name in ("train", "val", "test")}
+    trace(["from-log", str(log), "--out", str(folder / "home")])
+    fit.main(
+        [
+            f"--from={source}", "--config=own_home.yaml", f"--log={log}",
+            f"--data.trace=[{parts['train']}]", f"--data.val_trace=[{parts['val']}]",
+            f"--data.data_dir={folder / 'data'}",
+            f"--trainer.logger.init_args.save_dir={folder / 'runs'}", "--threads=1",
+            "--trainer.enable_progress_bar=false", "--trainer.enable_model_summary=false",
+        ]
+    )  # fmt: skip
+    best = folder / "runs" / "own_home" / "version_0" / "checkpoints" / "best.ckpt"
+    export.main(
+        [
+            str(best), str(folder / "exported"), "--trace", parts["val"], parts["test"],
+            "--replays=20", "--threads=1",
+        ]
+    )  # fmt: skip
+    return folder / "exported"
+
+
+def list_players(
+    checkpoints: Sequence[Checkpoint], log: Path, folder: Path, learns: Sequence[str]
+) -> Iterator[tuple[str, Callable[[], Finder]]]:
+    """Yield what makes each finder of a home, by name.
+
+    Args:
+        checkpoints: networks.
+        log: of the looks to learn from.
+        folder: for what is made of them.
+        learns: how the networks learn from them, of `ADAPTED` and `TUNED`.
+    """
+
+    def adapt(source: Path) -> Finder:
+        finder = ObjectFinder.load(source)
+        finder.adapt(log)
+        return finder
+
+    for name in RULES:
+        yield name, lambda name=name: Finder(find_policy(name)())  # type: ignore[misc]
+    for point in checkpoints:
+        yield point.name, partial(ObjectFinder.load, point.path)
+        if ADAPTED in learns:
+            yield f"{point.name} {ADAPTED}", partial(adapt, point.path)
+        if TUNED in learns:
+            own = folder / point.name
+            own.mkdir()
+            yield (
+                f"{point.name} {TUNED}",
+                lambda own=own, path=point.path: ObjectFinder.load(tune(str(path), log, own)),  # type: ignore[misc]
+            )
+
+
+def make_tables(scores: Scores, networks: Sequence[str]) -> str:
+    """Return two Markdown tables: the means over homes, and differences home by home.
+
+    Args:
+        scores: of all homes; the same players in each.
+        networks: names of the networks, as they were.
+    """
+    players = list(next(iter(scores.values())))
+    values = {
+        who: {name: np.array([own[who][name] for own in scores.values()]) for name in COLUMNS}
+        for who in players
+    }
+    rows = [
+        [who, *(format(values[who][name].mean(), _FORMATS[name]) for name in COLUMNS)]
+        for who in sorted(players, key=lambda who: float(values[who]["accuracy"].mean()))
+    ]
+    means = join_table(["who", *_TITLES.values()], rows)
+    pairs = []
+    for network in networks:
+        learnt = [f"{network} {how}" for how in (ADAPTED, TUNED) if f"{network} {how}" in players]
+        pairs += [(who, network) for who in learnt]
+        pairs += [(who, "") for who in (network, *learnt)]
+    rows = []
+    for who, other in pairs:
+        cells = [who, other or "the best rule"]
+        for name in COLUMNS:
+            than = other or _find_best_rule(values, name)
+            difference = compare(values[who][name], values[than][name])
+            own = "" if other else f" {than}"
+            cells.append(format_difference(difference, _FORMATS[name]) + own)
+        rows.append(cells)
+    header = ["who", "minus", *(f"{title} [95 %]" for title in _TITLES.values())]
+    return f"{means}\n{join_table(header, rows, num_text=2)}"
+
+
+def _find_best_rule(values: Mapping[str, Mapping[str, np.ndarray]], column: str) -> str:
+    sign = 1 if column == "accuracy" else -1
+    return max(RULES, key=lambda who: sign * float(values[who][column].mean()))
+
+
+def _make_parser() -> ArgumentParser:
+    parser = make_parser(
+        "python -m nep.own_home",
+        "Let a robot look around in homes for some days; adapt and fine-tune networks on the log "
+        "of its looks, and ask them, as they were and as they are, in the days after. Run again to "
+        "resume: what has been played is in the JSON file beside the table.",
+    )
+    parser.add_argument("--out", type=Path, default=Path("own_home.md"), help="the table")
+    parser.add_argument(
+        "--checkpoint",
+        type=tuple[str, ...],
+        default=("heat", "any_home"),
+        help="[NAME=]SOURCE of networks",
+    )
+    parser.add_argument(
+        "--learn",
+        type=tuple[str, ...],
+        default=(ADAPTED, TUNED),
+        help=f"what is done with the log: {ADAPTED}, {TUNED} or both",
+    )
+    parser.add_argument(
+        "--trace",
+        type=tuple[str, ...],
+        default=(),
+        help="recorded homes, or folders of them; homes with people are simulated if left out",
+    )
+    parser.add_argument(
+        "--num_homes", type=int, default=6, help="simulated homes, or plays of each recorded one"
+    )
+    parser.add_argument(
+        "--sizes",
+        type=tuple[int, ...],
+        default=(3, 6, 9),
+        help="furniture nodes of each of four rooms, of one simulated home after the other",
+    )
+    parser.add_argument("--days", type=int, default=7, help="of looks to learn from")
+    parser.add_argument("--play_days", type=int, default=7, help="with questions, after these")
+    parser.add_argument("--looks", type=int, default=2, help="looks in each hour")
+    parser.add_argument("--questions", type=int, default=4, help="questions in each hour")
+    parser.add_argument("--seed", type=int, default=0, help="of the homes")
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    parser = _make_parser()
+    torch.set_num_threads(1)
+    with one_line_errors(status=2):
+        options = parse(parser, arguments)
+        check_at_least(
+            1, num_homes=options.num_homes, days=options.days, play_days=options.play_days,
+            questions=options.questions, sizes=min(options.sizes, default=0),
+        )  # fmt: skip
+        check_at_least(0, seed=options.seed)
+        for how in options.learn:
+            if how not in (ADAPTED, TUNED):
+                raise ValueError(
+                    f"learn must be {ADAPTED}, {TUNED} or both, got {how!r}. Choose among these."
+                )
+        checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
+        rules = HomeConfig(looks="random", looks_per_step=options.looks)
+        places = list_homes(options.sizes, options.num_homes, options.trace, rules, options.seed)
+        path = options.out.with_suffix(".json")
+        scores: Scores = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+        for place in places:
+            life = Life.record(
+                place.source, options.days * _STEPS_PER_DAY, options.play_days * _STEPS_PER_DAY,
+                home=place.home, seed=place.seed,
+            )  # fmt: skip
+            _play(life, scores.setdefault(place.name, {}), options, checkpoints)
+            write_whole(path, f"{json.dumps(scores, indent=1)}\n".encode())
+            print(f"{place.name}: {', '.join(scores[place.name])}", flush=True)
+    about = _ABOUT.format(
+        command=make_command(parser, options, checkpoints), num_homes=len(places),
+        kind="plays of recorded homes" if options.trace else "homes of people with routines",
+        looks=options.looks, days=options.days, play_days=options.play_days,
+        questions=options.questions,
+    )  # fmt: skip
+    shown = {place.name: scores[place.name] for place in places}
+    tables = make_tables(shown, [point.name for point in checkpoints])
+    write_whole(options.out, f"# One's own home\n\n{about}\n\n{tables}".encode())
+    print(options.out)
+
+
+def _play(
+    life: Life,
+    scores: dict[str, dict[str, float]],
+    options: Namespace,
+    checkpoints: Sequence[Checkpoint],
+) -> None:
+    """Let everybody answer in one home who has not yet."""
+    questions = list(life.ask(options.questions))
+    with tempfile.TemporaryDirectory() as folder:
+        log = Path(folder) / "looks.jsonl"
+        life.write_log(log)
+        for who, make in list_players(checkpoints, log, Path(folder), options.learn):
+            if who not in scores:
+                with redirect_stdout(StringIO()):  # what training prints
+                    finder = make()
+                scores[who] = measure(finder, questions)
+
+
+if __name__ == "__main__":
+    run_main(main)
