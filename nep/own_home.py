@@ -44,15 +44,17 @@ _FORMATS = {"accuracy": ".3f", "nll": ".2f", "looks": ".2f"}
 _TITLES = {"accuracy": "first guess", "nll": "NLL", "looks": "looks until found"}
 
 _ABOUT = """\
-`{command}`. In each of {num_homes} {kind} a robot
-looked at {looks} random places an hour for {days} days. Then it went on looking for {play_days}
-days, and before the looks of each hour
-{questions} things were asked for, half of them such as had just moved: of the networks
-as they were, `adapted` to the log of the first days (`finder.adapt`), and `fine-tuned` on it (the
-three commands of [docs/robot.md](../docs/robot.md#your-own-home)), and of the rules that read
-nothing but a memory. All were asked of the same memory. NLL and looks: less is better; looks are
-counted in the order of the answer, with a detector that misses nothing. Differences are paired over
-homes, with 95 % bootstrap intervals."""
+`{command}`.
+In each of {num_homes} {kind} a robot looked at {looks} random places an hour for
+{days} days. Then it went on looking for {play_days} days, and before the looks of each hour
+{questions} things were asked for, half of them such as had just moved: of the networks as they
+were{learnt}, and of the rules that read nothing but a memory. All were asked of the same memory.
+NLL and looks: less is better; looks are counted in the order of the answer, with a detector that
+misses nothing. Differences are paired over homes, with 95 % bootstrap intervals."""
+_LEARNT = {
+    ADAPTED: ", `adapted` to the log of the first days (`finder.adapt`)",
+    TUNED: ", `fine-tuned` on it ([docs/robot.md](../docs/robot.md#your-own-home))",
+}
 
 Scores = dict[str, dict[str, dict[str, float]]]  # by home, player and column
 
@@ -274,7 +276,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         command=make_command(parser, options, checkpoints), num_homes=len(places),
         kind="plays of recorded homes" if options.trace else "homes of people with routines",
         looks=options.looks, days=options.days, play_days=options.play_days,
-        questions=options.questions,
+        questions=options.questions, learnt="".join(_LEARNT[how] for how in options.learn),
     )  # fmt: skip
     shown = {place.name: scores[place.name] for place in places}
     tables = make_tables(shown, [point.name for point in checkpoints])

@@ -62,11 +62,16 @@ def find_imports(source: str, *, with_type_checks: bool) -> set[str]:
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.level == 0:
             names |= {f"{node.module}.{alias.name}" for alias in node.names}
-        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith(
+        elif isinstance(node, ast.Call) and get_name(node.func).endswith(
             ("import_module", "__import__")
         ):
             names |= {str(arg.value) for arg in node.args[:1] if isinstance(arg, ast.Constant)}
     return names
+
+
+def get_name(function: ast.expr) -> str:
+    """The last part of the name of what is called, "" if it has none."""
+    return getattr(function, "attr", getattr(function, "id", ""))
 
 
 def find_part(name: str) -> str:

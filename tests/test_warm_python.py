@@ -8,6 +8,8 @@ import time
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 SHOW = (
     "import json, os, sys; print(json.dumps([sys.argv, os.getcwd(), os.environ.get('ANSWER'), "
     "__name__, sys.stdin.read(), sys.path[:2], sys.stdout.encoding]), flush=True); "

@@ -200,8 +200,8 @@ class Finder:
             distance: cost of the way, as in `search_plan`.
             look_cost: of one look.
             exclude: furniture ids not to visit.
-            give_up_at: probability of "elsewhere" from which on `next` gives up, once every
-                reachable place was looked at.
+            give_up_at: probability of "elsewhere" and of what cannot be reached, together, from
+                which on `next` gives up, once every reachable place was looked at.
 
         Raises:
             ValueError: as in `search_plan`.

@@ -11,7 +11,7 @@ from simulator.memory.names import read_name
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import Sighting
 from simulator.messages import shorten
-from simulator.robot.ranking import Ranking
+from simulator.robot.ranking import Place, Ranking
 from simulator.robot.search_plan import Distance, Look, SearchPlan, plan_search
 
 if TYPE_CHECKING:
@@ -97,20 +97,26 @@ class ObjectSearch:
         """Return where to go and look next; None when the search is over (`outcome` says why).
 
         Until all places that can be reached were looked at, there is a next one. Then it is worth
-        another round as long as "elsewhere" is less likely than `give_up_at`, `MOST_ROUNDS` at
-        most.
+        another round as long as "elsewhere" and what cannot be reached are together less likely
+        than `give_up_at`, `MOST_ROUNDS` at most.
         """
         self._going = None
         if self.is_found:
             return None
         plan = self._make_plan()
-        elsewhere = self.ranking.elsewhere
+        ranking = self._finder.rank(self.memory, self.description)
+        elsewhere, cut_off = ranking.elsewhere, self._find_cut_off(ranking)
         if not plan.looks:
             self._reason = "no place can be reached"
             return None
         num_rounds = self._rounds.get(plan.looks[0].place.furniture, 0)
-        if num_rounds == MOST_ROUNDS or (num_rounds and elsewhere >= self._give_up_at):
+        hopeless = elsewhere + sum(place.probability for place in cut_off)
+        if num_rounds == MOST_ROUNDS or (num_rounds and hopeless >= self._give_up_at):
             self._reason = f"all that can be reached was looked at, elsewhere {elsewhere:.0%}"
+            if cut_off and cut_off[0].probability > elsewhere:
+                self._reason += (
+                    f", {cut_off[0].name}, which cannot be reached, {cut_off[0].probability:.0%}"
+                )
             return None
         self._going, self._reason = plan.looks[0], ""
         return self._going
@@ -163,6 +169,14 @@ class ObjectSearch:
         fewest = min((self._rounds.get(place.furniture, 0) for place in places), default=0)
         places = [p for p in places if self._rounds.get(p.furniture, 0) == fewest]
         return plan_search(self.description, places, self._at, self._distance, self._look_cost)
+
+    def _find_cut_off(self, ranking: Ranking) -> list[Place]:
+        """Return the places that cannot be reached, or are not to be visited, the best first."""
+        return [
+            place
+            for place in ranking
+            if place.furniture in self._exclude or self._is_cut_off(place.furniture)
+        ]
 
     def _is_cut_off(self, furniture: int) -> bool:
         return self._distance is not None and math.isinf(self._distance(self._at, furniture))

@@ -64,6 +64,7 @@ def train_and_score(data: SGMDataModule, clock: bool) -> float:
     return float(hits.compute())
 
 
+@pytest.mark.slow
 def test_a_home_that_follows_the_clock_is_predicted_better_with_one(homes, tmp_path):
     """All objects are at the desk or all in the rack: half right without a clock, always with."""
     scores = {}

@@ -8,6 +8,8 @@ from simulator import Bayesian, PriorGraph, SceneGraphMemory, Sighting
 
 NUM_FURNITURE, PER_FURNITURE = 1_000, 20  # benchmarks/growth has the home of 100,000 objects
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def memory():

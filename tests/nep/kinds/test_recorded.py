@@ -100,6 +100,7 @@ def test_the_command_resumes_and_takes_more_networks(homes, tmp_path, capsys):
     assert (out.parent / "recorded_by_hour.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_every_home_is_played_by_the_network_that_has_not_seen_it(homes, tmp_path, capsys):
     shutil.copytree(find_trained("heat"), tmp_path / "without_a")
     shutil.copytree(find_trained("any_home"), tmp_path / "without_b")

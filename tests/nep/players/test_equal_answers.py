@@ -68,6 +68,7 @@ NETWORKS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "task"),
     [(name, "find_object") for name in NETWORKS]
@@ -82,6 +83,7 @@ def test_a_home_is_told_the_same_whoever_shares_the_batch(name, task):
         assert heard == said  # to the last bit
 
 
+@pytest.mark.slow
 def test_threads_change_nothing():
     network, before = NEPPolicy.load("heat"), torch.get_num_threads()
     found = []

@@ -141,3 +141,19 @@ def test_misuse_is_told(make_home):
         looking.not_found()
     with pytest.raises(ValueError, match=r"give_up_at must lie above 0 and at most at 1, got 0"):
         Finder(Bayesian()).search(make_home().memory, "keys", give_up_at=0)
+
+
+def test_what_is_behind_a_closed_door_is_not_looked_for_again_and_again():
+    """Keys were seen in the hall; with it closed, one round elsewhere is enough, and it is said."""
+    memory = SceneGraphMemory()
+    hall, kitchen = memory.add_room("hall"), memory.add_room("kitchen")
+    rack = memory.add_furniture("shoe rack", hall)
+    reached = [memory.add_furniture(label, kitchen) for label in ("fridge", "sink")]
+    memory.observe(rack, [Sighting("keys")])
+    search = Finder(Bayesian()).search(memory, "keys", exclude=[rack])
+    looked = []
+    while (look := search.next()) is not None:
+        looked.append(look.place.furniture)
+        search.not_found()
+    assert sorted(looked) == reached
+    assert "shoe rack in hall, which cannot be reached, 9" in search.outcome  # per cent

@@ -220,6 +220,7 @@ def test_the_exact_filter_cannot_play(source):
     check_policies(["oracle", "bayesian"], source)
 
 
+@pytest.mark.slow
 def test_a_collection_is_spread_over_lives_and_the_same_for_any_workers(tmp_path):
     mixture = Mixture(lives=(4, 40), max_places=12, max_objects=30)
     config = CollectConfig(homes=MixtureSource(mixture=mixture), num_homes=8, steps=8, seed=3)
