@@ -72,9 +72,10 @@ def make_inputs(folder: Path) -> None:
     (folder / "line").write_text(json.dumps(["simulator.trace", "check", "home"]))
 
 
-# What says how much there is to do: left out, a command works for minutes, which is no hang.
-SIZES = (
+# What says when to end: left out, a command works for minutes or serves a page, which is no hang.
+BOUNDS = (
     "--num_homes", "--steps", "--runs", "--queries_per_home", "--policies", "--tasks", "--source",
+    "--save",
 )  # fmt: skip
 
 
@@ -86,7 +87,7 @@ def change_line(folder: Path, rng: Rng) -> None:
         odd = ODD[int(rng.integers(len(ODD)))]
         kind = rng.integers(5)
         at = int(rng.integers(len(line)))
-        if kind == 0 and not line[at].startswith(SIZES):
+        if kind == 0 and not line[at].startswith(BOUNDS):
             del line[at]
             if not line:
                 break
