@@ -25,6 +25,7 @@ from simulator.checks import check_at_least
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.files import write_whole
 from simulator.memory.clock import DAY_SECONDS, DEFAULT_STEP_SECONDS
+from simulator.messages import shorten
 from simulator.policies.registry import find_policy
 from simulator.process import run_main
 from simulator.robot.finder import Finder
@@ -257,7 +258,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for how in options.learn:
             if how not in (ADAPTED, TUNED):
                 raise ValueError(
-                    f"learn must be {ADAPTED}, {TUNED} or both, got {how!r}. Choose among these."
+                    f"learn must be {ADAPTED}, {TUNED} or both, got {shorten(how)}. "
+                    "Choose among these."
                 )
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
         rules = HomeConfig(looks="random", looks_per_step=options.looks)
