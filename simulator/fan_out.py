@@ -12,6 +12,7 @@ from simulator.messages import shorten
 
 BACKENDS = ("processes", "ray")
 _JOBS_PER_ROUND = 4  # per worker, where results come round by round
+_pool_size: int | None = None  # of the processes that the latest call has left for the next
 
 Result = TypeVar("Result")
 
@@ -41,6 +42,9 @@ def fan_out(
     from joblib.parallel import get_active_backend
 
     calls = [delayed(_call)(function, number, arguments) for number, arguments in enumerate(jobs)]
+    num_workers = min(workers, len(jobs))
+    if backend == "processes" and num_workers > 1:
+        _end_pool_of_other_size(num_workers)
     with _choose_backend(backend):
         # Ray hands back a whole round of results at once: many small rounds, for what is finished
         # to be known, but not so small that workers often wait for the last of a round.
@@ -50,9 +54,23 @@ def fan_out(
         # joblib replaces a worker that holds 300 MB more than after its first job, without losing
         # any: homes of many steps take as much, and so does what a later job imports.
         warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
-        with Parallel(n_jobs=min(workers, len(jobs)), return_as=return_as) as parallel:
+        with Parallel(n_jobs=num_workers, return_as=return_as) as parallel:
             for first in range(0, len(jobs), at_once):
                 yield from parallel(calls[first : first + at_once])
+
+
+def _end_pool_of_other_size(num_workers: int) -> None:
+    """End the processes that an earlier call has left, if it had another number of them.
+
+    joblib would resize their pool, and waits for ever if one of them ends just then, as it does
+    after five minutes without work.
+    """
+    global _pool_size  # joblib has one pool per process, too
+    if _pool_size not in (None, num_workers):
+        from joblib.externals.loky import get_reusable_executor
+
+        get_reusable_executor().shutdown(wait=True)
+    _pool_size = num_workers
 
 
 def check_workers(workers: int, backend: str) -> None:

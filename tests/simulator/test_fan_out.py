@@ -1,3 +1,4 @@
+import os
 import sys
 
 import numpy as np
@@ -21,6 +22,21 @@ def test_every_job_is_done_once_and_named(workers):
     jobs = [(number, 2) for number in range(5)]
     found = dict(fan_out(divide, jobs, workers))
     assert found == {0: 0.0, 1: 0.5, 2: 1.0, 3: 1.5, 4: 2.0}
+
+
+def name_process(number: int) -> int:
+    return os.getpid()
+
+
+@pytest.mark.slow
+def test_a_pool_is_taken_up_again_but_never_resized():
+    """joblib waits for ever where a process ends while its pool is resized."""
+    by_pool = [
+        set(dict(fan_out(name_process, [(0,)] * 8, workers)).values()) for workers in (3, 3, 2)
+    ]
+    assert os.getpid() not in set.union(*by_pool)
+    assert by_pool[0] & by_pool[1]
+    assert not by_pool[1] & by_pool[2]
 
 
 @pytest.mark.slow
