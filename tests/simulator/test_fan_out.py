@@ -1,5 +1,6 @@
 import os
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -24,7 +25,8 @@ def test_every_job_is_done_once_and_named(workers):
     assert found == {0: 0.0, 1: 0.5, 2: 1.0, 3: 1.5, 4: 2.0}
 
 
-def name_process(number: int) -> int:
+def name_process(seconds: float) -> int:
+    time.sleep(seconds)  # so that every process gets some
     return os.getpid()
 
 
@@ -32,7 +34,7 @@ def name_process(number: int) -> int:
 def test_a_pool_is_taken_up_again_but_never_resized():
     """joblib waits for ever where a process ends while its pool is resized."""
     by_pool = [
-        set(dict(fan_out(name_process, [(0,)] * 8, workers)).values()) for workers in (3, 3, 2)
+        set(dict(fan_out(name_process, [(0.1,)] * 8, workers)).values()) for workers in (3, 3, 2)
     ]
     assert os.getpid() not in set.union(*by_pool)
     assert by_pool[0] & by_pool[1]
