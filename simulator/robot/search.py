@@ -78,7 +78,7 @@ class ObjectSearch:
         self._going: Look | None = None
         self._reason = ""
         self._found_at = ""
-        self._make_plan()  # bad arguments are told now
+        self._make_plan(self._split(self.ranking)[0])  # bad arguments are told now
 
     @property
     def ranking(self) -> Ranking:
@@ -103,9 +103,9 @@ class ObjectSearch:
         self._going = None
         if self.is_found:
             return None
-        plan = self._make_plan()
         ranking = self._finder.rank(self.memory, self.description)
-        elsewhere, cut_off = ranking.elsewhere, self._find_cut_off(ranking)
+        places, cut_off = self._split(ranking)
+        plan, elsewhere = self._make_plan(places), ranking.elsewhere
         if not plan.looks:
             self._reason = "no place can be reached"
             return None
@@ -163,23 +163,22 @@ class ObjectSearch:
         resolution = self._finder.resolve(self.memory, self.description)
         return resolution.matches or (self.description,)
 
-    def _make_plan(self) -> SearchPlan:
+    def _make_plan(self, places: Sequence[Place]) -> SearchPlan:
         """Plan over the places that were looked at least often in this search."""
-        places = [place for place in self.ranking if not self._is_cut_off(place.furniture)]
         fewest = min((self._rounds.get(place.furniture, 0) for place in places), default=0)
         places = [p for p in places if self._rounds.get(p.furniture, 0) == fewest]
         return plan_search(self.description, places, self._at, self._distance, self._look_cost)
 
-    def _find_cut_off(self, ranking: Ranking) -> list[Place]:
-        """Return the places that cannot be reached, or are not to be visited, the best first."""
-        return [
-            place
-            for place in ranking
-            if place.furniture in self._exclude or self._is_cut_off(place.furniture)
-        ]
-
-    def _is_cut_off(self, furniture: int) -> bool:
-        return self._distance is not None and math.isinf(self._distance(self._at, furniture))
+    def _split(self, ranking: Ranking) -> tuple[list[Place], list[Place]]:
+        """Part the places that can be visited from those that cannot or shall not be."""
+        parts: tuple[list[Place], list[Place]] = [], []
+        for place in ranking:
+            to = place.furniture
+            is_cut_off = to in self._exclude or (
+                self._distance is not None and math.isinf(self._distance(self._at, to))
+            )
+            parts[is_cut_off].append(place)
+        return parts
 
     def _get_going(self) -> Look:
         if self._going is None:
