@@ -17,9 +17,9 @@ from jsonargparse import ArgumentParser, Namespace
 
 from nep import export, fit
 from nep.kinds.command import make_command
-from nep.kinds.life import COLUMNS, Life, compare, measure
+from nep.kinds.life import COLUMNS, Life, measure
 from nep.players.contestants import Checkpoint
-from nep.report.tables import format_difference, join_table
+from nep.report.tables import Difference, format_difference, join_table
 from nep.robot.finder import ObjectFinder
 from simulator.checks import check_at_least
 from simulator.command_line import make_parser, one_line_errors, parse
@@ -188,7 +188,7 @@ def make_tables(scores: Scores, networks: Sequence[str]) -> str:
         cells = [who, other or "the best rule"]
         for name in COLUMNS:
             than = other or _find_best_rule(values, name)
-            difference = compare(values[who][name], values[than][name])
+            difference = Difference.of(values[who][name] - values[than][name])
             own = "" if other else f" {than}"
             cells.append(format_difference(difference, _FORMATS[name]) + own)
         rows.append(cells)

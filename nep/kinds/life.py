@@ -8,8 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from nep.report.statistics import compute_bootstrap_interval
-from nep.report.tables import Difference
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.replay.record import record_run
 from simulator.replay.replay import Replay
@@ -120,8 +118,3 @@ def measure(finder: Finder, questions: list[Asked]) -> dict[str, float]:
         "nll": compute_nll(np.array(likelihood)),
         "looks": float(np.mean(looks)),
     }
-
-
-def compare(own: np.ndarray, other: np.ndarray) -> Difference:
-    """Return the difference of two players over homes, (H,) each, with its interval."""
-    return Difference(float((own - other).mean()), *compute_bootstrap_interval(own - other))

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from nep.kinds.play import Scores
-from nep.report.statistics import compute_bootstrap_interval
 from nep.report.tables import Difference, format_difference, join_table
 
 ORACLES = (
@@ -46,13 +45,10 @@ def make_overview(titles: Mapping[str, str], scores: Scores, networks: Sequence[
             own = np.array(scores[kind][networks[0]][column[0]])
             rule = find_best_rule(scores[kind], column, networks)
             other = np.array(scores[kind][rule][column[0]])
-            difference = Difference(
-                float((own - other).mean()), *compute_bootstrap_interval(own - other)
-            )
             cells += [
                 format(own.mean(), column[2]),
                 f"{other.mean():{column[2]}} {rule}",
-                format_difference(difference, column[2]),
+                format_difference(Difference.of(own - other), column[2]),
             ]
         rows.append(cells)
     return join_table(header, rows)

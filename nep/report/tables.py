@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
@@ -34,6 +35,11 @@ class Difference:
     mean: float
     low: float
     high: float
+
+    @classmethod
+    def of(cls, values: np.ndarray) -> Difference:
+        """Summarise differences home by home, (H,), or by training and home, (S, H)."""
+        return cls(float(values.mean()), *compute_bootstrap_interval(values))
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +76,7 @@ def compute_difference(own: ScoreSummary, other: ScoreSummary) -> Difference:
             f"{min(counts)} trainings. Train as many of both."
         )
     delta = own.by_training - other.by_training  # (S, H)
-    return Difference(
-        float(delta.mean()), *compute_bootstrap_interval(delta if counts else delta[0])
-    )
+    return Difference.of(delta if counts else delta[0])
 
 
 def compute_rows(
