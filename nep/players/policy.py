@@ -13,11 +13,11 @@ from nep.layers.flat_graph import FlatGraph
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.checkpoints import load_trained
-from simulator.arrays.padded import sum_rows
 from simulator.evidence.features import compute_features
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.policies import Policy
 from simulator.policies.home_filter import HomeFilter
+from simulator.policies.probabilities import compute_probabilities
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.world.homes import Homes
 
@@ -33,9 +33,9 @@ class NEPPolicy(Policy):
     computes in float64, and its logits are rounded to six decimals.
 
     A network with evidence may share its answers with who goes by the prior, whatever was seen
-    before the last sighting (`NEPModule.prior_share`, `follow_prior`): the probability
-    of a place is then (1 - share) times the network's plus share times that one's. A network that
-    has seen a thing at three places for weeks is too sure of them where people live.
+    before the last sighting (`NEPModule.prior_share`, `follow_prior`): the probability of a place
+    is then (1 - share) times the network's plus share times that one's. A network that has seen a
+    thing at three places for weeks is too sure of them where people live.
     """
 
     score_kind = "logits"
@@ -120,8 +120,8 @@ class NEPPolicy(Policy):
         scores[arrays.query_snapshot, arrays.query_furniture, arrays.query_relation] = logits
         share = self._module.prior_share
         if evidence is not None and share > 0:
-            num_places = memory.home_num_furniture[queries.home]
-            scores = _share_answers(scores, evidence.by_prior, share, num_places)
+            is_place = memory.is_furniture[queries.home]
+            scores = _share_answers(scores, evidence.follow_prior(), share, is_place)
         return scores
 
     def _take_predictor(self) -> NodeEdgePredictor:
@@ -136,21 +136,17 @@ class NEPPolicy(Policy):
 
 
 def _share_answers(
-    scores: np.ndarray, belief: np.ndarray, share: float, num_places: np.ndarray
+    scores: np.ndarray, belief: np.ndarray, share: float, is_place: np.ndarray
 ) -> np.ndarray:
     """Mix the probabilities of the places with a belief; both relations of a place keep their odds.
 
     Args:
         scores: logits of places and relations, (Q, F, 2).
         belief: of each place, (Q, F); it need not sum to one.
-        share: of the belief, below 1.
-        num_places: furniture nodes of the home, (Q,).
+        share: of the belief.
+        is_place: which columns are furniture of the home, bool (Q, F).
     """
-    best = scores.max(axis=2)
-    top = best.max(axis=1, keepdims=True)
-    total = sum_rows(np.exp(best - top), num_places)[:, None]
-    with np.errstate(divide="ignore", invalid="ignore"):  # places without an opinion stay at -inf
-        own = best - top - np.log(total) + np.log1p(-share)
-        other = np.log(share * belief / sum_rows(belief, num_places)[:, None])
-        gain = np.where(np.isfinite(own), np.logaddexp(own, other) - own, 0.0)
+    own = compute_probabilities(scores.max(axis=2), "logits", is_place)
+    mixed = (1 - share) * own + share * compute_probabilities(belief, "weights", is_place)
+    gain = np.log(np.divide(mixed, own, out=np.ones_like(own), where=own > 0))
     return (scores + gain[..., None]).round(_DECIMALS)

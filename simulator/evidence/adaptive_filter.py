@@ -97,14 +97,31 @@ def compute_destinations(
         expected: of the same.
         hours: how much sightings at other hours of the day are discounted, 0 to 1.
     """
-    is_place = memory.is_furniture[queries.home]
-    num_places = is_place.sum(axis=1)
     trust = expected.trust[:, None]
     seen = counts.num_true.astype(float)
     if hours > 0 and counts.hours is not None:
         seen = seen * (1 - hours) + hours * weigh_hours(memory, queries, counts.hours)
-    anywhere = (0.3 + (1 - trust)) / num_places[:, None]
-    weight = (seen + trust * expected.share + anywhere) * is_place
+    return _spread(memory, queries, seen + trust * expected.share, 0.3 + (1 - trust))
+
+
+def _spread(
+    memory: MemoryBatch, queries: Queries, weight: np.ndarray, anywhere: np.ndarray
+) -> np.ndarray:
+    """Spread a weight over all places, beside their own, and scale the sum to one.
+
+    Args:
+        memory: the memory.
+        queries: the objects.
+        weight: of each place, (Q, F).
+        anywhere: what is spread, (Q, 1); elsewhere gets as much as one place.
+
+    Returns:
+        Shares of the places, and last of elsewhere, (Q, F + 1).
+    """
+    is_place = memory.is_furniture[queries.home]
+    num_places = is_place.sum(axis=1)
+    anywhere = anywhere / num_places[:, None]
+    weight = (weight + anywhere) * is_place
     total = sum_rows(weight, num_places)[:, None] + anywhere
     return np.append(weight, anywhere, axis=1) / total
 
@@ -187,12 +204,8 @@ def follow_prior(
     Returns:
         Probability of each place, (Q, F); the rest is elsewhere.
     """
-    is_place = memory.is_furniture[queries.home]
-    num_places = is_place.sum(axis=1)
     prior = Expected.by_prior(memory, queries)
-    anywhere = (1 + _ANYWHERE - prior.trust)[:, None] / num_places[:, None]
-    weight = np.append((prior.share + anywhere) * is_place, anywhere, axis=1)
-    goes = weight / (sum_rows(weight[:, :-1], num_places)[:, None] + anywhere)
+    goes = _spread(memory, queries, prior.share, (1 + _ANYWHERE - prior.trust)[:, None])
     return compute_beliefs(memory, queries, counts, rates, goes, [_FOLLOWS_PRIOR])[:, 0, :-1]
 
 

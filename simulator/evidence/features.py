@@ -21,12 +21,20 @@ class Features:
     Attributes:
         place: float32 (Q, F, D).
         question: float32 (Q, C).
-        by_prior: what `follow_prior` believes, no feature but a second opinion, (Q, F).
+        asked: what they were computed of.
     """
 
     place: np.ndarray
     question: np.ndarray
-    by_prior: np.ndarray
+    asked: Question
+
+    def follow_prior(self) -> np.ndarray:
+        """Return what `follow_prior` believes, no feature but a second opinion, (Q, F).
+
+        The memory must be as it was when the features were computed.
+        """
+        asked = self.asked
+        return follow_prior(asked.memory, asked.queries, asked.counts, asked.rates)
 
 
 def compute_features(memory: MemoryBatch, queries: Queries) -> Features:
@@ -35,7 +43,7 @@ def compute_features(memory: MemoryBatch, queries: Queries) -> Features:
     place = _stack([group(question) for group in PLACE_GROUPS.values()], PLACE_COLUMNS)
     place *= question.is_place[..., None]
     about = _stack([group(question) for group in QUESTION_GROUPS.values()], QUESTION_COLUMNS)
-    return Features(place, about, follow_prior(memory, queries, question.counts, question.rates))
+    return Features(place, about, question)
 
 
 def _stack(groups: list[dict[str, np.ndarray]], columns: tuple[str, ...]) -> np.ndarray:

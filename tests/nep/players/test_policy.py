@@ -171,7 +171,7 @@ def test_answers_shared_with_the_prior_by_hand():
     scores = np.stack([logit, logit - 1], axis=2)
     scores = np.append(scores, np.full((1, 1, 2), -np.inf), axis=1)  # of a larger home beside it
     belief = np.array([[0.0, 0.3, 0.1, 0.0]])
-    found = _share_answers(scores, belief, 0.2, np.array([3]))
+    found = _share_answers(scores, belief, 0.2, np.array([[True, True, True, False]]))
     assert np.isneginf(found[0, 3]).all()
     probability = compute_probabilities(found.max(axis=2), "logits")
     np.testing.assert_allclose(probability, [[0.48, 0.39, 0.13, 0]], atol=1e-5)
@@ -189,7 +189,7 @@ def test_the_shipped_network_shares_its_answers_with_the_prior():
         policy._module.prior_share = share
         scores = policy.scores(rollout.memory, queries)
         found[share] = compute_probabilities(scores, "logits")
-    belief = compute_features(rollout.memory, queries).by_prior
+    belief = compute_features(rollout.memory, queries).follow_prior()
     belief = belief / belief.sum(axis=1, keepdims=True)
     assert len(answers) == 5
     np.testing.assert_allclose(found[0.05], 0.95 * found[0.0] + 0.05 * belief, atol=1e-5)
