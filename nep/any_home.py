@@ -9,9 +9,10 @@ from pathlib import Path
 import torch
 from jsonargparse import ArgumentParser
 
-from nep.kinds.command import make_command
+from nep.kinds.command import add_table_options, make_command
 from nep.kinds.kinds import choose_kinds, list_recorded, list_simulated
 from nep.kinds.play import play_all
+from nep.kinds.played import find_scores
 from nep.kinds.table import make_overview, make_table
 from nep.players.checkpoints import CONFIG, load_config
 from nep.players.contestants import Checkpoint
@@ -43,13 +44,8 @@ def _make_parser() -> ArgumentParser:
         "Play all policies and some networks in every kind of home, and write a table. Run again "
         "to resume: what has been played is in the JSON file beside the table.",
     )
-    parser.add_argument("--out", type=Path, default=Path("any_home.md"), help="the table")
-    parser.add_argument(
-        "--checkpoint",
-        type=tuple[str, ...],
-        default=("any_home",),
-        help="[NAME=]SOURCE of networks, the first one is compared with the best rule",
-    )
+    about = ", the first one is compared with the best rule"
+    add_table_options(parser, "any_home.md", ("any_home",), about)
     parser.add_argument(
         "--card", type=Path | None, help="exported folder whose card gets the overview"
     )
@@ -74,8 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         check_at_least(
             1, num_homes=options.num_homes, steps=options.steps, searches=options.searches
         )
-        if options.out.is_dir():
-            raise ValueError(f"out must be a file, got a folder at {options.out}. Name a table.")
+        path = find_scores(options.out)
         if options.card is not None:
             load_config(options.card)  # before hours of playing
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
@@ -85,7 +80,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 options.recorded, _RECORDED_SEARCHES, tuple(range(_RECORDED_SEEDS))
             )
         kinds = choose_kinds(known, options.kinds)
-        scores = play_all(kinds, checkpoints, options.out.with_suffix(".json"))
+        scores = play_all(kinds, checkpoints, path)
         titles = {name: kind.title for name, kind in kinds.items()}
         command = make_command(parser, options, checkpoints)
         overview = make_overview(titles, scores, [point.name for point in checkpoints])

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,8 +15,9 @@ import torch
 from jsonargparse import ArgumentParser, Namespace
 
 from nep import export, fit
-from nep.kinds.command import make_command
+from nep.kinds.command import add_table_options, make_command
 from nep.kinds.life import COLUMNS, Life, measure
+from nep.kinds.played import find_scores, load_scores, save_scores
 from nep.players.contestants import Checkpoint
 from nep.report.tables import Difference, format_difference, join_table
 from nep.robot.finder import ObjectFinder
@@ -40,6 +40,7 @@ from simulator.world.source import HomeSource, SampledSource
 RULES = ("last_seen", "last_seen_prior", "frequentist", "myopic", "bayesian", "adaptive")
 ADAPTED, TUNED = "adapted", "fine-tuned"
 
+_LOG = "looks.jsonl"
 _STEPS_PER_DAY = int(DAY_SECONDS / DEFAULT_STEP_SECONDS)
 _FORMATS = {"accuracy": ".3f", "nll": ".2f", "looks": ".2f"}
 _TITLES = {"accuracy": "first guess", "nll": "NLL", "looks": "looks until found"}
@@ -130,35 +131,39 @@ def tune(source: str, log: Path, folder: Path) -> Path:
 
 
 def list_players(
-    checkpoints: Sequence[Checkpoint], log: Path, folder: Path, learns: Sequence[str]
-) -> Iterator[tuple[str, Callable[[], Finder]]]:
-    """Yield what makes each finder of a home, by name.
+    checkpoints: Sequence[Checkpoint], learns: Sequence[str]
+) -> dict[str, Callable[[Path], Finder]]:
+    """List what makes each finder of a home, from a folder with the log of its looks.
 
     Args:
         checkpoints: networks.
-        log: of the looks to learn from.
-        folder: for what is made of them.
-        learns: how the networks learn from them, of `ADAPTED` and `TUNED`.
+        learns: how the networks learn from the log, of `ADAPTED` and `TUNED`.
     """
 
-    def adapt(source: Path) -> Finder:
+    def load(source: Path, folder: Path) -> Finder:
+        return ObjectFinder.load(source)
+
+    def adapt(source: Path, folder: Path) -> Finder:
         finder = ObjectFinder.load(source)
-        finder.adapt(log)
+        finder.adapt(folder / _LOG)
         return finder
 
-    for name in RULES:
-        yield name, lambda name=name: Finder(find_policy(name)())  # type: ignore[misc]
+    def tune_in(name: str, source: Path, folder: Path) -> Finder:
+        own = folder / name
+        own.mkdir()
+        return ObjectFinder.load(tune(str(source), folder / _LOG, own))
+
+    def follow(rule: str, folder: Path) -> Finder:
+        return Finder(find_policy(rule)())
+
+    players: dict[str, Callable[[Path], Finder]] = {name: partial(follow, name) for name in RULES}
     for point in checkpoints:
-        yield point.name, partial(ObjectFinder.load, point.path)
+        players[point.name] = partial(load, point.path)
         if ADAPTED in learns:
-            yield f"{point.name} {ADAPTED}", partial(adapt, point.path)
+            players[f"{point.name} {ADAPTED}"] = partial(adapt, point.path)
         if TUNED in learns:
-            own = folder / point.name
-            own.mkdir()
-            yield (
-                f"{point.name} {TUNED}",
-                lambda own=own, path=point.path: ObjectFinder.load(tune(str(path), log, own)),  # type: ignore[misc]
-            )
+            players[f"{point.name} {TUNED}"] = partial(tune_in, point.name, point.path)
+    return players
 
 
 def make_tables(scores: Scores, networks: Sequence[str]) -> str:
@@ -208,13 +213,7 @@ def _make_parser() -> ArgumentParser:
         "of its looks, and ask them, as they were and as they are, in the days after. Run again to "
         "resume: what has been played is in the JSON file beside the table.",
     )
-    parser.add_argument("--out", type=Path, default=Path("own_home.md"), help="the table")
-    parser.add_argument(
-        "--checkpoint",
-        type=tuple[str, ...],
-        default=("heat", "any_home"),
-        help="[NAME=]SOURCE of networks",
-    )
+    add_table_options(parser, "own_home.md", ("heat", "any_home"))
     parser.add_argument(
         "--learn",
         type=tuple[str, ...],
@@ -264,44 +263,46 @@ def main(arguments: Sequence[str] | None = None) -> None:
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
         rules = HomeConfig(looks="random", looks_per_step=options.looks)
         places = list_homes(options.sizes, options.num_homes, options.trace, rules, options.seed)
-        path = options.out.with_suffix(".json")
-        scores: Scores = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+        players = list_players(checkpoints, options.learn)
+        path = find_scores(options.out)
+        scores: Scores = load_scores(path)
         for place in places:
-            life = Life.record(
-                place.source, options.days * _STEPS_PER_DAY, options.play_days * _STEPS_PER_DAY,
-                home=place.home, seed=place.seed,
-            )  # fmt: skip
-            _play(life, scores.setdefault(place.name, {}), options, checkpoints)
-            write_whole(path, f"{json.dumps(scores, indent=1)}\n".encode())
-            print(f"{place.name}: {', '.join(scores[place.name])}", flush=True)
-    about = _ABOUT.format(
-        command=make_command(parser, options, checkpoints), num_homes=len(places),
-        kind="plays of recorded homes" if options.trace else "homes of people with routines",
-        looks=options.looks, days=options.days, play_days=options.play_days,
-        questions=options.questions, learnt="".join(_LEARNT[how] for how in options.learn),
-    )  # fmt: skip
-    shown = {place.name: scores[place.name] for place in places}
-    tables = make_tables(shown, [point.name for point in checkpoints])
-    write_whole(options.out, f"# One's own home\n\n{about}\n\n{tables}".encode())
-    print(options.out)
+            own = scores.setdefault(place.name, {})
+            missing = {who: make for who, make in players.items() if who not in own}
+            if missing:
+                own |= _play(place, missing, options)
+                save_scores(path, scores)
+            print(f"{place.name}: {', '.join(own)}", flush=True)
+        about = _ABOUT.format(
+            command=make_command(parser, options, checkpoints), num_homes=len(places),
+            kind="plays of recorded homes" if options.trace else "homes of people with routines",
+            looks=options.looks, days=options.days, play_days=options.play_days,
+            questions=options.questions, learnt="".join(_LEARNT[how] for how in options.learn),
+        )  # fmt: skip
+        shown = {place.name: scores[place.name] for place in places}
+        tables = make_tables(shown, [point.name for point in checkpoints])
+        write_whole(options.out, f"# One's own home\n\n{about}\n\n{tables}".encode())
+        print(options.out)
 
 
 def _play(
-    life: Life,
-    scores: dict[str, dict[str, float]],
-    options: Namespace,
-    checkpoints: Sequence[Checkpoint],
-) -> None:
-    """Let everybody answer in one home who has not yet."""
+    place: Place, players: Mapping[str, Callable[[Path], Finder]], options: Namespace
+) -> dict[str, dict[str, float]]:
+    """Let a robot live in one home, and players answer there."""
+    life = Life.record(
+        place.source, options.days * _STEPS_PER_DAY, options.play_days * _STEPS_PER_DAY,
+        home=place.home, seed=place.seed,
+    )  # fmt: skip
     questions = list(life.ask(options.questions))
-    with tempfile.TemporaryDirectory() as folder:
-        log = Path(folder) / "looks.jsonl"
-        life.write_log(log)
-        for who, make in list_players(checkpoints, log, Path(folder), options.learn):
-            if who not in scores:
-                with redirect_stdout(StringIO()):  # what training prints
-                    finder = make()
-                scores[who] = measure(finder, questions)
+    scores = {}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        life.write_log(folder / _LOG)
+        for who, make in players.items():
+            with redirect_stdout(StringIO()):  # what training prints
+                finder = make(folder)
+            scores[who] = measure(finder, questions)
+    return scores
 
 
 if __name__ == "__main__":

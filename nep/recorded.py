@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
-from pathlib import Path
 
 import torch
 from jsonargparse import ArgumentParser
 
-from nep.kinds.command import make_command
+from nep.kinds.command import add_table_options, make_command
 from nep.kinds.kinds import choose_kinds, list_benchmark
 from nep.kinds.play import play_all
+from nep.kinds.played import find_scores
 from nep.kinds.table import make_accuracy_table, make_table
 from nep.players.contestants import Checkpoint
 from nep.players.left_out import LeftOut
@@ -50,13 +50,7 @@ def _make_parser() -> ArgumentParser:
         required=True,
         help="two or more recorded homes, or folders of them",
     )
-    parser.add_argument("--out", type=Path, default=Path("recorded_homes.md"), help="the table")
-    parser.add_argument(
-        "--checkpoint",
-        type=tuple[str, ...],
-        default=("heat",),
-        help="[NAME=]SOURCE of networks; may be given several times",
-    )
+    add_table_options(parser, "recorded_homes.md", ("heat",))
     parser.add_argument(
         "--left_out",
         type=tuple[str, ...],
@@ -83,6 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         options = parse(parser, arguments)
         check_at_least(1, steps=options.steps, replays=options.replays)
         check_step_seconds(options.step_seconds)
+        path = find_scores(options.out)
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
         kinds = list_benchmark(options.trace, options.steps, options.step_seconds, options.replays)
         kinds = choose_kinds(kinds, options.kinds)
@@ -91,30 +86,32 @@ def main(arguments: Sequence[str] | None = None) -> None:
             for folder in find_traces(options.trace):
                 point.find(folder.name).load()  # what is missing is missed now
         others = {point.name: point.make for point in left_out}
-        scores = play_all(kinds, checkpoints, options.out.with_suffix(".json"), others)
-    about = _ABOUT.format(
-        command=make_command(parser, options, checkpoints),
-        replays=options.replays, others=max(options.replays // 2, 1),
-        num_homes=len(find_traces(options.trace)),
-    )  # fmt: skip
-    if left_out:
-        about += _ABOUT_LEFT_OUT.format(names=", ".join(f"`{point.name}`" for point in left_out))
-    parts = ["# Recorded homes", about]
-    parts.append(f"## First guesses right\n\n{make_accuracy_table(scores)}")
-    hours = {
-        kinds[name].title: {who: own["by_hour"] for who, own in players.items()}
-        for name, players in scores.items()
-        if all("by_hour" in own for own in players.values())
-    }
-    if hours:
-        image = io.BytesIO()
-        draw_by_hour(hours).savefig(image, format="png", metadata={"Software": None})
-        picture = options.out.with_name(f"{options.out.stem}_by_hour.png")
-        write_whole(picture, image.getvalue())
-        parts.append(f"## By the hour\n\n![Wrong guesses by the hour of day]({picture.name})")
-    parts += [f"## {kinds[name].title}\n\n{make_table(own)}" for name, own in scores.items()]
-    write_whole(options.out, ("\n\n".join(part.strip() for part in parts) + "\n").encode())
-    print(options.out)
+        scores = play_all(kinds, checkpoints, path, others)
+        about = _ABOUT.format(
+            command=make_command(parser, options, checkpoints),
+            replays=options.replays, others=max(options.replays // 2, 1),
+            num_homes=len(find_traces(options.trace)),
+        )  # fmt: skip
+        if left_out:
+            about += _ABOUT_LEFT_OUT.format(
+                names=", ".join(f"`{point.name}`" for point in left_out)
+            )
+        parts = ["# Recorded homes", about]
+        parts.append(f"## First guesses right\n\n{make_accuracy_table(scores)}")
+        hours = {
+            kinds[name].title: {who: own["by_hour"] for who, own in players.items()}
+            for name, players in scores.items()
+            if all("by_hour" in own for own in players.values())
+        }
+        if hours:
+            image = io.BytesIO()
+            draw_by_hour(hours).savefig(image, format="png", metadata={"Software": None})
+            picture = options.out.with_name(f"{options.out.stem}_by_hour.png")
+            write_whole(picture, image.getvalue())
+            parts.append(f"## By the hour\n\n![Wrong guesses by the hour of day]({picture.name})")
+        parts += [f"## {kinds[name].title}\n\n{make_table(own)}" for name, own in scores.items()]
+        write_whole(options.out, ("\n\n".join(part.strip() for part in parts) + "\n").encode())
+        print(options.out)
 
 
 if __name__ == "__main__":

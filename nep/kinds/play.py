@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -11,8 +10,8 @@ from types import MappingProxyType
 import numpy as np
 
 from nep.kinds.kinds import Kind
+from nep.kinds.played import load_scores, save_scores
 from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
-from simulator.files import write_whole
 from simulator.policies.registry import list_policies
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.metrics import METRICS, compute_accuracy_among, compute_nll
@@ -74,13 +73,12 @@ def play_all(
     Returns:
         The scores of these kinds, whatever else is in the file.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    scores: Scores = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    scores: Scores = load_scores(path)
     for name, kind in kinds.items():
         for player, make in {**list_players(kind, checkpoints), **others}.items():
             if player not in scores.setdefault(name, {}):
                 scores[name][player] = play_kind(kind, make)
-                write_whole(path, f"{json.dumps(scores, indent=1)}\n".encode())
+                save_scores(path, scores)
             print(f"{name}: {player}")
     return {name: scores[name] for name in kinds}
 
