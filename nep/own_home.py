@@ -47,8 +47,8 @@ _TITLES = {"accuracy": "first guess", "nll": "NLL", "looks": "looks until found"
 
 _ABOUT = """\
 `{command}`.
-In each of {num_homes} {kind} a robot looked at {looks} random places an hour for
-{days} days. Then it went on looking for {play_days} days, and before the looks of each hour
+In each of {num_homes} {kind} a robot looked at {looks} random places a time step for
+{days} days, in steps of {step_seconds:g} s. Then it went on looking for {play_days} days, and before the looks of each step
 {questions} things were asked for, half of them such as had just moved: of the networks as they
 were{learnt}, and of the rules that read nothing but a memory. All were asked of the same memory.
 NLL and looks: less is better; looks are counted in the order of the answer, with a detector that
@@ -237,8 +237,8 @@ def _make_parser() -> ArgumentParser:
     )
     parser.add_argument("--days", type=int, default=7, help="of looks to learn from")
     parser.add_argument("--play_days", type=int, default=7, help="with questions, after these")
-    parser.add_argument("--looks", type=int, default=2, help="looks in each hour")
-    parser.add_argument("--questions", type=int, default=4, help="questions in each hour")
+    parser.add_argument("--looks", type=int, default=2, help="looks in each time step, an hour")
+    parser.add_argument("--questions", type=int, default=4, help="questions in each time step")
     parser.add_argument("--seed", type=int, default=0, help="of the homes")
     return parser
 
@@ -277,7 +277,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             command=make_command(parser, options, checkpoints), num_homes=len(places),
             kind="plays of recorded homes" if options.trace else "homes of people with routines",
             looks=options.looks, days=options.days, play_days=options.play_days,
-            questions=options.questions, learnt="".join(_LEARNT[how] for how in options.learn),
+            questions=options.questions, step_seconds=DEFAULT_STEP_SECONDS, learnt="".join(_LEARNT[how] for how in options.learn),
         )  # fmt: skip
         shown = {place.name: scores[place.name] for place in places}
         tables = make_tables(shown, [point.name for point in checkpoints])

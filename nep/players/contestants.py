@@ -12,7 +12,7 @@ import torch
 from nep.players.checkpoints import WEIGHTS
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
-from nep.players.shipped import PRETRAINED, find_trained
+from nep.players.shipped import PRETRAINED, find_trained, split_name
 from simulator.files import compute_checksum
 from simulator.messages import shorten
 from simulator.policies import POLICIES, Policy, check_policies, make_policy
@@ -48,15 +48,20 @@ class Checkpoint:
         "heat/version_0"; an exported folder after itself.
 
         Raises:
-            ValueError: if there is no such file, folder, shipped network or task.
+            ValueError: if there is no such file, folder, shipped network or task, or the name is
+                empty.
         """
-        name, separator, source = text.partition("=")
-        if not separator or Path(text).exists():
-            path = find_trained(text)
+        name, source = split_name(text)
+        if name is None:
+            path = find_trained(source)
             return cls(_name_after(path.absolute()), path, None, tuple(encoders))
         name, separator, task = name.partition("@")
         if separator:
             check_task(task)
+        if not name:
+            raise ValueError(
+                f"checkpoint must be NAME@TASK=SOURCE, got no name in {shorten(text)}. Name it."
+            )
         found = find_trained(source)
         return cls(name, found, task if separator else None, tuple(encoders))
 

@@ -15,6 +15,23 @@ def list_shipped() -> list[str]:
     return sorted(path.parent.name for path in PRETRAINED.glob(f"*/{CONFIG}"))
 
 
+def split_name(text: str) -> tuple[str | None, str]:
+    """Split `NAME=SOURCE`; the name is None of a source alone, which may be a path with "=" in it.
+
+    Raises:
+        ValueError: if there is no name before "=", or no source after it.
+    """
+    name, separator, source = text.partition("=")
+    if not separator or Path(text).exists():
+        return None, text
+    if not name or not source:
+        raise ValueError(
+            f"checkpoint must be SOURCE or NAME=SOURCE, got {shorten(text)}. Name the network and "
+            "where it is, or leave the name out."
+        )
+    return name, source
+
+
 def find_trained(source: str | Path) -> Path:
     """Find the exported folder or checkpoint that a source names, without reading it.
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from nep.players.shipped import find_trained, list_shipped
+from nep.players.shipped import find_trained, list_shipped, split_name
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.policies import POLICIES, find_policy
 from simulator.replay.story import Story
@@ -88,12 +88,12 @@ class Judges:
                 folders; NAME=SOURCE gives one a name.
 
         Raises:
-            ValueError: if there is no such file.
+            ValueError: if there is no such file, or the name is empty.
         """
         self._sources: dict[str, str | Path] = {name: name for name in list_shipped()}
         for text in checkpoints:
-            name, separator, source = text.partition("=")
-            self._sources[name] = find_trained(source if separator else text)
+            name, source = split_name(text)
+            self._sources[name or source] = find_trained(source)
         self.names = [*self._sources, *filter(_is_free, POLICIES)]
         self._finders: dict[str, Finder] = {}
         self._lock = Lock()

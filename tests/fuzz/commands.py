@@ -51,6 +51,9 @@ COMMANDS = (
     ("nep.export", ("last.ckpt", "net", "--num_homes=0"),
      ("steps", "seed", "threads", "encoders", "homes", "trace", "step_seconds")),
     ("nep.compare", ("results/results.json", "results/results.json"), ()),
+    ("nep.own_home", ("--out=own.md", "--num_homes=1", "--sizes=1", "--days=1", "--play_days=1",
+                      "--questions=1", "--checkpoint=heat", "--learn=adapted"),
+     ("checkpoint", "learn", "trace", "looks", "seed", "sizes")),
 )  # fmt: skip
 
 
@@ -75,7 +78,7 @@ def make_inputs(folder: Path) -> None:
 # What says when to end: left out, a command works for minutes or serves a page, which is no hang.
 BOUNDS = (
     "--num_homes", "--steps", "--runs", "--queries_per_home", "--policies", "--tasks", "--source",
-    "--save",
+    "--save", "--sizes", "--days", "--play_days", "--questions", "--learn",
 )  # fmt: skip
 
 

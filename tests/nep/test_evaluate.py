@@ -131,6 +131,9 @@ def test_names_of_checkpoints(checkpoint, tmp_path):
     assert (one.name, one.task) == ("my net", "find_object")
     assert Checkpoint.parse("heat").name == "heat"
     assert Checkpoint.parse("ours=heat").path == Checkpoint.parse("heat").path
+    for text in ("=heat", "ours=", "@find_object=heat"):
+        with pytest.raises(ValueError, match="checkpoint must be .*NAME.*=SOURCE, got"):
+            Checkpoint.parse(text)
 
 
 def test_exported_and_shipped_networks_play_like_their_checkpoint(checkpoint, tmp_path):

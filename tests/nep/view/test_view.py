@@ -118,6 +118,8 @@ def test_judges_need_no_true_homes():
     assert not {"oracle", "ceiling", "prior_filter", "home_filter"} & set(names)
     with pytest.raises(ValueError, match="checkpoint must be a file"):
         Judges(["mine=nowhere.ckpt"])
+    with pytest.raises(ValueError, match="must be SOURCE or NAME=SOURCE, got '=heat'"):
+        Judges(["=heat"])
 
 
 def test_a_story_that_goes_on_is_read_again():
