@@ -21,7 +21,7 @@ from nep.kinds.played import find_scores, load_scores, save_scores
 from nep.players.contestants import Checkpoint
 from nep.report.tables import Difference, format_difference, join_table
 from nep.robot.finder import ObjectFinder
-from simulator.checks import check_at_least
+from simulator.checks import check_at_least, check_at_most
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.files import write_whole
 from simulator.memory.clock import DAY_SECONDS, DEFAULT_STEP_SECONDS
@@ -41,6 +41,7 @@ RULES = ("last_seen", "last_seen_prior", "frequentist", "myopic", "bayesian", "a
 ADAPTED, TUNED = "adapted", "fine-tuned"
 
 _LOG = "looks.jsonl"
+_MOST = 10_000  # of homes, days, and looks or questions in a time step
 _STEPS_PER_DAY = int(DAY_SECONDS / DEFAULT_STEP_SECONDS)
 _FORMATS = {"accuracy": ".3f", "nll": ".2f", "looks": ".2f"}
 _TITLES = {"accuracy": "first guess", "nll": "NLL", "looks": "looks until found"}
@@ -254,7 +255,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
             1, num_homes=options.num_homes, days=options.days, play_days=options.play_days,
             questions=options.questions, sizes=min(options.sizes, default=0),
         )  # fmt: skip
-        check_at_least(0, seed=options.seed)
+        check_at_least(0, seed=options.seed, looks=options.looks)
+        check_at_most(
+            _MOST, num_homes=options.num_homes, days=options.days, play_days=options.play_days,
+            questions=options.questions, looks=options.looks, sizes=max(options.sizes),
+        )  # fmt: skip
         for how in options.learn:
             if how not in (ADAPTED, TUNED):
                 raise ValueError(

@@ -27,6 +27,21 @@ def check_at_least(least: int, **values: float | None) -> None:
             raise ValueError(f"{name} must be at least {least}, got {shorten(value)}. Raise it.")
 
 
+def check_at_most(most: int, **values: float) -> None:
+    """Check upper bounds.
+
+    Args:
+        most: the bound.
+        values: numbers by the name of their setting.
+
+    Raises:
+        ValueError: if one is above the bound; names it.
+    """
+    for name, value in values.items():
+        if not value <= most:
+            raise ValueError(f"{name} must be at most {most}, got {shorten(value)}. Lower it.")
+
+
 def check_seed(seed: int) -> None:
     """Raise ValueError unless a seed is one that numpy takes."""
     if seed < 0:

@@ -115,7 +115,8 @@ def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = ""
         _check_renamed(name)
         head, dot, last = name.rpartition(".")
         switched_off = _spell(f"{head}{dot}{last.removeprefix('no_')}", prefix)
-        name = _spell(name, prefix)
+        if name not in kinds:  # a command may have such an option of its own
+            name = _spell(name, prefix)
         if last.startswith("no_") and kinds.get(switched_off) == "flag" and not has_value:
             found.append(f"--{switched_off}=false")
             continue

@@ -79,7 +79,7 @@ def test_the_command_plays_resumes_and_writes_tables(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     command = [
         "--checkpoint", "heat", "--learn", "adapted", "--num_homes", "2", "--sizes", "1",
-        "--days", "2", "--play_days", "1", "--questions", "1",
+        "--days", "2", "--play_days", "1", "--questions", "1", "--looks", "3",
     ]  # fmt: skip
     main(command)
     scores = json.loads(Path("own_home.json").read_text(encoding="utf-8"))
@@ -87,6 +87,7 @@ def test_the_command_plays_resumes_and_writes_tables(tmp_path, monkeypatch):
     assert list(scores["4 places-0"]) == [*RULES, "heat", "heat adapted"]
     text = Path("own_home.md").read_text(encoding="utf-8")
     assert "`python -m nep.own_home --checkpoint heat --learn adapted" in text
+    assert "looked at 3 random places a time step for\n2 days, in steps of 3600 s." in text
     assert "| heat adapted | heat | " in text
     assert "| heat adapted | the best rule | " in text
     scores["4 places-1"]["heat"]["nll"] = 77.0  # what is there is not played again
@@ -95,3 +96,6 @@ def test_the_command_plays_resumes_and_writes_tables(tmp_path, monkeypatch):
     assert json.loads(Path("own_home.json").read_text(encoding="utf-8")) == scores
     with pytest.raises(SystemExit):
         main(["--learn", "by heart"])
+    for option in ("num_homes", "days", "play_days", "questions", "looks", "sizes"):
+        with pytest.raises(SystemExit):
+            main([f"--{option}={10**20}"])
