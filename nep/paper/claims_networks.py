@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nep.paper.claims import LOCATION, ORDER, RATES, SOURCES, SWITCHES
-from nep.paper.claims_scores import ClaimsScores, list_homes
+from nep.paper.claims_scores import ClaimsScores, list_homes, round_all
 from nep.paper.paper_numbers import PAPER_TABLE_1
 from nep.paper.paper_tables import Claim
 from nep.report.results import ScoreSummary
@@ -140,7 +140,7 @@ class NetworkSections:
                 line.append(f"{mark}{tested[name][rate].home_values.mean():.3f}{mark}")
             lines.append(line)
         best = {
-            name: {plan.switch_seed: tested[name][rate]} if (rate := chosen.get(name)) else {}
+            name: {plan.switch_seed: tested[name][chosen[name]]} if name in chosen else {}
             for name in ORDER
         }
         header = [f"{title}, {part}" for title in ORDER.values() for part in ("validation", "test")]
@@ -154,7 +154,7 @@ class NetworkSections:
             join_table(_CLAIMS_HEADER, self._compare("best of three rates", best)),
         ]
         return "\n".join(text), {
-            "validation": known,
+            "validation": {name: round_all(by_rate) for name, by_rate in known.items()},
             "test": {
                 name: {rate: list_homes(own) for rate, own in by_rate.items()}
                 for name, by_rate in tested.items()

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import shlex
+from collections.abc import Callable, Mapping
 from functools import partial
+from typing import Any
 
 from nep.paper.claims import ClaimsPlan
 from nep.paper.claims_known import make_known
@@ -18,7 +20,7 @@ def make_report(plan: ClaimsPlan) -> dict[str, bytes]:
     """Return the files by name: what was trained and played, and last what was not."""
     scores = ClaimsScores(plan)
     networks = NetworkSections(scores)
-    sections = {
+    sections: Mapping[str, Callable[[], tuple[str, Any]]] = {
         "orders": networks.make_orders,
         "switches": networks.make_switches,
         "rates": networks.make_rates,
