@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import combinations
 from typing import Any
 
@@ -139,10 +139,18 @@ class NetworkSections:
                 line.append(f"{mark}{known[name][rate]:.3f}{mark}")
                 line.append(f"{mark}{tested[name][rate].home_values.mean():.3f}{mark}")
             lines.append(line)
-        best = {
-            name: {plan.switch_seed: tested[name][chosen[name]]} if name in chosen else {}
-            for name in ORDER
-        }
+        claims = []
+        for title, by_network in {
+            **{rate: dict.fromkeys(ORDER, rate) for rate, configs in RATES.items() if configs},
+            "best of three": chosen,
+        }.items():
+            scores = {
+                name: {0: tested[name][rate]}
+                if (rate := by_network.get(name, "")) in tested[name]
+                else {}
+                for name in ORDER
+            }
+            claims += [[title, *claim] for claim in self._compare(f"learning rate {title}", scores)]
         header = [f"{title}, {part}" for title in ORDER.values() for part in ("validation", "test")]
         text = [
             "## Learning rates\n",
@@ -151,7 +159,7 @@ class NetworkSections:
             "nor of the test, after the last epoch. The rate that is best there is bold; test "
             "scores chose nothing.\n",
             join_table(["learning rate", *header], lines),
-            join_table(_CLAIMS_HEADER, self._compare("best of three rates", best)),
+            join_table(["learning rate", *_CLAIMS_HEADER], claims, 2),
         ]
         return "\n".join(text), {
             "validation": {name: round_all(by_rate) for name, by_rate in known.items()},
@@ -164,7 +172,8 @@ class NetworkSections:
 
     def make_messages(self) -> tuple[str, Any]:
         """Whether messages pay anywhere in the sections before."""
-        rows = sorted(self._compared, key=lambda row: row.difference.mean, reverse=True)
+        once = {row.difference: row for row in self._compared}  # the best may be of one rate
+        rows = sorted(once.values(), key=lambda row: row.difference.mean, reverse=True)
         better = [row for row in rows if row.difference.low > 0]
         worse = [row for row in rows if row.difference.high < 0]
         text = [
@@ -184,7 +193,7 @@ class NetworkSections:
                 f"{most:+.3f}.\n"
             )
         return "\n".join(text), [
-            {"where": row.where, "network": row.network, "mean": round(row.difference.mean, 4)}
+            {"where": row.where, "network": row.network, **round_all(asdict(row.difference))}
             for row in rows
         ]
 
