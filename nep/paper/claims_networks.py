@@ -172,7 +172,7 @@ class NetworkSections:
 
     def make_messages(self) -> tuple[str, Any]:
         """Whether messages pay anywhere in the sections before."""
-        once = {row.difference: row for row in self._compared}  # the best may be of one rate
+        once = {row.difference: row for row in reversed(self._compared)}  # best may be of one rate
         rows = sorted(once.values(), key=lambda row: row.difference.mean, reverse=True)
         better = [row for row in rows if row.difference.low > 0]
         worse = [row for row in rows if row.difference.high < 0]
