@@ -11,6 +11,7 @@ import numpy as np
 
 from simulator.checks import check_at_least
 from simulator.memory.clock import Clock
+from simulator.world.abstract.dynamics import AbstractDynamics
 from simulator.world.config import LOOKS, HomeConfig
 from simulator.world.mixture.views import NOISY, NONE, OTHER_HOME, TRUE, UNKNOWN_WORDS, VIEWS
 from simulator.world.routine.dynamics import RoutineDynamics
@@ -58,6 +59,7 @@ class Mixture:
     min_objects: int = 5
     max_objects: int = 300
     routine_share: float = 0.5
+    abstract_share: float = 0.0
     clock_share: float = 0.5
     min_moves: float = 0.002
     max_moves: float = 0.2
@@ -121,8 +123,9 @@ class Mixture:
         num_objects = _draw_count(rng, least, max(self.max_objects, least))
         step_seconds = float(rng.choice(self.step_seconds))
         start = _EARLIEST + timedelta(hours=int(rng.integers(0, 366 * 24)))
-        is_routine = rng.random() < self.routine_share
-        has_clock = is_routine or rng.random() < self.clock_share
+        kind = rng.random() - self.routine_share
+        is_routine, is_abstract = kind < 0, 0 <= kind < self.abstract_share
+        has_clock = is_routine or is_abstract or rng.random() < self.clock_share
         config = replace(
             rules,
             rooms=tuple(rooms),
@@ -143,6 +146,9 @@ class Mixture:
         if is_routine:
             dynamics = RoutineDynamics(start_time=start.isoformat(), step_seconds=step_seconds)
             return replace(config, dynamics=dynamics), dynamics.clock
+        if is_abstract:
+            abstract = AbstractDynamics(start_time=start.isoformat(), step_seconds=step_seconds)
+            return replace(config, dynamics=abstract), abstract.clock
         return config, Clock(start, step_seconds) if has_clock else None
 
     def draw_num_steps(self, rng: np.random.Generator) -> int:
