@@ -38,8 +38,9 @@ class Mixture:
             there are several of one kind.
         min_places, max_places: bounds of the number of furniture nodes.
         min_objects, max_objects: bounds of the number of objects at first.
-        routine_share: share of the homes that people with routines live in; in the others objects
-            move as in the paper's homes.
+        routine_share: share of the homes that people with routines live in.
+        abstract_share: share of the homes in which nothing follows from what things are called
+            (`AbstractDynamics`); in all others objects move as in the paper's homes.
         clock_share: share of these others whose agents know some time of day.
         min_moves, max_moves: bounds of the share of objects that move in a step in these others.
         coming_share: share of the homes in which objects come and go.
@@ -90,6 +91,11 @@ class Mixture:
             value = getattr(self, each.name)
             if each.name.endswith(("_share", "_moves", "_miss")) and not 0 <= value <= 1:
                 raise ValueError(f"{each.name} must lie in [0, 1], got {value}. Give a share.")
+        if self.routine_share + self.abstract_share > 1:
+            raise ValueError(
+                "routine_share and abstract_share must add up to at most 1, got "
+                f"{self.routine_share + self.abstract_share:g}. Lower one."
+            )
         if not self.step_seconds or min(self.step_seconds) <= 0:
             raise ValueError(
                 f"step_seconds must be one or more lengths above 0, got {self.step_seconds}. "
