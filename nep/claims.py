@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from nep.paper.claims import ClaimsPlan, plan_claims
-from nep.paper.claims_report import ClaimsReport
+from nep.paper.claims_report import make_report
 from nep.paper.stages import run_stages
 from nep.paper.work import add_work_options, make_console, stop_if_failed, work_in, write_files
 from simulator.checks import check_at_least
@@ -71,7 +71,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with work_in(plan.runs):
         failed = run_stages(plan_claims(plan, trains), jobs, console)
     with one_line_errors():
-        write_files(out, ClaimsReport(plan).make_files(), console)
+        write_files(out, make_report(plan), console)
     stop_if_failed(failed)
 
 

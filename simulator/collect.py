@@ -172,6 +172,8 @@ def _collect_missing(
     shards = _open_folder(out, settings)  # checksums of the finished ones
     missing = [home for home in range(config.num_homes) if get_shard_name(home) not in shards]
     groups = config.homes.list_groups(missing)
+    # The longest lives first, so that no worker is left alone with one.
+    groups.sort(key=lambda group: group.play_steps or 0, reverse=True)
     size = min(-(-len(missing) // workers), _HOMES_PER_JOB, _SNAPSHOTS_PER_JOB // config.steps)
     size = max(size, 1)
     jobs = [

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from nep.encoders.encoder import Encoder, check_num_convolutions
+from nep.layers.alike import AlikeConv
 from nep.layers.flat_graph import FlatGraph
 from nep.layers.gcn import GCNConv
 
@@ -21,6 +22,8 @@ class GCN(Encoder):
             graph convolution already carries the node's own features.
         normalize: whether a sum over neighbours is divided by degrees. Without it the encoding
             grows with the number of neighbours: messages that can count.
+        alike: whether furniture of one label in one room then exchanges what it has, see
+            `AlikeConv`.
 
     Source: paper section 4.3, NEP-GCN, and appendix C.
     """
@@ -33,20 +36,23 @@ class GCN(Encoder):
         num_convolutions: int = 1,
         residual: bool = False,
         normalize: bool = True,
+        alike: bool = False,
     ) -> None:
         super().__init__(units)
         check_num_convolutions(num_convolutions)
         self.num_convolutions = num_convolutions
         self.residual = residual
         self.normalize = normalize
+        self.alike = alike
         self.num_hops = num_convolutions
         self.convolutions = nn.ModuleList(
             GCNConv(units, units, normalize) for _ in range(num_convolutions)
         )
+        self.exchange = AlikeConv(units) if alike else None
 
     def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
         """Convolve `num_convolutions` times: (N, D) -> (N, D)."""
         for convolution in self.convolutions:
             convolved = torch.relu(convolution(graph, node))
             node = node + convolved if self.residual else convolved
-        return node
+        return node if self.exchange is None else self.exchange(graph, node)

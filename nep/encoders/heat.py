@@ -6,6 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from nep.encoders.encoder import Encoder, check_num_convolutions
+from nep.layers.alike import AlikeConv
 from nep.layers.flat_graph import FlatGraph
 from nep.layers.heat import HEATConv, Sharing
 
@@ -25,6 +26,8 @@ class HEAT(Encoder):
         root_weight: whether a convolution adds the node's own transformed features, as PyTorch
             Geometric's does by default; `heat_paper.yaml` has that, one head and no residual.
         sharing: "softmax", or "sigmoid" for attention that can count, see `HEATConv`.
+        alike: whether furniture of one label in one room then exchanges what it has, see
+            `AlikeConv`.
 
     Source: paper section 4.3, NEP-HEAT, and appendix C. Differs: the paper does not state the
     residual, heads and edge widths.
@@ -42,6 +45,7 @@ class HEAT(Encoder):
         edge_attribute_units: int = 16,
         root_weight: bool = False,
         sharing: Sharing = "softmax",
+        alike: bool = False,
     ) -> None:
         super().__init__(units)
         check_num_convolutions(num_convolutions)
@@ -52,6 +56,7 @@ class HEAT(Encoder):
         self.edge_attribute_units = edge_attribute_units
         self.root_weight = root_weight
         self.sharing = sharing
+        self.alike = alike
         self.num_hops = num_convolutions
         self.convolutions = nn.ModuleList(
             HEATConv(
@@ -66,10 +71,11 @@ class HEAT(Encoder):
             )
             for _ in range(num_convolutions)
         )
+        self.exchange = AlikeConv(units) if alike else None
 
     def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
         """Convolve `num_convolutions` times: (N, D), (E, D) -> (N, D)."""
         for convolution in self.convolutions:
             convolved = torch.relu(convolution(graph, node, edge))
             node = node + convolved if self.residual else convolved
-        return node
+        return node if self.exchange is None else self.exchange(graph, node)

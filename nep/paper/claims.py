@@ -31,6 +31,10 @@ SOURCES = {"sampled": "32 places", "paper": "24 places (`--homes paper`)"}
 ORDER = {"mlp": "NEP-MLP", "gcn": "NEP-GCN", "heat": "NEP-HEAT"}
 # One change at a time: title, and by network which configs make it.
 SWITCHES: Mapping[str, tuple[str, Mapping[str, tuple[str, ...]]]] = {
+    "equal": (
+        "as many parameters as NEP-HEAT",
+        {"mlp": ("mlp_equal",), "gcn": ("gcn_equal",)},
+    ),
     "no_absence": (
         "no negative evidence in the memory",
         {name: (name, "no_absence") for name in ORDER},
@@ -41,6 +45,20 @@ SWITCHES: Mapping[str, tuple[str, Mapping[str, tuple[str, ...]]]] = {
         {"gcn": ("gcn_sum",), "heat": ("heat_sum",)},
     ),
     "pyg": ("one head and root weight, as PyG's defaults", {"heat": ("heat_paper",)}),
+    "two_convolutions": (
+        "two convolutions, not one",
+        {name: (name, "two_convolutions") for name in ("gcn", "heat")},
+    ),
+    "alike": (
+        "edges between furniture of one label and room",
+        {name: (name, "alike") for name in ("gcn", "heat")},
+    ),
+}
+# Learning rates, the paper's first, and which config makes it.
+RATES: Mapping[str, tuple[str, ...]] = {
+    "1e-4": (),
+    "3e-4": ("rate_3e-4",),
+    "1e-3": ("rate_1e-3",),
 }
 PAPER_POLICIES = ("random", "priors", "frequentist", "myopic", "bayesian", "oracle")
 INFORMED = "informed"
@@ -57,7 +75,7 @@ class ClaimsPlan:
         data: folder of the collections.
         num_homes, steps: test homes, and steps in each.
         num_seeds: trainings of every network, of seeds 0, 1, ...
-        switch_seed: that of the trainings with a change.
+        switch_seed: that of the trainings with a change or another learning rate.
         epochs: of every training; what its config says if None.
         table_1: `table_1.json`, whose networks are the trainings of seed 0 in homes of 32 places;
             None to train them here.
@@ -95,8 +113,14 @@ class ClaimsPlan:
             for _, by_network in SWITCHES.values()
             for configs in by_network.values()
         ]
+        rates = [
+            self.make_training("sampled", "on", (name, *configs), self.switch_seed)
+            for configs in RATES.values()
+            for name in ORDER
+            if configs
+        ]
         first = [row for row in orders if row.contestant.setting == LOCATION["on"]]
-        return [*first, *switches, *(row for row in orders if row not in first)]
+        return [*first, *switches, *rates, *(row for row in orders if row not in first)]
 
     def is_in_table_1(self, source: str, seed: int) -> bool:
         """Tell whether Table 1 has the networks of this seed."""

@@ -55,6 +55,21 @@ class Clock:
         if not (math.isfinite(seconds) and seconds > 0):
             raise ValueError(f"step_seconds must be a number > 0, got {seconds}. Take 3600.")
 
+    @classmethod
+    def of_rules(cls, start_time: str, step_seconds: float) -> Clock:
+        """Make the clock of rules that say when step 0 is, in ISO 8601, and how long a step is.
+
+        Raises:
+            ValueError: if they do not.
+        """
+        try:
+            return cls(datetime.fromisoformat(start_time), step_seconds)
+        except (TypeError, ValueError) as error:
+            raise ValueError(
+                "start_time and step_seconds must be a date and time and a number of seconds, got "
+                f"{shorten(start_time)} and {shorten(step_seconds)}: {error}"
+            ) from None
+
     @property
     def row(self) -> tuple[float, float]:
         """Seconds from Monday 00:00 to step 0, and seconds per step: a row of `clock` arrays."""

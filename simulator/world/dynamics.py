@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # homes evolve themselves with dynamics
 
 DYNAMICS = Registry(
     "dynamics",
+    abstract="simulator.world.abstract.dynamics.AbstractDynamics",
     paper="simulator.world.paper_dynamics.PaperDynamics",
     routine="simulator.world.routine.dynamics.RoutineDynamics",
 )
@@ -78,6 +79,9 @@ class Life(ABC):
         What oracles know and rankings are measured by: the homes are some of these. A row sums to
         one, or to zero for a description that no object has had.
         """
+
+    def tell_prior(self, weights: np.ndarray) -> None:  # noqa: B027 - most follow the prior
+        """Change what the prior says of these homes, (H, O, F, 2), to what can be known of them."""
 
     def sample_hours(self, num_hours: int) -> np.ndarray:
         """Return the furniture of every object in a life that starts like this one, hour by hour.

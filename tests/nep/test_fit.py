@@ -138,6 +138,27 @@ def test_a_variant_changes_its_encoder_alone(config, arguments, folder):
     assert (cli.datamodule.train_config.num_homes, cli.trainer.max_epochs) == (400, 6)
 
 
+@pytest.mark.parametrize("config", ["mlp", "gcn"])
+def test_equal_means_as_many_parameters_as_heat(config, folder):
+    counts = [
+        sum(p.numel() for p in FitCLI(["--config", f"{name}.yaml"]).model.parameters())
+        for name in ("heat", f"{config}_equal")
+    ]
+    assert counts[1] == pytest.approx(counts[0], rel=0.02)
+
+
+@pytest.mark.parametrize("config", ["gcn", "heat"])
+def test_a_change_is_put_after_the_config_of_an_encoder(config, folder):
+    packaged = FitCLI(["--config", f"{config}.yaml"]).model.predictor.encoder.config()
+    changes = ("two_convolutions", "alike", "rate_1e-3")
+    model = FitCLI(
+        ["--config", f"{config}.yaml", *(f"--config={name}.yaml" for name in changes)]
+    ).model
+    packaged["init_args"] |= {"num_convolutions": 2, "alike": True}
+    assert model.predictor.encoder.config() == packaged
+    assert (model.num_hops, model.learning_rate) == (2, 1e-3)
+
+
 def test_a_file_here_goes_before_the_packaged_one(folder):
     packaged = [f"--config={CONFIG_FOLDER / name}" for name in ("paper.yaml", "gcn.yaml")]
     assert find_configs(["--config", "gcn.yaml"]) == packaged

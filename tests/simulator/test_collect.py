@@ -15,6 +15,8 @@ from simulator.collect import CollectConfig, collect, main
 from simulator.files import lock_folder
 from simulator.snapshots.shards import load_manifest
 from simulator.world.config import HomeConfig
+from simulator.world.mixture.mixture import Mixture
+from simulator.world.mixture.source import MixtureSource
 from simulator.world.source import SampledSource
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -322,3 +324,18 @@ def test_a_lock_that_a_killed_process_left_locks_nobody_out(tmp_path):
     (tmp_path / ".lock").touch()
     collect(CollectConfig(num_homes=1, steps=2), tmp_path, progress=False)
     assert not (tmp_path / ".lock").exists()
+
+
+def test_the_homes_that_are_lived_in_longest_come_first(monkeypatch, tmp_path):
+    lives = []
+
+    def fan_out(run, jobs, *_):
+        lives.extend(play_steps for *_, play_steps in jobs)
+        return ()
+
+    monkeypatch.setattr(collect_module, "fan_out", fan_out)
+    mixture = Mixture(lives=(5, 50, 500))
+    config = CollectConfig(homes=MixtureSource(mixture=mixture), num_homes=40, steps=5)
+    collect(config, tmp_path / "mixed", workers=2, progress=False)
+    assert set(lives) == {5, 50, 500}
+    assert lives == sorted(lives, reverse=True)

@@ -11,6 +11,7 @@ import numpy as np
 
 from simulator.checks import check_at_least
 from simulator.memory.clock import Clock
+from simulator.world.abstract.dynamics import AbstractDynamics
 from simulator.world.config import LOOKS, HomeConfig
 from simulator.world.mixture.views import NOISY, NONE, OTHER_HOME, TRUE, UNKNOWN_WORDS, VIEWS
 from simulator.world.routine.dynamics import RoutineDynamics
@@ -37,8 +38,9 @@ class Mixture:
             there are several of one kind.
         min_places, max_places: bounds of the number of furniture nodes.
         min_objects, max_objects: bounds of the number of objects at first.
-        routine_share: share of the homes that people with routines live in; in the others objects
-            move as in the paper's homes.
+        routine_share: share of the homes that people with routines live in.
+        abstract_share: share of the homes in which nothing follows from what things are called
+            (`AbstractDynamics`); in all others objects move as in the paper's homes.
         clock_share: share of these others whose agents know some time of day.
         min_moves, max_moves: bounds of the share of objects that move in a step in these others.
         coming_share: share of the homes in which objects come and go.
@@ -58,6 +60,7 @@ class Mixture:
     min_objects: int = 5
     max_objects: int = 300
     routine_share: float = 0.5
+    abstract_share: float = 0.0
     clock_share: float = 0.5
     min_moves: float = 0.002
     max_moves: float = 0.2
@@ -88,6 +91,11 @@ class Mixture:
             value = getattr(self, each.name)
             if each.name.endswith(("_share", "_moves", "_miss")) and not 0 <= value <= 1:
                 raise ValueError(f"{each.name} must lie in [0, 1], got {value}. Give a share.")
+        if self.routine_share + self.abstract_share > 1:
+            raise ValueError(
+                "routine_share and abstract_share must add up to at most 1, got "
+                f"{self.routine_share + self.abstract_share:g}. Lower one."
+            )
         if not self.step_seconds or min(self.step_seconds) <= 0:
             raise ValueError(
                 f"step_seconds must be one or more lengths above 0, got {self.step_seconds}. "
@@ -121,8 +129,9 @@ class Mixture:
         num_objects = _draw_count(rng, least, max(self.max_objects, least))
         step_seconds = float(rng.choice(self.step_seconds))
         start = _EARLIEST + timedelta(hours=int(rng.integers(0, 366 * 24)))
-        is_routine = rng.random() < self.routine_share
-        has_clock = is_routine or rng.random() < self.clock_share
+        kind = rng.random() - self.routine_share
+        is_routine, is_abstract = kind < 0, 0 <= kind < self.abstract_share
+        has_clock = is_routine or is_abstract or rng.random() < self.clock_share
         config = replace(
             rules,
             rooms=tuple(rooms),
@@ -143,6 +152,9 @@ class Mixture:
         if is_routine:
             dynamics = RoutineDynamics(start_time=start.isoformat(), step_seconds=step_seconds)
             return replace(config, dynamics=dynamics), dynamics.clock
+        if is_abstract:
+            abstract = AbstractDynamics(start_time=start.isoformat(), step_seconds=step_seconds)
+            return replace(config, dynamics=abstract), abstract.clock
         return config, Clock(start, step_seconds) if has_clock else None
 
     def draw_num_steps(self, rng: np.random.Generator) -> int:

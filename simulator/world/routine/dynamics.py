@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from datetime import datetime
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
-from simulator.messages import shorten
 from simulator.world.dynamics import Dynamics
 from simulator.world.routine.occasions import DEFAULT_OCCASIONS, Occasion, check_occasions
 
@@ -156,13 +154,7 @@ class RoutineDynamics(Dynamics):
     @property
     def clock(self) -> Clock:
         """What time it is at every step."""
-        try:
-            return Clock(datetime.fromisoformat(self.start_time), self.step_seconds)
-        except (TypeError, ValueError) as error:
-            raise ValueError(
-                "start_time and step_seconds must be a date and time and a number of seconds, got "
-                f"{shorten(self.start_time)} and {shorten(self.step_seconds)}: {error}"
-            ) from None
+        return Clock.of_rules(self.start_time, self.step_seconds)
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> RoutineDynamics:

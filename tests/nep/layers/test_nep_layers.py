@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import dgl
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ import torch
 from torch import nn
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES
+from nep.layers.alike import AlikeConv
 from nep.layers.dropout import ByteDropout
 from nep.layers.flat_graph import FlatGraph
 from nep.layers.gcn import GCNConv
@@ -251,6 +254,30 @@ def test_hgt_equals_dgl(random_batch):
     torch.testing.assert_close(
         ours(graph, node), theirs(flat, node, ntype, etype), rtol=1e-4, atol=1e-5
     )
+
+
+def test_alike_furniture_hears_the_mean_of_its_like(random_batch):
+    # One snapshot: places 0, 2 and 4 in one room, 1 and 3 in the other; place 4 has another label,
+    # so that 0 and 2 are alike, and 1 and 3.
+    batch = random_batch(0, num_snapshots=1)
+    batch.graph.nodes["furniture"].data["label"][:] = torch.tensor([0, 0, 0, 0, 1])
+    graph = FlatGraph.from_batch(batch)
+    layer = AlikeConv(IN)
+    nn.init.eye_(layer.weight.weight)
+    nn.init.constant_(layer.weight.bias, 0.5)
+    node, _ = make_features(graph)
+    want = node.clone()
+    place = node[graph.furniture]
+    want[graph.furniture][:4] += torch.relu(place[[2, 3, 0, 1]] + 0.5)
+    torch.testing.assert_close(layer(graph, node), want)
+    # A third of one kind: each hears the mean of the two others.
+    batch.graph.nodes["furniture"].data["label"][4] = 0
+    got = layer(FlatGraph.from_batch(batch), node)[graph.furniture][4]
+    torch.testing.assert_close(got, place[4] + torch.relu((place[0] + place[2]) / 2 + 0.5))
+    # A place that nobody asks about takes no part.
+    asked = torch.isin(graph.edge_dst[graph.query_edge], torch.tensor([graph.furniture.start + 4]))
+    fewer = replace(graph, query_edge=graph.query_edge[~asked])
+    torch.testing.assert_close(layer(fewer, node), want)
 
 
 def test_heads_must_divide_the_width():

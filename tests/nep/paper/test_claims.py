@@ -4,11 +4,14 @@ import json
 
 import numpy as np
 import pytest
+from torch.utils.tensorboard import SummaryWriter
 
 from nep.claims import main
 from nep.paper.claims import LOCATION, ClaimsPlan, InformedScores, plan_claims
-from nep.paper.claims_report import ClaimsReport
+from nep.paper.claims_report import make_report
+from nep.paper.claims_scores import ClaimsScores
 from nep.paper.readings import READINGS, compute_listed_ndcg, find_reach, play_readings
+from nep.paper.training import Training
 from nep.report.results import ScoreSummary
 from simulator.memory.memory_batch import Queries
 from simulator.policies import make_policy
@@ -32,8 +35,9 @@ def find_cells(text, start):
 def test_every_training_is_in_a_folder_of_its_own(plan):
     trainings = plan.list_trainings()
     assert len({training.folder for training in trainings}) == len(trainings)
-    # three networks x three seeds x two kinds of homes x on and off, and nine with a change
-    assert len(trainings) == 36 + 9
+    # three networks x three seeds x two kinds of homes x on and off, fifteen with a change, and
+    # three at each of two more learning rates
+    assert len(trainings) == 36 + 15 + 6
     assert [t.contestant.name for t in trainings[:3]] == ["mlp", "gcn", "heat"]
     changed = next(t for t in trainings if t.contestant.name == "heat-no_absence")
     assert changed.list_options()[2:4] == ["--config=heat.yaml", "--config=no_absence.yaml"]
@@ -63,7 +67,7 @@ def test_table_1_stands_for_seed_0(plan, tmp_path):
 
 
 def test_the_page_says_how_to_make_it_again(plan):
-    text = ClaimsReport(plan).make_files()["claims.md"].decode()
+    text = make_report(plan)["claims.md"].decode()
     assert "python -m nep.claims --num_homes 2 --steps 2\n" in text
     assert text.count("- heat, 32 places, dynamic nodes on, seed 1\n") == 1
 
@@ -74,7 +78,7 @@ def test_without_training_only_policies_play(plan):
     assert not trainings
     assert all("heat" not in job.name for job in games)
     collections, trainings, games = plan_claims(plan, trains=True)
-    assert len(collections) == len(trainings) == 45
+    assert len(collections) == len(trainings) == 57
     names = {job.name for job in (*collections, *trainings, *games)}
     assert len(names) == len([*collections, *trainings, *games])
     assert all(name in names for job in games for name in job.after)
@@ -96,8 +100,8 @@ def test_orders_by_hand(plan, monkeypatch):
             if seed in seeds
         }
 
-    monkeypatch.setattr(ClaimsReport, "_load_trainings", load)
-    files = ClaimsReport(plan).make_files()
+    monkeypatch.setattr(ClaimsScores, "load_trainings", load)
+    files = make_report(plan)
     text = files["claims.md"].decode()
     assert find_cells(text, "32 places, on")[1:] == [
         "0.300 (0.300, 0.300)", "0.300 (0.300, 0.300)", "0.633 (0.500, 0.500, 0.900)",
@@ -109,11 +113,77 @@ def test_orders_by_hand(plan, monkeypatch):
     assert "| 2 | +0.000 [" in gcn
     assert "undecided" in gcn
     assert json.loads(files["claims.json"])["orders"]["sampled-on"]["heat"]["2"] == [0.9, 0.9]
+    # HEAT minus MLP is .3 and .1, then .1 and .3
+    assert "Of 2 comparisons of GCN or HEAT with NEP-MLP in the tables above, 1 lies" in text
+    assert "- better: NEP-HEAT, 32 places, on: +0.200 [+0.100, +0.300]\n" in text
+    assert "lowest NEP-GCN, 32 places, on: +0.000 [" in text
     assert find_cells(text, "as it is")[1:4] == ["0.300", "0.300", "0.500"]
 
 
+@pytest.fixture
+def fake_trainings(monkeypatch):
+    """Let trainings have played in two homes: scores by configs, of every seed."""
+
+    def fake(scores):
+        def load(self, source, nodes, configs, seeds):
+            homes = scores.get("-".join(configs))
+            row = None if homes is None else ScoreSummary(np.array(homes)[:, None], {})
+            return {} if row is None else dict.fromkeys(seeds, row)
+
+        monkeypatch.setattr(ClaimsScores, "load_trainings", load)
+
+    return fake
+
+
+def test_a_change_of_one_network_is_compared_with_the_others_as_they_are(plan, fake_trainings):
+    fake_trainings(
+        {
+            "mlp": [0.3, 0.3], "gcn": [0.2, 0.2], "heat": [0.4, 0.4], "heat_paper": [0.6, 0.4],
+            "mlp_equal": [0.4, 0.4], "gcn_equal": [0.5, 0.5],
+        }
+    )  # fmt: skip
+    text = make_report(plan)["claims.md"].decode()
+    assert find_cells(text, "as many parameters as NEP-HEAT")[1:] == [
+        "0.400 (+0.100 [+0.100, +0.100])", "0.500 (+0.300 [+0.300, +0.300])", "",
+        "+0.100 [+0.100, +0.100]", "+0.000 [+0.000, +0.000]",
+    ]  # fmt: skip
+    assert find_cells(text, "one head and root weight, as PyG's defaults")[1:] == [
+        "", "", "0.500 (+0.100 [+0.000, +0.200])", "", "+0.200 [+0.100, +0.300]",
+    ]  # fmt: skip
+
+
+def test_the_rate_is_chosen_by_validation_alone(plan, fake_trainings, monkeypatch):
+    # (validation, test): 3e-4 is best in validation, 1e-3 in the test homes.
+    known = {"1e-4": (0.30, 0.1), "3e-4": (0.40, 0.2), "1e-3": (0.35, 0.9)}
+    names = {f"{name}-rate_{rate}": (name, rate) for name in ("mlp", "gcn") for rate in known}
+    names = {**names, "mlp": ("mlp", "1e-4"), "gcn": ("gcn", "1e-4")}
+    fake_trainings({own: [known[rate][1]] * 2 for own, (_, rate) in names.items()})
+    monkeypatch.setattr(Training, "is_done", lambda own: own.contestant.name in names)
+    monkeypatch.setattr(Training, "count_parameters", lambda own: 1234)
+    monkeypatch.setattr(
+        Training, "read_validation", lambda own: known[names[own.contestant.name][1]][0]
+    )
+    files = make_report(plan)
+    text = files["claims.md"].decode()
+    assert find_cells(text, "3e-4")[1:] == ["**0.400**", "**0.200**"] * 2 + ["", ""]
+    assert find_cells(text, "1e-3")[1:] == ["0.350", "0.900"] * 2 + ["", ""]
+    assert json.loads(files["claims.json"])["rates"]["chosen"] == {"mlp": "3e-4", "gcn": "3e-4"}
+    assert "Parameters: `mlp` 1,234, `gcn` 1,234.\n" in text
+    undecided = "| NEP-GCN better than NEP-MLP | 1 | +0.000 [+0.000, +0.000] | undecided |"
+    assert f"| 1e-3 {undecided}" in text
+    assert f"| best of three {undecided}" in text
+
+
+def test_a_training_knows_its_last_validation(plan):
+    training = plan.make_training("sampled", "on", ("mlp",), 0)
+    with SummaryWriter(str(training.folder)) as writer:
+        for step, value in enumerate((0.25, 0.5, 0.375)):
+            writer.add_scalar("val/hits_at_1", value, step)
+    assert training.read_validation() == 0.375
+
+
 def test_what_was_not_run_is_listed(plan):
-    text = ClaimsReport(plan).make_files()["claims.md"].decode()
+    text = make_report(plan)["claims.md"].decode()
     assert "- heat, 32 places, dynamic nodes on, seed 2" in text
     assert "- informed, 24 places (`--homes paper`), dynamic nodes off" in text
     assert all(
@@ -138,9 +208,10 @@ def test_informed_plays_some_homes_at_a_time(plan, monkeypatch):
 @pytest.fixture
 def tiny_command(tmp_path, monkeypatch):
     """`nep.claims` with two policies, in one home and step; returns what runs it."""
-    for module in ("nep.paper.claims", "nep.paper.claims_report"):
+    for module in ("claims", "claims_scores", "claims_known", "claims_open"):
         for name in ("POLICIES", "PAPER_POLICIES"):
-            monkeypatch.setattr(f"{module}.{name}", ("random", "bayesian"))
+            own = ("random", "bayesian")
+            monkeypatch.setattr(f"nep.paper.{module}.{name}", own, raising=False)
     folders = [f"--{name}={tmp_path / name}" for name in ("out", "runs", "data")]
 
     def run(*options):

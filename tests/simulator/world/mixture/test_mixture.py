@@ -246,6 +246,7 @@ def test_a_collection_is_spread_over_lives_and_the_same_for_any_workers(tmp_path
         ({"min_places": 70}, "min_places must be above 0 and at most max_places, got 70 and 60"),
         ({"max_rooms": 0}, "max_rooms must be at least 1"),
         ({"routine_share": 2.0}, r"routine_share must lie in \[0, 1\], got 2.0"),
+        ({"abstract_share": 0.6}, "abstract_share must add up to at most 1, got 1.1"),
         ({"step_seconds": ()}, "step_seconds must be one or more lengths"),
         ({"lives": (0,)}, "lives must be one or more numbers of steps"),
         ({"views": {"rosy": 1.0}}, "views must have weights for some of .*rosy"),

@@ -1,0 +1,1 @@
+"""Homes that are lived in, but in which nothing follows from what things are called."""
