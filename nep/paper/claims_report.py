@@ -46,7 +46,8 @@ def make_report(plan: ClaimsPlan) -> dict[str, bytes]:
         "## Not run\n",
         "".join(f"- {line}\n" for line in dict.fromkeys(scores.missing))
         or "Nothing that the command runs is missing.\n",
-        "Not part of the command: 1,600 training homes, `en_core_web_sm`.\n",
+        "Not part of the command: 10,000 training homes "
+        "([experiments.md](experiments.md#ten-thousand-training-homes)), `en_core_web_sm`.\n",
         _make_footer(plan, command),
     ]
     return {
