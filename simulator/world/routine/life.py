@@ -15,8 +15,7 @@ from simulator.world.routine.kinds import compute_object_weights, compute_spot_w
 from simulator.world.routine.occasions import ROLES
 
 if TYPE_CHECKING:
-    from simulator.compiled.habits import Customs, Habits
-    from simulator.compiled.routine import Roles, State
+    from simulator.compiled.routine import Customs, Habits, Roles, State
     from simulator.world.sampled_homes import SampledHomes
 
 _LATER_PLACES = 4  # of an object: its usual place, a second one, two that may become usual
@@ -39,7 +38,7 @@ class RoutineLife(Life):
             members: the homes with routines, (n,).
             rules: of each of them, (n,).
         """
-        from simulator.compiled.habits import draw_habits  # loads numba
+        from simulator.compiled.routine import draw_habits  # loads numba
 
         self._homes = homes
         self._members = members
@@ -59,13 +58,7 @@ class RoutineLife(Life):
         homes.object_place[members] = np.where(
             homes.object_place[members] >= 0, self.habits.own_place[members, :, 0], -1
         )
-        draw_habits(
-            self._rules,
-            _tabulate(homes, members, rules),
-            self.habits,
-            self.state.num_residents,
-            self.state.random,
-        )
+        draw_habits(self._rules, _tabulate(homes, members, rules), self.habits, self.state)
         warm_up = np.array([rule.warm_up_days for rule in rules])
         day = 86_400.0
         four = 4 * 3600.0
@@ -164,7 +157,7 @@ def _copy(state: State, habits: Habits, place: np.ndarray) -> tuple[State, Habit
 
 
 def _get_rules_type() -> np.dtype:
-    from simulator.compiled.habits import RULES  # loads numba
+    from simulator.compiled.routine import RULES  # loads numba
 
     return RULES
 
@@ -217,7 +210,7 @@ def _make_habits(
     homes: SampledHomes, members: np.ndarray, rules: Sequence[RoutineDynamics]
 ) -> Habits:
     """Return habits in which nothing but weights of objects and furniture is known yet."""
-    from simulator.compiled.habits import Habits  # loads numba
+    from simulator.compiled.routine import Habits  # loads numba
 
     num_homes, num_slots = homes.object_place.shape
     num_kinds = len(load_kinds())
@@ -315,7 +308,7 @@ def _draw_own_places(
 
     An object without a place in its row stays where it was put at first.
     """
-    from simulator.compiled.habits import draw_own_places  # loads numba
+    from simulator.compiled.routine import draw_own_places  # loads numba
 
     for home, rule in zip(members, rules, strict=True):
         num_slots = int(homes.home_num_slots[home])
@@ -333,7 +326,7 @@ def _tabulate(
     homes: SampledHomes, members: np.ndarray, rules: Sequence[RoutineDynamics]
 ) -> Customs:
     """Return what people usually do, by the rules of each home."""
-    from simulator.compiled.habits import Customs  # loads numba
+    from simulator.compiled.routine import Customs  # loads numba
 
     num_occasions = max(len(rule.occasions) for rule in rules)
     size = (homes.num_homes, num_occasions)
