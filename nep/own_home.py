@@ -49,9 +49,10 @@ _TITLES = {"accuracy": "first guess", "nll": "NLL", "looks": "looks until found"
 _ABOUT = """\
 `{command}`.
 In each of {num_homes} {kind} a robot looked at {looks} random places a time step for
-{days} days, in steps of {step_seconds:g} s. Then it went on looking for {play_days} days, and before the looks of each step
-{questions} things were asked for, half of them such as had just moved: of the networks as they
-were{learnt}, and of the rules that read nothing but a memory. All were asked of the same memory.
+{days} days, in steps of {step_seconds:g} s. Then it went on looking for {play_days} days, and
+before the looks of each step {questions} things were asked for, half of them such as had just
+moved: of the networks as they were{learnt}, and of the rules that read nothing but a
+memory. All were asked of the same memory.
 NLL and looks: less is better; looks are counted in the order of the answer, with a detector that
 misses nothing. Differences are paired over homes, with 95 % bootstrap intervals."""
 _LEARNT = {
@@ -282,7 +283,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             command=make_command(parser, options, checkpoints), num_homes=len(places),
             kind="plays of recorded homes" if options.trace else "homes of people with routines",
             looks=options.looks, days=options.days, play_days=options.play_days,
-            questions=options.questions, step_seconds=DEFAULT_STEP_SECONDS, learnt="".join(_LEARNT[how] for how in options.learn),
+            questions=options.questions, step_seconds=DEFAULT_STEP_SECONDS,
+            learnt="".join(_LEARNT[how] for how in options.learn),
         )  # fmt: skip
         shown = {place.name: scores[place.name] for place in places}
         tables = make_tables(shown, [point.name for point in checkpoints])

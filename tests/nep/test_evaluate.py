@@ -132,7 +132,7 @@ def test_names_of_checkpoints(checkpoint, tmp_path):
     assert Checkpoint.parse("heat").name == "heat"
     assert Checkpoint.parse("ours=heat").path == Checkpoint.parse("heat").path
     for text in ("=heat", "ours=", "@find_object=heat"):
-        with pytest.raises(ValueError, match="checkpoint must be .*NAME.*=SOURCE, got"):
+        with pytest.raises(ValueError, match=r"checkpoint must be .*NAME.*=SOURCE, got"):
             Checkpoint.parse(text)
 
 

@@ -187,7 +187,7 @@ def test_a_config_builds_on_another(folder):
     [
         (
             ["--config", "heta.yaml"],
-            "got 'heta.yaml'. Give a path, or a packaged config: any_home.yaml",
+            "got 'heta.yaml'. Give a path, or a packaged config: alike.yaml",
         ),
         (["--config", "heat.yaml", "--data.hauses", "3"], "--data.hauses"),
         (["--config", "heat.yaml", "--model.encoder.init_args.head", "3"], "head"),
@@ -219,7 +219,7 @@ def test_a_base_that_is_no_packaged_config_is_named(folder, capsys):
     with pytest.raises(SystemExit):
         main(["--config", "my.yaml"])
     error = " ".join(capsys.readouterr().err.split())
-    assert "base must be a packaged config, got 'hot.yaml' in my.yaml. Choose from: any_" in error
+    assert "base must be a packaged config, got 'hot.yaml' in my.yaml. Choose from: ali" in error
 
 
 def test_damaged_data_ends_with_a_message_that_names_the_file(folder, capsys):

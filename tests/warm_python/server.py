@@ -152,6 +152,7 @@ def prepare(request: dict, files: array.array) -> Callable[[], object]:
     os.environ.update(request["environment"])
     time.tzset()
     tempfile.tempdir = None
+    multiprocessing.process.ORIGINAL_DIR = request["folder"]  # what "" means to its processes
     importlib.import_module("numpy").random.seed()  # from the system, as in every new process
     sys.stdout.reconfigure(line_buffering=os.isatty(1))
     kind, *rest = request["arguments"]
