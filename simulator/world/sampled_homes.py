@@ -159,6 +159,15 @@ class SampledHomes(Homes):
         """Return `place_weights`, (H, O, P)."""
         return self.place_weights
 
+    def list_spots(self) -> np.ndarray:
+        """Return the place of every furniture node where people put things, (H, F).
+
+        In it or on it, wherever the prior has more of them; beyond the furniture of a home, any.
+        """
+        relation_of_type = np.argmax(self.prior.weights.sum(axis=0), axis=1)
+        relations = relation_of_type[self.furniture_type]
+        return np.arange(self.num_furniture) * NUM_RELATIONS + relations
+
     def evolve(self) -> None:
         """Let one time step pass in every home; see `simulator.world.dynamics`."""
         self.object_moved[:] = False

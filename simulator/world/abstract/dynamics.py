@@ -64,7 +64,7 @@ class AbstractDynamics(Dynamics):
     def start(
         cls, homes: SampledHomes, members: np.ndarray, rules: Sequence[AbstractDynamics]
     ) -> AbstractLife:
-        """Draw usual places and activities, and live one day up to the first step."""
+        """Draw usual places and activities, and live up to the first step."""
         from simulator.world.abstract.life import AbstractLife
 
         return AbstractLife(homes, members, rules)

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from simulator.memory.clock import HOUR_SECONDS
 from simulator.world.abstract.dynamics import AbstractDynamics
 from simulator.world.abstract.ways import MOST_ACTIVITIES, MOST_STAGES, Ways, draw_ways
 from simulator.world.dynamics import Life
-from simulator.world.homes import NUM_RELATIONS
 
 if TYPE_CHECKING:
     from simulator.world.sampled_homes import SampledHomes
 
-_MOST_WARM_UP_STEPS = 144
+_WARM_UP_STEPS = 48  # the same for all, so that no home waits for another
 _IDLE = -1
 
 
@@ -29,7 +29,7 @@ class AbstractLife(Life):
     def __init__(
         self, homes: SampledHomes, members: np.ndarray, rules: Sequence[AbstractDynamics]
     ) -> None:
-        """Draw usual places and activities, and live one day.
+        """Draw usual places and activities, and live up to the first step.
 
         Args:
             homes: the group; its objects are drawn already.
@@ -37,23 +37,20 @@ class AbstractLife(Life):
             rules: of each of them, (n,).
         """
         self._homes, self._members = homes, members
-        self._hours = np.array([rule.step_seconds / 3600 for rule in rules])  # of a step
-        self._now = np.array([rule.clock.row[0] / 3600 for rule in rules])
+        start, seconds = np.array([rule.clock.row for rule in rules]).T
+        self._hours = seconds / HOUR_SECONDS  # of a step
+        self._now = start / HOUR_SECONDS - _WARM_UP_STEPS * self._hours
         ways = [self._draw_ways(home, rule) for home, rule in zip(members, rules, strict=True)]
         self._keep_ways(ways)
         shape = (len(members), homes.num_slots)
         self._activity = np.full(shape, _IDLE)  # that has each object, (n, C)
         self._stage = np.zeros(shape, dtype=np.int64)
         self._steps_left = np.zeros(shape)
-        relations = np.argmax(homes.prior.weights.sum(axis=0), axis=1)
-        relations = relations[homes.furniture_type[members]]
-        # Things are put in or on furniture, wherever the prior has more of them.
-        self._place_of_furniture = np.arange(homes.num_furniture) * NUM_RELATIONS + relations
+        self._place_of_furniture = homes.list_spots()[members]
         self._is_there = homes.object_place[members] >= 0
         self._furniture = self._usual[:, :, 0].copy()
-        num_steps = np.minimum(np.ceil(24 / self._hours), _MOST_WARM_UP_STEPS)
-        for step in range(int(num_steps.max())):
-            self._live(step < num_steps)
+        for _ in range(_WARM_UP_STEPS):
+            self._live()
         self._show()
 
     def _draw_ways(self, home: int, rule: AbstractDynamics) -> Ways:
@@ -62,7 +59,7 @@ class AbstractLife(Life):
         moves = math.exp(rng.uniform(math.log(rule.min_moves), math.log(rule.max_moves)))
         types = homes.object_type[home, : homes.home_num_slots[home]]
         num_places = int(homes.home_num_furniture[home])
-        hours = rule.step_seconds / 3600
+        hours = rule.step_seconds / HOUR_SECONDS
         return draw_ways(rng, num_places, types, homes.move_freq, hours, moves)
 
     def _keep_ways(self, ways: Sequence[Ways]) -> None:
@@ -93,7 +90,7 @@ class AbstractLife(Life):
         """Let one time step pass."""
         homes, members = self._homes, self._members
         before = homes.object_furniture[members]
-        self._live(np.ones(len(members), dtype=bool))
+        self._live()
         self._show()
         homes.object_moved[members] = homes.object_furniture[members] != before
 
@@ -122,24 +119,24 @@ class AbstractLife(Life):
         places = np.take_along_axis(self._place_of_furniture, self._furniture, axis=1)
         self._homes.object_place[self._members] = np.where(self._is_there, places, -1)
 
-    def _live(self, is_on: np.ndarray) -> None:
-        """Let one time step pass in some of the homes, bool (n,)."""
+    def _live(self) -> None:
+        """Let one time step pass."""
         homes, members = self._homes, self._members
         slots = homes.home_num_slots
         starts = homes.streams.rows("abstract starts", MOST_ACTIVITIES).take(members)
         takes = homes.streams.rows("abstract takes", slots).take(members)
         returns = homes.streams.rows("abstract returns", slots).take(members)
-        self._now += self._hours * is_on
-        self._go_on(is_on, returns)
-        self._begin(is_on, starts, takes)
+        self._now += self._hours
+        self._go_on(returns)
+        self._begin(starts, takes)
         # Seldom something gets another usual place.
-        home, slot = np.nonzero((returns > 1 - self._settles[:, None]) & is_on[:, None])
+        home, slot = np.nonzero(returns > 1 - self._settles[:, None])
         num_places = homes.home_num_furniture[members[home]]
         self._usual[home, slot, 0] = (takes[home, slot] * num_places).astype(np.int64)
 
-    def _go_on(self, is_on: np.ndarray, uniform: np.ndarray) -> None:
+    def _go_on(self, uniform: np.ndarray) -> None:
         """Let things in use go to the next place of their activity, or back, by luck (n, C)."""
-        in_use = (self._activity != _IDLE) & is_on[:, None]
+        in_use = self._activity != _IDLE
         self._steps_left -= in_use
         home, slot = np.nonzero(in_use & (self._steps_left <= 0))
         self._stage[home, slot] += 1
@@ -155,11 +152,11 @@ class AbstractLife(Life):
         self._furniture[home, slot] = self._route[home, activity, stage]
         self._steps_left[home, slot] = np.round(self._num_steps[home, activity, stage])
 
-    def _begin(self, is_on: np.ndarray, starts: np.ndarray, takes: np.ndarray) -> None:
+    def _begin(self, starts: np.ndarray, takes: np.ndarray) -> None:
         """Let activities begin at their hour, by luck (n, A), and take things, by luck (n, C)."""
         hour = (self._now % 24)[:, None]
         apart = np.abs((self._hour - hour + 12) % 24 - 12)
-        begins = (apart <= self._spread) & (starts < self._chance) & is_on[:, None]
+        begins = (apart <= self._spread) & (starts < self._chance)
         for activity in np.flatnonzero(begins.any(axis=0)):
             own = np.flatnonzero(begins[:, activity])
             is_taken = (takes[own] < self._use[own, activity]) & (self._activity[own] == _IDLE)

@@ -129,9 +129,8 @@ class Mixture:
         num_objects = _draw_count(rng, least, max(self.max_objects, least))
         step_seconds = float(rng.choice(self.step_seconds))
         start = _EARLIEST + timedelta(hours=int(rng.integers(0, 366 * 24)))
-        kind = rng.random() - self.routine_share
-        is_routine, is_abstract = kind < 0, 0 <= kind < self.abstract_share
-        has_clock = is_routine or is_abstract or rng.random() < self.clock_share
+        dynamics = self._draw_dynamics(rng)
+        has_clock = dynamics is not None or rng.random() < self.clock_share
         config = replace(
             rules,
             rooms=tuple(rooms),
@@ -149,13 +148,19 @@ class Mixture:
             looks_per_step=int(rng.integers(1, self.max_looks_per_step + 1)),
             sensing=PartialViews() if rng.random() < self.partial_share else ConstantMisses(),
         )
-        if is_routine:
-            dynamics = RoutineDynamics(start_time=start.isoformat(), step_seconds=step_seconds)
-            return replace(config, dynamics=dynamics), dynamics.clock
-        if is_abstract:
-            abstract = AbstractDynamics(start_time=start.isoformat(), step_seconds=step_seconds)
-            return replace(config, dynamics=abstract), abstract.clock
+        if dynamics is not None:
+            own = dynamics(start_time=start.isoformat(), step_seconds=step_seconds)
+            return replace(config, dynamics=own), own.clock
         return config, Clock(start, step_seconds) if has_clock else None
+
+    def _draw_dynamics(
+        self, rng: np.random.Generator
+    ) -> type[RoutineDynamics] | type[AbstractDynamics] | None:
+        """Draw how a home is lived in; None for the paper's moves."""
+        kind = rng.random() - self.routine_share
+        if kind < 0:
+            return RoutineDynamics
+        return AbstractDynamics if kind < self.abstract_share else None
 
     def draw_num_steps(self, rng: np.random.Generator) -> int:
         """Draw for how many steps a home is lived in."""

@@ -234,11 +234,9 @@ def _make_habits(
         own_place=np.full((num_homes, num_slots, _LATER_PLACES), -1, dtype=np.int32),
         object_weight=np.zeros((num_homes, num_kinds, num_slots), dtype=np.float32),
         spot_weight=np.zeros((num_homes, num_kinds, homes.num_furniture), dtype=np.float32),
-        spot_place=np.zeros((num_homes, homes.num_furniture), dtype=np.int32),
+        spot_place=homes.list_spots().astype(np.int32),
     )
     object_weights = compute_object_weights(homes.object_labels, homes.move_freq)
-    # Things are put in or on furniture, wherever the prior has more of them.
-    relation_of_type = np.argmax(homes.prior.weights.sum(axis=0), axis=1)
     for home, rule in zip(members, rules, strict=True):
         names = [occasion.name for occasion in rule.occasions]
         for n, occasion in enumerate(rule.occasions):
@@ -253,8 +251,6 @@ def _make_habits(
             homes.furniture_room[home, own],
         )  # fmt: skip
         habits.spot_weight[home, :, own] = weights.T
-        relations = relation_of_type[homes.furniture_type[home, own]]
-        habits.spot_place[home, own] = np.flatnonzero(own) * NUM_RELATIONS + relations
     np.cumsum(habits.spot_weight, axis=2, out=habits.spot_weight)
     return habits
 

@@ -34,7 +34,7 @@ def follow(homes, num_steps):
     return np.stack(places, axis=2)
 
 
-def live_by_hand(monkeypatch, second=0, **changes):
+def live_by_hand(monkeypatch, second=0, rules=None, **changes):
     """Return where the first object is in 20 days of a home with one activity, hour by hour.
 
     At 8 every day it takes the first object from furniture 0 to 2 for about two hours, then to 3
@@ -52,7 +52,7 @@ def live_by_hand(monkeypatch, second=0, **changes):
         return replace(by_hand, **changes)
 
     monkeypatch.setattr(life, "draw_ways", draw)
-    homes = make()
+    homes = make(rules=rules)
     first = int(np.flatnonzero(homes.is_present[0])[0])
     assert first == 0
     return follow(homes, 480)[0]
@@ -70,6 +70,15 @@ def test_an_activity_takes_its_things_through_its_places_and_back(monkeypatch):
     assert ((days == 3).sum(axis=1) == 3).all()
     assert (hours_there + 3 + (days == 0).sum(axis=1) == 24).all()
     assert (lived[1:][lived[1:, 0] >= 0] == 0).all()  # nothing else is used
+
+
+@pytest.mark.parametrize("seconds", [300.0, 1800.0, 3240.0])
+def test_activities_keep_their_hour_whatever_the_length_of_a_step(monkeypatch, seconds):
+    rules = AbstractDynamics(start_time="2024-05-06T06:01", step_seconds=seconds)
+    at_once = np.array([12.0])  # times a day: at the first step of the hour around eight
+    lived = live_by_hand(monkeypatch, rules=rules, chance=at_once)[0]
+    first_away = int(np.flatnonzero(lived != 0)[0]) + 1
+    assert first_away == int(np.ceil(89 * 60 / seconds))  # half past seven
 
 
 def test_what_is_forgotten_stays_where_it_was_used(monkeypatch):

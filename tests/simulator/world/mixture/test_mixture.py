@@ -101,6 +101,11 @@ def test_mixed_homes_pass_the_check_of_homes(source):
     check_homes(source.make, num_homes=8)
 
 
+def test_abstract_homes_of_any_time_steps_pass_the_check_of_homes():
+    mixture = Mixture(routine_share=0, abstract_share=1, max_places=12, max_objects=40)
+    check_homes(MixtureSource(mixture=mixture).make, num_homes=8)
+
+
 def test_splits_share_no_home(source):
     found = [source.make(Streams(0, split, range(5))).configs for split in ("train", "val", "test")]
     assert len(set(map(str, [config for configs in found for config in configs]))) == 15
