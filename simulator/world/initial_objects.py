@@ -119,8 +119,8 @@ def _find_holders(homes: SampledHomes, can_hold: np.ndarray) -> np.ndarray:
         streams = homes.streams
         home = streams.homes[int(np.argmin(can_hold.any(axis=1)))]
         raise ValueError(
-            f"house must have furniture that holds some object, got none after the noise of "
-            f"house {home} ({streams.split}, seed {streams.seed}). Use a prior with "
+            f"home must have furniture that holds some object, got none after the noise of "
+            f"home {home} ({streams.split}, seed {streams.seed}). Use a prior with "
             "more placements, more furniture per room, or less noise."
         )
     holder = np.tile(np.arange(homes.num_furniture), (homes.num_homes, 1))

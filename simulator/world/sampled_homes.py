@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-from collections import defaultdict
 from collections.abc import Sequence
 from functools import lru_cache
 
@@ -12,15 +10,15 @@ import numpy as np
 from simulator.arrays.grouped import compute_rank_in_group
 from simulator.arrays.ragged import pad_rows
 from simulator.memory.clock import make_clock_rows
-from simulator.messages import shorten
 from simulator.priors.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig, spread_configs
 from simulator.world.descriptions import Adjectives, DescriptionTable
 from simulator.world.dynamics import Life
 from simulator.world.homes import NUM_RELATIONS, Homes
-from simulator.world.initial_objects import compute_available_weights, sample_initial_objects
+from simulator.world.initial_furniture import list_rooms, sample_initial_furniture
+from simulator.world.initial_objects import sample_initial_objects
 from simulator.world.noise import compute_noisy_weights
-from simulator.world.streams import Streams, sample_categorical
+from simulator.world.streams import Streams
 from simulator.world.transitions import Transitions
 
 _NOISE_NUMBERS = 1 << 20  # random numbers of noise worked on at once: 8 MB
@@ -89,7 +87,7 @@ class SampledHomes(Homes):
         self.room_labels = pad_rows([config.rooms for config in self.configs], "", object)
         self.object_labels = [row.label for row in prior.objects]
         self.furniture_room = pad_rows(
-            [_list_rooms(config, layout) for config in self.configs], -1, np.int64
+            [list_rooms(config, layout) for config in self.configs], -1, np.int64
         )
         self.num_furniture = self.furniture_room.shape[1]
         self.num_places = self.num_furniture * NUM_RELATIONS
@@ -99,15 +97,7 @@ class SampledHomes(Homes):
         self.add_remove_prob = np.array([row.add_remove_prob for row in prior.objects])
         self.sample_prob = np.array([row.sample_prob for row in prior.objects])
 
-        weights = prior.weights * self.sample_prob[:, None, None]
-        self._node_rooms = _index_nodes(
-            prior, list(dict.fromkeys(self.room_labels[self.room_labels != ""])), weights
-        )
-        if layout is None:
-            self.furniture_type = self._sample_furniture()
-        else:
-            nodes = _find_nodes(prior, layout)
-            self.furniture_type = np.tile(nodes, (self.num_homes, 1))
+        self.furniture_type = sample_initial_furniture(self, layout)
         own = self.is_furniture
         labels = np.array([*(row.label for row in prior.furniture), ""], dtype=object)
         self.furniture_labels = labels[self.furniture_type]  # -1, the last one, beyond a home
@@ -248,43 +238,6 @@ class SampledHomes(Homes):
             )
         return self._row_of_code[homes, codes]
 
-    def _sample_furniture(self) -> np.ndarray:
-        """Draw furniture types, -1 beyond the furniture of a home, (H, F)."""
-        uniform = self.streams.sample_once("furniture", self.home_num_furniture)
-        types = np.full(uniform.shape, -1, dtype=np.int32)
-        alike: dict[tuple[tuple[str, ...], tuple[int, ...]], list[int]] = defaultdict(list)
-        for home, config in enumerate(self.configs):
-            alike[config.rooms, config.room_sizes].append(home)
-        for (rooms, sizes), homes in alike.items():
-            own = np.ix_(np.array(homes), np.arange(sum(sizes)))
-            types[own] = self._draw_furniture(rooms, sizes, uniform[own])
-        return types
-
-    def _draw_furniture(
-        self, rooms: Sequence[str], sizes: Sequence[int], uniform: np.ndarray
-    ) -> np.ndarray:
-        """Draw furniture types for n homes with the same rooms, uniform (n, F') -> (n, F')."""
-        prior = self.prior
-        labels = sorted({row.label for row in prior.furniture})
-        label_of_node = np.array([labels.index(row.label) for row in prior.furniture])
-        prob = np.array([row.prob for row in prior.furniture])
-        cap = np.array([row.max_count for row in prior.furniture])
-        count = np.zeros((len(uniform), len(labels)), dtype=np.int64)
-        types = np.zeros(uniform.shape, dtype=np.int32)
-        room_of = np.repeat(np.arange(len(rooms)), sizes)
-        turn = compute_rank_in_group(room_of)
-        for furniture in np.argsort(turn, kind="stable"):  # rooms in turn: none uses up a type
-            nodes = self._node_rooms[rooms[room_of[furniture]]]
-            weights = compute_available_weights(
-                np.tile(prob[nodes], (len(uniform), 1)),
-                count[:, label_of_node[nodes]],
-                cap[nodes],
-            )
-            chosen = nodes[sample_categorical(weights, uniform[:, furniture])]
-            types[:, furniture] = chosen
-            count[np.arange(len(uniform)), label_of_node[chosen]] += 1
-        return types
-
     def _sample_place_weights(self) -> np.ndarray:
         """Draw class noise and read P^i at the home's own furniture, float32 (H, O, P)."""
         num_objects, num_nodes, _ = self.prior.weights.shape
@@ -342,65 +295,3 @@ def _describe(prior: PriorGraph) -> tuple[DescriptionTable, DescriptionTable]:
 def _make_descriptions(rows: tuple[tuple[str, Adjectives], ...]) -> DescriptionTable:
     """Make a description table once for all homes of a prior; it never changes."""
     return DescriptionTable([label for label, _ in rows], [adjectives for _, adjectives in rows])
-
-
-def _list_rooms(config: HomeConfig, layout: Sequence[tuple[str, str]] | None) -> np.ndarray:
-    """Return the room index of every furniture node of a home, (F',)."""
-    if layout is None:
-        return np.repeat(np.arange(len(config.rooms)), config.room_sizes)
-    return _find_rooms(config.rooms, [room for room, _ in layout])
-
-
-def _find_rooms(rooms: Sequence[str], layout_rooms: Sequence[str]) -> np.ndarray:
-    """Return the room index of every furniture node of a layout, (F,)."""
-    if len(set(rooms)) < len(rooms):
-        raise ValueError(
-            f"rooms must differ where a layout is given, got {', '.join(rooms)}. Leave the layout "
-            "out, or name each room once."
-        )
-    for room in layout_rooms:
-        if room not in rooms:
-            raise ValueError(
-                f"room of a layout must be one of {', '.join(rooms)}, got {shorten(room)}. Name it "
-                "in the rooms of the config."
-            )
-    runs = [room for room, _ in itertools.groupby(layout_rooms)]
-    if len(runs) > len(set(runs)):
-        raise ValueError(
-            f"layout must list its furniture room after room, got the rooms {', '.join(runs)}. "
-            "Sort the furniture by room."
-        )
-    return np.array([list(rooms).index(room) for room in layout_rooms])
-
-
-def _find_nodes(prior: PriorGraph, layout: Sequence[tuple[str, str]]) -> np.ndarray:
-    """Return the index into `prior.furniture` of each furniture node of a layout, (F,)."""
-    nodes = {(row.room, row.label): i for i, row in enumerate(prior.furniture)}
-    for place in layout:
-        if place not in nodes:
-            raise ValueError(
-                f"furniture of a layout must be in the prior, got {shorten(place[1])} in "
-                f"{shorten(place[0])}. Use furniture that the prior knows in that room."
-            )
-    return np.array([nodes[place] for place in layout], dtype=np.int32)
-
-
-def _index_nodes(
-    prior: PriorGraph, rooms: Sequence[str], weights: np.ndarray
-) -> dict[str, np.ndarray]:
-    """List the furniture nodes of each room that may be drawn and can hold an object.
-
-    Raises:
-        ValueError: if a room has none.
-    """
-    can_hold = (weights.sum(axis=(0, 2)) > 0) & [row.prob > 0 for row in prior.furniture]
-    rooms_of_nodes = np.array([row.room for row in prior.furniture], dtype=object)
-    usable = {room: np.flatnonzero(can_hold & (rooms_of_nodes == room)) for room in rooms}
-    for room, nodes in usable.items():
-        if len(nodes) == 0:
-            raise ValueError(
-                f"room must have furniture that can hold an object, got none for {shorten(room)} "
-                f"in the prior, whose rooms are {', '.join(prior.rooms)}. Choose other rooms, or "
-                "add furniture with placements to the prior."
-            )
-    return usable
