@@ -274,7 +274,7 @@ def test_a_home_that_the_noise_leaves_without_any_place_is_an_error(tiny_prior):
         ),
     )
     config = HomeConfig(rooms=("kitchen",), furniture_per_room=1)
-    with pytest.raises(ValueError, match=r"got none after the noise of house \d+ .* Use a prior"):
+    with pytest.raises(ValueError, match=r"got none after the noise of home \d+ .* Use a prior"):
         SampledHomes(prior, config, Streams(0, "train", range(50)))
 
 
