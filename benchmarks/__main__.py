@@ -38,8 +38,8 @@ def make_table(lines: list[dict[str, object]]) -> Table:
 
 
 def main() -> None:
-    """Run them one after the other, each in a process of its own."""
-    lines = []
+    """Run them one after the other, each in a process of its own; one that fails stops no other."""
+    lines, failed = [], []
     for path in sorted(FOLDER.glob("[a-z]*.py")):
         done = subprocess.run(
             [sys.executable, str(path), *sys.argv[1:]],
@@ -48,10 +48,13 @@ def main() -> None:
             check=False,
         )
         if done.returncode:  # its own message is on stderr
-            sys.exit(done.returncode)
+            failed.append(path.name)
+            continue
         print(done.stdout.strip(), flush=True)
         lines.append(json.loads(done.stdout))
     Console(width=None if sys.stdout.isatty() else 160).print(make_table(lines))
+    if failed:
+        sys.exit(f"error: every benchmark must end well, got failures of {', '.join(failed)}")
 
 
 if __name__ == "__main__":

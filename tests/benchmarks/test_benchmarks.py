@@ -34,6 +34,21 @@ def test_benchmark_prints_one_json_line(path, capsys, monkeypatch):
     assert {"benchmark", "unit", "goal", "limit", "is_met", "size", "threads"} <= line.keys()
 
 
+def test_one_that_fails_is_named_and_stops_no_other(tmp_path, capsys, monkeypatch):
+    line = {"benchmark": "one", "figure": 2.0, "unit": "s", "goal": 1, "limit": None}
+    line |= {"is_met": False, "size": "small", "threads": 1}
+    (tmp_path / "a.py").write_text("raise RuntimeError('too late')")
+    (tmp_path / "b.py").write_text(f"print({json.dumps(json.dumps(line))})")
+    main = runpy.run_path(str(FOLDER / "__main__.py"))["main"]
+    monkeypatch.setitem(main.__globals__, "FOLDER", tmp_path)
+    monkeypatch.setattr(sys, "argv", ["benchmarks"])
+    with pytest.raises(SystemExit, match=r"got failures of a\.py"):
+        main()
+    printed = capsys.readouterr().out
+    assert json.loads(printed.splitlines()[0]) == line
+    assert "small" in printed.splitlines()[-2]
+
+
 def test_growth_curves_are_measured_and_drawn(tmp_path, capsys, monkeypatch):
     run(FOLDER / "growth", monkeypatch, "--out", str(tmp_path))
     curves = {row.split('"')[1] for row in (tmp_path / "growth.csv").read_text().splitlines()[1:]}
