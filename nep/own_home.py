@@ -28,7 +28,7 @@ from simulator.memory.clock import DAY_SECONDS, DEFAULT_STEP_SECONDS
 from simulator.messages import shorten
 from simulator.policies.registry import find_policy
 from simulator.process import run_main
-from simulator.robot.finder import Finder
+from simulator.robot.finder import Finder, check_asks_moved
 from simulator.trace.__main__ import main as trace
 from simulator.trace.source import RecordedSource
 from simulator.trace.trace import find_traces
@@ -50,9 +50,9 @@ _ABOUT = """\
 `{command}`.
 In each of {num_homes} {kind} a robot looked at {looks} random places a time step for
 {days} days, in steps of {step_seconds:g} s. Then it went on looking for {play_days} days, and
-before the looks of each step {questions} things were asked for, half of them such as had just
-moved: of the networks as they were{learnt}, and of the rules that read nothing but a
-memory. All were asked of the same memory.
+before the looks of each step {questions} things were asked for, {asked}: of the
+networks as they were{learnt}, and of the rules that read nothing but a memory. All were
+asked of the same memory.
 NLL and looks: less is better; looks are counted in the order of the answer, with a detector that
 misses nothing. Differences are paired over homes, with 95 % bootstrap intervals."""
 _LEARNT = {
@@ -133,30 +133,31 @@ def tune(source: str, log: Path, folder: Path) -> Path:
 
 
 def list_players(
-    checkpoints: Sequence[Checkpoint], learns: Sequence[str]
+    checkpoints: Sequence[Checkpoint], learns: Sequence[str], asks_moved: float
 ) -> dict[str, Callable[[Path], Finder]]:
     """List what makes each finder of a home, from a folder with the log of its looks.
 
     Args:
         checkpoints: networks.
         learns: how the networks learn from the log, of `ADAPTED` and `TUNED`.
+        asks_moved: share of the questions that are about what has just moved.
     """
 
-    def load(source: Path, folder: Path) -> Finder:
-        return ObjectFinder.load(source)
+    def load(source: Path, folder: Path) -> ObjectFinder:
+        return ObjectFinder.load(source, asks_moved=asks_moved)
 
     def adapt(source: Path, folder: Path) -> Finder:
-        finder = ObjectFinder.load(source)
+        finder = load(source, folder)
         finder.adapt(folder / _LOG)
         return finder
 
     def tune_in(name: str, source: Path, folder: Path) -> Finder:
         own = folder / name
         own.mkdir()
-        return ObjectFinder.load(tune(str(source), folder / _LOG, own))
+        return load(tune(str(source), folder / _LOG, own), own)
 
     def follow(rule: str, folder: Path) -> Finder:
-        return Finder(find_policy(rule)())
+        return Finder(find_policy(rule)(), asks_moved=asks_moved)
 
     players: dict[str, Callable[[Path], Finder]] = {name: partial(follow, name) for name in RULES}
     for point in checkpoints:
@@ -241,6 +242,13 @@ def _make_parser() -> ArgumentParser:
     parser.add_argument("--play_days", type=int, default=7, help="with questions, after these")
     parser.add_argument("--looks", type=int, default=2, help="looks in each time step, an hour")
     parser.add_argument("--questions", type=int, default=4, help="questions in each time step")
+    parser.add_argument(
+        "--asks_moved",
+        type=float,
+        default=0.5,
+        help="share of the questions that are about what has just moved, as in the tasks; 0 for "
+        "those of people, who ask for anything",
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the homes")
     return parser
 
@@ -266,10 +274,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
                     f"learn must be {ADAPTED}, {TUNED} or both, got {shorten(how)}. "
                     "Choose among these."
                 )
+        check_asks_moved(options.asks_moved)
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
         rules = HomeConfig(looks="random", looks_per_step=options.looks)
         places = list_homes(options.sizes, options.num_homes, options.trace, rules, options.seed)
-        players = list_players(checkpoints, options.learn)
+        players = list_players(checkpoints, options.learn, options.asks_moved)
         path = find_scores(options.out)
         scores: Scores = load_scores(path)
         for place in places:
@@ -284,12 +293,21 @@ def main(arguments: Sequence[str] | None = None) -> None:
             kind="plays of recorded homes" if options.trace else "homes of people with routines",
             looks=options.looks, days=options.days, play_days=options.play_days,
             questions=options.questions, step_seconds=DEFAULT_STEP_SECONDS,
+            asked=_describe_questions(options.asks_moved),
             learnt="".join(_LEARNT[how] for how in options.learn),
         )  # fmt: skip
         shown = {place.name: scores[place.name] for place in places}
         tables = make_tables(shown, [point.name for point in checkpoints])
         write_whole(options.out, f"# One's own home\n\n{about}\n\n{tables}".encode())
         print(options.out)
+
+
+def _describe_questions(asks_moved: float) -> str:
+    """Say what was asked for."""
+    if asks_moved == 0:
+        return "whether they had just moved or not"
+    share = "half" if asks_moved == 0.5 else f"{asks_moved:.0%}"
+    return f"{share} of them such as had just moved"
 
 
 def _play(
@@ -300,7 +318,7 @@ def _play(
         place.source, options.days * _STEPS_PER_DAY, options.play_days * _STEPS_PER_DAY,
         home=place.home, seed=place.seed,
     )  # fmt: skip
-    questions = list(life.ask(options.questions))
+    questions = list(life.ask(options.questions, options.asks_moved))
     scores = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -70,13 +70,13 @@ class Life:
         """Write the log of the looks to learn from."""
         self.run.write_log(path, self.num_learnt)
 
-    def ask(self, per_step: int) -> Iterator[Asked]:
-        """Yield the questions: half of them about what moved in the step, as in the tasks.
-
-        Only things at a place are asked for, seen before or not.
+    def ask(self, per_step: int, asks_moved: float) -> Iterator[Asked]:
+        """Yield the questions; only things at a place are asked for, seen before or not.
 
         Args:
             per_step: questions in each time step.
+            asks_moved: share of them that are about what moved in the step, if anything did; half
+                of them in the tasks.
         """
         truth, rng = self.run.truth, np.random.default_rng(self.seed)
         assert truth is not None, "a run has a truth"
@@ -87,7 +87,7 @@ class Life:
             there = np.flatnonzero(at >= 0)
             moved = there[at[there] != before[there]]
             for _ in range(per_step):
-                slots = moved if len(moved) and rng.random() < 0.5 else there
+                slots = moved if len(moved) and rng.random() < asks_moved else there
                 if not len(slots):
                     continue
                 code = truth.code[step, rng.choice(slots)]

@@ -21,6 +21,8 @@ from simulator.policies.probabilities import compute_probabilities
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.world.homes import Homes
 
+_TASKS_ASK_MOVED = 0.5  # of the questions that networks learn from, docs/design.md, ruling 9
+_HEEDED = 0.4  # of what Bayes' rule says of other questions, docs/any_home.md
 _DECIMALS = 6  # of a logit; what float64 rounds differently is nine orders of magnitude below
 
 
@@ -36,12 +38,19 @@ class NEPPolicy(Policy):
     before the last sighting (`NEPModule.prior_share`, `follow_prior`): the probability of a place
     is then (1 - share) times the network's plus share times that one's. A network that has seen a
     thing at three places for weeks is too sure of them where people live.
+
+    It also knows what other questions than those of the tasks mean: half of what these ask for has
+    just moved, whereas people ask for anything (`Features.compare_asked`).
     """
 
     score_kind = "logits"
 
     def __init__(
-        self, module: NEPModule, builder: GraphBuilder, believer: HomeFilter | None = None
+        self,
+        module: NEPModule,
+        builder: GraphBuilder,
+        believer: HomeFilter | None = None,
+        asks_moved: float = _TASKS_ASK_MOVED,
     ) -> None:
         """Keep the model and what turns snapshots into its batches.
 
@@ -49,10 +58,12 @@ class NEPPolicy(Policy):
             module: the model.
             builder: with the features that it was trained on.
             believer: the filter whose belief is among the features; None if there is none.
+            asks_moved: share of the questions that are about what has just moved.
         """
         self._module = module
         self._builder = builder
         self._believer = believer
+        self._asks_moved = asks_moved
         self._predictor: NodeEdgePredictor | None = None
 
     @property
@@ -63,7 +74,13 @@ class NEPPolicy(Policy):
     def play_in(self, homes: Homes) -> NEPPolicy:
         """Return the same network for some homes, whose rules it is told if it reads a belief."""
         believer = HomeFilter.make(homes) if self._builder.config.belief else None
-        return NEPPolicy(self._module, self._builder, believer)
+        return NEPPolicy(self._module, self._builder, believer, self._asks_moved)
+
+    def for_questions(self, asks_moved: float) -> NEPPolicy:
+        """Return the same network for such questions."""
+        if asks_moved == self._asks_moved:
+            return self
+        return NEPPolicy(self._module, self._builder, self._believer, asks_moved)
 
     def reset(self, memory: MemoryBatch) -> None:
         """Forget earlier homes, ask for what features are computed from, take today's weights."""
@@ -122,6 +139,9 @@ class NEPPolicy(Policy):
         if evidence is not None and share > 0:
             is_place = memory.is_furniture[queries.home]
             scores = _share_answers(scores, evidence.follow_prior(), share, is_place)
+        if evidence is not None and self._asks_moved != _TASKS_ASK_MOVED:
+            heeded = _HEEDED * (1 - self._asks_moved / _TASKS_ASK_MOVED)
+            scores = (scores + heeded * evidence.compare_asked()[..., None]).round(_DECIMALS)
         return scores
 
     def _take_predictor(self) -> NodeEdgePredictor:

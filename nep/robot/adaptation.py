@@ -50,6 +50,7 @@ class Questions:
         answer: index of the place where the look showed it, (Q,).
         has_moved: whether it had been seen before, and was not where the memory had it, (Q,).
         furniture: ids, (F,).
+        asks_moved: share of such questions that are about what has moved.
     """
 
     scores: np.ndarray
@@ -57,6 +58,7 @@ class Questions:
     answer: np.ndarray
     has_moved: np.ndarray
     furniture: tuple[int, ...]
+    asks_moved: float = 0.0
 
     def __len__(self) -> int:
         """Q."""
@@ -66,16 +68,17 @@ class Questions:
     def weights(self) -> np.ndarray:
         """How much each counts, (Q,), 1 on average.
 
-        Looks mostly show what has not moved, and nobody asks for that as often: what has moved
-        makes half of the weight, as it makes half of the questions of the tasks.
+        Looks mostly show what has not moved. Where that is asked for less often, as in the tasks,
+        what has moved makes up `asks_moved` of the weight.
         """
         share = self.has_moved.mean()
-        if not 0 < share < 1:
+        if not 0 < share < self.asks_moved:
             return np.ones(len(self))
-        return np.where(self.has_moved, 0.5 / share, 0.5 / (1 - share))
+        wanted = self.asks_moved
+        return np.where(self.has_moved, wanted / share, (1 - wanted) / (1 - share))
 
     @classmethod
-    def join(cls, asked: Sequence[AskedAgain]) -> Questions:
+    def join(cls, asked: Sequence[AskedAgain], asks_moved: float) -> Questions:
         """Join questions to a home whose furniture may have changed meanwhile."""
         furniture = tuple(sorted({number for one in asked for number in one.values}))
         index = {number: position for position, number in enumerate(furniture)}
@@ -86,7 +89,7 @@ class Questions:
             scores[row, columns], belief[row, columns] = np.transpose(list(one.values.values()))
         answer = np.array([index[one.furniture] for one in asked], dtype=np.int64)
         has_moved = np.array([one.has_moved for one in asked], dtype=bool)
-        return cls(scores, belief, answer, has_moved, furniture)
+        return cls(scores, belief, answer, has_moved, furniture, asks_moved)
 
     def split(self) -> tuple[Questions, Questions]:
         """Return the earlier questions, and the latest `_HELD_OUT` of them."""
@@ -96,7 +99,7 @@ class Questions:
     def _take(self, rows: slice) -> Questions:
         return Questions(
             self.scores[rows], self.belief[rows], self.answer[rows], self.has_moved[rows],
-            self.furniture,
+            self.furniture, self.asks_moved,
         )  # fmt: skip
 
 

@@ -25,7 +25,7 @@ def compare_in_log(start: TrainedModel, own: TrainedModel, log: str | Path) -> t
     """
     measured = []
     for model in (start, own):
-        _, latest = ObjectFinder(model).ask_again(log).split()
+        _, latest = ObjectFinder(model, asks_moved=0.5).ask_again(log).split()
         measured.append((compute_nll(latest, Adaptation()), compute_accuracy(latest)))
     (nll, accuracy), (own_nll, own_accuracy) = measured
     return (

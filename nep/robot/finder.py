@@ -46,6 +46,7 @@ class ObjectFinder(Finder):
         model: TrainedModel,
         elsewhere_share: float | None = None,
         detector: Detector | None = None,
+        asks_moved: float = 0.0,
     ) -> None:
         """Ask a trained network; `load` reads one from disk.
 
@@ -53,6 +54,7 @@ class ObjectFinder(Finder):
             model: the network.
             elsewhere_share: as in `load`.
             detector: as in `load`.
+            asks_moved: as in `Finder`.
 
         Raises:
             ValueError: if the network reads the belief of a filter, which knows the rules of
@@ -65,11 +67,11 @@ class ObjectFinder(Finder):
             )
         self._builder = model.builder
         self.adaptation = Adaptation()
-        self._network = NEPPolicy(model.module.eval(), model.builder)
+        self._network = NEPPolicy(model.module.eval(), model.builder, asks_moved=asks_moved)
         self.calibration = model.calibration or Calibration()
         if elsewhere_share is None:
             elsewhere_share = self.calibration.elsewhere_share or DEFAULT_SHARE
-        super().__init__(self._network, detector, elsewhere_share)
+        super().__init__(self._network, detector, elsewhere_share, asks_moved)
         self.calibration = self.calibration.with_share(elsewhere_share)
 
     @classmethod
@@ -78,6 +80,7 @@ class ObjectFinder(Finder):
         source: str | Path = "any_home",
         elsewhere_share: float | None = None,
         detector: Detector | None = None,
+        asks_moved: float = 0.0,
     ) -> ObjectFinder:
         """Load a trained network; nothing in the files is executed.
 
@@ -88,12 +91,14 @@ class ObjectFinder(Finder):
                 None for the share that the network was calibrated with, 0.1.
             detector: how often a look misses what is there, and how fast things leave; None for
                 those of the paper's homes.
+            asks_moved: as in `Finder`; networks without evidence, such as "heat", answer as if it
+                were 0.5.
 
         Raises:
             ValueError: if there is no such file, it is damaged, or it was made for another feature
                 schema or other text vectors than those installed.
         """
-        return cls(load_trained(source), elsewhere_share, detector)
+        return cls(load_trained(source), elsewhere_share, detector, asks_moved)
 
     def adapt(self, log: str | Path) -> Adaptation:
         """Learn the home that a robot has looked around in, in seconds.
@@ -127,7 +132,7 @@ class ObjectFinder(Finder):
         Raises:
             ValueError: if the file is no log.
         """
-        return Questions.join(list(self._ask_again(log)))
+        return Questions.join(list(self._ask_again(log)), self.asks_moved)
 
     def _ask_again(self, log: str | Path) -> Iterator[AskedAgain]:
         lines = read_log(log)
@@ -158,7 +163,8 @@ class ObjectFinder(Finder):
 
     def _score(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
         """Return logits, and what the adaptive filter believes, (K, F) both."""
-        return self._score_places(asked), Adaptive().follow(asked.batch, asked.queries)[:, :-1]
+        belief = Adaptive().for_questions(self.asks_moved).follow(asked.batch, asked.queries)
+        return self._score_places(asked), belief[:, :-1]
 
     def _score_places(self, asked: Asked) -> np.ndarray:
         """Return the logit of each place, of its likelier relation, (K, F)."""

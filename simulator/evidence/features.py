@@ -13,6 +13,8 @@ from simulator.evidence.question import Question
 from simulator.evidence.question_features import QUESTION_GROUPS
 from simulator.memory.memory_batch import MemoryBatch, Queries
 
+_LEAST = 1e-6  # of a belief
+
 
 @dataclass(frozen=True, slots=True)
 class Features:
@@ -35,6 +37,15 @@ class Features:
         """
         asked = self.asked
         return follow_prior(asked.memory, asked.queries, asked.counts, asked.rates)
+
+    def compare_asked(self) -> np.ndarray:
+        """Return how much likelier each place is if anything may be asked for, (Q, F).
+
+        In logarithms, beside half of the questions being about what has just moved, as in the tasks
+        (docs/design.md, ruling 9), by the adaptive filter of the home's own rates.
+        """
+        learnt, asked = (self.asked.get_belief(name) + _LEAST for name in ("learnt", "asked"))
+        return np.log(learnt / asked)
 
 
 def compute_features(memory: MemoryBatch, queries: Queries) -> Features:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -121,8 +122,14 @@ def read_log(path: str | Path) -> list[LogLine]:
     """Read a log; a last line that was cut off by a crash is left out, with a warning.
 
     Raises:
+        TypeError: if it is no path.
         ValueError: if there is no such file, or a line is none of a log; names it.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise TypeError(
+            f"log must be a path, got {shorten(path)}. Give the file that "
+            'SceneGraphMemory(log="looks.jsonl") writes.'
+        )
     path = Path(path)
     try:
         whole = _cut_torn_line(path)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from simulator.evidence.adaptive_filter import (
@@ -29,6 +31,10 @@ class Adaptive(Policy):
     def __init__(self, settings: FilterSettings | None = None) -> None:
         """Choose the filter; None for rates of the home's own, and half of all questions moved."""
         self._settings = settings or FilterSettings(asks_moved=0.5)
+
+    def for_questions(self, asks_moved: float) -> Adaptive:
+        """Return the same filter for such questions."""
+        return type(self)(replace(self._settings, asks_moved=asks_moved))
 
     def reset(self, memory: MemoryBatch) -> None:
         """Ask the memory to count what the rates are estimated from."""

@@ -38,6 +38,18 @@ class Policy(ABC):
         """Make the policy for true homes; it may keep of them what it `needs`."""
         return cls()
 
+    def for_questions(self, asks_moved: float) -> Policy:
+        """Return the policy for questions of another kind than those of the tasks.
+
+        Where something that is asked for has often just moved, as in half of the questions of the
+        tasks (docs/design.md, ruling 9), the last sighting says less. Most policies do not reckon
+        with that and answer all alike.
+
+        Args:
+            asks_moved: share of the questions that are about what has just moved.
+        """
+        return self
+
     def reset(self, memory: MemoryBatch) -> None:  # noqa: B027 - most policies keep no state
         """Forget earlier homes; `memory` is that of the new ones.
 

@@ -56,6 +56,7 @@ class Finder:
     Attributes:
         detector: how often a look misses what is there, and how fast the home changes.
         elsewhere_share: how often what is asked for is at no known place.
+        asks_moved: share of the questions that are about what has just moved.
     """
 
     def __init__(
@@ -63,6 +64,7 @@ class Finder:
         policy: Policy,
         detector: Detector | None = None,
         elsewhere_share: float = DEFAULT_SHARE,
+        asks_moved: float = 0.0,
     ) -> None:
         """Ask a policy.
 
@@ -70,18 +72,23 @@ class Finder:
             policy: who judges, such as `Bayesian()`; only oracles cannot.
             detector: None for the detector of the paper's homes.
             elsewhere_share: above 0 and below 1.
+            asks_moved: share of the questions that are about what has moved in this very time step,
+                0 to 1: half of them in the tasks, and none of those of a person, who asks for what
+                is needed.
 
         Raises:
             TypeError: if the policy or the detector is something else.
-            ValueError: if the share is out of range.
+            ValueError: if a share is out of range.
         """
         check_share(elsewhere_share)
+        check_asks_moved(asks_moved)
         _check_type("policy", policy, Policy, "Bayesian()")
         if detector is not None:
             _check_type("detector", detector, Detector, "Detector(miss_rate=0.1)")
         self.detector = detector or Detector()
         self.elsewhere_share = elsewhere_share
-        self._policy = policy
+        self.asks_moved = asks_moved
+        self._policy = policy.for_questions(asks_moved)
         self._lock = Lock()
 
     def resolve(self, memory: SceneGraphMemory, description: str) -> Resolution:
@@ -269,6 +276,19 @@ def check_ids(exclude: Collection[int]) -> None:
         raise ValueError(
             f"exclude must be furniture ids, got {shorten(exclude)}. Give a list of what "
             "add_furniture returned."
+        )
+
+
+def check_asks_moved(share: float) -> None:
+    """Check a share of questions that are about what has just moved.
+
+    Raises:
+        ValueError: if it is below 0 or above 1.
+    """
+    if not is_number(share) or not 0 <= share <= 1:
+        raise ValueError(
+            f"asks_moved must lie in [0, 1], got {shorten(share)}. Give the share of the "
+            "questions, 0 for those of people."
         )
 
 

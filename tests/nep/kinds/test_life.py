@@ -38,7 +38,7 @@ def test_the_log_holds_the_looks_to_learn_from_alone(life, tmp_path):
 
 def test_questions_are_about_what_is_there_half_of_them_about_what_moved(life):
     truth = life.run.truth
-    asked = list(life.ask(40))
+    asked = list(life.ask(40, 0.5))
     assert len(asked) == 24 * 40
     num_moved = num_steps = 0
     for one in asked:
@@ -55,8 +55,19 @@ def test_questions_are_about_what_is_there_half_of_them_about_what_moved(life):
     assert num_steps > 200
     # half of them, and by chance some more; two of a kind may have changed places
     assert 0.4 < num_moved / num_steps < 0.75
-    again = [(one.memory.time, one.description) for one in life.ask(40)]
+    again = [(one.memory.time, one.description) for one in life.ask(40, 0.5)]
     assert again == [(one.memory.time, one.description) for one in asked]
+
+
+def test_of_questions_about_anything_few_are_about_what_moved(life):
+    truth, num_moved = life.run.truth, 0
+    asked = list(life.ask(40, 0.0))
+    for one in asked:
+        found = truth.find([one.description], len(one.memory.furniture_ids))
+        num_moved += (found[one.memory.time] != found[one.memory.time - 1]).any()
+    there = truth.furniture[13:] >= 0
+    share = ((truth.furniture[13:] != truth.furniture[12:-1]) & there).sum() / there.sum()
+    assert num_moved / len(asked) == pytest.approx(share, abs=0.05)
 
 
 def test_measures_worked_by_hand():

@@ -14,9 +14,11 @@ from nep.model.evidence_embedding import EvidenceEmbedding
 from nep.model.module import NEPModule
 from nep.players.policy import NEPPolicy
 from simulator.collect import CollectConfig, collect
+from simulator.evidence.adaptive_filter import FilterSettings
 from simulator.evidence.columns import PLACE_COLUMNS
 from simulator.evidence.features import compute_features
 from simulator.policies import make_policy
+from simulator.policies.adaptive import Adaptive
 from simulator.tasks.registry import TASKS
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
@@ -144,6 +146,31 @@ def test_a_network_plays_as_it_scores_what_was_collected(dataset):
     stored = torch.zeros(36 * 12).index_copy_(0, place, logits)
     found = np.stack(scores, axis=1).reshape(-1)
     np.testing.assert_allclose(found, stored.numpy(), atol=2e-3)  # float16 on disk
+
+
+def test_who_asks_for_anything_is_answered_as_bayes_rule_says_in_part(dataset):
+    """By hand: .4 of ln b / b', the adaptive filter without and with half of them just moved."""
+    torch.manual_seed(0)
+    module = NEPModule(Sets(units=16), transformer=False, evidence=True).eval()
+    policy = NEPPolicy(module, GraphBuilder(FEATURES, num_hops=0))
+    assert policy.for_questions(0.5) is policy
+    gained = []
+
+    def compare(memory, answer):
+        asked = memory, answer.queries
+        beliefs = [
+            Adaptive(FilterSettings(asks_moved=share)).scores(*asked) + 1e-6 for share in (0, 0.5)
+        ]
+        scores = policy.scores(*asked)
+        gain = np.log(beliefs[0] / beliefs[1])
+        anything = policy.for_questions(0.0).scores(*asked)
+        np.testing.assert_allclose(anything - scores, 0.4 * gain, atol=2e-6)
+        moved = policy.for_questions(1.0).scores(*asked)
+        np.testing.assert_allclose(moved - scores, -0.4 * gain, atol=2e-6)
+        gained.append(gain)
+
+    play(None, compare)
+    assert np.abs(gained).max() > 0.3
 
 
 @pytest.mark.slow

@@ -1,5 +1,7 @@
 """A finder that learns its home from the log of its looks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -58,16 +60,18 @@ def test_what_does_not_help_is_left_out():
     assert found.change(scores, scores, (0, 1)) is scores
 
 
-def test_what_has_moved_makes_half_of_the_weight():
+def test_what_has_moved_makes_half_of_the_weight_where_it_is_asked_for_as_often():
     # Four questions, one about what moved: weights 2 and 2/3. Two places, logits ln 3 and 0: 3/4
     # for the first. The moved one is at the second place: nll = (2 ln 4 + 3 2/3 ln 4/3) / 4; right
     # are those that stayed: half of the weight.
     scores = np.tile([np.log(3.0), 0.0], (4, 1))
     has_moved = np.array([True, False, False, False])
-    questions = Questions(scores, scores, np.array([1, 0, 0, 0]), has_moved, (0, 1))
+    questions = Questions(scores, scores, np.array([1, 0, 0, 0]), has_moved, (0, 1), 0.5)
     np.testing.assert_allclose(questions.weights, [2, 2 / 3, 2 / 3, 2 / 3])
     assert compute_nll(questions, Adaptation()) == pytest.approx(np.log(4) - np.log(3) / 2)
     assert compute_accuracy(questions) == pytest.approx(0.5)
+    for asks_moved in (0.0, 0.25):  # no less than as it comes
+        np.testing.assert_array_equal(replace(questions, asks_moved=asks_moved).weights, 1)
 
 
 def test_too_few_questions_are_an_error():

@@ -106,5 +106,7 @@ def test_another_file_is_refused_before_anything_is_written(path, text, message)
 def test_a_missing_file_or_folder(tmp_path):
     with pytest.raises(ValueError, match="log must be a file that can be read, got 'No such file"):
         read_log(tmp_path / "none.jsonl")
+    with pytest.raises(TypeError, match=r"log must be a path, got .*SceneGraphMemory"):
+        read_log(SceneGraphMemory())
     with pytest.raises(FileNotFoundError):
         SceneGraphMemory(log=tmp_path / "none" / "looks.jsonl")

@@ -6,9 +6,11 @@ from datetime import datetime
 import numpy as np
 import pytest
 
+from simulator.evidence.adaptive_filter import FilterSettings
 from simulator.memory.clock import Clock
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import Sighting
+from simulator.policies.adaptive import Adaptive
 from simulator.policies.heuristics import Bayesian
 from simulator.robot.belief import Detector
 from simulator.robot.finder import Finder
@@ -42,6 +44,28 @@ def test_a_look_in_vain_is_bayes_rule(make_home):
         after = {p.furniture: p.probability for p in finder.rank(home.memory, "wallet")}
         odds = before[best] / before[other]
         assert after[best] / after[other] == pytest.approx(odds * 0.1**times)
+
+
+def test_people_ask_for_anything_whether_it_has_just_moved_or_not(make_home):
+    home = make_home()
+    for _ in range(3):
+        for furniture in home.furniture:
+            home.memory.observe(furniture, home.look(furniture))
+        home.memory.step()
+    thing, place = next(iter(home.at.items()))
+
+    def ask(policy, **options):
+        found = Finder(policy, **options).rank(home.memory, thing)
+        return {place.furniture: place.probability for place in found}
+
+    anything = ask(Adaptive())
+    assert anything == ask(Adaptive(FilterSettings(asks_moved=0.0)))
+    moved = ask(Adaptive(), asks_moved=0.5)
+    assert anything[home.furniture[place]] > moved[home.furniture[place]]
+    assert ask(Bayesian()) == ask(Bayesian(), asks_moved=0.5)  # does not reckon with it
+    for wrong in (-0.1, 1.1, float("nan"), "half", True):
+        with pytest.raises(ValueError, match=r"asks_moved must lie in \[0, 1\], got "):
+            Finder(Bayesian(), asks_moved=wrong)
 
 
 def test_a_time_to_come_is_asked_of_as_if_it_had_come(make_home, finder):
