@@ -31,7 +31,7 @@ fit: $(STAMP)
 any-home: $(STAMP)
 	$(PY) -m nep.fit --config any_home.yaml --trainer.logger.init_args.version make $(ARGS)
 	$(PY) -m nep.export runs/any_home/make/checkpoints/last.ckpt runs/any_home/exported
-	$(PY) -m nep.any_home --checkpoint any_home=runs/any_home/exported --checkpoint heat $(if $(RECORDED),--recorded $(RECORDED))
+	$(PY) -m nep.any_home --out results/any_home.md --checkpoint any_home=runs/any_home/exported --checkpoint heat $(if $(RECORDED),--recorded $(RECORDED))
 
 reproduce: $(STAMP)
 	$(PY) -m nep.reproduce --table all --out results $(ARGS)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -17,7 +18,7 @@ from jsonargparse import ArgumentParser, Namespace
 from nep import export, fit
 from nep.kinds.command import add_table_options, make_command
 from nep.kinds.life import COLUMNS, Life, measure
-from nep.kinds.played import find_scores, load_scores, save_scores
+from nep.kinds.played import Played, find_scores
 from nep.players.contestants import Checkpoint
 from nep.report.tables import Difference, format_difference, join_table
 from nep.robot.finder import ObjectFinder
@@ -42,6 +43,7 @@ ADAPTED, TUNED = "adapted", "fine-tuned"
 
 _LOG = "looks.jsonl"
 _MOST = 10_000  # of homes, days, and looks or questions in a time step
+_ASKED = ("days", "play_days", "looks", "questions", "asks_moved")  # what a score depends on
 _STEPS_PER_DAY = int(DAY_SECONDS / DEFAULT_STEP_SECONDS)
 _FORMATS = {"accuracy": ".3f", "nll": ".2f", "looks": ".2f"}
 _TITLES = {"accuracy": "first guess", "nll": "NLL", "looks": "looks until found"}
@@ -78,6 +80,10 @@ class Place:
     source: HomeSource
     home: int
     seed: int
+
+    def describe(self) -> dict[str, Any]:
+        """Return what the home is, as JSON values."""
+        return {"source": self.source.describe(), "home": self.home, "seed": self.seed}
 
 
 def list_homes(
@@ -280,13 +286,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
         places = list_homes(options.sizes, options.num_homes, options.trace, rules, options.seed)
         players = list_players(checkpoints, options.learn, options.asks_moved)
         path = find_scores(options.out)
-        scores: Scores = load_scores(path)
+        asked = {name: options[name] for name in _ASKED}
+        played = Played.load(
+            path,
+            {place.name: {**place.describe(), **asked} for place in places},
+            {point.name: point.compute_checksum() for point in checkpoints},
+        )
+        scores: Scores = played.scores
         for place in places:
-            own = scores.setdefault(place.name, {})
+            own = scores[place.name]
             missing = {who: make for who, make in players.items() if who not in own}
             if missing:
                 own |= _play(place, missing, options)
-                save_scores(path, scores)
+                played.save()
             print(f"{place.name}: {', '.join(own)}", flush=True)
         about = _ABOUT.format(
             command=make_command(parser, options, checkpoints), num_homes=len(places),

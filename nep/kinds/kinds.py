@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from simulator.memory.clock import DAY_SECONDS, HOUR_SECONDS
 from simulator.messages import shorten
@@ -41,6 +42,12 @@ class Kind:
     num_searches: int
     seeds: tuple[int, ...] = (0,)
     num_warm_up: int = 0
+
+    def describe(self) -> dict[str, Any]:
+        """Return everything that scores depend on but the player, as JSON values."""
+        numbers = (self.num_homes, self.num_steps, self.num_searches, self.num_warm_up)
+        sources = [source.describe() for source in self.sources]
+        return {"sources": sources, "seeds": list(self.seeds), "numbers": list(numbers)}
 
 
 def list_simulated(num_homes: int, num_steps: int, num_searches: int) -> Mapping[str, Kind]:

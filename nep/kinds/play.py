@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 
 from nep.kinds.kinds import Kind
-from nep.kinds.played import load_scores, save_scores
+from nep.kinds.played import Played
 from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
 from simulator.policies.registry import list_policies
 from simulator.tasks.evaluation import evaluate_policy
@@ -59,26 +58,26 @@ def play_kind(kind: Kind, make: MakePolicy) -> dict[str, list[float]]:
 def play_all(
     kinds: Mapping[str, Kind],
     checkpoints: Sequence[Checkpoint],
-    path: Path,
+    played: Played,
     others: Mapping[str, MakePolicy] = MappingProxyType({}),
 ) -> Scores:
-    """Let everybody play what is not in a file yet, and say who is done.
+    """Let everybody play what has not been played yet, and say who is done.
 
     Args:
         kinds: by name.
         checkpoints: networks, beside all policies that can play in a kind.
-        path: JSON file of scores, written after every player.
+        played: what is done; it is saved after every player.
         others: what makes further players, by name.
 
     Returns:
-        The scores of these kinds, whatever else is in the file.
+        The scores of these kinds, whatever else has been played.
     """
-    scores: Scores = load_scores(path)
+    scores: Scores = played.scores
     for name, kind in kinds.items():
         for player, make in {**list_players(kind, checkpoints), **others}.items():
-            if player not in scores.setdefault(name, {}):
+            if player not in scores[name]:
                 scores[name][player] = play_kind(kind, make)
-                save_scores(path, scores)
+                played.save()
             print(f"{name}: {player}")
     return {name: scores[name] for name in kinds}
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,26 +23,77 @@ def find_scores(table: Path) -> Path:
     return table.with_suffix(".json")
 
 
-def load_scores(path: Path) -> dict[str, Any]:
-    """Return what has been played, by home or kind and player; nothing where there is no file.
+@dataclass(frozen=True, slots=True)
+class Played:
+    """The scores of a table, and what they are of, so that none is taken for another's.
 
-    Raises:
-        ValueError: if the file is damaged.
+    Attributes:
+        path: of the file.
+        games: checksum of the homes, questions and options of each game, by name.
+        networks: checksum of each network that has played, by name.
+        scores: of each game and player; players called "NAME" or "NAME more" are network NAME's.
     """
-    try:
-        scores = read_json(path, allow_nan=True)
-        if not isinstance(scores, dict):
-            raise ValueError("no object")
-    except FileNotFoundError:
-        return {}
-    except ValueError as error:
-        raise ValueError(
-            f"scores must be a JSON object, got {error} in {path}. Remove the file to play again."
-        ) from error
-    return scores
 
+    path: Path
+    games: dict[str, str] = field(default_factory=dict)
+    networks: dict[str, str] = field(default_factory=dict)
+    scores: dict[str, dict[str, Any]] = field(default_factory=dict)
 
-def save_scores(path: Path, scores: Mapping[str, Any]) -> None:
-    """Write what has been played, making the folder if needed."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, f"{json.dumps(scores, indent=1)}\n".encode())
+    @classmethod
+    def load(cls, path: Path, games: Mapping[str, Any], networks: Mapping[str, str]) -> Played:
+        """Read what has been played; nothing where there is no file.
+
+        The scores of a network that is another one by now, under the same name, are left out: it
+        plays again.
+
+        Args:
+            path: the file.
+            games: everything that a score depends on but the player, as JSON values, by game.
+            networks: checksums of the networks that play, by name.
+
+        Raises:
+            ValueError: if the file is damaged, or one of its games is of that name only.
+        """
+        played = cls._read(path)
+        for name, game in games.items():
+            checksum = hashlib.sha256(json.dumps(game, sort_keys=True).encode()).hexdigest()
+            if played.games.setdefault(name, checksum) != checksum:
+                raise ValueError(
+                    f"scores must be of the same homes, questions and options, got others for "
+                    f"{name} in {path}. Give another --out, or remove the file to play again."
+                )
+            played.scores.setdefault(name, {})
+        for name, checksum in networks.items():
+            if played.networks.get(name, checksum) != checksum:
+                print(f"{name} is another network than that in {path}: it plays again")
+                for own in played.scores.values():
+                    for player in [who for who in own if played._is_of(who, name)]:
+                        del own[player]
+            played.networks[name] = checksum
+        return played
+
+    def _is_of(self, player: str, network: str) -> bool:
+        more = player.startswith(f"{network} ") and player not in self.networks
+        return player == network or more
+
+    @classmethod
+    def _read(cls, path: Path) -> Played:
+        try:
+            found = read_json(path, allow_nan=True)
+            parts = [found[name] for name in ("games", "networks", "scores")]
+            if not all(isinstance(part, dict) for part in (*parts, *parts[2].values())):
+                raise ValueError("something else")
+        except FileNotFoundError:
+            return cls(path)
+        except (KeyError, TypeError, ValueError) as error:
+            raise ValueError(
+                f"scores must be a JSON object of games, networks and scores, got {error} in "
+                f"{path}. Remove the file to play again."
+            ) from error
+        return cls(path, *parts)
+
+    def save(self) -> None:
+        """Write the file, whole or not at all, making the folder if needed."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        parts = {"games": self.games, "networks": self.networks, "scores": self.scores}
+        write_whole(self.path, f"{json.dumps(parts, indent=1)}\n".encode())

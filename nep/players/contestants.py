@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import torch
 
-from nep.players.checkpoints import WEIGHTS
+from nep.players.checkpoints import CONFIG, WEIGHTS
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from nep.players.shipped import PRETRAINED, find_trained, split_name
@@ -75,6 +76,13 @@ class Checkpoint:
         file = self.path / WEIGHTS if self.path.is_dir() else self.path
         state = file.stat() if file.exists() else None
         return _load(self.path, state and (state.st_mtime_ns, state.st_size))
+
+    def compute_checksum(self) -> str:
+        """Return the SHA-256 of its file, or of all files that an exported folder is read from."""
+        if not self.path.is_dir():
+            return compute_checksum(self.path)
+        parts = [compute_checksum(self.path / name) for name in (WEIGHTS, CONFIG)]
+        return hashlib.sha256("".join(parts).encode()).hexdigest()
 
     def describe(self) -> dict[str, str | None]:
         """Return name, task, path and SHA-256 (of an exported folder's weights), as JSON values."""

@@ -69,7 +69,8 @@ def test_the_command_plays_on_where_it_stopped(tmp_path, capsys):
     out = tmp_path / "any_home.md"
     size = ["--num_homes", "2", "--steps", "4", "--searches", "2", "--out", str(out)]
     main(["--checkpoint", "heat", "--kinds", "paper-8", *size])
-    scores = json.loads(out.with_suffix(".json").read_text(encoding="utf-8"))
+    played = json.loads(out.with_suffix(".json").read_text(encoding="utf-8"))
+    scores = played["scores"]
     for player in scores["paper-8"].values():
         assert {name: np.shape(player[name]) for name in HOME_COLUMNS} == dict.fromkeys(
             HOME_COLUMNS, (2,)
@@ -78,9 +79,12 @@ def test_the_command_plays_on_where_it_stopped(tmp_path, capsys):
             SHARED_COLUMNS, 1
         )
     scores["paper-8"]["random"]["accuracy"] = [0.123, 0.123]
-    out.with_suffix(".json").write_text(json.dumps(scores), encoding="utf-8")
+    out.with_suffix(".json").write_text(json.dumps(played), encoding="utf-8")
     main(["--checkpoint", "heat", "--kinds", "paper-8", *size])
     assert "0.123" in out.read_text(encoding="utf-8")
+    with pytest.raises(SystemExit):
+        main(["--checkpoint", "heat", "--kinds", "paper-8", *size, "--steps", "5"])
+    assert "got others for paper-8" in " ".join(capsys.readouterr().err.split())
 
 
 @pytest.mark.parametrize(

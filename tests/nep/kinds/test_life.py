@@ -93,7 +93,8 @@ def test_the_command_plays_resumes_and_writes_tables(tmp_path, monkeypatch):
         "--days", "2", "--play_days", "1", "--questions", "1", "--looks", "3",
     ]  # fmt: skip
     main(command)
-    scores = json.loads(Path("own_home.json").read_text(encoding="utf-8"))
+    played = json.loads(Path("own_home.json").read_text(encoding="utf-8"))
+    scores = played["scores"]
     assert list(scores) == ["4 places-0", "4 places-1"]
     assert list(scores["4 places-0"]) == [*RULES, "heat", "heat adapted"]
     text = Path("own_home.md").read_text(encoding="utf-8")
@@ -102,9 +103,11 @@ def test_the_command_plays_resumes_and_writes_tables(tmp_path, monkeypatch):
     assert "| heat adapted | heat | " in text
     assert "| heat adapted | the best rule | " in text
     scores["4 places-1"]["heat"]["nll"] = 77.0  # what is there is not played again
-    Path("own_home.json").write_text(json.dumps(scores), encoding="utf-8")
+    Path("own_home.json").write_text(json.dumps(played), encoding="utf-8")
     main(command)
-    assert json.loads(Path("own_home.json").read_text(encoding="utf-8")) == scores
+    assert json.loads(Path("own_home.json").read_text(encoding="utf-8")) == played
+    with pytest.raises(SystemExit):  # other questions
+        main([*command, "--asks_moved", "0"])
     with pytest.raises(SystemExit):
         main(["--learn", "by heart"])
     for option in ("num_homes", "days", "play_days", "questions", "looks", "sizes"):

@@ -5,17 +5,47 @@ import math
 import pytest
 
 from nep import own_home, recorded
-from nep.kinds.played import find_scores, load_scores, save_scores
+from nep.kinds.played import Played, find_scores
 
 
-def test_scores_come_back_and_are_nothing_at_first(tmp_path):
-    path = find_scores(tmp_path / "new" / "table.md")
-    assert path == tmp_path / "new" / "table.json"
-    assert load_scores(path) == {}
-    save_scores(path, {"home": {"random": {"nll": [math.nan, 1.5]}}})
-    ((first, second),) = [own["nll"] for own in load_scores(path)["home"].values()]
+@pytest.fixture
+def path(tmp_path):
+    return find_scores(tmp_path / "new" / "table.md")
+
+
+@pytest.fixture
+def played(path):
+    """A home in which a rule and a network, as it was and adapted, have played for ten steps."""
+    played = Played.load(path, {"home": {"steps": 10}}, {"net": "abc", "net 2": "def"})
+    names = ("random", "net", "net adapted", "network", "net 2")
+    played.scores["home"].update({name: {"nll": [math.nan, 1.5]} for name in names})
+    played.save()
+    return played
+
+
+def test_scores_come_back_and_are_nothing_at_first(path, played):
+    assert path.parts[-2:] == ("new", "table.json")
+    assert Played.load(path.with_name("other.json"), {"home": 1}, {}).scores == {"home": {}}
+    again = Played.load(path, {"home": {"steps": 10}, "garden": {}}, {"net": "abc"})
+    assert again.scores["home"].keys() == played.scores["home"].keys()
+    assert again.scores["garden"] == {}
+    first, second = again.scores["home"]["random"]["nll"]
     assert math.isnan(first)
     assert second == 1.5
+
+
+def test_scores_of_other_options_are_refused(path, played):
+    with pytest.raises(ValueError, match=r"scores must be of the same .* got others for home in "):
+        Played.load(path, {"home": {"steps": 11}}, {})
+    Played.load(path, {"garden": {"steps": 11}}, {})  # another game
+
+
+def test_a_network_that_is_another_one_by_now_plays_again(path, played, capsys):
+    again = Played.load(path, {"home": {"steps": 10}}, {"net": "abcd"})
+    assert set(again.scores["home"]) == {"random", "network", "net 2"}
+    assert capsys.readouterr().out.startswith("net is another network than that in ")
+    again.save()
+    assert Played.load(path, {"home": {"steps": 10}}, {}).networks["net"] == "abcd"
 
 
 def test_a_folder_is_no_table(tmp_path):
@@ -23,12 +53,18 @@ def test_a_folder_is_no_table(tmp_path):
         find_scores(tmp_path)
 
 
-@pytest.mark.parametrize("content", ["[", "[]", '{"a": 1, "a": 2}', "\xff"])
+@pytest.mark.parametrize(
+    "content",
+    [
+        "[", "[]", '{"a": 1, "a": 2}', "\xff", "{}", '{"games": {}, "networks": [], "scores": {}}',
+        '{"games": {}, "networks": {}, "scores": {"home": 1}}',
+    ],
+)  # fmt: skip
 def test_a_damaged_file_is_named(tmp_path, content):
     path = tmp_path / "table.json"
     path.write_bytes(content.encode("latin-1"))
-    with pytest.raises(ValueError, match=r"scores must be a JSON object, got .*/table\.json\. Rem"):
-        load_scores(path)
+    with pytest.raises(ValueError, match=r"scores must be a JSON object of .*/table\.json\. Rem"):
+        Played.load(path, {}, {})
 
 
 @pytest.mark.parametrize("command", [own_home, recorded])

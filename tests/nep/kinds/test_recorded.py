@@ -88,8 +88,8 @@ def test_the_command_resumes_and_takes_more_networks(homes, tmp_path, capsys):
     command = ["--trace", *homes, "--out", str(out), *SIZE, *PATROL]
     main(command)
     stored = json.loads(out.with_suffix(".json").read_text())
-    assert list(stored) == ["episodes-patrol-shipped", "lives-patrol-counted"]
-    stored["lives-patrol-counted"]["random"]["accuracy"] = [0.123, 0.123]
+    assert list(stored["scores"]) == ["episodes-patrol-shipped", "lives-patrol-counted"]
+    stored["scores"]["lives-patrol-counted"]["random"]["accuracy"] = [0.123, 0.123]
     out.with_suffix(".json").write_text(json.dumps(stored))
     main([*command, "--checkpoint", "heat", "--checkpoint", "again=heat"])
     text = out.read_text()
@@ -108,7 +108,7 @@ def test_every_home_is_played_by_the_network_that_has_not_seen_it(homes, tmp_pat
     command = ["--trace", *homes, "--out", str(out), *SIZE, "--kinds", "episodes-patrol-shipped"]
     source = f"own={tmp_path}/without_{{home}}"
     main([*command, "--checkpoint", "heat", "--checkpoint", "any_home", "--left_out", source])
-    (played,) = json.loads(out.with_suffix(".json").read_text()).values()
+    (played,) = json.loads(out.with_suffix(".json").read_text())["scores"].values()
     first, second = (np.array(played[name]["nll"]) for name in ("heat", "any_home"))
     assert (first != second).any()
     # Two replays of home a, then two of home b.
