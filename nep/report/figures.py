@@ -85,7 +85,7 @@ def draw_over_steps(
     axes.set_xticks([tick for tick in axes.get_xticks() if 0 < tick <= len(mean)])
     axes.set_xlabel("time step")
     axes.set_ylabel(f"{metric}, mean of {window} steps")
-    axes.set_title(title, loc="left")  # names may stand above the axes on the right
+    axes.set_title(title, loc="left")
     axes.grid(alpha=0.25)
     axes.spines[["top", "right"]].set_visible(False)
     return figure
@@ -145,8 +145,10 @@ def _label_ends(axes: Axes, ends: list[tuple[float, str, str]], x: float) -> Non
     """Write names at the ends of curves, each as near to its own as the others allow."""
     ends = sorted(ends)
     values = np.array([end for end, _, _ in ends])
-    steps = np.arange(len(ends)) * 0.045 * (axes.get_ylim()[1] or 1.0)  # a line of text each
+    bottom, top = axes.get_ylim()
+    steps = np.arange(len(ends)) * 0.045 * (top or 1.0)  # a line of text each
     heights = isotonic_regression(values - steps).x + steps
-    heights = np.maximum(heights, axes.get_ylim()[0] + steps)  # none below the axis
+    heights = np.minimum(heights, top + steps - steps[-1])  # as far as they fit, none above
+    heights = np.maximum(heights, bottom + steps)  # the axes, and none below
     for y, (_, name, color) in zip(heights, ends, strict=True):
         axes.text(x, y, name.replace("_", " "), color=color, va="center", fontsize=10)

@@ -131,6 +131,8 @@ def test_names_at_the_ends_of_curves_do_not_overlap():
     heights = sorted((box.y0, box.y1) for box in boxes)
     # Letters may reach below their line; lines themselves are apart.
     assert all(low[1] - next_low[0] < 2 for low, next_low in itertools.pairwise(heights))
+    bottom, top = figure.axes[0].get_ylim()
+    assert all(bottom <= text.get_position()[1] <= top for text in figure.axes[0].texts)
 
 
 def test_plays_the_task_of_the_data_beside_some_policies(tmp_path, monkeypatch, capsys):
