@@ -10,8 +10,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from simulator.caches import keep_home_clean
-
 
 @dataclass(frozen=True, slots=True)
 class Benchmark:
@@ -72,7 +70,6 @@ def run(
     parser.add_argument("--tiny", action="store_true", help="run once, small: for the tests")
     parser.add_argument("--threads", type=int, help="of torch; all cores if left out")
     options = parser.parse_args()
-    keep_home_clean()  # of processes that only import a library, too
     threads = _set_threads(threads or options.threads) if uses_torch else 1
     measure, size = prepare(options.tiny)
     found = [measure() for _ in range(1 if options.tiny else repeats)]

@@ -73,18 +73,21 @@ def test_letters_that_the_encoding_has_not_are_replaced(tmp_path):
     assert (done.returncode, done.stdout, done.stderr) == (3, "caf? ?\n", "?\n")
 
 
-@pytest.mark.parametrize("has_used_it", [False, True])
-def test_matplotlib_writes_at_home_only_where_it_did_before(tmp_path, has_used_it):
+@pytest.mark.parametrize(
+    ("first", "has_used_it"),
+    [
+        ("from simulator.caches import keep_home_clean; keep_home_clean()", False),
+        ("from simulator.caches import keep_home_clean; keep_home_clean()", True),
+        ("import datamodules", False),
+        ("import nep", False),
+    ],
+)
+def test_matplotlib_writes_at_home_only_where_it_did_before(tmp_path, first, has_used_it):
     home = tmp_path / "home"
     cache = home / ".cache" / "matplotlib"
     (cache if has_used_it else home).mkdir(parents=True)
     script = tmp_path / "draw.py"
-    script.write_text(
-        "from simulator.caches import keep_home_clean\n"
-        "keep_home_clean()\n"
-        "import matplotlib\n"
-        "print(matplotlib.get_cachedir())\n"
-    )
+    script.write_text(f"{first}\nimport matplotlib\nprint(matplotlib.get_cachedir())\n")
     done = run(script, HOME=str(home))
     found = done.stdout.strip()
     assert done.stderr == ""
