@@ -61,6 +61,11 @@ class Model:
     is_default: bool = True
     config: str = ""
 
+    @property
+    def file(self) -> str:
+        """Name or path of its config."""
+        return self.config or f"{self.name}.yaml"
+
 
 @dataclass(frozen=True, slots=True)
 class Contestant:
@@ -96,6 +101,7 @@ MODELS = (
     Model("han", "NEP-HAN", is_default=False),
     Model("hgt", "NEP-HGT", is_default=False),
     Model("heat", "NEP-HEAT"),
+    Model("heat_paper", "NEP-HEAT (appendix)"),
     Model("heat_plus", "NEP-HEAT+"),
 )
 # What the paper finds, the best first, after the model that goes beyond it; every network is also
@@ -148,8 +154,7 @@ def find_models(names: Sequence[str] | None) -> tuple[Model, ...]:
 
 def enter(model: Model, setting: Setting) -> Contestant:
     """Let a model take part in a setting."""
-    config = model.config or f"{model.name}.yaml"
-    return Contestant(setting, model.name, model.title, (config,))
+    return Contestant(setting, model.name, model.title, (model.file,))
 
 
 def list_claimed_order() -> list[str]:

@@ -7,7 +7,7 @@ import io
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -52,6 +52,7 @@ class Provenance:
         command: makes it again.
         homes, steps, seed: of the test homes.
         versions: of packages.
+        configs: name of the config of each network, by its title.
         num_trainings: of every network, the first one with this seed, too.
     """
 
@@ -60,6 +61,7 @@ class Provenance:
     steps: int
     seed: int
     versions: Mapping[str, str]
+    configs: Mapping[str, str] = field(default_factory=dict)
     num_trainings: int = 1
 
     @property
@@ -69,6 +71,11 @@ class Provenance:
         if self.num_trainings == 1:
             return size
         return f"{size}, networks with the mean of {self.num_trainings} trainings"
+
+    def list_configs(self) -> list[str]:
+        """Say what each network was trained with, a paragraph or none."""
+        configs = ", ".join(f"{title} `{config}`" for title, config in self.configs.items())
+        return [f"Configs ([nep/configs](../nep/configs)): {configs}.\n"] if configs else []
 
     @property
     def pairs(self) -> str:
@@ -160,6 +167,7 @@ def make_table_1(results: Mapping[Setting, Scores], provenance: Provenance) -> d
         "↑: more is better, ↓: less is better. The CSV has the numbers unrounded, the JSON the "
         "mean of every home.\n",
         _make_combined(tables),
+        *provenance.list_configs(),
         "## The paper's Table 1\n",
         _make_paper_table_1(),
         "## Which orderings hold\n",

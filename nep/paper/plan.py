@@ -86,6 +86,7 @@ class Plan:
             self.steps,
             self.seed,
             list_versions(),
+            {model.title: Path(model.file).name for model in self.models},
             self.num_trainings,
         )
 

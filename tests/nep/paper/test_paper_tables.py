@@ -31,7 +31,9 @@ from simulator.policies import POLICIES
 from simulator.tasks.metrics import METRICS
 from simulator.tasks.registry import TASKS
 
-PROVENANCE = Provenance("python -m nep.reproduce --table 1", 2, 2, 0, {"numpy": "2.2"})
+PROVENANCE = Provenance(
+    "python -m nep.reproduce --table 1", 2, 2, 0, {"numpy": "2.2"}, {"NEP-MLP": "mlp.yaml"}
+)
 FIND = next(s for s in SETTINGS if s.name == "find_object-on")
 
 
@@ -145,6 +147,7 @@ def test_table_1_by_hand(location):
     assert "NEP-HEAT better than NEP-GCN | +0.200 [+0.100, +0.300] | holds |" in text
     assert "python -m nep.reproduce --table 1" in text
     assert "numpy 2.2" in text
+    assert "Configs ([nep/configs](../nep/configs)): NEP-MLP `mlp.yaml`.\n" in first
 
     read = list(csv.DictReader(io.StringIO(files["table_1.csv"].decode())))
     assert {line["setting"] for line in read} == {"predict_location-on", "find_object-on"}
