@@ -27,7 +27,7 @@ def test_the_table_is_the_one_in_results():
         for row in csv.DictReader(file):
             ours.setdefault(row["policy"], {})[row["setting"]] = float(row["mean"])
     lines = re.findall(
-        r"^\| ([\w +-]+) \| (.*[\d*)].*) \|$", README.read_text(encoding="utf-8"), re.M
+        r"^\| ([\w +()-]+) \| (.*[\d*)].*) \|$", README.read_text(encoding="utf-8"), re.M
     )
     found = {name.replace(" ", "_"): cells.split(" | ") for name, cells in lines if "." in cells}
     found = {name: cells for name, cells in found.items() if len(cells) == len(SETTINGS)}
