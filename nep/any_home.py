@@ -12,7 +12,7 @@ from jsonargparse import ArgumentParser
 from nep.kinds.command import add_table_options, make_command
 from nep.kinds.kinds import choose_kinds, list_recorded, list_simulated
 from nep.kinds.play import play_all
-from nep.kinds.played import Played, find_scores
+from nep.kinds.played import find_scores
 from nep.kinds.table import make_overview, make_table
 from nep.players.checkpoints import CONFIG, load_config
 from nep.players.contestants import Checkpoint
@@ -80,12 +80,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 options.recorded, _RECORDED_SEARCHES, tuple(range(_RECORDED_SEEDS))
             )
         kinds = choose_kinds(known, options.kinds)
-        played = Played.load(
-            path,
-            {name: kind.describe() for name, kind in kinds.items()},
-            {point.name: point.compute_checksum() for point in checkpoints},
-        )
-        scores = play_all(kinds, checkpoints, played)
+        scores = play_all(kinds, checkpoints, path)
         titles = {name: kind.title for name, kind in kinds.items()}
         command = make_command(parser, options, checkpoints)
         overview = make_overview(titles, scores, [point.name for point in checkpoints])

@@ -22,14 +22,15 @@ from nep.kinds.played import Played, find_scores
 from nep.players.contestants import Checkpoint
 from nep.report.tables import Difference, format_difference, join_table
 from nep.robot.finder import ObjectFinder
-from simulator.checks import check_at_least, check_at_most
+from simulator.checks import check_at_least, check_at_most, check_shares
 from simulator.command_line import make_parser, one_line_errors, parse
+from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
 from simulator.files import write_whole
 from simulator.memory.clock import DAY_SECONDS, DEFAULT_STEP_SECONDS
 from simulator.messages import shorten
 from simulator.policies.registry import find_policy
 from simulator.process import run_main
-from simulator.robot.finder import Finder, check_asks_moved
+from simulator.robot.finder import Finder
 from simulator.trace.__main__ import main as trace
 from simulator.trace.source import RecordedSource
 from simulator.trace.trace import find_traces
@@ -251,7 +252,7 @@ def _make_parser() -> ArgumentParser:
     parser.add_argument(
         "--asks_moved",
         type=float,
-        default=0.5,
+        default=TASKS_ASK_MOVED,
         help="share of the questions that are about what has just moved, as in the tasks; 0 for "
         "those of people, who ask for anything",
     )
@@ -280,7 +281,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
                     f"learn must be {ADAPTED}, {TUNED} or both, got {shorten(how)}. "
                     "Choose among these."
                 )
-        check_asks_moved(options.asks_moved)
+        check_shares(asks_moved=options.asks_moved)
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
         rules = HomeConfig(looks="random", looks_per_step=options.looks)
         places = list_homes(options.sizes, options.num_homes, options.trace, rules, options.seed)

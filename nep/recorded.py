@@ -11,7 +11,7 @@ from jsonargparse import ArgumentParser
 from nep.kinds.command import add_table_options, make_command
 from nep.kinds.kinds import choose_kinds, list_benchmark
 from nep.kinds.play import play_all
-from nep.kinds.played import Played, find_scores
+from nep.kinds.played import find_scores
 from nep.kinds.table import make_accuracy_table, make_table
 from nep.players.contestants import Checkpoint
 from nep.players.left_out import LeftOut
@@ -82,15 +82,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         kinds = list_benchmark(options.trace, options.steps, options.step_seconds, options.replays)
         kinds = choose_kinds(kinds, options.kinds)
         left_out = [LeftOut.parse(text) for text in options.left_out]
-        networks = {point.name: point.compute_checksum() for point in checkpoints}
+        checksums = {}
         for several in left_out:
             found = [several.find(folder.name) for folder in find_traces(options.trace)]
             for point in found:
                 point.load()  # what is missing is missed now
-            networks[several.name] = " ".join(point.compute_checksum() for point in found)
+            checksums[several.name] = " ".join(point.compute_checksum() for point in found)
         others = {several.name: several.make for several in left_out}
-        games = {name: kind.describe() for name, kind in kinds.items()}
-        scores = play_all(kinds, checkpoints, Played.load(path, games, networks), others)
+        scores = play_all(kinds, checkpoints, path, others, checksums)
         about = _ABOUT.format(
             command=make_command(parser, options, checkpoints),
             replays=options.replays, others=max(options.replays // 2, 1),

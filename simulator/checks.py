@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from numbers import Real
+from typing import TypeGuard
 
 from simulator.messages import shorten
 
 
-def is_number(value: object) -> bool:
+def is_number(value: object) -> TypeGuard[float]:
     """Tell whether a value that anybody may have given is a number; nan is one."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
@@ -40,6 +41,22 @@ def check_at_most(most: int, **values: float) -> None:
     for name, value in values.items():
         if not value <= most:
             raise ValueError(f"{name} must be at most {most}, got {shorten(value)}. Lower it.")
+
+
+def check_shares(**values: object) -> None:
+    """Check shares and probabilities.
+
+    Args:
+        values: by the name of their setting.
+
+    Raises:
+        ValueError: if one is no number in [0, 1]; names it.
+    """
+    for name, value in values.items():
+        if not is_number(value) or not 0 <= value <= 1:
+            raise ValueError(
+                f"{name} must lie in [0, 1], got {shorten(value)}. Give a share or probability."
+            )
 
 
 def check_seed(seed: int) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
@@ -58,20 +59,28 @@ def play_kind(kind: Kind, make: MakePolicy) -> dict[str, list[float]]:
 def play_all(
     kinds: Mapping[str, Kind],
     checkpoints: Sequence[Checkpoint],
-    played: Played,
+    path: Path,
     others: Mapping[str, MakePolicy] = MappingProxyType({}),
+    checksums: Mapping[str, str] = MappingProxyType({}),
 ) -> Scores:
     """Let everybody play what has not been played yet, and say who is done.
 
     Args:
         kinds: by name.
         checkpoints: networks, beside all policies that can play in a kind.
-        played: what is done; it is saved after every player.
+        path: file of scores, written after every player.
         others: what makes further players, by name.
+        checksums: of those among them that are networks.
 
     Returns:
         The scores of these kinds, whatever else has been played.
+
+    Raises:
+        ValueError: if the file is damaged, or has scores of other games.
     """
+    games = {name: kind.describe() for name, kind in kinds.items()}
+    networks = {point.name: point.compute_checksum() for point in checkpoints}
+    played = Played.load(path, games, {**networks, **checksums})
     scores: Scores = played.scores
     for name, kind in kinds.items():
         for player, make in {**list_players(kind, checkpoints), **others}.items():

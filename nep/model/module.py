@@ -17,7 +17,7 @@ from nep.layers.flat_graph import FlatGraph
 from nep.model.hits_at_1 import HitsAtOne
 from nep.model.loss import balanced_bce, listwise_loss, relevance_loss
 from nep.model.node_edge_predictor import NodeEdgePredictor
-from simulator.checks import check_at_least
+from simulator.checks import check_at_least, check_shares
 
 
 class NEPModule(pl.LightningModule):
@@ -74,15 +74,12 @@ class NEPModule(pl.LightningModule):
             transformer_heads=transformer_heads,
             feed_forward_units=feed_forward_units,
         )
-        shares = {
-            "dropout": dropout,
-            "clock_dropout": clock_dropout,
-            "filter_share": filter_share,
-            "prior_share": prior_share,
-        }
-        for name, share in shares.items():
-            if not 0 <= share <= 1:
-                raise ValueError(f"{name} must lie in [0, 1], got {share}. Give a share.")
+        check_shares(
+            dropout=dropout,
+            clock_dropout=clock_dropout,
+            filter_share=filter_share,
+            prior_share=prior_share,
+        )
         self.save_hyperparameters(
             {
                 "encoder": encoder.config(),

@@ -7,7 +7,7 @@ import io
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -61,7 +61,7 @@ class Provenance:
     steps: int
     seed: int
     versions: Mapping[str, str]
-    configs: Mapping[str, str] = field(default_factory=dict)
+    configs: Mapping[str, str]
     num_trainings: int = 1
 
     @property

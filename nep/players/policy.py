@@ -13,6 +13,7 @@ from nep.layers.flat_graph import FlatGraph
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.checkpoints import load_trained
+from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
 from simulator.evidence.features import compute_features
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.policies import Policy
@@ -21,7 +22,6 @@ from simulator.policies.probabilities import compute_probabilities
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.world.homes import Homes
 
-_TASKS_ASK_MOVED = 0.5  # of the questions that networks learn from, docs/design.md, ruling 9
 _HEEDED = 0.4  # of what Bayes' rule says of other questions, docs/any_home.md
 _DECIMALS = 6  # of a logit; what float64 rounds differently is nine orders of magnitude below
 
@@ -50,7 +50,7 @@ class NEPPolicy(Policy):
         module: NEPModule,
         builder: GraphBuilder,
         believer: HomeFilter | None = None,
-        asks_moved: float = _TASKS_ASK_MOVED,
+        asks_moved: float = TASKS_ASK_MOVED,
     ) -> None:
         """Keep the model and what turns snapshots into its batches.
 
@@ -139,8 +139,8 @@ class NEPPolicy(Policy):
         if evidence is not None and share > 0:
             is_place = memory.is_furniture[queries.home]
             scores = _share_answers(scores, evidence.follow_prior(), share, is_place)
-        if evidence is not None and self._asks_moved != _TASKS_ASK_MOVED:
-            heeded = _HEEDED * (1 - self._asks_moved / _TASKS_ASK_MOVED)
+        if evidence is not None and self._asks_moved != TASKS_ASK_MOVED:
+            heeded = _HEEDED * (1 - self._asks_moved / TASKS_ASK_MOVED)
             scores = (scores + heeded * evidence.compare_asked()[..., None]).round(_DECIMALS)
         return scores
 

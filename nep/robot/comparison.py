@@ -7,6 +7,7 @@ from pathlib import Path
 from nep.players.checkpoints import TrainedModel
 from nep.robot.adaptation import Adaptation, compute_accuracy, compute_nll
 from nep.robot.finder import ObjectFinder
+from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
 
 
 def compare_in_log(start: TrainedModel, own: TrainedModel, log: str | Path) -> tuple[bool, str]:
@@ -25,7 +26,7 @@ def compare_in_log(start: TrainedModel, own: TrainedModel, log: str | Path) -> t
     """
     measured = []
     for model in (start, own):
-        _, latest = ObjectFinder(model, asks_moved=0.5).ask_again(log).split()
+        _, latest = ObjectFinder(model, asks_moved=TASKS_ASK_MOVED).ask_again(log).split()
         measured.append((compute_nll(latest, Adaptation()), compute_accuracy(latest)))
     (nll, accuracy), (own_nll, own_accuracy) = measured
     return (

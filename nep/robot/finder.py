@@ -132,7 +132,7 @@ class ObjectFinder(Finder):
         Raises:
             ValueError: if the file is no log.
         """
-        return Questions.join(list(self._ask_again(log)), self.asks_moved)
+        return Questions.join(list(self._ask_again(log)), self._asks_moved)
 
     def _ask_again(self, log: str | Path) -> Iterator[AskedAgain]:
         lines = read_log(log)
@@ -163,7 +163,7 @@ class ObjectFinder(Finder):
 
     def _score(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
         """Return logits, and what the adaptive filter believes, (K, F) both."""
-        belief = Adaptive().for_questions(self.asks_moved).follow(asked.batch, asked.queries)
+        belief = Adaptive().for_questions(self._asks_moved).follow(asked.batch, asked.queries)
         return self._score_places(asked), belief[:, :-1]
 
     def _score_places(self, asked: Asked) -> np.ndarray:

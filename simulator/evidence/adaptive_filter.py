@@ -13,6 +13,7 @@ from simulator.evidence.object_counts import ObjectCounts, compute_hour, compute
 from simulator.memory.home_history import NUM_HOURS
 from simulator.memory.memory_batch import MemoryBatch, Queries
 
+TASKS_ASK_MOVED = 0.5  # share of questions about what has just moved; docs/design.md, ruling 9
 _HOUR_WIDTH = 4.0  # concentration of the hours that count as alike: about three to each side
 _ANYWHERE = 0.03  # of the moves that follow the prior, in spite of it
 
@@ -36,7 +37,7 @@ class FilterSettings:
 
 
 # The filter of `follow_prior`: an object is soon elsewhere in its room.
-_FOLLOWS_PRIOR = FilterSettings(rate=0.5, crossing=0.0, asks_moved=0.5)
+_FOLLOWS_PRIOR = FilterSettings(rate=0.5, crossing=0.0, asks_moved=TASKS_ASK_MOVED)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.evidence.adaptive_filter import (
+    TASKS_ASK_MOVED,
     FilterSettings,
     Rates,
     compute_beliefs,
@@ -26,7 +27,7 @@ FILTERS = {
     "fast": FilterSettings(rate=0.15, crossing=1.0),
     "moved": FilterSettings(asks_moved=None),
     "moved_in_room": FilterSettings(asks_moved=None, crossing=0.0),
-    "asked": FilterSettings(asks_moved=0.5),
+    "asked": FilterSettings(asks_moved=TASKS_ASK_MOVED),
 }
 
 _WIDTH = 0.1  # of cosines by which the names of two things are alike

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from simulator.evidence.adaptive_filter import (
+    TASKS_ASK_MOVED,
     FilterSettings,
     Rates,
     compute_beliefs,
@@ -30,7 +31,7 @@ class Adaptive(Policy):
 
     def __init__(self, settings: FilterSettings | None = None) -> None:
         """Choose the filter; None for rates of the home's own, and half of all questions moved."""
-        self._settings = settings or FilterSettings(asks_moved=0.5)
+        self._settings = settings or FilterSettings(asks_moved=TASKS_ASK_MOVED)
 
     def for_questions(self, asks_moved: float) -> Adaptive:
         """Return the same filter for such questions."""

@@ -8,6 +8,7 @@ from typing import ClassVar, TypeVar
 import numpy as np
 
 from simulator.arrays.relations import sum_relations
+from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
 from simulator.memory.memory_batch import MemoryBatch, Queries
 from simulator.policies.belief import Rules, Subjects
 from simulator.policies.place_filter import PlaceFilter
@@ -63,7 +64,7 @@ class Ceiling(PlaceFilter):
 
     needs: ClassVar[frozenset[str]] = frozenset((TRUE_TRANSITIONS, TRUE_PLACE_WEIGHTS))
 
-    def __init__(self, homes: Homes, asks_moved: float = 0.5) -> None:
+    def __init__(self, homes: Homes, asks_moved: float = TASKS_ASK_MOVED) -> None:
         """Keep the true homes."""
         super().__init__(homes.prior, homes.configs, asks_moved)
         self._homes = homes

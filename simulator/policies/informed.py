@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from simulator.arrays.relations import sum_relations
+from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.policies.inventory import Inventory
 from simulator.policies.policy import Policy, mask_furniture
@@ -97,7 +98,7 @@ class Informed(Policy):
         config: HomeConfig | Sequence[HomeConfig],
         num_class_draws: int = 64,
         num_instance_draws: int = 16,
-        asks_moved: float = 0.5,
+        asks_moved: float = TASKS_ASK_MOVED,
         seed: int = 0,
     ) -> None:
         """Keep the rules.

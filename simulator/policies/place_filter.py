@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from simulator.arrays.relations import sum_relations
+from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.policies.belief import AsOf, Belief, CompiledRules, Rules, Subjects
 from simulator.policies.inventory import Inventory
@@ -50,7 +51,7 @@ class PlaceFilter(Policy):
         self,
         prior: PriorGraph,
         config: HomeConfig | Sequence[HomeConfig],
-        asks_moved: float = 0.5,
+        asks_moved: float = TASKS_ASK_MOVED,
     ) -> None:
         """Keep the rules.
 

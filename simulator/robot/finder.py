@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from simulator.checks import is_number
+from simulator.checks import check_shares, is_number
 from simulator.memory.asking import Asked
 from simulator.memory.names import Resolution, Similarity
 from simulator.memory.scene_graph_memory import SceneGraphMemory
@@ -56,7 +56,6 @@ class Finder:
     Attributes:
         detector: how often a look misses what is there, and how fast the home changes.
         elsewhere_share: how often what is asked for is at no known place.
-        asks_moved: share of the questions that are about what has just moved.
     """
 
     def __init__(
@@ -81,13 +80,13 @@ class Finder:
             ValueError: if a share is out of range.
         """
         check_share(elsewhere_share)
-        check_asks_moved(asks_moved)
+        check_shares(asks_moved=asks_moved)
         _check_type("policy", policy, Policy, "Bayesian()")
         if detector is not None:
             _check_type("detector", detector, Detector, "Detector(miss_rate=0.1)")
         self.detector = detector or Detector()
         self.elsewhere_share = elsewhere_share
-        self.asks_moved = asks_moved
+        self._asks_moved = asks_moved
         self._policy = policy.for_questions(asks_moved)
         self._lock = Lock()
 
@@ -276,19 +275,6 @@ def check_ids(exclude: Collection[int]) -> None:
         raise ValueError(
             f"exclude must be furniture ids, got {shorten(exclude)}. Give a list of what "
             "add_furniture returned."
-        )
-
-
-def check_asks_moved(share: float) -> None:
-    """Check a share of questions that are about what has just moved.
-
-    Raises:
-        ValueError: if it is below 0 or above 1.
-    """
-    if not is_number(share) or not 0 <= share <= 1:
-        raise ValueError(
-            f"asks_moved must lie in [0, 1], got {shorten(share)}. Give the share of the "
-            "questions, 0 for those of people."
         )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
 from simulator.world.homes import NUM_RELATIONS, Homes
 from simulator.world.streams import sample_categorical
 
@@ -35,7 +36,7 @@ def compute_query_weights(homes: Homes, is_open: np.ndarray, uniform: np.ndarray
     weights = homes.move_freq.take(homes.object_type) * is_open
     is_fixed = ~weights.any(axis=1)  # nothing there ever moves
     weights[is_fixed] = is_open[is_fixed]
-    ask_moved = (uniform < 0.5) & moved.any(axis=1)
+    ask_moved = (uniform < TASKS_ASK_MOVED) & moved.any(axis=1)
     weights[ask_moved] = moved[ask_moved]
     return weights
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from simulator.checks import check_at_least
+from simulator.checks import check_at_least, check_shares
 from simulator.messages import shorten
 from simulator.world.dynamics import DYNAMICS, Dynamics
 from simulator.world.paper_dynamics import PaperDynamics
@@ -86,17 +86,13 @@ class HomeConfig:
                 f"looks must be one of {', '.join(LOOKS)}, got {shorten(self.looks)}. Choose one "
                 "of these."
             )
-        for name, share in (
-            ("noise_zero_prob", self.noise_zero_prob),
-            ("noise_scale", self.noise_scale),
-            ("move_share", self.move_share),
-            ("count_slack", self.count_slack),
-            ("detection_error", self.detection_error),
-        ):
-            if not 0 <= share <= 1:
-                raise ValueError(
-                    f"{name} must lie in [0, 1], got {share}. Give a share or probability."
-                )
+        check_shares(
+            noise_zero_prob=self.noise_zero_prob,
+            noise_scale=self.noise_scale,
+            move_share=self.move_share,
+            count_slack=self.count_slack,
+            detection_error=self.detection_error,
+        )
 
     @property
     def room_sizes(self) -> tuple[int, ...]:

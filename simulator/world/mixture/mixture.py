@@ -9,7 +9,7 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-from simulator.checks import check_at_least
+from simulator.checks import check_at_least, check_shares
 from simulator.memory.clock import Clock
 from simulator.world.abstract.dynamics import AbstractDynamics
 from simulator.world.config import LOOKS, HomeConfig
@@ -88,9 +88,8 @@ class Mixture:
                 )
         check_at_least(1, max_rooms=self.max_rooms, max_looks_per_step=self.max_looks_per_step)
         for each in fields(self):
-            value = getattr(self, each.name)
-            if each.name.endswith(("_share", "_moves", "_miss")) and not 0 <= value <= 1:
-                raise ValueError(f"{each.name} must lie in [0, 1], got {value}. Give a share.")
+            if each.name.endswith(("_share", "_moves", "_miss")):
+                check_shares(**{each.name: getattr(self, each.name)})
         if self.routine_share + self.abstract_share > 1:
             raise ValueError(
                 "routine_share and abstract_share must add up to at most 1, got "

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from simulator.checks import check_shares
 from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from simulator.world.dynamics import Dynamics
 from simulator.world.routine.occasions import DEFAULT_OCCASIONS, Occasion, check_occasions
@@ -138,8 +139,8 @@ class RoutineDynamics(Dynamics):
         least = {"warm_up_days": 1, "outlook_days": 1, "drift_days": 0.01}
         for field in fields(self):
             value = getattr(self, field.name)
-            if field.name.endswith(("_share", "_use", "_habit")) and not 0 <= value <= 1:
-                raise ValueError(f"{field.name} must lie in [0, 1], got {value}. Give a share.")
+            if field.name.endswith(("_share", "_use", "_habit")):
+                check_shares(**{field.name: value})
             if field.name.endswith(("_hours", "_spread")) and not 0 <= value <= 24:
                 raise ValueError(
                     f"{field.name} must lie in 0 to 24 hours, got {value}. Correct it."
