@@ -10,6 +10,9 @@ from simulator.compiled.kernel import kernel
 
 _SAME = 0.97  # probability that what is seen is the object that is asked for
 _TINY = 1e-12
+# A look that does not show what is still in the home counts for a little less than a look: what
+# hides a thing once may hide it again.
+_LOOKS_HEEDED = 0.85
 
 
 @kernel
@@ -26,7 +29,8 @@ def follow_looks(
     crossing: np.ndarray,
     moved: np.ndarray,
     miss: np.ndarray,
-) -> np.ndarray:
+    leaving: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
     """Follow K filters over the looks at Q objects; see `simulator.evidence.adaptive_filter`.
 
     Args:
@@ -43,13 +47,16 @@ def follow_looks(
         crossing: share of its ways that lead anywhere, not within the room, (Q, K).
         moved: how likely it has just moved, since it is asked for, (Q, K).
         miss: probability that a look misses it, (Q,).
+        leaving: rates at which it may leave the home for good, per hour, (Q, J).
 
     Returns:
-        Probabilities, (Q, K, P).
+        Probabilities of the places, of an object that is in the home, (Q, K, P); and for each of
+        the J rates that it has left it, by the first filter, (Q, J).
     """
     num_queries, num_places = destination.shape
     num_kept = look_times.shape[2]
     belief = np.empty((num_queries, rate.shape[1], num_places))
+    gone = np.zeros(leaving.shape)
     when = np.empty((num_places - 1) * num_kept, dtype=np.int64)
     where = np.empty(len(when), dtype=np.int64)
     mass = np.empty(num_rooms)
@@ -103,6 +110,10 @@ def follow_looks(
                         density[place] = later * share + stays * (
                             density[place] - mass[own] * share
                         )
+                    if number == 0:
+                        for other in range(leaving.shape[1]):
+                            stays = math.exp(-leaving[query, other] * elapsed)
+                            gone[query, other] = 1 - (1 - gone[query, other]) * stays
                     time = next_time
                 if time == now and not has_moved:
                     has_moved = True
@@ -112,7 +123,12 @@ def follow_looks(
                     missed = density[place] * (1 - miss[query])
                     density[place] *= miss[query]
                     density /= max(1 - missed, _TINY)
-    return belief
+                    if number == 0 and leaving.shape[1]:
+                        unseen = max(1 - missed, _TINY) ** _LOOKS_HEEDED
+                        for other in range(leaving.shape[1]):
+                            left = gone[query, other]
+                            gone[query, other] = left / (left + (1 - left) * unseen + _TINY)
+    return belief, gone
 
 
 @kernel

@@ -145,7 +145,6 @@ def weigh_hours(
 def compute_beliefs(
     memory: MemoryBatch,
     queries: Queries,
-    counts: ObjectCounts,
     rates: Rates,
     destinations: np.ndarray,
     filters: Sequence[FilterSettings],
@@ -166,7 +165,6 @@ def compute_beliefs(
     Args:
         memory: the memory.
         queries: the objects.
-        counts: `ObjectCounts.gather` of the same.
         rates: `Rates.estimate` of the same.
         destinations: from `compute_destinations`, (Q, F + 1).
         filters: K settings.
@@ -174,6 +172,44 @@ def compute_beliefs(
     Returns:
         Probability of each place and of elsewhere, (Q, K, F + 1).
     """
+    leaving = np.empty((len(queries.home), 0))
+    return _follow(memory, queries, rates, destinations, filters, leaving)[0]
+
+
+def compute_left(
+    memory: MemoryBatch,
+    queries: Queries,
+    rates: Rates,
+    destinations: np.ndarray,
+    leaving: np.ndarray,
+) -> np.ndarray:
+    """Return how likely each object has left the home for good since it was last seen.
+
+    It may leave at any time; the looks since, which did not find it, are as likely as the filter of
+    the home's own rates says if it stayed, and certain if it left.
+
+    Args:
+        memory: the memory.
+        queries: objects that were seen.
+        rates: `Rates.estimate` of the same.
+        destinations: from `compute_destinations`, (Q, F + 1).
+        leaving: J rates of each, per hour, (Q, J).
+
+    Returns:
+        For each of the rates, (Q, J).
+    """
+    return _follow(memory, queries, rates, destinations, [FilterSettings()], leaving)[1]
+
+
+def _follow(
+    memory: MemoryBatch,
+    queries: Queries,
+    rates: Rates,
+    destinations: np.ndarray,
+    filters: Sequence[FilterSettings],
+    leaving: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what `compute_beliefs` and `compute_left` return."""
     from simulator.compiled.adaptive_filter import follow_looks  # loads numba
 
     num_queries, home = len(queries.home), queries.home
@@ -191,12 +227,11 @@ def compute_beliefs(
         memory.objects["last_furniture"][queries.object].astype(np.int64),
         memory.objects["last_observed"][queries.object].astype(np.int64),
         memory.time, compute_hours_per_step(memory, home), rate, crossing, moved, rates.miss,
+        leaving,
     )  # fmt: skip
 
 
-def follow_prior(
-    memory: MemoryBatch, queries: Queries, counts: ObjectCounts, rates: Rates
-) -> np.ndarray:
+def follow_prior(memory: MemoryBatch, queries: Queries, rates: Rates) -> np.ndarray:
     """Return the belief of who heeds the last sighting and the looks since, but no earlier ones.
 
     Objects go where the prior has them, and what it does not know to any place alike: a second
@@ -207,7 +242,7 @@ def follow_prior(
     """
     prior = Expected.by_prior(memory, queries)
     goes = _spread(memory, queries, prior.share, (1 + _ANYWHERE - prior.trust)[:, None])
-    return compute_beliefs(memory, queries, counts, rates, goes, [_FOLLOWS_PRIOR])[:, 0, :-1]
+    return compute_beliefs(memory, queries, rates, goes, [_FOLLOWS_PRIOR])[:, 0, :-1]
 
 
 def _compute_crossing(memory: MemoryBatch) -> np.ndarray:

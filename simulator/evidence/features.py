@@ -36,7 +36,7 @@ class Features:
         The memory must be as it was when the features were computed.
         """
         asked = self.asked
-        return follow_prior(asked.memory, asked.queries, asked.counts, asked.rates)
+        return follow_prior(asked.memory, asked.queries, asked.rates)
 
     def compare_asked(self) -> np.ndarray:
         """Return how much likelier each place is if anything may be asked for, (Q, F).

@@ -122,9 +122,7 @@ class Question:
             num_places=is_place.sum(axis=1, keepdims=True),
             counts=counts,
             rates=rates,
-            belief=compute_beliefs(
-                memory, queries, counts, rates, destinations, list(FILTERS.values())
-            ),
+            belief=compute_beliefs(memory, queries, rates, destinations, list(FILTERS.values())),
             hours=hours[:, None],
             looks=memory.furniture_num_observed[home],
             last_look=memory.furniture_last_observed[home],

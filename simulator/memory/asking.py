@@ -19,7 +19,8 @@ class Looks:
             furniture was in view, (F,).
         steps_ago: time steps since each of the latest looks of earlier steps that did not show it,
             since it was last seen there, infinite where there was none, (F, n).
-        weight: how much of the furniture was in view in each of them, (F, n).
+        sought: how often it alone was looked for in an earlier step, in vain, (F,).
+        sought_ago: time steps since then, infinite where that never was, (F,).
         seen: confidence with which it was seen there in this step, 0 where it was not, (F,).
         is_remembered: whether it was ever seen there, so that the memory counts the looks that did
             not show it, which policies read, bool (F,).
@@ -27,7 +28,8 @@ class Looks:
 
     in_vain: np.ndarray
     steps_ago: np.ndarray
-    weight: np.ndarray
+    sought: np.ndarray
+    sought_ago: np.ndarray
     seen: np.ndarray
     is_remembered: np.ndarray
 
@@ -69,6 +71,12 @@ class Asked:
     def last_seen(self) -> SeenAt | None:
         """Where and when one of them was last seen; None if that never was."""
         return next(iter(self.sightings), None)
+
+    @property
+    def was_seen(self) -> np.ndarray:
+        """Which of them were seen before the looks of this time step, bool (K,)."""
+        seen: np.ndarray = self.batch.objects["num_observed"][self.queries.object] > 0
+        return seen
 
     def mark_edges(self) -> np.ndarray:
         """Mark the edges of `current` that lead from what is asked for, bool (E,)."""

@@ -204,8 +204,9 @@ class MemoryState:
                 sought_ago[position[furniture]] = now - time
         return Looks(
             in_vain=in_vain,
-            steps_ago=np.column_stack([steps_ago, sought_ago]),
-            weight=np.column_stack([np.ones(steps_ago.shape), sought]),
+            steps_ago=steps_ago,
+            sought=sought,
+            sought_ago=sought_ago,
             seen=seen,
             is_remembered=is_remembered,
         )

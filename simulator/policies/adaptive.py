@@ -52,4 +52,4 @@ class Adaptive(Policy):
         rates = Rates.estimate(memory, queries)
         expected = Expected.by_prior(memory, queries)
         goes = compute_destinations(memory, queries, counts, expected, self._settings.hours)
-        return compute_beliefs(memory, queries, counts, rates, goes, [self._settings])[:, 0]
+        return compute_beliefs(memory, queries, rates, goes, [self._settings])[:, 0]

@@ -45,8 +45,10 @@ class Detector:
                 )
 
 
-def compute_likelihood(looks: Looks, detector: Detector, looks_counted: float) -> np.ndarray:
-    """Return how likely the looks in vain are if the object is at each place, (F,).
+def compute_likelihood(
+    looks: Looks, detector: Detector, looks_counted: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return how likely the looks in vain are if the object is at each place, (F,) both.
 
     A look of this step: the miss rate. One of s steps ago: the object may have come since, so that
     it is 1 - (1 - miss rate) (1 - leave rate)^s.
@@ -56,11 +58,22 @@ def compute_likelihood(looks: Looks, detector: Detector, looks_counted: float) -
         detector: how reliable they are.
         looks_counted: share of what those of earlier steps say that is in the belief already where
             it was ever seen; the rest is that power of their likelihood.
+
+    Returns:
+        That of the looks of earlier steps that were for whatever is there, which the memory keeps
+        for all objects; and that of the others: of this step, and for this object alone.
     """
-    now: np.ndarray = detector.miss_rate**looks.in_vain
-    missed = detector.miss_rate**looks.weight
-    before = np.prod(1 - (1 - missed) * (1 - detector.leave_rate) ** looks.steps_ago, axis=1)
-    return now * before ** (1 - looks_counted * looks.is_remembered)
+    weight = 1 - looks_counted * looks.is_remembered
+    before = 1 - (1 - detector.miss_rate) * _compute_stay(looks.steps_ago, detector)
+    sought = 1 - detector.miss_rate**looks.sought
+    sought = 1 - sought * _compute_stay(looks.sought_ago, detector)
+    return np.prod(before, axis=1) ** weight, detector.miss_rate**looks.in_vain * sought**weight
+
+
+def _compute_stay(steps: np.ndarray, detector: Detector) -> np.ndarray:
+    """Return how likely nothing came to a place in some steps; 0 if they are infinitely many."""
+    stay: np.ndarray = np.where(np.isfinite(steps), (1 - detector.leave_rate) ** steps, 0.0)
+    return stay
 
 
 def update_belief(
@@ -69,6 +82,7 @@ def update_belief(
     looks: Looks,
     detector: Detector,
     looks_counted: float = 0.0,
+    elsewhere_counts: bool = False,
 ) -> tuple[np.ndarray, float]:
     """Update a belief about one object by what was seen and not seen.
 
@@ -82,12 +96,18 @@ def update_belief(
         looks: what was seen and not seen.
         detector: how reliable that is.
         looks_counted: as in `compute_likelihood`.
+        elsewhere_counts: whether `elsewhere` counts the looks of earlier steps already, but for
+            those for this object alone: then they say which places are likelier, and no more.
 
     Returns:
         Probability of each place, (F,), and of "elsewhere". They sum to one, unless several of the
         kind were seen at once: then each place has the probability that one of them is there.
     """
-    likely = places * compute_likelihood(looks, detector, looks_counted)
+    before, since = compute_likelihood(looks, detector, looks_counted)
+    likely = places * before
+    if elsewhere_counts and likely.sum() > 0:
+        likely *= places.sum() / likely.sum()
+    likely = likely * since
     total = likely.sum() + elsewhere
     if total > 0:
         likely, elsewhere = likely / total, elsewhere / total

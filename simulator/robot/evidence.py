@@ -81,6 +81,7 @@ def gather_evidence(
     num_absent = np.maximum(num_observed - num_true, 0)
     for looks in asked.looks:  # looks that no edge remembers
         vain = np.ceil(looks.in_vain).astype(np.int64) + np.isfinite(looks.steps_ago).sum(axis=1)
+        vain += np.isfinite(looks.sought_ago)
         num_absent = np.maximum(num_absent, np.where(num_true > 0, 0, vain))
     similar = _list_similar(asked, cosines, is_own)
     prior = asked.queries.prior.mean(axis=0).sum(axis=1)  # (F,)

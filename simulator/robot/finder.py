@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from simulator.checks import check_shares, is_number
+from simulator.evidence.leaving import Leaving
 from simulator.memory.asking import Asked
 from simulator.memory.names import Resolution, Similarity
 from simulator.memory.scene_graph_memory import SceneGraphMemory
@@ -55,7 +56,10 @@ class Finder:
 
     Attributes:
         detector: how often a look misses what is there, and how fast the home changes.
-        elsewhere_share: how often what is asked for is at no known place.
+        elsewhere_share: how often what is asked for is at no known place. Things never seen are so
+            with this share before anybody looked for them; for what was seen, the memory says how
+            likely it has left (`Leaving`), with odds that are greater or less than that as those of
+            the share are than those of one in ten.
     """
 
     def __init__(
@@ -221,7 +225,12 @@ class Finder:
     def _compute_belief(self, asked: Asked) -> Belief:
         """Return where any of the things asked for is."""
         with self._lock:  # policies keep caches
-            places, elsewhere = self._judge(asked)  # (K, F), (K,)
+            places, gone = self._judge(asked)  # (K, F), (K,)
+        was_seen = asked.was_seen
+        if was_seen.any():
+            here, gone = 1 - gone, np.where(was_seen, self._compute_left(asked), gone)
+            rest = np.divide(1 - gone, here, out=np.zeros(len(here)), where=here > 0)
+            places = places * rest[:, None]
         num_places = places.shape[1]
         places = (1 - _ANYWHERE) * places + (_ANYWHERE / num_places) * places.sum(
             axis=1, keepdims=True
@@ -235,14 +244,20 @@ class Finder:
             for own in variants:
                 beliefs.append(
                     update_belief(
-                        places[row], float(elsewhere[row]), own, self.detector,
-                        self._policy.looks_counted,
+                        places[row], float(gone[row]), own, self.detector,
+                        self._policy.looks_counted, bool(was_seen[row]),
                     )
                 )  # fmt: skip
-        joined, left = join_beliefs(
-            np.stack([own for own, _ in beliefs]), np.array([gone for _, gone in beliefs])
+        joined, elsewhere = join_beliefs(
+            np.stack([own for own, _ in beliefs]), np.array([left for _, left in beliefs])
         )
-        return Belief(joined, left, asked.choose_relation())
+        return Belief(joined, elsewhere, asked.choose_relation())
+
+    def _compute_left(self, asked: Asked) -> np.ndarray:
+        """Return how likely each thing has left, before this step's looks, (K,); see `Leaving`."""
+        left = Leaving(asked.batch).compute(asked.batch, asked.queries)
+        odds = left / (1 - left) * _odds(self.elsewhere_share) / _odds(DEFAULT_SHARE)
+        return odds / (1 + odds)
 
     def _judge(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
         """Return probabilities before this step's looks: of places (K, F), of elsewhere (K,)."""
@@ -261,6 +276,10 @@ class Finder:
     def _get_cosines(self, asked: Asked) -> np.ndarray | None:
         """Return the cosines of all pairs of labels (L, L); None without text vectors."""
         return None
+
+
+def _odds(share: float) -> float:
+    return share / (1 - share)
 
 
 def check_ids(exclude: Collection[int]) -> None:

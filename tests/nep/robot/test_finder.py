@@ -13,6 +13,7 @@ from nep.encoders import HEAT, MLP
 from nep.model.module import NEPModule
 from nep.players.calibration import Calibration
 from nep.players.checkpoints import TrainedModel
+from simulator.robot.belief import Detector
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +98,8 @@ def test_a_look_in_vain_lowers_a_place_and_raises_the_rest(finder, home):
     memory.observe(best, [])
     after = finder.rank(memory, "large red mug")
     of = {place.furniture: place.probability for place in after}
-    assert of[best] < 0.6 * before[0].probability
+    odds = [p / (1 - p) for p in (before[0].probability, of[best])]
+    assert odds[1] == pytest.approx(Detector().miss_rate * odds[0])
     assert after.elsewhere > before.elsewhere
     for place in before.places[1:]:
         memory.observe(place.furniture, [])

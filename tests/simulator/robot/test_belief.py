@@ -12,10 +12,15 @@ NOTHING = np.zeros(3)
 
 
 def make_looks(
-    in_vain=NOTHING, before=NOTHING, ago=NOTHING, seen=NOTHING, remembered=(True, True, True)
+    in_vain=NOTHING,
+    ago=(np.inf,) * 3,
+    sought=NOTHING,
+    sought_ago=(np.inf,) * 3,
+    seen=NOTHING,
+    remembered=(True,) * 3,
 ) -> Looks:
-    """One earlier look at each place at most, `ago` steps ago, with a weight of `before`."""
-    columns = (in_vain, np.array(ago)[:, None], np.array(before)[:, None], seen)
+    """One earlier look at each place at most, `ago` steps ago."""
+    columns = (in_vain, np.array(ago, dtype=float)[:, None], sought, sought_ago, seen)
     return Looks(*(np.array(values, dtype=float) for values in columns), np.array(remembered))
 
 
@@ -39,7 +44,7 @@ def test_an_old_look_says_less():
     # One look in vain: 1 - .75 x .9^s.
     belief = np.array([0.5, 0.5, 0.0])
     for ago in (1, 5, 50):
-        looks = make_looks(before=[1, 0, 0], ago=[ago, 0, 0])
+        looks = make_looks(ago=[ago, np.inf, np.inf])
         places, _ = update_belief(belief, 0.0, looks, Detector(0.25, leave_rate=0.1))
         assert places[0] / places[1] == pytest.approx(1 - 0.75 * 0.9**ago)
         # Whoever made the belief has counted it: all of it, or half.
@@ -48,9 +53,30 @@ def test_an_old_look_says_less():
         half, _ = update_belief(belief, 0.0, looks, Detector(0.25, 0.1), looks_counted=0.5)
         assert half[0] / half[1] == pytest.approx((1 - 0.75 * 0.9**ago) ** 0.5)
         # Nobody has counted it where the thing was never seen.
-        never = make_looks(before=[1, 0, 0], ago=[ago, 0, 0], remembered=[False] * 3)
+        never = make_looks(ago=[ago, np.inf, np.inf], remembered=[False] * 3)
         all_of_it, _ = update_belief(belief, 0.0, never, Detector(0.25, 0.1), looks_counted=0.5)
         assert all_of_it == pytest.approx(places)
+
+
+def test_who_was_looked_for_alone_is_likelier_elsewhere():
+    # Half a look two steps ago at each of two places: 1 - (1 - .25^.5) x .9^2 of .45 each.
+    belief, detector = np.array([0.45, 0.45, 0.0]), Detector(0.25, leave_rate=0.1)
+    looks = make_looks(sought=[0.5, 0.5, 0], sought_ago=[2, 2, np.inf])
+    left = 0.9 * (1 - 0.5 * 0.81)
+    for counts in (False, True):  # that belief cannot know of such looks
+        places, elsewhere = update_belief(belief, 0.1, looks, detector, elsewhere_counts=counts)
+        assert elsewhere == pytest.approx(0.1 / (0.1 + left))
+        assert places == pytest.approx([0.5 * left / (0.1 + left)] * 2 + [0])
+
+
+def test_looks_that_elsewhere_counts_already_only_shift_places():
+    belief, looks = np.array([0.6, 0.3, 0.0]), make_looks(ago=[1, np.inf, np.inf])
+    detector = Detector(0.25, leave_rate=0.0)
+    places, elsewhere = update_belief(belief, 0.1, looks, detector, elsewhere_counts=True)
+    assert elsewhere == pytest.approx(0.1)  # .15 to .3, of .9
+    assert places == pytest.approx([0.3, 0.6, 0])
+    places, elsewhere = update_belief(belief, 0.1, looks, detector)
+    assert elsewhere == pytest.approx(0.1 / 0.55)
 
 
 def test_seen_now_is_known_now():
@@ -78,14 +104,17 @@ SHARE = st.floats(0, 1)
 ROW = st.lists(SHARE, min_size=3, max_size=3)
 
 
-@given(ROW, SHARE, ROW, ROW, st.floats(0, 0.99), st.floats(0, 0.99))
-def test_probabilities_sum_to_one(places, elsewhere, in_vain, before, miss_rate, leave_rate):
+@given(ROW, SHARE, ROW, ROW, st.floats(0, 0.99), st.floats(0, 0.99), st.booleans())
+def test_probabilities_sum_to_one(
+    places, elsewhere, in_vain, sought, miss_rate, leave_rate, counts
+):
     total = sum(places) + elsewhere
     if total < 1e-6:
         return
     belief = np.array(places) / total
-    looks = make_looks(in_vain, before, [3, 0, 7])
-    new, gone = update_belief(belief, elsewhere / total, looks, Detector(miss_rate, leave_rate))
+    looks = make_looks(in_vain, [3, np.inf, 7], sought, [2, 5, np.inf])
+    detector = Detector(miss_rate, leave_rate)
+    new, gone = update_belief(belief, elsewhere / total, looks, detector, elsewhere_counts=counts)
     assert (new >= 0).all()
     if new.sum() + gone > 0:  # a detector that never misses can rule everything out
         assert new.sum() + gone == pytest.approx(1)
