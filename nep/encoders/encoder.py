@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 from torch import Tensor, nn
 
@@ -29,11 +30,14 @@ class Encoder(nn.Module, ABC):
             embedded.
         reads_heterograph: whether `forward` reads `FlatGraph.heterograph` (`DGLEncoder`), which is
             not made for a single home unless it is needed.
+        implied: arguments that files from before they existed do not say, and what they were then;
+            only where that is not the default.
     """
 
     num_hops: int
     uses_edges: bool
     reads_heterograph: bool = False
+    implied: ClassVar[Mapping[str, Any]] = {}
 
     def __init__(self, units: int) -> None:
         super().__init__()

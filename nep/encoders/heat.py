@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import torch
 from torch import Tensor, nn
 
@@ -18,32 +20,33 @@ class HEAT(Encoder):
         units: width of the node and edge embeddings and of every convolution.
         heads: attention heads of each convolution.
         num_convolutions: the paper's appendix has 1.
-        residual: whether a convolution's input is added to its output. On: attention runs over a
-            node's neighbours and never over itself, so that without it the two ends of a query
-            edge would lose their own label and history.
+        residual: whether a convolution's input is added to its output, after the ReLU.
         edge_type_units: width of the edge type embedding.
         edge_attribute_units: width of the edge attribute embedding.
-        root_weight: whether a convolution adds the node's own transformed features, as PyTorch
-            Geometric's does by default; `heat_paper.yaml` has that, one head and no residual.
+        root_weight: whether a convolution adds the node's own transformed features. Attention runs
+            over a node's neighbours and never over itself: with neither this nor `residual`, the
+            two ends of a query edge lose their own label and history.
         sharing: "softmax", or "sigmoid" for attention that can count, see `HEATConv`.
         alike: whether furniture of one label in one room then exchanges what it has, see
             `AlikeConv`.
 
-    Source: paper section 4.3, NEP-HEAT, and appendix C. Differs: the paper does not state the
-    residual, heads and edge widths.
+    Source: paper section 4.3, NEP-HEAT, and appendix C. Where the paper states nothing, heads,
+    root weight and residual are PyTorch Geometric's defaults; the edge widths are ours.
+    `heat_two_heads.yaml` has two heads and the residual instead.
     """
 
     uses_edges = True
+    implied: ClassVar = {"root_weight": False}
 
     def __init__(
         self,
         units: int = 64,
-        heads: int = 2,
+        heads: int = 1,
         num_convolutions: int = 1,
-        residual: bool = True,
+        residual: bool = False,
         edge_type_units: int = 16,
         edge_attribute_units: int = 16,
-        root_weight: bool = False,
+        root_weight: bool = True,
         sharing: Sharing = "softmax",
         alike: bool = False,
     ) -> None:

@@ -39,12 +39,16 @@ SWITCHES: Mapping[str, tuple[str, Mapping[str, tuple[str, ...]]]] = {
         "no negative evidence in the memory",
         {name: (name, "no_absence") for name in ORDER},
     ),
+    "no_prior": ("no prior", {name: (name, "no_prior") for name in ORDER}),
     "homes_400": ("400 training homes, not 100", {name: (name, "homes_400") for name in ORDER}),
     "sum": (
         "sums instead of averages of neighbours",
         {"gcn": ("gcn_sum",), "heat": ("heat_sum",)},
     ),
-    "pyg": ("one head and root weight, as PyG's defaults", {"heat": ("heat_paper",)}),
+    "two_heads": (
+        "two heads, the input added to the output",
+        {"heat": ("heat_two_heads",)},
+    ),
     "two_convolutions": (
         "two convolutions, not one",
         {name: (name, "two_convolutions") for name in ("gcn", "heat")},

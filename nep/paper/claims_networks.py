@@ -102,9 +102,10 @@ class NetworkSections:
             "concerns one of two networks, the last columns compare with the other as it is.\n",
             join_table(header, lines),
             "Configs: `mlp_equal.yaml` and `gcn_equal.yaml` (wider embeddings), `no_absence.yaml` "
-            "(edges count sightings alone), `homes_400.yaml` (40,000 memories, 6 epochs: as many "
-            "updates), `gcn_sum.yaml`, `heat_sum.yaml` (a weight of its own for every edge), "
-            "`heat_paper.yaml`, `two_convolutions.yaml`, `alike.yaml` (`nep.layers.alike`).\n",
+            "(edges count sightings alone), `no_prior.yaml` (as in Table 2), `homes_400.yaml` "
+            "(40,000 memories, 6 epochs: as many updates), `gcn_sum.yaml`, `heat_sum.yaml` (a "
+            "weight of its own for every edge), "
+            "`heat_two_heads.yaml`, `two_convolutions.yaml`, `alike.yaml` (`nep.layers.alike`).\n",
             self._count_parameters(),
         ]
         return "\n".join(text), {

@@ -101,7 +101,7 @@ MODELS = (
     Model("han", "NEP-HAN", is_default=False),
     Model("hgt", "NEP-HGT", is_default=False),
     Model("heat", "NEP-HEAT"),
-    Model("heat_paper", "NEP-HEAT (appendix)"),
+    Model("heat_two_heads", "NEP-HEAT (two heads)"),
     Model("heat_plus", "NEP-HEAT+"),
 )
 # What the paper finds, the best first, after the model that goes beyond it; every network is also

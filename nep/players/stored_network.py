@@ -46,7 +46,9 @@ def build_network(
     arguments.pop("_instantiator", None)  # names a function that would import the encoder
     encoder = arguments.pop("encoder")
     encoder_class = _find_encoder(encoder["class_path"], where)
-    encoder_arguments = encoder.get("init_args", {})
+    known = inspect.signature(encoder_class).parameters
+    implied = {name: value for name, value in encoder_class.implied.items() if name in known}
+    encoder_arguments = {**implied, **encoder.get("init_args", {})}
     highest = max([_UNUSED, len(weights), *(max(t.shape, default=0) for t in weights.values())])
     for function, values in ((NEPModule, arguments), (encoder_class, encoder_arguments)):
         _check_arguments(function, values, highest, where)

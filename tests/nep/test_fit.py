@@ -125,9 +125,9 @@ def test_an_ablation_is_put_after_the_config_of_a_model(
     ("config", "arguments"),
     [
         ("gcn_sum", {"normalize": False, "residual": False}),
-        ("heat_sum", {"sharing": "sigmoid", "heads": 2, "residual": True}),
-        ("heat_paper", {"heads": 1, "residual": False, "root_weight": True}),
-        ("heat", {"sharing": "softmax", "root_weight": False}),
+        ("heat_sum", {"sharing": "sigmoid", "heads": 1, "root_weight": True}),
+        ("heat_two_heads", {"heads": 2, "residual": True, "root_weight": False}),
+        ("heat", {"sharing": "softmax", "heads": 1, "residual": False, "root_weight": True}),
     ],
 )
 def test_a_variant_changes_its_encoder_alone(config, arguments, folder):
@@ -172,6 +172,7 @@ def test_a_config_builds_on_another(folder):
     (folder / "mine.yaml").write_text("# ours\nbase: heat_plus.yaml\ndata:\n  steps: 7\n")
     cli = FitCLI(["--config", "mine.yaml", "--data.num_homes=3"])
     assert type(cli.model.predictor.encoder).__name__ == "HEAT"  # heat.yaml
+    assert cli.model.predictor.encoder.heads == 2  # heat_two_heads.yaml
     assert cli.model.hparams["learning_rate"] == 1e-3  # heat_plus.yaml
     assert cli.datamodule.train_config.steps == 7
     assert cli.datamodule.train_config.num_homes == 3

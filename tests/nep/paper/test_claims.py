@@ -138,7 +138,7 @@ def fake_trainings(monkeypatch):
 def test_a_change_of_one_network_is_compared_with_the_others_as_they_are(plan, fake_trainings):
     fake_trainings(
         {
-            "mlp": [0.3, 0.3], "gcn": [0.2, 0.2], "heat": [0.4, 0.4], "heat_paper": [0.6, 0.4],
+            "mlp": [0.3, 0.3], "gcn": [0.2, 0.2], "heat": [0.4, 0.4], "heat_two_heads": [0.6, 0.4],
             "mlp_equal": [0.4, 0.4], "gcn_equal": [0.5, 0.5],
         }
     )  # fmt: skip
@@ -147,7 +147,7 @@ def test_a_change_of_one_network_is_compared_with_the_others_as_they_are(plan, f
         "0.400 (+0.100 [+0.100, +0.100])", "0.500 (+0.300 [+0.300, +0.300])", "",
         "+0.100 [+0.100, +0.100]", "+0.000 [+0.000, +0.000]",
     ]  # fmt: skip
-    assert find_cells(text, "one head and root weight, as PyG's defaults")[1:] == [
+    assert find_cells(text, "two heads, the input added to the output")[1:] == [
         "", "", "0.500 (+0.100 [+0.000, +0.200])", "", "+0.200 [+0.100, +0.300]",
     ]  # fmt: skip
 
