@@ -22,6 +22,7 @@ from simulator.policies.probabilities import compute_probabilities
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.world.homes import Homes
 
+_TRUSTED = 5.0  # times `prior_share` more for who goes by a prior that tells well
 _HEEDED = 0.4  # of what Bayes' rule says of other questions, docs/any_home.md
 _DECIMALS = 6  # of a logit; what float64 rounds differently is nine orders of magnitude below
 
@@ -37,7 +38,8 @@ class NEPPolicy(Policy):
     A network with evidence may share its answers with who goes by the prior, whatever was seen
     before the last sighting (`NEPModule.prior_share`, `follow_prior`): the probability of a place
     is then (1 - share) times the network's plus share times that one's. A network that has seen a
-    thing at three places for weeks is too sure of them where people live.
+    thing at three places for weeks is too sure of them where people live. The share is up to six
+    times as great where the prior has told well where things are (`Features.trust_prior`).
 
     It also knows what other questions than those of the tasks mean: half of what these ask for has
     just moved, whereas people ask for anything (`Features.compare_asked`).
@@ -138,7 +140,8 @@ class NEPPolicy(Policy):
         share = self._module.prior_share
         if evidence is not None and share > 0:
             is_place = memory.is_furniture[queries.home]
-            scores = _share_answers(scores, evidence.follow_prior(), share, is_place)
+            shares = np.minimum(share * (1 + _TRUSTED * evidence.trust_prior()), 1)
+            scores = _share_answers(scores, evidence.follow_prior(), shares, is_place)
         if evidence is not None and self._asks_moved != TASKS_ASK_MOVED:
             heeded = _HEEDED * (1 - self._asks_moved / TASKS_ASK_MOVED)
             scores = (scores + heeded * evidence.compare_asked()[..., None]).round(_DECIMALS)
@@ -156,17 +159,18 @@ class NEPPolicy(Policy):
 
 
 def _share_answers(
-    scores: np.ndarray, belief: np.ndarray, share: float, is_place: np.ndarray
+    scores: np.ndarray, belief: np.ndarray, share: np.ndarray, is_place: np.ndarray
 ) -> np.ndarray:
     """Mix the probabilities of the places with a belief; both relations of a place keep their odds.
 
     Args:
         scores: logits of places and relations, (Q, F, 2).
         belief: of each place, (Q, F); it need not sum to one.
-        share: of the belief.
+        share: of the belief, (Q,).
         is_place: which columns are furniture of the home, bool (Q, F).
     """
     own = compute_probabilities(scores.max(axis=2), "logits", is_place)
-    mixed = (1 - share) * own + share * compute_probabilities(belief, "weights", is_place)
+    other, share = compute_probabilities(belief, "weights", is_place), share[:, None]
+    mixed = (1 - share) * own + share * other
     gain = np.log(np.divide(mixed, own, out=np.ones_like(own), where=own > 0))
     return (scores + gain[..., None]).round(_DECIMALS)

@@ -14,6 +14,9 @@ from simulator.evidence.question_features import QUESTION_GROUPS
 from simulator.memory.memory_batch import MemoryBatch, Queries
 
 _LEAST = 1e-6  # of a belief
+_LIFT = QUESTION_COLUMNS.index("trust.prior_lift")
+_GOOD_LIFT, _BEST_LIFT = 1.5, 2.0  # nats
+_GOOD_SHARE, _BEST_SHARE = 0.5, 0.6  # of what could be known
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +40,20 @@ class Features:
         """
         asked = self.asked
         return follow_prior(asked.memory, asked.queries, asked.rates)
+
+    def trust_prior(self) -> np.ndarray:
+        """Return how well the prior tells where things are in this home, 0 to 1, (Q,).
+
+        0 where it gives the places at which things were seen up to 1.5 nats more than an even guess
+        does, on average, or up to half of what one does that is sure of them; 1 from 2 nats and six
+        tenths on.
+        """
+        lift = self.question[:, _LIFT].astype(float)
+        share = lift / np.log(np.maximum(self.asked.num_places[:, 0], 2))
+        by_lift = (lift - _GOOD_LIFT) / (_BEST_LIFT - _GOOD_LIFT)
+        by_share = (share - _GOOD_SHARE) / (_BEST_SHARE - _GOOD_SHARE)
+        trust: np.ndarray = by_lift.clip(0, 1) * by_share.clip(0, 1)
+        return trust
 
     def compare_asked(self) -> np.ndarray:
         """Return how much likelier each place is if anything may be asked for, (Q, F).

@@ -22,7 +22,8 @@ NORMS = {
 
 def test_loss_and_gradients_of_the_first_step(random_batch):
     torch.manual_seed(0)
-    model = NodeEdgePredictor(HEAT(16), dropout=0.0)
+    encoder = HEAT(16, heads=2, residual=True, root_weight=False)
+    model = NodeEdgePredictor(encoder, dropout=0.0)
     graph = FlatGraph.from_batch(random_batch(0, num_snapshots=40, num_furniture=9))
     loss = balanced_bce(model.score(graph), graph.query_target)
     loss.backward()

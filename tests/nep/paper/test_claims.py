@@ -35,9 +35,9 @@ def find_cells(text, start):
 def test_every_training_is_in_a_folder_of_its_own(plan):
     trainings = plan.list_trainings()
     assert len({training.folder for training in trainings}) == len(trainings)
-    # three networks x three seeds x two kinds of homes x on and off, fifteen with a change, and
+    # three networks x three seeds x two kinds of homes x on and off, eighteen with a change, and
     # three at each of two more learning rates
-    assert len(trainings) == 36 + 15 + 6
+    assert len(trainings) == 36 + 18 + 6
     assert [t.contestant.name for t in trainings[:3]] == ["mlp", "gcn", "heat"]
     changed = next(t for t in trainings if t.contestant.name == "heat-no_absence")
     assert changed.list_options()[2:4] == ["--config=heat.yaml", "--config=no_absence.yaml"]
@@ -78,7 +78,7 @@ def test_without_training_only_policies_play(plan):
     assert not trainings
     assert all("heat" not in job.name for job in games)
     collections, trainings, games = plan_claims(plan, trains=True)
-    assert len(collections) == len(trainings) == 57
+    assert len(collections) == len(trainings) == 60
     names = {job.name for job in (*collections, *trainings, *games)}
     assert len(names) == len([*collections, *trainings, *games])
     assert all(name in names for job in games for name in job.after)
