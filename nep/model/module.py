@@ -43,6 +43,7 @@ class NEPModule(pl.LightningModule):
         clock_dropout: share of the training questions whose evidence hides the clock.
         filter_share: share of the adaptive filter in the answers of a network with evidence.
         prior_share: share in them of who goes by the prior, see `NEPPolicy`.
+        hours_share: likewise of who goes by the hour of day, for things that keep hours.
 
     Source: paper section 4.3 and appendix C.
     """
@@ -65,6 +66,7 @@ class NEPModule(pl.LightningModule):
         clock_dropout: float = 0.5,
         filter_share: float = 0.0,
         prior_share: float = 0.0,
+        hours_share: float = 0.0,
     ) -> None:
         super().__init__()
         check_at_least(0, learning_rate=learning_rate, listwise_weight=listwise_weight)
@@ -79,6 +81,7 @@ class NEPModule(pl.LightningModule):
             clock_dropout=clock_dropout,
             filter_share=filter_share,
             prior_share=prior_share,
+            hours_share=hours_share,
         )
         self.save_hyperparameters(
             {
@@ -98,6 +101,7 @@ class NEPModule(pl.LightningModule):
                 "clock_dropout": clock_dropout,
                 "filter_share": filter_share,
                 "prior_share": prior_share,
+                "hours_share": hours_share,
                 # Lightning's name for what turns the plain encoder entry back into an encoder
                 "_instantiator": "lightning.pytorch.cli.instantiate_module",
             }
@@ -107,6 +111,7 @@ class NEPModule(pl.LightningModule):
         self.listwise_weight = listwise_weight
         self.paper_loss = paper_loss
         self.prior_share = prior_share
+        self.hours_share = hours_share
         self.predictor = NodeEdgePredictor(
             encoder,
             transformer=transformer,

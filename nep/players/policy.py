@@ -14,7 +14,7 @@ from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.checkpoints import load_trained
 from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
-from simulator.evidence.features import compute_features
+from simulator.evidence.features import Features, compute_features
 from simulator.memory.memory_batch import Change, MemoryBatch, Queries
 from simulator.policies import Policy
 from simulator.policies.home_filter import HomeFilter
@@ -39,7 +39,9 @@ class NEPPolicy(Policy):
     before the last sighting (`NEPModule.prior_share`, `follow_prior`): the probability of a place
     is then (1 - share) times the network's plus share times that one's. A network that has seen a
     thing at three places for weeks is too sure of them where people live. The share is up to six
-    times as great where the prior has told well where things are (`Features.trust_prior`).
+    times as great where the prior has told well where things are (`Features.trust_prior`). Likewise
+    with who goes by the hour of day (`hours_share`, `follow_hours`): the share times how likely the
+    thing keeps hours, which its own sightings tell.
 
     It also knows what other questions than those of the tasks mean: half of what these ask for has
     just moved, whereas people ask for anything (`Features.compare_asked`).
@@ -137,12 +139,21 @@ class NEPPolicy(Policy):
         logits = predictor.score(graph).cpu().numpy().round(_DECIMALS)
         scores = np.full((len(queries.home), memory.num_furniture, 2), -np.inf)
         scores[arrays.query_snapshot, arrays.query_furniture, arrays.query_relation] = logits
-        share = self._module.prior_share
-        if evidence is not None and share > 0:
-            is_place = memory.is_furniture[queries.home]
-            shares = np.minimum(share * (1 + _TRUSTED * evidence.trust_prior()), 1)
-            scores = _share_answers(scores, evidence.follow_prior(), shares, is_place)
-        if evidence is not None and self._asks_moved != TASKS_ASK_MOVED:
+        return scores if evidence is None else self._hear_others(scores, evidence)
+
+    def _hear_others(self, scores: np.ndarray, evidence: Features) -> np.ndarray:
+        """Share the answers with who goes by the prior or by the hour, and heed who asks."""
+        asked = evidence.asked
+        if self._module.prior_share > 0:
+            shares = self._module.prior_share * (1 + _TRUSTED * evidence.trust_prior())
+            scores = _share_answers(
+                scores, evidence.follow_prior(), np.minimum(shares, 1), asked.is_place
+            )
+        if self._module.hours_share > 0 and asked.memory.clock is not None:
+            keeping, belief = evidence.follow_hours()
+            shares = self._module.hours_share * keeping
+            scores = _share_answers(scores, belief, shares, asked.is_place)
+        if self._asks_moved != TASKS_ASK_MOVED:
             heeded = _HEEDED * (1 - self._asks_moved / TASKS_ASK_MOVED)
             scores = (scores + heeded * evidence.compare_asked()[..., None]).round(_DECIMALS)
         return scores

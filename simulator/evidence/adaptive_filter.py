@@ -14,7 +14,7 @@ from simulator.memory.home_history import NUM_HOURS
 from simulator.memory.memory_batch import MemoryBatch, Queries
 
 TASKS_ASK_MOVED = 0.5  # share of questions about what has just moved; docs/design.md, ruling 9
-_HOUR_WIDTH = 4.0  # concentration of the hours that count as alike: about three to each side
+HOUR_WIDTH = 4.0  # concentration of the hours that count as alike: about three to each side
 _ANYWHERE = 0.03  # of the moves that follow the prior, in spite of it
 
 
@@ -128,7 +128,7 @@ def _spread(
 
 
 def weigh_hours(
-    memory: MemoryBatch, queries: Queries, hours: np.ndarray, width: float = _HOUR_WIDTH
+    memory: MemoryBatch, queries: Queries, hours: np.ndarray, width: float = HOUR_WIDTH
 ) -> np.ndarray:
     """Return sightings weighted by how near their hour of day is, (Q, F, NUM_HOURS) -> (Q, F).
 

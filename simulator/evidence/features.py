@@ -8,6 +8,7 @@ import numpy as np
 
 from simulator.evidence.adaptive_filter import follow_prior
 from simulator.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
+from simulator.evidence.hours import compute_keeping, follow_hours
 from simulator.evidence.place_features import PLACE_GROUPS
 from simulator.evidence.question import Question
 from simulator.evidence.question_features import QUESTION_GROUPS
@@ -40,6 +41,15 @@ class Features:
         """
         asked = self.asked
         return follow_prior(asked.memory, asked.queries, asked.rates)
+
+    def follow_hours(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return how likely each thing keeps hours, (Q,), and what they say, (Q, F).
+
+        The memory must be as it was when the features were computed.
+        """
+        asked = self.asked
+        keeping = compute_keeping(asked.counts, asked.num_places[:, 0])
+        return keeping, follow_hours(asked.memory, asked.queries, asked.counts, asked.rates)
 
     def trust_prior(self) -> np.ndarray:
         """Return how well the prior tells where things are in this home, 0 to 1, (Q,).
