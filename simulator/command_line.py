@@ -7,12 +7,13 @@ import sys
 from argparse import ArgumentError
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from types import UnionType
 from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
 
 from simulator.fan_out import BACKENDS
 from simulator.home_options import SOURCES, HomeOptions
-from simulator.messages import shorten_values
+from simulator.messages import shorten, shorten_values
 from simulator.world.dynamics import DYNAMICS
 from simulator.world.sensing import SENSING
 
@@ -269,11 +270,20 @@ def _spell(name: str, prefix: str) -> str:
 
 
 def _find_class(name: str, value: str, prefix: str) -> str:
-    """Return the import path of what is called so; any other value as it is."""
-    for own, names in (("homes", SOURCES), ("val_homes", SOURCES)):
-        if name == prefix + own:
-            return names.get(value, value)
-    for own, registry in _RULES.items():
-        if name == f"{prefix}home.{own}":
-            return registry.get(value, value)
+    """Return the import path of what is called so; an import path or a file as it is.
+
+    Raises:
+        ValueError: if nothing is called so.
+    """
+    named: dict[str, Mapping[str, str]] = {"homes": SOURCES, "val_homes": SOURCES}
+    named |= {f"home.{own}": registry for own, registry in _RULES.items()}
+    names = named.get(name.removeprefix(prefix)) if name.startswith(prefix) else None
+    if names is None or value in names:
+        return value if names is None else names[value]
+    is_word = value.isidentifier() and value.islower() and value != "null"
+    if is_word and not Path(value).exists():
+        raise ValueError(
+            f"--{name} must be one of {', '.join(names)}, or the import path of a class, got "
+            f"{shorten(value)}. Choose one."
+        )
     return value

@@ -48,6 +48,7 @@ def make(prefix=""):
         (["--rooms", "kitchen"], ['--home.rooms=["kitchen"]']),
         (["--dynamics", "paper"], ["--home.dynamics=simulator.world.paper_dynamics.PaperDynamics"]),
         (["--homes", "recorded"], ["--homes=simulator.trace.source.RecordedSource"]),
+        (["--dynamics", "PaperDynamics"], ["--home.dynamics=PaperDynamics"]),  # a class's own name
         (["--homes", "own.Homes", "--homes.size", "3"], ["--homes=own.Homes", "--homes.size", "3"]),
         (["--out", "-1", "file"], ["--out", "-1", "file"]),
     ],
@@ -78,6 +79,8 @@ def test_every_rule_of_a_home_is_an_option():
         (["--home.move_share", "7"], 1, "move_share must lie in [0, 1], got 7.0."),
         (["--workers", "many"], 2, "Parser key \"workers\": Expected a <class 'int'>."),
         (["--bogus", "1"], 2, "unrecognized arguments: --bogus"),
+        (["--homes", "nowhere"], 1, "--homes must be one of sampled, recorded, paper, mixed, or"),
+        (["--dynamics=abstrct"], 1, "import path of a class, got 'abstrct'. Choose one."),
         (["--homes", "nowhere.Homes"], 2, "No module named 'nowhere'"),
     ],
 )
