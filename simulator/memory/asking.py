@@ -46,6 +46,8 @@ class Asked:
 
     Attributes:
         batch: the memory as it was before the looks of this time step, which policies are asked of.
+        origin: what `batch` is a copy of: the same object for all questions of a time step that ask
+            of the same state.
         queries: the objects asked for in it, (K,).
         current: the memory as it is now.
         rows: the objects' rows in `current.objects`, -1 for what it does not know, (K,).
@@ -57,6 +59,7 @@ class Asked:
     """
 
     batch: MemoryBatch
+    origin: MemoryBatch
     queries: Queries
     current: MemoryBatch
     rows: np.ndarray

@@ -116,9 +116,11 @@ class MemoryState:
         current, step = self.batch.copy(), self.step
         current.time += later
         if before_looks and step.before is not None and not later:
-            batch, num_known = step.before.copy(), step.num_objects
+            origin, num_known = step.before, step.num_objects
+            batch = origin.copy()
         else:
-            batch, num_known = current.copy(), len(self.descriptions)
+            origin, num_known = self.batch, len(self.descriptions)
+            batch = current.copy()
         known = np.array([self.find_row(description) for description in descriptions])
         vocabulary = self.vocabulary.with_labels(batch.labels)
         kinds = np.array([vocabulary.find_type(description) for description in descriptions])
@@ -130,6 +132,7 @@ class MemoryState:
         at_once = np.append(current.objects["num_at_once"], 0)
         return Asked(
             batch=batch,
+            origin=origin,
             queries=queries,
             current=current,
             rows=known,

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from datetime import datetime
 from threading import Lock
 from typing import Any
+from weakref import ref
 
 import numpy as np
 
 from simulator.checks import check_shares, is_number
 from simulator.evidence.leaving import Leaving
 from simulator.memory.asking import Asked
+from simulator.memory.memory_batch import MemoryBatch
 from simulator.memory.names import Resolution, Similarity
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import RELATIONS
@@ -93,6 +95,8 @@ class Finder:
         self._asks_moved = asks_moved
         self._policy = policy.for_questions(asks_moved)
         self._lock = Lock()
+        # What was learnt of which memory, in which state: the same for all questions of a step.
+        self._leaving: tuple[ref[MemoryBatch], tuple[int, ...], Leaving] | None = None
 
     def resolve(self, memory: SceneGraphMemory, description: str) -> Resolution:
         """Say which remembered things a question means; see `NameIndex` for the rules.
@@ -224,11 +228,12 @@ class Finder:
 
     def _compute_belief(self, asked: Asked) -> Belief:
         """Return where any of the things asked for is."""
+        was_seen = asked.was_seen
         with self._lock:  # policies keep caches
             places, gone = self._judge(asked)  # (K, F), (K,)
-        was_seen = asked.was_seen
+            left = self._compute_left(asked) if was_seen.any() else gone
         if was_seen.any():
-            here, gone = 1 - gone, np.where(was_seen, self._compute_left(asked), gone)
+            here, gone = 1 - gone, np.where(was_seen, left, gone)
             rest = np.divide(1 - gone, here, out=np.zeros(len(here)), where=here > 0)
             places = places * rest[:, None]
         num_places = places.shape[1]
@@ -255,7 +260,11 @@ class Finder:
 
     def _compute_left(self, asked: Asked) -> np.ndarray:
         """Return how likely each thing has left, before this step's looks, (K,); see `Leaving`."""
-        left = Leaving(asked.batch).compute(asked.batch, asked.queries)
+        batch, origin, known = asked.batch, asked.origin, self._leaving
+        state = (batch.time, len(origin.objects), len(origin.edges), origin.num_furniture)
+        if known is None or known[0]() is not origin or known[1] != state:  # once in a step
+            known = self._leaving = ref(origin), state, Leaving(batch)
+        left = known[2].compute(batch, asked.queries)
         odds = left / (1 - left) * _odds(self.elsewhere_share) / _odds(DEFAULT_SHARE)
         return odds / (1 + odds)
 

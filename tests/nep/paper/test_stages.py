@@ -2,7 +2,6 @@
 
 import json
 import os
-import sys
 from functools import partial
 
 from rich.console import Console
@@ -20,8 +19,8 @@ def test_order_logs_and_failures(tmp_path):
         Job("make", partial(write_whole, file, b"[]"), tmp_path / "make.log"),
         Job("say", partial(print, "hello"), tmp_path / "logs" / "say.log"),
         Job("bad", partial(json.loads, "{"), tmp_path / "bad.log"),
-        Job("refuse", partial(sys.exit, 2), tmp_path / "refuse.log"),
-        Job("end", partial(sys.exit, 0), tmp_path / "end.log"),
+        Job("refuse", partial(exec, "raise SystemExit(2)"), tmp_path / "refuse.log"),
+        Job("end", partial(exec, "raise SystemExit(0)"), tmp_path / "end.log"),
     ]
     second = [
         Job("read", partial(os.stat, file), tmp_path / "read.log", after=("make",)),

@@ -173,7 +173,7 @@ def test_answers_shared_with_the_prior_by_hand():
     scores = np.stack([logit, logit - 1], axis=2)
     scores = np.append(scores, np.full((1, 1, 2), -np.inf), axis=1)  # of a larger home beside it
     belief = np.array([[0.0, 0.3, 0.1, 0.0]])
-    found = _share_answers(scores, belief, 0.2, np.array([[True, True, True, False]]))
+    found = _share_answers(scores, belief, np.array([0.2]), np.array([[True, True, True, False]]))
     assert np.isneginf(found[0, 3]).all()
     probability = compute_probabilities(found.max(axis=2), "logits")
     np.testing.assert_allclose(probability, [[0.48, 0.39, 0.13, 0]], atol=1e-5)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from simulator.evidence.adaptive_filter import FilterSettings
+from simulator.evidence.leaving import Leaving
 from simulator.memory.clock import Clock
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import Sighting
@@ -211,3 +212,35 @@ def test_looks_that_the_policy_has_read_count_by_half(make_home, monkeypatch):
                     home.memory.observe(furniture, home.look(furniture))
         loss[share] = -np.log(found).mean()
     assert loss[0.5] < min(loss[0.0], loss[1.0])
+
+
+def test_what_leaves_is_learnt_once_a_step(make_home, finder, monkeypatch):
+    """Of each memory by itself; an answer is that of a finder that was never asked before."""
+    learnt = []
+
+    class Counted(Leaving):
+        def __init__(self, memory):
+            learnt.append(memory)
+            super().__init__(memory)
+
+    monkeypatch.setattr("simulator.robot.finder.Leaving", Counted)
+    homes = [make_home(), make_home()]
+    for home in homes:
+        home.live(3)
+        home.memory.step()
+    things = [*homes[0].at][:2]
+    for memory in (homes[0].memory, homes[1].memory):
+        for thing in things:
+            assert finder.rank(memory, thing) == Finder(Bayesian()).rank(memory, thing)
+    assert len(learnt) == 2 + 4  # each memory once, and once by every new finder
+    homes[1].memory.observe(homes[1].furniture[0], [])
+    for thing in things:
+        finder.rank(homes[1].memory, thing)
+    homes[1].memory.observe(homes[1].furniture[1], [])
+    finder.rank(homes[1].memory, things[0])
+    assert len(learnt) == 7  # from before the looks of this step
+    homes[1].memory.step()
+    assert finder.rank(homes[1].memory, things[0]) == Finder(Bayesian()).rank(
+        homes[1].memory, things[0]
+    )
+    assert len(learnt) == 9
