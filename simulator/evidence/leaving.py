@@ -7,6 +7,7 @@ import numpy as np
 from simulator.evidence.adaptive_filter import Rates, compute_destinations, compute_left
 from simulator.evidence.expected import Expected
 from simulator.evidence.object_counts import ObjectCounts, compute_hours_per_step
+from simulator.memory.home_history import NUM_LOOKS_KEPT
 from simulator.memory.memory_batch import MemoryBatch, Queries
 
 # Which share of the moves of a home may lead out of it, for good.
@@ -15,7 +16,9 @@ _SHARES = 10.0 ** np.arange(-2.5, 0.6, 0.5)
 _MEAN = 0.1
 _SHAPE = 0.5
 _HEEDED = 0.5  # of what the things of a home say in sum: they do not leave one by one
-_MOST_THINGS = 64  # of a home, to learn from
+# Things of a home to learn from, and how many where every place and look of each were followed.
+_LEAST_THINGS, _MOST_THINGS = 4, 64
+_MOST_WORK = 2**25
 _LEAST = 0.01  # a thing may have left that was seen a moment ago
 
 
@@ -59,13 +62,18 @@ class Leaving:
 
 
 def _choose_things(memory: MemoryBatch) -> Queries:
-    """Return things that were seen in each home, spread over the order in which that was."""
+    """Return things that were seen in each home, spread over the order in which that was.
+
+    Where there are thousands of places, fewer: following one thing costs places times looks.
+    """
+    work = NUM_LOOKS_KEPT * memory.num_furniture**2
+    most = max(_LEAST_THINGS, min(_MOST_THINGS, _MOST_WORK // max(work, 1)))
     seen = np.flatnonzero(memory.objects["num_observed"] > 0)
     home = memory.objects["home"][seen]
     seen = seen[np.argsort(home, kind="stable")]
     count = np.bincount(home, minlength=memory.num_homes)
     number = np.arange(len(seen)) - np.repeat(np.cumsum(count) - count, count)
-    every = np.maximum(-(-count // _MOST_THINGS), 1)[memory.objects["home"][seen]]
+    every = np.maximum(-(-count // most), 1)[memory.objects["home"][seen]]
     rows = seen[number % every == 0]
     home = memory.objects["home"][rows]
     return Queries(home, rows, memory.place_prior.rows(home, memory.objects["type"][rows]))
