@@ -13,6 +13,7 @@ _TINY = 1e-12
 # A look that does not show what is still in the home counts for a little less than a look: what
 # hides a thing once may hide it again.
 _LOOKS_HEEDED = 0.85
+_CARRIED_OFF = 0.005  # right after it was seen, whatever the rate at which things leave
 
 
 @kernel
@@ -56,7 +57,7 @@ def follow_looks(
     num_queries, num_places = destination.shape
     num_kept = look_times.shape[2]
     belief = np.empty((num_queries, rate.shape[1], num_places))
-    gone = np.zeros(leaving.shape)
+    gone = np.full(leaving.shape, _CARRIED_OFF)
     when = np.empty((num_places - 1) * num_kept, dtype=np.int64)
     where = np.empty(len(when), dtype=np.int64)
     mass = np.empty(num_rooms)

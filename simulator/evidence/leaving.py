@@ -11,15 +11,14 @@ from simulator.memory.home_history import NUM_LOOKS_KEPT
 from simulator.memory.memory_batch import MemoryBatch, Queries
 
 # Which share of the moves of a home may lead out of it, for good.
-_SHARES = 10.0 ** np.arange(-2.5, 0.6, 0.5)
-# Gamma prior of that share, before anything was seen.
-_MEAN = 0.1
-_SHAPE = 0.5
+_SHARES = 10.0 ** np.arange(-2.5, 1.6, 0.5)
+# Before anything was seen: few do, and nothing is ruled out.
+_USUAL = 0.05
+_PRIOR = np.sqrt(_SHARES / _USUAL) / (1 + _SHARES / _USUAL) ** 2
 _HEEDED = 0.5  # of what the things of a home say in sum: they do not leave one by one
 # Things of a home to learn from, and how many where every place and look of each were followed.
 _LEAST_THINGS, _MOST_THINGS = 4, 64
 _MOST_WORK = 2**25
-_LEAST = 0.01  # a thing may have left that was seen a moment ago
 
 
 class Leaving:
@@ -44,7 +43,7 @@ class Leaving:
         likelihood = -leaving * hours[:, None] - np.log1p(-left)
         total = np.zeros((memory.num_homes, len(_SHARES)))
         np.add.at(total, things.home, _HEEDED * likelihood)
-        total += _SHAPE * (np.log(_SHARES) - _SHARES / _MEAN)
+        total += np.log(_PRIOR)
         weights = np.exp(total - total.max(axis=1, keepdims=True))
         self.weights: np.ndarray = weights / weights.sum(axis=1, keepdims=True)
 
@@ -57,8 +56,7 @@ class Leaving:
         """
         left, _ = _follow(memory, queries, Rates.estimate(memory, queries))
         was_seen = memory.objects["num_observed"][queries.object] > 0
-        left = (left * self.weights[queries.home]).sum(axis=1)
-        return np.where(was_seen, _LEAST + (1 - _LEAST) * left, 0.0)
+        return np.where(was_seen, (left * self.weights[queries.home]).sum(axis=1), 0.0)
 
 
 def _choose_things(memory: MemoryBatch) -> Queries:
