@@ -25,6 +25,12 @@ BAD_INPUT = (ValueError, OSError, OverflowError, MemoryError, ModuleNotFoundErro
 _RENAMED = {"houses": "num_homes", "val_houses": "num_val_homes", "grades": "relevance"}
 # Short for parts of the rules, and the names of what they take.
 _RULES = {"dynamics": DYNAMICS, "sensing": SENSING}
+# What the options take that may be named, by the full name of the option.
+_NAMED: Mapping[str, Mapping[str, str]] = {
+    "homes": SOURCES,
+    "val_homes": SOURCES,
+    **{f"home.{own}": names for own, names in _RULES.items()},
+}
 
 
 def make_parser(prog: str, description: str) -> ArgumentParser:
@@ -275,11 +281,11 @@ def _find_class(name: str, value: str, prefix: str) -> str:
     Raises:
         ValueError: if nothing is called so.
     """
-    named: dict[str, Mapping[str, str]] = {"homes": SOURCES, "val_homes": SOURCES}
-    named |= {f"home.{own}": registry for own, registry in _RULES.items()}
-    names = named.get(name.removeprefix(prefix)) if name.startswith(prefix) else None
-    if names is None or value in names:
-        return value if names is None else names[value]
+    names = _NAMED.get(name.removeprefix(prefix)) if name.startswith(prefix) else None
+    if names is None:
+        return value
+    if value in names:
+        return names[value]
     is_word = value.isidentifier() and value.islower() and value != "null"
     if is_word and not Path(value).exists():
         raise ValueError(

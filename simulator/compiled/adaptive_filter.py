@@ -113,8 +113,8 @@ def follow_looks(
                         )
                     if number == 0:
                         for other in range(leaving.shape[1]):
-                            stays = math.exp(-leaving[query, other] * elapsed)
-                            gone[query, other] = 1 - (1 - gone[query, other]) * stays
+                            remains = math.exp(-leaving[query, other] * elapsed)
+                            gone[query, other] = 1 - (1 - gone[query, other]) * remains
                     time = next_time
                 if time == now and not has_moved:
                     has_moved = True

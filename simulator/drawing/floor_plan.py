@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.arrays.grouped import compute_rank_in_group
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.world.homes import NUM_RELATIONS, Homes
 
@@ -121,7 +122,7 @@ class FloorPlan:
         _, group, count = np.unique(places, return_inverse=True, return_counts=True)
         order = np.argsort(group, kind="stable")
         turn = np.zeros(len(places), dtype=np.int64)  # of each object at its place
-        turn[order] = np.arange(len(places)) - (np.cumsum(count) - count)[group[order]]
+        turn[order] = compute_rank_in_group(group[order])
         furniture, relation = np.divmod(places, NUM_RELATIONS)
         rows = np.array(list(ROWS.values()))  # (2, 3)
         per_row = np.maximum(DOTS_PER_ROW, -(-count // rows.shape[1]))[group]

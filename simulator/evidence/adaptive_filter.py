@@ -14,7 +14,7 @@ from simulator.memory.home_history import NUM_HOURS
 from simulator.memory.memory_batch import MemoryBatch, Queries
 
 TASKS_ASK_MOVED = 0.5  # share of questions about what has just moved; docs/design.md, ruling 9
-HOUR_WIDTH = 4.0  # concentration of the hours that count as alike: about three to each side
+_HOUR_WIDTH = 4.0  # concentration of the hours that count as alike: about three to each side
 _ANYWHERE = 0.03  # of the moves that follow the prior, in spite of it
 
 
@@ -128,7 +128,7 @@ def _spread(
 
 
 def weigh_hours(
-    memory: MemoryBatch, queries: Queries, hours: np.ndarray, width: float = HOUR_WIDTH
+    memory: MemoryBatch, queries: Queries, hours: np.ndarray, width: float = _HOUR_WIDTH
 ) -> np.ndarray:
     """Return sightings weighted by how near their hour of day is, (Q, F, NUM_HOURS) -> (Q, F).
 
@@ -137,9 +137,14 @@ def weigh_hours(
     """
     now = compute_hour(memory, queries.home)
     middle = (np.arange(NUM_HOURS) + 0.5) * (24 / NUM_HOURS)
-    angle = (middle - now[:, None]) * (2 * np.pi / 24)
-    weight = np.nan_to_num(np.exp(width * (np.cos(angle) - 1)))  # (Q, NUM_HOURS)
+    weight = np.nan_to_num(compare_hours(middle - now[:, None], width))  # (Q, NUM_HOURS)
     return np.einsum("qfh,qh->qf", hours, weight)
+
+
+def compare_hours(apart: np.ndarray, width: float = _HOUR_WIDTH) -> np.ndarray:
+    """Return how alike hours of day are, 1 for the same, by how many hours they are apart."""
+    alike: np.ndarray = np.exp(width * (np.cos(apart * (2 * np.pi / 24)) - 1))
+    return alike
 
 
 def compute_beliefs(

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from simulator.evidence.adaptive_filter import (
-    HOUR_WIDTH,
     TASKS_ASK_MOVED,
     FilterSettings,
     Rates,
+    compare_hours,
     compute_beliefs,
     compute_destinations,
 )
@@ -43,9 +43,8 @@ def compute_keeping(counts: ObjectCounts, num_places: np.ndarray) -> np.ndarray:
     total = at_place.sum(axis=1, keepdims=True)
     anywhere = _ANYWHERE / num_places[:, None, None]
     usual = (at_place - 1 + anywhere) / np.maximum(total - 1 + _ANYWHERE, _ANYWHERE)
-    turn = np.arange(NUM_HOURS) * (2 * np.pi / NUM_HOURS)
-    alike = np.exp(HOUR_WIDTH * (np.cos(turn[:, None] - turn) - 1))
-    near = seen @ alike  # a sighting counts as one at its own hour
+    hour = np.arange(NUM_HOURS) * (24 / NUM_HOURS)
+    near = seen @ compare_hours(hour[:, None] - hour)  # a sighting counts as one at its own hour
     at_hour = (near - 1 + _USUAL * usual) / np.maximum(
         near.sum(axis=1, keepdims=True) - 1 + _USUAL, _USUAL
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from simulator.arrays.grouped import compute_rank_in_group
 from simulator.evidence.adaptive_filter import Rates, compute_destinations, compute_left
 from simulator.evidence.expected import Expected
 from simulator.evidence.object_counts import ObjectCounts, compute_hours_per_step
@@ -67,12 +68,10 @@ def _choose_things(memory: MemoryBatch) -> Queries:
     work = NUM_LOOKS_KEPT * memory.num_furniture**2
     most = max(_LEAST_THINGS, min(_MOST_THINGS, _MOST_WORK // max(work, 1)))
     seen = np.flatnonzero(memory.objects["num_observed"] > 0)
+    seen = seen[np.argsort(memory.objects["home"][seen], kind="stable")]
     home = memory.objects["home"][seen]
-    seen = seen[np.argsort(home, kind="stable")]
-    count = np.bincount(home, minlength=memory.num_homes)
-    number = np.arange(len(seen)) - np.repeat(np.cumsum(count) - count, count)
-    every = np.maximum(-(-count // most), 1)[memory.objects["home"][seen]]
-    rows = seen[number % every == 0]
+    every = -(-np.bincount(home) // most)[home]
+    rows = seen[compute_rank_in_group(home) % every == 0]
     home = memory.objects["home"][rows]
     return Queries(home, rows, memory.place_prior.rows(home, memory.objects["type"][rows]))
 

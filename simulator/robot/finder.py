@@ -231,11 +231,10 @@ class Finder:
         was_seen = asked.was_seen
         with self._lock:  # policies keep caches
             places, gone = self._judge(asked)  # (K, F), (K,)
-            left = self._compute_left(asked) if was_seen.any() else gone
-        if was_seen.any():
-            here, gone = 1 - gone, np.where(was_seen, left, gone)
-            rest = np.divide(1 - gone, here, out=np.zeros(len(here)), where=here > 0)
-            places = places * rest[:, None]
+            if was_seen.any():
+                here, gone = 1 - gone, np.where(was_seen, self._compute_left(asked), gone)
+                rest = np.divide(1 - gone, here, out=np.zeros(len(here)), where=here > 0)
+                places = places * rest[:, None]
         num_places = places.shape[1]
         places = (1 - _ANYWHERE) * places + (_ANYWHERE / num_places) * places.sum(
             axis=1, keepdims=True
