@@ -6,12 +6,11 @@ What a robot needs is exported here: `SceneGraphMemory`, `Sighting` and `Clock` 
 
 from __future__ import annotations
 
-import importlib
 import os
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from simulator.caches import keep_home_clean
-from simulator.messages import shorten
+from simulator.lazy_names import load_lazily
 
 # Waiting threads sleep rather than spin. When another process has one of two cores, spinning made a
 # training step four times slower. Read when torch is loaded, hence here.
@@ -51,9 +50,4 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Load a public name when it is first used: torch takes seconds."""
-    if name not in _MODULES:
-        raise AttributeError(f"module {shorten(__name__)} has no attribute {shorten(name)}")
-    value = globals()[name] = getattr(importlib.import_module(_MODULES[name]), name)
-    return value
+__getattr__ = load_lazily(__name__, _MODULES)

@@ -30,10 +30,10 @@ FORBIDDEN = {
 # files, the package's `__init__.py` among them, count as the package itself; a `__main__.py` is a
 # command, on top of all.
 ORDER = """
-    simulator.arrays simulator.messages simulator.checks simulator.caches simulator.files
-    simulator.fan_out simulator.process simulator.compiled simulator.priors simulator.text
-    simulator.memory simulator.world simulator.evidence simulator.policies simulator.snapshots
-    simulator.tasks simulator.robot simulator.trace simulator.drawing simulator.replay
+    simulator.arrays simulator.messages simulator.checks simulator.lazy_names simulator.caches
+    simulator.files simulator.fan_out simulator.process simulator.compiled simulator.priors
+    simulator.text simulator.memory simulator.world simulator.evidence simulator.policies
+    simulator.snapshots simulator.tasks simulator.robot simulator.trace simulator.drawing simulator.replay
     simulator.realism
     simulator.home_options simulator.command_line simulator.gym simulator.igridson
     simulator.collect simulator.testing simulator.test_sets simulator datamodules nep.importers

@@ -22,6 +22,8 @@ class Encoder(nn.Module, ABC):
 
     Args:
         units: D, width of the node and edge embeddings, in and out.
+        members: M, how many networks of their own weights answer together, side by side in
+            embeddings of M D units: an ensemble. An encoder that can be several offers it.
 
     Attributes:
         num_hops: how many hops of in-neighbours a node's output depends on. The data module
@@ -39,10 +41,11 @@ class Encoder(nn.Module, ABC):
     reads_heterograph: bool = False
     implied: ClassVar[Mapping[str, Any]] = {}
 
-    def __init__(self, units: int) -> None:
+    def __init__(self, units: int, members: int = 1) -> None:
         super().__init__()
-        check_at_least(1, units=units)
+        check_at_least(1, units=units, members=members)
         self.units = units
+        self.members = members
 
     @abstractmethod
     def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
@@ -50,12 +53,12 @@ class Encoder(nn.Module, ABC):
 
         Args:
             graph: the batch.
-            node: (N, D) embedded nodes: float32 while training, float64 when it is asked
+            node: (N, M D) embedded nodes: float32 while training, float64 when it is asked
                 (`nep.players.policy`); new tensors take its type (`node.new_zeros`).
-            edge: (E, D) embedded edges, None unless `uses_edges`.
+            edge: (E, M D) embedded edges, None unless `uses_edges`.
 
         Returns:
-            (N, D); only the rows of the query edges' ends are read.
+            (N, M D); only the rows of the query edges' ends are read.
         """
 
     def config(self) -> dict[str, Any]:

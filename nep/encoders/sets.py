@@ -6,6 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from nep.encoders.encoder import Encoder, check_num_convolutions
+from nep.layers.ensemble_linear import join_members, make_linear
 from nep.layers.flat_graph import FlatGraph
 from nep.layers.segment import segment_max, segment_sum
 
@@ -23,25 +24,28 @@ class Sets(Encoder):
     Args:
         units: width of the node and edge embeddings.
         num_rounds: how often.
+        members: M, networks in an ensemble.
 
-    Source: Zaheer et al. 2017 (Deep Sets). Not in the paper.
+    Source: Zaheer et al. 2017 (Deep Sets); Lakshminarayanan et al. 2017 (ensembles). Not in the
+    paper.
     """
 
     num_hops = 0
     uses_edges = False
 
-    def __init__(self, units: int = 64, num_rounds: int = 2) -> None:
-        super().__init__(units)
+    def __init__(self, units: int = 64, num_rounds: int = 2, members: int = 1) -> None:
+        super().__init__(units, members)
         check_num_convolutions(num_rounds)
         self.num_rounds = num_rounds
-        self.own = nn.ModuleList(nn.Linear(units, units) for _ in range(num_rounds))
+        rounds = range(num_rounds)
+        self.own = nn.ModuleList(make_linear(units, units, members) for _ in rounds)
         self.shared = nn.ModuleList(
-            nn.Linear(2 * units, units, bias=False) for _ in range(num_rounds)
+            make_linear(2 * units, units, members, bias=False) for _ in rounds
         )
-        self.update = nn.ModuleList(nn.Linear(units, units) for _ in range(num_rounds))
+        self.update = nn.ModuleList(make_linear(units, units, members) for _ in rounds)
 
     def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
-        """Encode the furniture nodes, (N, units) -> (N, units)."""
+        """Encode the furniture nodes, (N, M units) -> (N, M units)."""
         places = graph.furniture
         first = hidden = node[places]
         snapshot = graph.node_snapshot[places]
@@ -50,7 +54,7 @@ class Sets(Encoder):
         for own, shared, update in zip(self.own, self.shared, self.update, strict=True):
             mean = segment_sum(hidden, snapshot, graph.num_snapshots) / size
             most = segment_max(hidden, snapshot, graph.num_snapshots)
-            pooled = shared(torch.cat([mean, most], dim=1))  # (B, units)
+            pooled = shared(join_members(mean, most, self.members))  # (B, M units)
             hidden = nn.functional.gelu(own(hidden) + pooled.index_select(0, snapshot))
             hidden = nn.functional.gelu(update(hidden))
         return torch.cat([node[: places.start], hidden + first, node[places.stop :]])

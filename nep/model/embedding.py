@@ -15,37 +15,42 @@ from datamodules.batch import (
     TEXT_DIM,
 )
 from datamodules.features import BELIEF_DIM, CLOCK_DIM
+from nep.layers.ensemble_linear import make_linear
 from nep.layers.flat_graph import FlatGraph
 
 
 class NodeEmbedding(nn.Module):
     """Two ReLU layers over [text vector (96), temporal features (4), node type one-hot (5)].
 
-    The text and type parts of the first layer are computed once per label, or once per pair of
-    type and label where nodes are many, and gathered: equal to concatenating the 105 features of
-    every node, without making them.
+    Where nodes are many, the text and type parts of the first layer are computed once per pair of
+    type and label and gathered: equal to concatenating the 105 features of every node, without
+    making them.
 
     Args:
-        units: width of both layers.
+        units: width of both layers, for each member of an ensemble.
+        members: M, see `Encoder`.
 
     Source: paper appendices B and C.
     """
 
-    def __init__(self, units: int) -> None:
+    def __init__(self, units: int, members: int = 1) -> None:
         super().__init__()
-        self.first = nn.Linear(TEXT_DIM + NODE_TEMPORAL_DIM + len(NODE_TYPES), units)
-        self.second = nn.Linear(units, units)
+        num_features = TEXT_DIM + NODE_TEMPORAL_DIM + len(NODE_TYPES)
+        self.first = nn.Linear(num_features, members * units)
+        self.second = make_linear(units, units, members)
 
     def forward(self, graph: FlatGraph) -> Tensor:
-        """Embed all nodes: (N, units)."""
+        """Embed all nodes: (N, M units)."""
         weights = self.first.weight.split([TEXT_DIM, NODE_TEMPORAL_DIM, len(NODE_TYPES)], dim=1)
         text_weight, temporal_weight, type_weight = weights
-        text = F.linear(graph.text, text_weight, self.first.bias)  # (L, units)
-        of_type = type_weight.t().contiguous()  # (5, units)
-        if graph.num_nodes < len(of_type) * len(text):  # of a single home
-            known = graph.repeat_per_node_type(of_type) + text.index_select(0, graph.label)
+        of_type = type_weight.t().contiguous()  # (5, M units)
+        if graph.num_nodes < len(of_type) * len(graph.text):  # of a single home
+            text = graph.text.index_select(0, graph.label)  # often fewer than there are labels
+            known = F.linear(text, text_weight, self.first.bias)  # (N, M units)
+            known = known + graph.repeat_per_node_type(of_type)
         else:
-            table = (of_type.unsqueeze(1) + text).flatten(0, 1)  # (5 L, units)
+            text = F.linear(graph.text, text_weight, self.first.bias)  # (L, M units)
+            table = (of_type.unsqueeze(1) + text).flatten(0, 1)  # (5 L, M units)
             blocks = enumerate(graph.label.split(graph.node_counts))
             row = torch.cat([label + ntype * len(text) for ntype, label in blocks])  # (N,)
             known = table.index_select(0, row)
@@ -57,26 +62,29 @@ class EdgeEmbedding(nn.Module):
     """Two layers over [edge features (9 to 22), relation one-hot (4)], ReLU after each.
 
     Args:
-        units: width of both layers.
+        units: width of both layers, for each member of an ensemble.
         belief: whether edges carry the 5 belief features.
         clock: whether edges carry the 8 clock features.
+        members: M, see `Encoder`.
 
     Source: paper appendices B and C.
     """
 
     relation: Tensor
 
-    def __init__(self, units: int, belief: bool = False, clock: bool = False) -> None:
+    def __init__(
+        self, units: int, belief: bool = False, clock: bool = False, members: int = 1
+    ) -> None:
         super().__init__()
         num_features = EDGE_FEATURE_DIM + BELIEF_DIM * belief + CLOCK_DIM * clock
-        self.first = nn.Linear(num_features + len(RELATIONS), units)
-        self.second = nn.Linear(units, units)
+        self.first = nn.Linear(num_features + len(RELATIONS), members * units)
+        self.second = make_linear(units, units, members)
         one_hot = torch.eye(len(RELATIONS))
         relation = torch.stack([one_hot[RELATIONS.index(name)] for _, name, _ in EDGE_TYPES])
         self.register_buffer("relation", relation, persistent=False)  # (10, 4)
 
     def forward(self, graph: FlatGraph, edges: Tensor | None = None) -> Tensor:
-        """Embed all edges (E, units), or only `edges` (M,) int64: (M, units)."""
+        """Embed all edges, (E, M units), or only `edges`, int64 (n,): (n, M units)."""
         features = torch.cat(
             [graph.edge_feature, graph.repeat_per_edge_type(self.relation)], dim=1
         )  # (E, 13 to 26)

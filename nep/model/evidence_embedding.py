@@ -6,6 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from datamodules.features import EVIDENCE_DIM, QUESTION_DIM
+from nep.layers.ensemble_linear import make_linear
 from nep.layers.flat_graph import FlatGraph
 from simulator.evidence.columns import CLOCK_GROUPS, PLACE_COLUMNS, QUESTION_COLUMNS
 
@@ -22,27 +23,28 @@ class EvidenceEmbedding(nn.Module):
     logarithms of the filters' beliefs past the network, so that it learns what to add to them.
 
     Args:
-        units: width of both layers.
+        units: width of both layers, for each member of an ensemble.
         clock_dropout: share of the questions that hide the clock while training, so that one
             network serves homes with and without one.
+        members: M, see `Encoder`.
     """
 
     belief_columns: Tensor
     place_has_clock: Tensor
     question_has_clock: Tensor
 
-    def __init__(self, units: int, clock_dropout: float = 0.5) -> None:
+    def __init__(self, units: int, clock_dropout: float = 0.5, members: int = 1) -> None:
         super().__init__()
         self.clock_dropout = clock_dropout
         # A plain average over all batches: no momentum to choose.
         self.place_scale = nn.BatchNorm1d(EVIDENCE_DIM, _LEAST_VARIANCE, None, affine=False)
         self.question_scale = nn.BatchNorm1d(QUESTION_DIM, _LEAST_VARIANCE, None, affine=False)
-        self.place = nn.Linear(EVIDENCE_DIM, units)
-        self.question = nn.Linear(QUESTION_DIM, units, bias=False)
-        self.second = nn.Linear(units, units)
-        self.shortcut = nn.Linear(len(_BELIEFS), 1, bias=False)
+        self.place = nn.Linear(EVIDENCE_DIM, members * units)
+        self.question = nn.Linear(QUESTION_DIM, members * units, bias=False)
+        self.second = make_linear(units, units, members)
+        self.shortcut = nn.Linear(len(_BELIEFS), members, bias=False)
         with torch.no_grad():
-            self.shortcut.weight.zero_()[0, _BELIEFS.index(_FIRST_BELIEF)] = 1
+            self.shortcut.weight.zero_()[:, _BELIEFS.index(_FIRST_BELIEF)] = 1
         beliefs = torch.tensor([PLACE_COLUMNS.index(name) for name in _BELIEFS])
         self.register_buffer("belief_columns", beliefs, persistent=False)
         for name, columns in (("place", PLACE_COLUMNS), ("question", QUESTION_COLUMNS)):
@@ -50,7 +52,7 @@ class EvidenceEmbedding(nn.Module):
             self.register_buffer(f"{name}_has_clock", torch.tensor(is_clock), persistent=False)
 
     def forward(self, graph: FlatGraph) -> Tensor:
-        """Embed the furniture nodes: (NF, units).
+        """Embed the furniture nodes: (NF, M units).
 
         Raises:
             ValueError: if the batch holds no evidence.
@@ -72,7 +74,8 @@ class EvidenceEmbedding(nn.Module):
         return nn.functional.gelu(self.second(nn.functional.gelu(hidden)))
 
     def compute_shortcut(self, graph: FlatGraph) -> tuple[Tensor, Tensor]:
-        """Return what is added to the logits of furniture nodes, and ln(belief), (NF,) both."""
+        """Return what logits of furniture nodes are more by, (NF, M), and ln(belief), (NF, 1)."""
         assert graph.evidence is not None
         beliefs = graph.evidence.index_select(1, self.belief_columns)
-        return self.shortcut(beliefs).squeeze(1), beliefs[:, _BELIEFS.index(_FIRST_BELIEF)]
+        first = _BELIEFS.index(_FIRST_BELIEF)
+        return self.shortcut(beliefs), beliefs[:, first : first + 1]

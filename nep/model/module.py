@@ -182,8 +182,10 @@ class NEPModule(pl.LightningModule):
     ) -> Tensor:
         # Plain tensors go to any device, a DGL graph only where DGL was built for it.
         graph = FlatGraph.from_batch(batch).to(self.device)
-        logits = self.predictor.score(graph)
-        loss = self._compute_loss(graph, logits)
+        of_members = self.predictor.score_members(graph)
+        losses = [self._compute_loss(graph, logits) for logits in of_members.unbind(dim=1)]
+        loss = torch.stack(losses).mean()
+        logits = self.predictor.join_answers(graph, of_members)
         known = ~graph.query_target.isnan()
         if known.any():
             target = graph.query_target[known]

@@ -7,7 +7,9 @@ from torch import Tensor, nn
 
 from datamodules.batch import SGMBatch
 from nep.encoders.encoder import Encoder
+from nep.layers.ensemble_linear import join_members, make_linear
 from nep.layers.flat_graph import FlatGraph
+from nep.layers.segment import segment_softmax
 from nep.model.embedding import EdgeEmbedding, NodeEmbedding
 from nep.model.evidence_embedding import EvidenceEmbedding
 from nep.model.query_attention import QueryAttention
@@ -16,10 +18,12 @@ from nep.model.query_attention import QueryAttention
 class NodeEdgePredictor(nn.Module):
     """Embeds nodes and edges, passes messages, fuses query edges, lets them attend to each other.
 
-    A query edge is the mean of its two nodes' encodings beside its own embedding: 2 D wide.
+    A query edge is the mean of its two nodes' encodings beside its own embedding: 2 D wide. With
+    an encoder of several members each of them gives its own answer, all are trained on the same
+    batches, and the probability of a query edge is the mean of theirs.
 
     Args:
-        encoder: the message passing; its `units` are D.
+        encoder: the message passing; its `units` are D, its `members` M.
         transformer: whether the query edges of a snapshot attend to each other.
         transformer_layers: encoder layers of that attention.
         transformer_heads: heads of each layer.
@@ -33,6 +37,9 @@ class NodeEdgePredictor(nn.Module):
         filter_share: how much of the answer is that of the adaptive filter, outside training:
             logit = (1 - share) logit + share ln(belief). Homes that are unlike those of training
             profit, and those of training hardly lose. Used with evidence alone.
+
+    Raises:
+        ValueError: if the query edges of an ensemble are to attend to each other.
 
     Source: paper section 4.3 and appendix C.
     """
@@ -52,10 +59,17 @@ class NodeEdgePredictor(nn.Module):
         filter_share: float = 0.0,
     ) -> None:
         super().__init__()
-        units = encoder.units
-        self.node_embedding = NodeEmbedding(units)
-        self.edge_embedding = EdgeEmbedding(units, belief, clock)
-        self.evidence_embedding = EvidenceEmbedding(units, clock_dropout) if evidence else None
+        units, members = encoder.units, encoder.members
+        if transformer and members > 1:
+            raise ValueError(
+                f"transformer must be false for an encoder of several members, got {members} "
+                "members. Set model.transformer to false, or members to 1."
+            )
+        self.node_embedding = NodeEmbedding(units, members)
+        self.edge_embedding = EdgeEmbedding(units, belief, clock, members)
+        self.evidence_embedding = (
+            EvidenceEmbedding(units, clock_dropout, members) if evidence else None
+        )
         self.filter_share = filter_share
         self.encoder = encoder
         self.query_attention = (
@@ -65,13 +79,14 @@ class NodeEdgePredictor(nn.Module):
             if transformer
             else None
         )
-        last = nn.Linear(units, 1)
+        last = make_linear(units, 1, members)
         # The loss weighs true and false edges alike, so that 0.5 is the best constant answer.
+        assert last.bias is not None
         nn.init.zeros_(last.bias)
         self.head = nn.Sequential(
-            nn.Linear(2 * units, units),
+            make_linear(2 * units, units, members),
             nn.ReLU(),
-            nn.Linear(units, units),
+            make_linear(units, units, members),
             nn.ReLU(),
             last,
         )
@@ -82,6 +97,21 @@ class NodeEdgePredictor(nn.Module):
 
     def score(self, graph: FlatGraph) -> Tensor:
         """Score the query edges of an already flattened batch: logits (Q,) in query order."""
+        return self.join_answers(graph, self.score_members(graph))
+
+    def join_answers(self, graph: FlatGraph, logits: Tensor) -> Tensor:
+        """Make one answer of those of all members: (Q, M) -> (Q,).
+
+        Those of several are logarithms of the mean of their probabilities: each snapshot's sum to
+        one.
+        """
+        if logits.shape[1] == 1:
+            return logits.squeeze(1)
+        share = segment_softmax(logits, graph.query_snapshot, graph.num_snapshots).mean(dim=1)
+        return share.clamp(min=torch.finfo(share.dtype).tiny).log()
+
+    def score_members(self, graph: FlatGraph) -> Tensor:
+        """Score the query edges by each member: logits (Q, M) in query order."""
         node = self.node_embedding(graph)
         if self.evidence_embedding is not None:
             evidence, places = self.evidence_embedding(graph), graph.furniture
@@ -97,16 +127,16 @@ class NodeEdgePredictor(nn.Module):
         src_row = graph.edge_src.index_select(0, graph.query_edge)
         dst_row = graph.edge_dst.index_select(0, graph.query_edge)
         src, dst = node.index_select(0, src_row), node.index_select(0, dst_row)
-        query = torch.cat([(src + dst) / 2, query_edge], dim=1)  # (Q, 2 D)
+        query = join_members((src + dst) / 2, query_edge, self.encoder.members)  # (Q, M 2 D)
         if self.query_attention is not None:
             query = self.query_attention(query, graph.query_snapshot, graph.num_snapshots)
-        logit = self.head(query).squeeze(1)
+        logit = self.head(query)
         if self.evidence_embedding is not None:
             shortcut, belief = self.evidence_embedding.compute_shortcut(graph)
             share = 0.0 if self.training else self.filter_share
-            by_place = (1 - share) * shortcut + share * belief  # (NF,)
+            by_place = (1 - share) * shortcut + share * belief  # (NF, M)
             before, after = graph.furniture.start, len(node) - graph.furniture.stop
-            by_node = nn.functional.pad(by_place, (before, after))  # objects have none
+            by_node = nn.functional.pad(by_place, (0, 0, before, after))  # objects have none
             of_edge = by_node.index_select(0, src_row) + by_node.index_select(0, dst_row)
             logit = (1 - share) * logit + of_edge
         return logit

@@ -1,0 +1,58 @@
+"""Linear layers of the members of an ensemble, side by side in one product."""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Tensor, nn
+
+
+class EnsembleLinear(nn.Module):
+    """One linear layer for each of M members; none reads what is another's.
+
+    Args:
+        in_features: of each member.
+        out_features: of each member.
+        members: M.
+        bias: whether something is added.
+    """
+
+    bias: nn.Parameter | None
+
+    def __init__(
+        self, in_features: int, out_features: int, members: int, bias: bool = True
+    ) -> None:
+        super().__init__()
+        bound = 1 / math.sqrt(in_features)  # as `nn.Linear` begins
+        self.weight = nn.Parameter(torch.empty(members, in_features, out_features))
+        nn.init.uniform_(self.weight, -bound, bound)
+        self.bias = None
+        if bias:
+            self.bias = nn.Parameter(torch.empty(members, 1, out_features))
+            nn.init.uniform_(self.bias, -bound, bound)
+
+    def forward(self, values: Tensor) -> Tensor:
+        """Apply the layers: (N, M in_features) -> (N, M out_features), member by member."""
+        members = values.unflatten(1, self.weight.shape[:2]).transpose(0, 1)  # (M, N, in)
+        product = (
+            members @ self.weight
+            if self.bias is None
+            else torch.baddbmm(self.bias, members, self.weight)
+        )
+        return product.transpose(0, 1).flatten(1)
+
+
+def make_linear(
+    in_features: int, out_features: int, members: int, bias: bool = True
+) -> nn.Linear | EnsembleLinear:
+    """Make the layers of an ensemble; of a single network it is `nn.Linear`."""
+    if members == 1:
+        return nn.Linear(in_features, out_features, bias)
+    return EnsembleLinear(in_features, out_features, members, bias)
+
+
+def join_members(first: Tensor, second: Tensor, members: int) -> Tensor:
+    """Put the columns of each member beside each other: (N, M A), (N, M B) -> (N, M (A + B))."""
+    parts = [values.unflatten(1, (members, -1)) for values in (first, second)]
+    return torch.cat(parts, dim=2).flatten(1)
