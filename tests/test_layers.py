@@ -33,8 +33,8 @@ ORDER = """
     simulator.arrays simulator.messages simulator.checks simulator.lazy_names simulator.caches
     simulator.files simulator.fan_out simulator.process simulator.compiled simulator.priors
     simulator.text simulator.memory simulator.world simulator.evidence simulator.policies
-    simulator.snapshots simulator.tasks simulator.robot simulator.trace simulator.drawing simulator.replay
-    simulator.realism
+    simulator.snapshots simulator.tasks simulator.robot simulator.trace simulator.drawing
+    simulator.replay simulator.realism
     simulator.home_options simulator.command_line simulator.gym simulator.igridson
     simulator.collect simulator.testing simulator.test_sets simulator datamodules nep.importers
     nep.layers nep.encoders nep.model nep.checkpoint_files nep.config_files nep.players nep.report

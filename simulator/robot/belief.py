@@ -8,6 +8,7 @@ import numpy as np
 
 from simulator.checks import is_number
 from simulator.memory.asking import Looks
+from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.messages import shorten
 from simulator.world.config import HomeConfig
 
@@ -19,8 +20,8 @@ SEEN_NOW = 0.97  # a thing seen in this very step is there; detectors err, peopl
 class Detector:
     """What is known of the robot's eyes, and of how fast the home changes.
 
-    A robot's own, told by its user; what simulated homes have, filters are told and memories count
-    is in docs/design.md, agreement "Rates".
+    A robot's own, told by its user or counted by its memory (`estimate`); what simulated homes
+    have, filters are told and memories count is in docs/design.md, agreement "Rates".
 
     Attributes:
         miss_rate: probability that a look at a place does not show what is there.
@@ -30,6 +31,19 @@ class Detector:
 
     miss_rate: float = _PAPER.detection_error
     leave_rate: float = _PAPER.move_share
+
+    @classmethod
+    def estimate(cls, memory: SceneGraphMemory) -> Detector:
+        """Return what a memory has counted: looks that missed what later looks found, and moves.
+
+        A miss rate of .2, as of ten looks, and a leave rate of a thirtieth, as of fifteen steps,
+        are what it starts from. Things that are easily overlooked are missed again where they were
+        missed before, which one rate does not say: give the detector's own where it is known.
+        """
+        history = memory.batch.history
+        return cls(
+            float(history.compute_miss_rate()[0]), min(float(history.compute_move_rate()[0]), 0.99)
+        )
 
     def __post_init__(self) -> None:
         """Check both.
