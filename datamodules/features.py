@@ -228,14 +228,13 @@ def take_evidence(snapshots: Snapshots, config: FeatureConfig) -> tuple[np.ndarr
             "snapshots must hold evidence for `features.evidence`, got none. Collect with "
             "`--evidence true`, or switch the feature off."
         )
-    parts = []
-    for values, columns in (
-        (snapshots.extras["evidence"], PLACE_COLUMNS),
-        (snapshots.question_extras["evidence"], QUESTION_COLUMNS),
-    ):
-        is_on = [name.partition(".")[0] not in config.evidence_without for name in columns]
-        parts.append((values * np.array(is_on)).astype(np.float32))
-    return parts[0], parts[1]
+    place, question = snapshots.extras["evidence"], snapshots.question_extras["evidence"]
+    if config.evidence_without:
+        place, question = (
+            values * [name.partition(".")[0] not in config.evidence_without for name in columns]
+            for values, columns in ((place, PLACE_COLUMNS), (question, QUESTION_COLUMNS))
+        )
+    return place.astype(np.float32), question.astype(np.float32)
 
 
 def require_clock(clock: np.ndarray | None) -> np.ndarray:

@@ -76,9 +76,16 @@ def segment_max(values: Tensor, segment: Tensor, num_segments: int) -> Tensor:
     Returns:
         (S, D); zero for a segment without rows.
     """
-    index = segment.unsqueeze(1).expand_as(values)
-    zeros = values.new_zeros(num_segments, values.shape[1])
-    return zeros.scatter_reduce(0, index, values, "amax", include_self=False)
+    index, still = segment.unsqueeze(1).expand_as(values), values.detach()
+    peak = still.new_zeros(num_segments, values.shape[1])
+    peak = peak.scatter_reduce(0, index, still, "amax", include_self=False)
+    if not values.requires_grad:
+        return peak
+    # The gradient of `scatter_reduce` takes five times as long. Rows that tie share it here, too.
+    is_peak = (still == peak.index_select(0, segment)).to(values.dtype)
+    number = segment_sum(is_peak, segment, num_segments).index_select(0, segment)
+    share = segment_sum(values * (is_peak / number), segment, num_segments)
+    return peak + (share - share.detach())
 
 
 def _widen(values: Tensor) -> Tensor:

@@ -210,7 +210,7 @@ def rank(values: np.ndarray) -> np.ndarray:
     """Return 1 / rank of each place, the highest value 1, ties in order, (Q, F) -> (Q, F)."""
     order = np.argsort(-values, axis=1, kind="stable")
     ranks = np.empty(values.shape)
-    np.put_along_axis(ranks, order, 1 / np.arange(1, values.shape[1] + 1)[None], axis=1)
+    ranks[np.arange(len(values))[:, None], order] = 1 / np.arange(1, values.shape[1] + 1)
     return ranks
 
 

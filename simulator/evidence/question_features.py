@@ -116,17 +116,17 @@ def compute_hour_of_day(question: Question) -> Columns:
     """What time it is, and how often the object is away from its usual place at that time."""
     memory, queries, hours = question.memory, question.queries, question.counts.hours
     now = compute_hour(memory, queries.home)
-    angle = now * (2 * np.pi / 24)
+    has_clock, angle = ~np.isnan(now), now * (2 * np.pi / 24)
     away = np.zeros(len(now))
     if hours is not None:
         seen = weigh_hours(memory, queries, hours, 8.0)
         total = seen.sum(axis=1)
         away = (total - question.take_at(seen, question.usual) + 0.3) / (total + 1)
-        away = np.where(np.isnan(now), 0, away)
+        away = np.where(has_clock, away, 0)
     return {
-        "has_clock": ~np.isnan(now),
-        "hour_sine": np.nan_to_num(np.sin(angle)),
-        "hour_cosine": np.nan_to_num(np.cos(angle)),
+        "has_clock": has_clock,
+        "hour_sine": np.where(has_clock, np.sin(angle), 0),
+        "hour_cosine": np.where(has_clock, np.cos(angle), 0),
         "away_at_this_hour": away,
     }
 

@@ -229,3 +229,12 @@ def test_segment_max_by_hand():
     values = torch.tensor([[1.0, -5.0], [3.0, -7.0], [-2.0, 0.5]])
     found = segment_max(values, torch.tensor([2, 2, 0]), 3)
     assert found.tolist() == [[-2.0, 0.5], [0.0, 0.0], [3.0, -5.0]]
+
+
+def test_the_gradient_of_segment_max_goes_to_the_largest_rows():
+    """Those that tie share it; a largest value of zero is one as any other."""
+    values = torch.tensor([[1.0, 0.0], [2.0, -1.0], [2.0, -2.0], [5.0, 7.0]], requires_grad=True)
+    found = segment_max(values, torch.tensor([0, 0, 0, 1]), 2)
+    assert found.tolist() == [[2.0, 0.0], [5.0, 7.0]]
+    (found * torch.tensor([[4.0, 3.0], [1.0, 2.0]])).sum().backward()
+    assert values.grad.tolist() == [[0.0, 3.0], [2.0, 0.0], [2.0, 0.0], [1.0, 2.0]]
