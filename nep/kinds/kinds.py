@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from simulator.memory.clock import DAY_SECONDS, HOUR_SECONDS
 from simulator.messages import shorten
@@ -71,6 +73,11 @@ def list_simulated(num_homes: int, num_steps: int, num_searches: int) -> Mapping
             "Homes of the released code's size, 24 places",
             furniture_per_room=6, objects_per_furniture=5,
         ),
+        "dealt-prior": Kind(
+            "32 places, another prior graph: object types deal their places anew",
+            (SampledSource(deal_placements(PriorGraph.default())),),
+            num_homes, num_steps, num_searches,
+        ),
         "routine": sample(
             "People with routines, 24 places",
             furniture_per_room=6, objects_per_furniture=3, dynamics=RoutineDynamics(),
@@ -80,6 +87,19 @@ def list_simulated(num_homes: int, num_steps: int, num_searches: int) -> Mapping
         "other-prior": mix("Mixture, the prior of another home", OTHER_HOME),
         "unknown-words": mix("Mixture, words that the prior does not know", UNKNOWN_WORDS),
     }  # fmt: skip
+
+
+def deal_placements(prior: PriorGraph, seed: int = 0) -> PriorGraph:
+    """Return a world in which mugs may be kept where books are: its homes, and the agents' prior.
+
+    Each object type gets the placements of another, at random; nothing else changes. Who learnt by
+    heart what is kept where, or goes by what a thing is called, is wrong there.
+    """
+    labels = [row.label for row in prior.objects]
+    order = np.random.default_rng(seed).permutation(len(labels))
+    dealt = {label: labels[other] for label, other in zip(labels, order, strict=True)}
+    placements = tuple(replace(row, object=dealt[row.object]) for row in prior.placements)
+    return replace(prior, placements=placements)
 
 
 def list_recorded(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import torch
 
-from nep.players.checkpoints import CONFIG, WEIGHTS
+from nep.players.checkpoints import WEIGHTS, load_config
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from nep.players.shipped import PRETRAINED, find_trained, split_name
@@ -78,10 +79,11 @@ class Checkpoint:
         return _load(self.path, state and (state.st_mtime_ns, state.st_size))
 
     def compute_checksum(self) -> str:
-        """Return the SHA-256 of its file, or of all files that an exported folder is read from."""
+        """Return the SHA-256 of its file, or of what an exported folder says but for its notes."""
         if not self.path.is_dir():
             return compute_checksum(self.path)
-        parts = [compute_checksum(self.path / name) for name in (WEIGHTS, CONFIG)]
+        config = {name: part for name, part in load_config(self.path).items() if name != "notes"}
+        parts = [compute_checksum(self.path / WEIGHTS), json.dumps(config, sort_keys=True)]
         return hashlib.sha256("".join(parts).encode()).hexdigest()
 
     def describe(self) -> dict[str, str | None]:

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from nep.any_home import main, note_kinds
-from nep.kinds.kinds import list_simulated
+from nep.kinds.kinds import deal_placements, list_simulated
 from nep.kinds.play import HOME_COLUMNS, SHARED_COLUMNS, list_players
 from nep.kinds.table import find_best_rule, make_overview, make_table
+from nep.players.contestants import Checkpoint
 from nep.players.shipped import PRETRAINED
+from simulator.priors.prior_graph import PriorGraph
 
 
 def make_scores(**accuracy):
@@ -52,9 +54,34 @@ def test_the_card_gets_one_section_however_often(tmp_path):
     assert len(card) > len(before)
 
 
+def test_a_card_makes_no_other_network_and_a_setting_does(tmp_path):
+    folder = tmp_path / "heat"
+    shutil.copytree(PRETRAINED / "heat", folder)
+    before = Checkpoint("heat", folder).compute_checksum()
+    note_kinds(folder, "| a |\n")
+    assert Checkpoint("heat", folder).compute_checksum() == before
+    config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
+    config["model"]["filter_share"] = 0.5
+    (folder / "config.json").write_text(json.dumps(config), encoding="utf-8")
+    assert Checkpoint("heat", folder).compute_checksum() != before
+
+
 def test_the_best_comes_last():
     text = make_table(make_scores(net=[0.5, 0.7], a=[0.2, 0.6]))
     assert text.index("| a ") < text.index("| net ")
+
+
+def test_another_prior_graph_is_the_same_places_dealt_anew():
+    prior = PriorGraph.default()
+    dealt = deal_placements(prior)
+    rows = dealt.weights.reshape(len(prior.objects), -1)
+    before = prior.weights.reshape(len(prior.objects), -1)
+    assert sorted(map(tuple, rows.tolist())) == sorted(map(tuple, before.tolist()))
+    assert (rows != before).any(axis=1).mean() > 0.9
+    assert dealt.objects == prior.objects
+    assert dealt.furniture == prior.furniture
+    assert dealt.checksum == deal_placements(prior).checksum
+    assert dealt.checksum != deal_placements(prior, seed=1).checksum
 
 
 def test_simulated_kinds_can_be_played_by_policies():
