@@ -55,8 +55,8 @@ class Kind:
 def list_simulated(num_homes: int, num_steps: int, num_searches: int) -> Mapping[str, Kind]:
     """List the kinds that are simulated, by name."""
 
-    def sample(title: str, **rules: object) -> Kind:
-        source = SampledSource(None, HomeConfig(**rules))  # type: ignore[arg-type]
+    def sample(title: str, prior: PriorGraph | None = None, **rules: object) -> Kind:
+        source = SampledSource(prior, HomeConfig(**rules))  # type: ignore[arg-type]
         return Kind(title, (source,), num_homes, num_steps, num_searches)
 
     def mix(title: str, view: str | None = None) -> Kind:
@@ -73,10 +73,9 @@ def list_simulated(num_homes: int, num_steps: int, num_searches: int) -> Mapping
             "Homes of the released code's size, 24 places",
             furniture_per_room=6, objects_per_furniture=5,
         ),
-        "dealt-prior": Kind(
+        "dealt-prior": sample(
             "32 places, another prior graph: object types deal their places anew",
-            (SampledSource(deal_placements(PriorGraph.default())),),
-            num_homes, num_steps, num_searches,
+            deal_placements(PriorGraph.default()),
         ),
         "routine": sample(
             "People with routines, 24 places",

@@ -185,11 +185,10 @@ class NEPModule(pl.LightningModule):
         of_members = self.predictor.score_members(graph)
         losses = [self._compute_loss(graph, logits) for logits in of_members.unbind(dim=1)]
         loss = torch.stack(losses).mean()
-        logits = self.predictor.join_answers(graph, of_members)
         known = ~graph.query_target.isnan()
         if known.any():
             target = graph.query_target[known]
-            known_logits = logits.detach()[known]
+            known_logits = self.predictor.join_answers(graph, of_members.detach())[known]
             metrics.update(known_logits, target.long())
             hits_at_1.update(known_logits, target, graph.query_snapshot[known])
         self.log(

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from nep.report.tables import join_table
+from simulator.evidence.columns import CLOCK_GROUPS
 
 # Who is scored in the same homes, worst first as a rule.
 REFERENCES = ("priors", "last_seen_prior", "bayesian", "prior_filter", "ceiling")
@@ -112,7 +113,11 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
         kinds = _KINDS.format(notes["kinds"]) if "kinds" in notes else ""
         measured = _describe_measured(name, notes["measured"], config["calibration"], kinds)
     start = training.get("start")
-    blind = "people" if config["features"]["clock"] else "people or the time of day"
+    features = config["features"]
+    hides_clock = set(CLOCK_GROUPS) <= set(features.get("evidence_without", ()))
+    has_hours = features.get("evidence", False) and not hides_clock
+    reads_clock = features["clock"] or has_hours
+    blind = "poses or people" if reads_clock else "poses, people or the time of day"
     return TEMPLATE.read_text(encoding="utf-8").format(
         name=name,
         encoder=config["model"]["encoder"]["class_path"].rpartition(".")[2],
@@ -126,7 +131,7 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
         size_limit=kind["size_limit"],
         measured=measured,
         share="it is taken that in one of ten" if "measured" not in notes else "in one of ten",
-        blind=f"It does not see poses, {blind}.",
+        blind=f"It does not see {blind}.",
     )
 
 

@@ -111,6 +111,23 @@ def test_the_card_of_a_network_from_recorded_homes_claims_no_simulated_ones():
         assert claim not in card
 
 
+@pytest.mark.parametrize(
+    ("features", "sees"),
+    [
+        ({"clock": False}, "poses, people or the time of day"),  # of an older network
+        ({"clock": True}, "poses or people"),
+        ({"clock": False, "evidence": True, "evidence_without": []}, "poses or people"),
+        (
+            {"clock": False, "evidence": True, "evidence_without": ["hour", "hours"]},
+            "poses, people or the time of day",
+        ),
+    ],
+)
+def test_the_card_says_whether_it_reads_the_clock(features, sees):
+    config = load_config(PRETRAINED / "heat")
+    assert f"It does not see {sees}." in make_card("net", {**config, "features": features})
+
+
 def test_a_small_export_is_calibrated_and_says_what_it_measured(checkpoint, tmp_path, capsys):
     main([str(checkpoint), str(tmp_path / "net"), "--num_homes=2", "--steps=3", "--threads=1"])
     assert capsys.readouterr().out.endswith("config.json, weights.safetensors, MODEL_CARD.md\n")

@@ -98,7 +98,7 @@ def test_a_members_loss_trains_that_member_alone(ensemble, graph):
     assert ensemble.head[-1].weight.grad[1].any()
 
 
-def test_the_loss_is_the_mean_of_the_members(ensemble, random_batch, graph, monkeypatch):
+def test_the_loss_is_the_mean_of_the_members(random_batch, monkeypatch):
     module = NEPModule(
         Sets(UNITS, members=MEMBERS), transformer=False, paper_loss=False, listwise_weight=1.0
     )
