@@ -8,6 +8,7 @@ from torch import Tensor, nn
 from nep.encoders.encoder import Encoder, check_num_convolutions
 from nep.layers.ensemble_linear import join_members, make_linear
 from nep.layers.flat_graph import FlatGraph
+from nep.layers.gelu import gelu
 from nep.layers.segment import segment_max, segment_sum
 
 
@@ -55,6 +56,6 @@ class Sets(Encoder):
             mean = segment_sum(hidden, snapshot, graph.num_snapshots) / size
             most = segment_max(hidden, snapshot, graph.num_snapshots)
             pooled = shared(join_members(mean, most, self.members))  # (B, M units)
-            hidden = nn.functional.gelu(own(hidden) + pooled.index_select(0, snapshot))
-            hidden = nn.functional.gelu(update(hidden))
+            hidden = gelu(own(hidden) + pooled.index_select(0, snapshot))
+            hidden = gelu(update(hidden))
         return torch.cat([node[: places.start], hidden + first, node[places.stop :]])

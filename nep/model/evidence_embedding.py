@@ -8,6 +8,7 @@ from torch import Tensor, nn
 from datamodules.features import EVIDENCE_DIM, QUESTION_DIM
 from nep.layers.ensemble_linear import make_linear
 from nep.layers.flat_graph import FlatGraph
+from nep.layers.gelu import gelu
 from simulator.evidence.columns import CLOCK_GROUPS, PLACE_COLUMNS, QUESTION_COLUMNS
 
 _LEAST_VARIANCE = 4e-4  # of a column, so that one that hardly varies is not blown up
@@ -71,7 +72,7 @@ class EvidenceEmbedding(nn.Module):
         place = self.place_scale(place).clamp(-_MOST, _MOST)
         question = self.question_scale(question).clamp(-_MOST, _MOST)
         hidden = self.place(place) + self.question(question).index_select(0, snapshot)
-        return nn.functional.gelu(self.second(nn.functional.gelu(hidden)))
+        return gelu(self.second(gelu(hidden)))
 
     def compute_shortcut(self, graph: FlatGraph) -> tuple[Tensor, Tensor]:
         """Return what logits of furniture nodes are more by, (NF, M), and ln(belief), (NF, 1)."""
