@@ -83,7 +83,7 @@ class SGMDataModule(pl.LightningDataModule):
                 too, in all tasks.
             val_homes: the same for validation; None for other homes of the same source.
             home: rules of the homes.
-            prior: prior file; None for the shipped default.
+            prior: a shipped prior, "default" or "household", or a file; None for the default.
             seed: of homes and collection, and of the shuffling.
             batch_size: snapshots per batch.
             relevance: learn the relevance of each place instead of where the object is, for a task

@@ -37,7 +37,8 @@ class HomeOptions:
         homes: the source: a name, or the import path of a class of your own.
         home: rules of the homes; of recorded ones only the detector and where the robot looks, see
             docs/traces.md.
-        prior: prior file (JSON); the shipped one if left out.
+        prior: "default" or "household", which ship, or a prior file (JSON); the default if left
+            out.
         trace: play in recorded homes: traces, or folders of traces (docs/traces.md).
         step_seconds: length of a time step of recorded homes; an hour, or what the homes were
             simulated with, if left out.

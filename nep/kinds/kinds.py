@@ -104,7 +104,7 @@ def deal_placements(prior: PriorGraph, seed: int = 0) -> PriorGraph:
 def list_recorded(
     folders: Sequence[str], num_searches: int, seeds: tuple[int, ...]
 ) -> Mapping[str, Kind]:
-    """List the kinds that are recorded, by name: with the shipped prior and with a counted one.
+    """List the kinds that are recorded, by name: with both shipped priors and with a counted one.
 
     Args:
         folders: traces, or folders of traces.
@@ -124,20 +124,20 @@ def list_recorded(
         least = min(source.num_steps for source in sources)
         return Kind(title, tuple(sources), 1, min(num_steps, least), num_searches, seeds)
 
-    shipped = [PriorGraph.default()] * len(paths)
-    counted = _count_in_others(paths)
-    return {
-        "recorded-hour-200": record("Recorded, 200 hourly steps", 200, 3600.0, shipped),
-        "recorded-hour-1000": record("Recorded, 1,000 hourly steps", 1000, 3600.0, shipped),
-        "recorded-10min-200": record("Recorded, 200 steps of ten minutes", 200, 600.0, shipped),
-        "recorded-10min-1000": record("Recorded, 1,000 steps of ten minutes", 1000, 600.0, shipped),
-        "counted-hour-200": record(
-            "Recorded, 200 hourly steps, prior counted in the other homes", 200, 3600.0, counted
-        ),
-        "counted-hour-1000": record(
-            "Recorded, 1,000 hourly steps, prior counted in the other homes", 1000, 3600.0, counted
-        ),
+    priors = {
+        "recorded": ("", [PriorGraph.default()] * len(paths)),
+        "household": (", the household prior", [PriorGraph.household()] * len(paths)),
+        "counted": (", prior counted in the other homes", _count_in_others(paths)),
     }
+    kinds = {}
+    for name, (knowing, own) in priors.items():
+        for num_steps in (200, 1000):
+            title = f"Recorded, {num_steps:,} hourly steps{knowing}"
+            kinds[f"{name}-hour-{num_steps}"] = record(title, num_steps, 3600.0, own)
+        for num_steps in (200, 1000) if name != "counted" else ():
+            title = f"Recorded, {num_steps:,} steps of ten minutes{knowing}"
+            kinds[f"{name}-10min-{num_steps}"] = record(title, num_steps, 600.0, own)
+    return kinds
 
 
 _LOOKS = {"policy": "the policy says where the robot looks", "patrol": "the robot is on patrol"}

@@ -11,7 +11,7 @@ from simulator.home_options import SOURCES, HomeOptions
 from simulator.memory.look_log import read_log
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.messages import shorten
-from simulator.priors.prior_graph import PriorGraph
+from simulator.priors.prior_graph import load_prior
 from simulator.replay.record import record_run
 from simulator.replay.replay import Replay
 from simulator.replay.still import StillMemory
@@ -91,7 +91,7 @@ def open_source(
                 made, steps or made.num_steps or DEFAULT_STEPS, home=number, seed=seed, policy=robot
             )
         )
-    prior = None if homes.prior is None else PriorGraph.load(homes.prior)
+    prior = None if homes.prior is None else load_prior(homes.prior)
     load: Callable[[], Any]
     if path.suffix == LOG_ENDING:
         load = lambda: Replay(read_log(path), path.name, prior=prior)  # noqa: E731

@@ -25,7 +25,7 @@ from simulator.igridson.report import format_table, save_results
 from simulator.igridson.travel import LOOK_COST
 from simulator.messages import shorten
 from simulator.policies import POLICIES
-from simulator.priors.prior_graph import PriorGraph
+from simulator.priors.prior_graph import PRIOR_HELP, load_prior
 
 if TYPE_CHECKING:
     from jsonargparse import ArgumentParser, Namespace
@@ -94,7 +94,7 @@ def _make_parser(prog: str, more: type[MoreOptions], description: str) -> Argume
     parser.add_argument(
         "--layout", type=Path | None, help="layout file; the shipped home if absent"
     )
-    parser.add_argument("--prior", type=Path | None, help="prior file; the shipped one if absent")
+    parser.add_argument("--prior", type=str | None, help=PRIOR_HELP)
     parser.add_argument(
         "--look_cost",
         type=float,
@@ -116,10 +116,6 @@ def _list_default(known: Mapping[str, Searcher]) -> list[str]:
     return [*known, *(name + TRAVEL for name in suited)]
 
 
-def _load_prior(options: Namespace) -> PriorGraph:
-    return PriorGraph.default() if options.prior is None else PriorGraph.load(options.prior)
-
-
 def _play(prog: str, more: type[MoreOptions], arguments: Sequence[str]) -> int:
     """Search with the keyboard."""
     from simulator.igridson.env import IGridsonEnv
@@ -139,7 +135,7 @@ def _play(prog: str, more: type[MoreOptions], arguments: Sequence[str]) -> int:
     if options.policy is not None:
         searcher = find_searcher(options.policy, known, options.look_cost)
     env = IGridsonEnv(
-        options.layout, _load_prior(options), shows_all=options.show_all, render_mode="human"
+        options.layout, load_prior(options.prior), shows_all=options.show_all, render_mode="human"
     )
     print(HELP)
     play(env, options.seed, searcher)
@@ -162,7 +158,7 @@ def _run(prog: str, more: type[MoreOptions], arguments: Sequence[str]) -> int:
     options = parse(parser, arguments)
     config = RunConfig(**pick(options, RunConfig))
     known = _find_searchers(options, more)
-    prior, layout = _load_prior(options), load_layout(options.layout)
+    prior, layout = load_prior(options.prior), load_layout(options.layout)
     check_attempts(config, layout)
     names = _list_default(known) if options.policy is None else options.policy
     searchers = {name: find_searcher(name, known, options.look_cost) for name in names}
@@ -209,7 +205,7 @@ def _film(prog: str, more: type[MoreOptions], arguments: Sequence[str]) -> int:
     known = _find_searchers(options, more)
     searcher = find_searcher(options.policy, known, options.look_cost)
     env = IGridsonEnv(
-        options.layout, _load_prior(options), tile_size=options.tile, render_mode="rgb_array"
+        options.layout, load_prior(options.prior), tile_size=options.tile, render_mode="rgb_array"
     )
     frames = film_searches(env, searcher, options.seed, options.searches, options.warm_up)
     save_video(frames, options.out)

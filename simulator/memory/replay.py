@@ -24,7 +24,7 @@ def replay(
 
     Args:
         lines: from `read_log`, the first a "start".
-        prior: of the memory; None for the one that ships.
+        prior: of the memory; None for the household prior.
 
     Raises:
         ValueError: if there is no line, or one names a room or furniture that there is not.

@@ -28,7 +28,7 @@ from simulator.memory.spark_graph import make_spark_graph
 from simulator.memory.storage import load_content, save_content
 from simulator.memory.words import read_words
 from simulator.messages import shorten
-from simulator.priors.prior_graph import PriorGraph
+from simulator.priors.prior_graph import PriorGraph, find_shipped
 
 if TYPE_CHECKING:  # pandas is an extra; policies read memories; the memory only names their type
     from pandas import DataFrame
@@ -71,7 +71,8 @@ class SceneGraphMemory:
         """Start with an empty home.
 
         Args:
-            prior: where things tend to be; None for the shipped default.
+            prior: where things tend to be; None for `PriorGraph.household()`, which knows some 800
+                things of homes that people live in (docs/priors.md).
             clock: what time it is now, and how long a step is, for networks that were trained with
                 `features.clock`; the shipped one reads none.
             log: file to which every look and every change is appended, such as "looks.jsonl", from
@@ -90,7 +91,7 @@ class SceneGraphMemory:
                     f"{name} must be a {kind.__name__}, got {shorten(value)}. Leave it out for the "
                     "default."
                 )
-        self._prior = prior if prior is not None else PriorGraph.default()
+        self._prior = prior if prior is not None else PriorGraph.household()
         self._lock = RLock()
         self._names = NameIndex(row.label for row in self._prior.objects)
         self._state = MemoryState(self._prior, clock)
@@ -109,8 +110,8 @@ class SceneGraphMemory:
 
         Args:
             path: written by `save`.
-            prior: None for the shipped one, which must then be the one that the memory was saved
-                with. A prior that is given is taken, whether it is the same or not; another one
+            prior: None for the one that the memory was saved with, which must then be one that
+                ships. A prior that is given is taken, whether it is the same or not; another one
                 changes what is said about places, and nothing of what was observed.
             clock: of step 0, for a memory that was saved without one, or to replace its own; None
                 to keep what was saved.
@@ -119,16 +120,17 @@ class SceneGraphMemory:
 
         Raises:
             ValueError: if there is no such file, it was altered or cut short, comes from another
-                version, or was saved with another prior than the shipped one and none is given.
+                version, or was saved with another prior than those that ship and none is given.
         """
         content = load_content(path)
-        memory = cls(prior)
-        if prior is None and content.prior != memory._prior.checksum:
+        prior = prior if prior is not None else find_shipped(content.prior)
+        if prior is None:
             raise ValueError(
-                f"prior must be the one of the memory, {content.prior[:12]}..., got the shipped "
-                f"{memory._prior.checksum[:12]}... for {path}. Give its own prior, or "
-                "PriorGraph.default() to go on with the shipped one."
+                f"prior must be the one of the memory, {content.prior[:12]}..., got no shipped one "
+                f"of that checksum for {path}. Give its own prior, or PriorGraph.default() to go "
+                "on with that one."
             )
+        memory = cls(prior)
         memory._state.set_content(content if clock is None else replace(content, clock=clock))
         memory._start_log(log)
         return memory

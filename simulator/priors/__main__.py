@@ -12,7 +12,7 @@ from simulator.command_line import choose, make_parser, parse, pick
 from simulator.files import write_whole
 from simulator.priors.compare import compare_priors
 from simulator.priors.prior_check import find_problems
-from simulator.priors.prior_graph import PriorGraph, parse_prior
+from simulator.priors.prior_graph import PRIOR_HELP, PriorGraph, load_prior, parse_prior
 from simulator.priors.sources.activities import count_activities, make_table
 from simulator.priors.sources.build import DEFAULT_SOURCES, SOURCES, build_from_sources
 from simulator.priors.sources.merge import BuildOptions
@@ -20,7 +20,6 @@ from simulator.priors.sources.procthor_databases import NUM_HOUSES
 from simulator.process import run_main
 
 PROG = "python -m simulator.priors"
-_PRIOR_HELP = "prior file; default: the shipped one"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -138,7 +137,7 @@ def show(arguments: Sequence[str]) -> int:
     from simulator.priors.show import print_prior, select_rows
 
     parser = make_parser(f"{PROG} show", "Print a prior and draw it.")
-    parser.add_argument("file", nargs="?", help=_PRIOR_HELP)
+    parser.add_argument("file", nargs="?", help=PRIOR_HELP)
     parser.add_argument("--room", type=str | None, help="only this room")
     parser.add_argument("--object", type=str | None, help="only this object type")
     parser.add_argument("--top", type=int, default=6, help="objects listed per furniture")
@@ -151,7 +150,7 @@ def show(arguments: Sequence[str]) -> int:
     parser.add_argument("--picture", type=bool, default=True, help="--no_picture: the table alone")
     options = parse(parser, arguments)
     check_at_least(1, top=options.top)
-    prior = _load(options.file or "default")
+    prior = load_prior(options.file)
     placements = select_rows(prior, room=options.room, label=options.object)
     print_prior(prior, placements, room=options.room, label=options.object, top=options.top)
     if options.picture:
@@ -187,12 +186,12 @@ def check(arguments: Sequence[str]) -> int:
 def compare(arguments: Sequence[str]) -> int:
     """Show how two priors differ."""
     parser = make_parser(f"{PROG} compare", "Show how two priors differ.")
-    parser.add_argument("a", help="prior file, or `default`")
-    parser.add_argument("b", help="prior file, or `default`")
+    parser.add_argument("a", help=PRIOR_HELP)
+    parser.add_argument("b", help=PRIOR_HELP)
     parser.add_argument("--top", type=int, default=10, help="differences listed")
     options = parse(parser, arguments)
     check_at_least(1, top=options.top)
-    a, b = _load(options.a), _load(options.b)
+    a, b = load_prior(options.a), load_prior(options.b)
     result = compare_priors(a, b)
     print(f"A {options.a}: {summarise_prior(a)}\nB {options.b}: {summarise_prior(b)}")
     print(
@@ -214,10 +213,6 @@ def compare(arguments: Sequence[str]) -> int:
         for value, name in differences[: options.top]:
             print(f"  {value:+.3f}  {name}")
     return 0
-
-
-def _load(file: str) -> PriorGraph:
-    return PriorGraph.default() if file == "default" else PriorGraph.load(file)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from importlib import resources
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from simulator.files import parse_json
 from simulator.messages import shorten
+from simulator.priors.household import build_household
 from simulator.priors.prior_check import PARTS, RELATIONS, VERSION, check_prior
 
 Adjectives = tuple[tuple[str, ...], ...]
@@ -114,8 +115,13 @@ class PriorGraph:
 
     @classmethod
     def default(cls) -> PriorGraph:
-        """The prior that ships with the package (docs/priors.md says where it comes from)."""
+        """The paper's prior, of which homes are sampled (docs/priors.md says whence it comes)."""
         return _load_default()
+
+    @classmethod
+    def household(cls) -> PriorGraph:
+        """The prior for homes that people live in: some 800 things, and where they keep them."""
+        return _load_household()
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], *, where: str = "") -> PriorGraph:
@@ -182,21 +188,39 @@ class PriorGraph:
         return weights
 
 
-def load_prior(path: str | None) -> PriorGraph:
-    """Load a prior file, or the shipped prior for None.
+# The priors that ship with the package, by the name that command lines use.
+SHIPPED: Mapping[str, Callable[[], PriorGraph]] = {
+    "default": PriorGraph.default,
+    "household": PriorGraph.household,
+}
+PRIOR_HELP = "default or household, which ship, or a prior file; default if left out"
+
+
+def load_prior(source: str | None) -> PriorGraph:
+    """Load a prior that ships with the package, or a file.
+
+    Args:
+        source: a name of `SHIPPED`, None for the default, or the path of a file. A file of one's
+            own that is called like a shipped prior is reached as "./household".
 
     Raises:
         ValueError: if the file cannot be read or is malformed.
     """
-    if path is None:
-        return PriorGraph.default()
+    if source is None or source in SHIPPED:
+        return SHIPPED[source or "default"]()
     try:
-        return PriorGraph.load(path)
+        return PriorGraph.load(source)
     except OSError as error:
         raise ValueError(
-            f"prior must be a file that can be read, got {shorten(error.strerror)} for {path}. "
-            "Check the path, or leave it out for the shipped prior."
+            f"prior must be {' or '.join(SHIPPED)}, or a file that can be read, got "
+            f"{shorten(error.strerror)} for {source}. Check the path, or leave it out for the "
+            "default."
         ) from error
+
+
+def find_shipped(checksum: str) -> PriorGraph | None:
+    """Return the shipped prior of a checksum, None if there is none."""
+    return next((own for make in SHIPPED.values() if (own := make()).checksum == checksum), None)
 
 
 def parse_prior(content: str | bytes, *, where: str) -> Any:
@@ -222,6 +246,13 @@ def parse_prior(content: str | bytes, *, where: str) -> Any:
 def _load_default() -> PriorGraph:
     text = resources.files("simulator.priors").joinpath("default.json").read_text(encoding="utf-8")
     return PriorGraph.from_dict(parse_prior(text, where="default.json"), where="default.json")
+
+
+@lru_cache(maxsize=1)
+def _load_household() -> PriorGraph:
+    prior = PriorGraph.from_dict(build_household(), where="household.csv")
+    prior.metadata["checksum"] = prior.checksum
+    return prior
 
 
 def _to_row(row: FurnitureType | ObjectType | Placement) -> dict[str, Any]:

@@ -44,7 +44,7 @@ class Replay(Story):
         Args:
             lines: of `read_log`, or as a memory would write them.
             title: of the home.
-            prior: of the memory; None for the shipped one.
+            prior: of the memory; None for the household prior.
             clock: of step 0; None for that of the log.
             truth: where everything was.
             questions: what was asked.

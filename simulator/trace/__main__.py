@@ -11,7 +11,7 @@ from simulator.command_line import choose, make_parser, parse
 from simulator.home_options import HomeOptions
 from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from simulator.memory.look_log import read_log
-from simulator.priors.prior_graph import load_prior
+from simulator.priors.prior_graph import PRIOR_HELP, load_prior
 from simulator.process import run_main
 from simulator.trace.from_log import make_trace, split_trace
 from simulator.trace.importers import IMPORTERS
@@ -77,9 +77,7 @@ def check(arguments: Sequence[str]) -> int:
     parser.add_argument(
         "--by_day", type=bool, default=False, help="whether each day is a home of its own"
     )
-    parser.add_argument(
-        "--prior", type=str | None, help="prior file (JSON); the shipped one if left out"
-    )
+    parser.add_argument("--prior", type=str | None, help=PRIOR_HELP)
     options = parse(parser, arguments)
     traces = [load_trace(folder) for folder in find_traces(options.traces)]
     for trace in traces:
@@ -126,8 +124,8 @@ def bring(arguments: Sequence[str]) -> int:
     )
     parser.add_argument(
         "--prior",
-        type=str | None,
-        help="of the memory: prior file; the shipped one if left out",
+        default="household",
+        help="of the memory: default or household, which ship, or a prior file",
     )
     options = parse(parser, arguments)
     if options.out is None and options.memory is None:

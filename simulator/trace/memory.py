@@ -20,7 +20,7 @@ def remember_trace(
 
     Args:
         trace: the recording.
-        prior: of the memory; None for the shipped one.
+        prior: of the memory; None for the household prior.
         time_s: when to look; None for the end of the recording.
     """
     start, now = trace.layout.start, trace.end_s if time_s is None else time_s

@@ -16,7 +16,7 @@ KITCHEN = ("fridge", "cooktop", "sink", "counter")
 
 
 def ask(name: str, furniture=KITCHEN, room="kitchen") -> Expected:
-    memory = SceneGraphMemory()
+    memory = SceneGraphMemory(PriorGraph.default())
     place = memory.add_room(room)
     for label in furniture:
         memory.add_furniture(label, place)
@@ -73,7 +73,7 @@ def test_unknown_furniture_takes_after_what_it_is_called_like():
 
 
 def _memory_with_cupboard(name):
-    memory = SceneGraphMemory()
+    memory = SceneGraphMemory(PriorGraph.default())
     room = memory.add_room("kitchen")
     for label in ("cupboard", *KITCHEN[1:]):
         memory.add_furniture(label, room)

@@ -9,12 +9,13 @@ from simulator.memory.clock import Clock
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import Sighting, read_relation
 from simulator.policies.heuristics import Bayesian
+from simulator.priors.prior_graph import PriorGraph
 from simulator.robot.finder import Finder
 
 
 @pytest.fixture
 def memory():
-    memory = SceneGraphMemory(clock=Clock(datetime(2026, 11, 20, 8), 600))
+    memory = SceneGraphMemory(PriorGraph.default(), Clock(datetime(2026, 11, 20, 8), 600))
     kitchen, study = memory.add_room("kitchen"), memory.add_room("study")
     fridge = memory.add_furniture("fridge", kitchen, position=(0, 4))
     memory.add_furniture("counter top", kitchen, position=(3, 0))

@@ -134,7 +134,7 @@ def test_equal_to_the_memory_of_a_simulated_home():
     """The same looks through the friendly interface give the same snapshot."""
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(3, "val", [0]))
     rollout = Rollout(homes, make_policy("bayesian", homes))
-    prior, memory = homes.prior, SceneGraphMemory()
+    prior, memory = homes.prior, SceneGraphMemory(homes.prior)
     rooms = [memory.add_room(room) for room in homes.configs[0].rooms]
     for node, room in zip(homes.furniture_type[0], homes.furniture_room[0], strict=True):
         memory.add_furniture(prior.furniture[node].label, room=rooms[room])

@@ -34,7 +34,10 @@ def test_record_and_check(tmp_path, capsys):
         (["record", "--num_homes", "0", "--out", "x"], "homes must be one or more"),
         (["record", "--step-seconds", "-1", "--out", "x"], "step must be a number of seconds"),
         (["record", "--step-seconds", "1e308", "--out", "x"], "seconds <= 1e+09, got 1e+308"),
-        (["record", "--prior", "none.json", "--out", "x"], "prior must be a file"),
+        (
+            ["record", "--prior", "none.json", "--out", "x"],
+            "prior must be default or household, or a file",
+        ),
         (["check", "nowhere"], "trace must be a folder with layout.json"),
         (["import", "procthor", "none.json"], "Give --out or --memory"),
         (["import", "procthor", "none.json", "--out", "x"], "house must be a file that exists"),
