@@ -11,11 +11,13 @@ a nanosecond, 0.2 ms.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 from _measure import Benchmark, Measure, run
 from _network import make_policy
 
+from nep.players.policy import NEPPolicy
 from simulator.policies import Bayesian
 from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.predict_location import predict_locations
@@ -26,14 +28,14 @@ from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
 
 
-def prepare(tiny: bool) -> tuple[Measure, str]:
-    """Remember 100 looks."""
+def prepare(tiny: bool, make: Callable[[], NEPPolicy] = make_policy) -> tuple[Measure, str]:
+    """Remember 100 looks; `make` makes the network."""
     num_looks, num_decisions = (5, 3) if tiny else (100, 300)
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", [0]))
-    rollout = Rollout(homes, Bayesian())
+    policy, rollout = make(), Rollout(homes, Bayesian())
+    policy.reset(rollout.memory)  # it may ask for counts
     for _ in predict_locations(rollout, num_looks):
         pass
-    policy = make_policy()
     home = np.zeros(1, dtype=np.int64)
 
     def measure() -> tuple[float, dict[str, float]]:
