@@ -29,6 +29,7 @@ from simulator.files import write_whole
 from simulator.memory.clock import DAY_SECONDS, DEFAULT_STEP_SECONDS
 from simulator.messages import shorten
 from simulator.policies.registry import find_policy
+from simulator.priors.prior_graph import PriorGraph
 from simulator.process import run_main
 from simulator.robot.finder import Finder
 from simulator.trace.__main__ import main as trace
@@ -58,6 +59,7 @@ networks as they were{learnt}, and of the rules that read nothing but a memory. 
 asked of the same memory.
 NLL and looks: less is better; looks are counted in the order of the answer, with a detector that
 misses nothing. Differences are paired over homes, with 95 % bootstrap intervals."""
+_RECORDED = "plays of recorded homes, with the household prior,"
 _LEARNT = {
     ADAPTED: ", `adapted` to the log of the first days (`finder.adapt`)",
     TUNED: ", `fine-tuned` on it ([docs/robot.md](../docs/robot.md#your-own-home))",
@@ -95,13 +97,15 @@ def list_homes(
     Args:
         sizes: furniture nodes of each room, of one simulated home after the other, in turn.
         num_homes: simulated homes, or plays of each recording.
-        folders: traces, or folders of traces; none for simulated homes.
+        folders: traces, or folders of traces, where a robot's memory goes by the household prior,
+            as it does unless it is told otherwise; none for simulated homes.
         rules: of looking.
         seed: of the first play, or of all simulated homes.
     """
     if folders:
+        prior = PriorGraph.household()
         return [
-            Place(f"{path.name}-{own}", RecordedSource(None, rules, [str(path)]), 0, own)
+            Place(f"{path.name}-{own}", RecordedSource(prior, rules, [str(path)]), 0, own)
             for path in find_traces(folders)
             for own in range(seed, seed + num_homes)
         ]
@@ -303,7 +307,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             print(f"{place.name}: {', '.join(own)}", flush=True)
         about = _ABOUT.format(
             command=make_command(parser, options, checkpoints), num_homes=len(places),
-            kind="plays of recorded homes" if options.trace else "homes of people with routines",
+            kind=_RECORDED if options.trace else "homes of people with routines",
             looks=options.looks, days=options.days, play_days=options.play_days,
             questions=options.questions, step_seconds=DEFAULT_STEP_SECONDS,
             asked=_describe_questions(options.asks_moved),

@@ -150,7 +150,8 @@ def list_benchmark(
     """List the kinds of the benchmark of recorded homes, by name.
 
     Episodes from an empty memory and long lives, of which the last ten days are scored; the policy
-    says where the robot looks, or a patrol; the shipped prior, or one counted in the other homes.
+    says where the robot looks, or a patrol; the default prior, the household prior, or one counted
+    in the other homes.
 
     Args:
         folders: traces, or folders of traces.
@@ -164,7 +165,8 @@ def list_benchmark(
     paths = _find_several(folders)
     own_others = zip(_count_in_others(paths), [[path] for path in paths], strict=True)
     priors = {
-        "shipped": ("the shipped prior", [(PriorGraph.default(), paths)]),
+        "shipped": ("the default prior", [(PriorGraph.default(), paths)]),
+        "household": ("the household prior", [(PriorGraph.household(), paths)]),
         "counted": ("a prior counted in the other homes", list(own_others)),
     }
     num_scored = math.ceil(_SCORED_SECONDS / step_seconds)

@@ -10,7 +10,7 @@ from typing import Any
 
 from simulator.priors.prior_check import VERSION
 
-ROOMS = ("kitchen", "living room", "bedroom", "bathroom", "hall")
+ROOMS = ("kitchen", "living room", "bedroom", "bathroom", "hallway")
 _ANY_ROOM = "*"
 
 

@@ -48,14 +48,14 @@ def test_every_row_names_rooms_and_furniture_that_there_are():
 def test_a_toothbrush_worked_by_hand(household):
     """`bathroom/sink 5|bathroom/counter 5|bathroom/cabinet 2`, under every name of each.
 
-    A sink has 5 names, washbasin among them, a counter 9, a cabinet 10:
-    5 x 5 + 9 x 5 + 10 x 2 = 90, so that a sink has 5 / 90 and a cabinet 2 / 90.
+    A sink has 5 names, washbasin among them, a counter 9, a cabinet 14:
+    5 x 5 + 9 x 5 + 14 x 2 = 98, so that a sink has 5 / 98 and a cabinet 2 / 98.
     """
     own = {row.furniture: row for row in household.placements if row.object == "toothbrush"}
-    assert len(own) == 5 + 9 + 10
+    assert len(own) == 5 + 9 + 14
     assert {row.room for row in own.values()} == {"bathroom"}
-    assert own["washbasin"].prob == own["sink"].prob == pytest.approx(5 / 90, abs=1e-6)
-    assert own["medicine cabinet"].prob == pytest.approx(2 / 90, abs=1e-6)
+    assert own["washbasin"].prob == own["sink"].prob == pytest.approx(5 / 98, abs=1e-6)
+    assert own["medicine cabinet"].prob == pytest.approx(2 / 98, abs=1e-6)
     assert (own["sink"].relation, own["counter"].relation) == ("in", "onTop")
 
 
