@@ -40,9 +40,9 @@ def _make_parser() -> ArgumentParser:
     parser = make_parser(
         "python -m nep.recorded",
         "Play all policies and some networks in recorded homes: episodes from an empty memory and "
-        "long lives, looking where the policy says and on patrol, with the priors that ship and one "
-        "counted in the other homes. Run again to resume, or to add networks: what has been played "
-        "is in the JSON file beside the table.",
+        "long lives, looking where the policy says and on patrol, with both priors that ship and "
+        "one counted in the other homes. Run again to resume, or to add networks: what has been "
+        "played is in the JSON file beside the table.",
     )
     parser.add_argument(
         "--trace",
