@@ -166,7 +166,10 @@ def test_exported_and_shipped_networks_play_like_their_checkpoint(checkpoint, tm
         (["--backend", "spark"], "backend must be one of processes, ray, got 'spark'. Choose"),
         (["--threads", "0"], "threads must be at least 1, got 0. Raise it."),
         (["--split", "all"], "split must be one of train, val, test, got 'all'"),
-        (["--prior", "no.json"], "prior must be a file that can be read, got 'No such file"),
+        (
+            ["--prior", "no.json"],
+            "prior must be default or household, or a file that can be read, got 'No such file",
+        ),
         (
             ["--checkpoint", "no.ckpt"],
             "an exported folder or one of any_home, heat, got 'no.ckpt'. Train",
