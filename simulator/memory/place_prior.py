@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -160,6 +160,7 @@ class _Columns:
     unknown: int
 
     @classmethod
+    @lru_cache(maxsize=4)
     def make(cls, prior: PriorGraph) -> _Columns:
         index: dict[tuple[str | None, str], int] = {
             (row.room, row.label): i for i, row in enumerate(prior.furniture)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from collections import defaultdict
 from collections.abc import Mapping
-from importlib import resources
 from typing import Any
 
 from simulator.priors.prior_check import VERSION
+from simulator.priors.tables import read_table
 
 ROOMS = ("kitchen", "living room", "bedroom", "bathroom", "hallway")
 _ANY_ROOM = "*"
@@ -27,7 +26,7 @@ def build_household() -> dict[str, Any]:
     placements: list[dict[str, Any]] = []
     things: list[str] = []
     nodes: dict[tuple[str, str], None] = {}
-    for row in _read_table("household.csv"):
+    for row in read_table("household.csv"):
         places = _read_places(row["places"], meanings)
         total = sum(places.values())
         nodes |= dict.fromkeys(places)
@@ -70,7 +69,7 @@ def _read_furniture() -> tuple[dict[str, str], Mapping[str, list[str]]]:
     """Read the relation of each piece of furniture, and which of them each name may mean."""
     relation: dict[str, str] = {}
     meanings: dict[str, list[str]] = defaultdict(list)
-    for row in _read_table("household_furniture.csv"):
+    for row in read_table("household_furniture.csv"):
         relation[row["label"]] = row["relation"]
         for name in (row["label"], *filter(None, row["also"].split("|"))):
             meanings[name].append(row["label"])
@@ -88,8 +87,3 @@ def _read_places(text: str, meanings: Mapping[str, list[str]]) -> dict[tuple[str
             for name in names:
                 weights[own, name] = max(weights.get((own, name), 0), float(weight))
     return weights
-
-
-def _read_table(name: str) -> list[dict[str, str]]:
-    path = resources.files(__package__).joinpath("data", name)
-    return list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))

@@ -103,6 +103,10 @@ class PriorGraph:
     def __post_init__(self) -> None:
         check_prior(self.to_dict())
 
+    def __hash__(self) -> int:
+        """Hash the checksum, which is computed once: a prior may have 30,000 rows."""
+        return hash(self.checksum)
+
     @classmethod
     def load(cls, path: str | Path) -> PriorGraph:
         """Read a prior file.

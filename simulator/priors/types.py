@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib import resources
 
 from simulator.priors.prior_graph import Adjectives
+from simulator.priors.tables import read_table
 
 ROOMS = ("kitchen", "living room", "bedroom", "bathroom")
 
@@ -111,7 +110,7 @@ def load_types() -> TypeTables:
             alias_of=row["alias_of"] or None,
             adjectives=_parse_adjectives(row["adjectives"]),
         )
-        for row in _read_table("furniture.csv")
+        for row in read_table("furniture.csv")
     }
     objects = {
         row["label"]: ObjectRow(
@@ -124,7 +123,7 @@ def load_types() -> TypeTables:
             alias_of=row["alias_of"] or None,
             adjectives=_parse_adjectives(row["adjectives"]),
         )
-        for row in _read_table("objects.csv")
+        for row in read_table("objects.csv")
     }
     return TypeTables(furniture, objects)
 
@@ -137,7 +136,7 @@ def load_names(source: str) -> Names:
     """
     kinds = ("room", "furniture", "object", "outside", "asset")
     parts: dict[str, dict[str, str]] = {kind: {} for kind in kinds}
-    for row in _read_table("names.csv"):
+    for row in read_table("names.csv"):
         if row["source"] == source:
             parts[row["kind"]][row["name"]] = row["label"]
     return Names(
@@ -147,11 +146,6 @@ def load_names(source: str) -> Names:
         outside=frozenset(parts["outside"]),
         assets=parts["asset"],
     )
-
-
-def _read_table(name: str) -> Iterator[dict[str, str]]:
-    path = resources.files("simulator.priors").joinpath("data", name)
-    yield from csv.DictReader(path.read_text(encoding="utf-8").splitlines())
 
 
 def _parse_adjectives(text: str) -> Adjectives:

@@ -6,18 +6,17 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from simulator.priors.sources.behavior import find_places, find_synset, parse_expression, walk_facts
 from simulator.priors.sources.counts import PlacementCounts
 from simulator.priors.sources.packages import find_package_data
+from simulator.priors.tables import read_table
 from simulator.priors.types import load_names
 
 # An activity is of the first kind of which a part of its name is one of these words. Names that
@@ -147,7 +146,7 @@ def make_table(kinds: Mapping[str, KindCounts]) -> dict[str, Any]:
     """
     table = {}
     for kind, counts in kinds.items():
-        assumed = [row for row in _read_assumed() if row["kind"] == kind]
+        assumed = [row for row in read_table("assumed_activities.csv") if row["kind"] == kind]
         table[kind] = {
             "num_activities": counts.num_activities,
             "objects": {
@@ -166,8 +165,3 @@ def make_table(kinds: Mapping[str, KindCounts]) -> dict[str, Any]:
             ],
         }
     return {"source": "activity definitions of bddl 3.6.0; assumed: ours", "kinds": table}
-
-
-def _read_assumed() -> Iterator[dict[str, str]]:
-    path = resources.files("simulator.priors").joinpath("data", "assumed_activities.csv")
-    yield from csv.DictReader(path.read_text(encoding="utf-8").splitlines())

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from simulator.priors.compare import compare_priors, compute_rank_correlation
-from simulator.priors.prior_graph import PriorGraph
+from simulator.priors.prior_graph import SHIPPED, PriorGraph
 from simulator.priors.sources.build import build_from_sources
 from simulator.priors.types import load_types
 
@@ -34,11 +34,12 @@ def test_sizes(default):
     assert np.mean([len(furniture) for furniture in places.values()]) == pytest.approx(6, abs=0.6)
 
 
-def test_all_objects_are_reachable_and_sum_to_one(default):
-    totals = Counter()
-    for row in default.placements:
+@pytest.mark.parametrize("make", SHIPPED.values(), ids=SHIPPED)
+def test_all_objects_are_reachable_and_sum_to_one(make):
+    prior, totals = make(), Counter()
+    for row in prior.placements:
         totals[row.object] += row.prob
-    assert set(totals) == {row.label for row in default.objects}
+    assert set(totals) == {row.label for row in prior.objects}
     assert all(abs(total - 1) < 1e-4 for total in totals.values())
 
 
