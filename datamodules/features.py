@@ -14,7 +14,7 @@ from simulator.evidence.columns import (
     QUESTION_GROUP_COLUMNS,
 )
 from simulator.memory.clock import DAY_SECONDS, compute_week_seconds
-from simulator.memory.memory_batch import NEVER
+from simulator.memory.columns import NEVER
 from simulator.messages import shorten
 from simulator.snapshots.snapshots import Snapshots
 

@@ -28,7 +28,7 @@ from simulator.evidence.features import compute_features
 from simulator.fan_out import check_workers, fan_out
 from simulator.files import LOCK, lock_folder
 from simulator.home_options import HomeOptions
-from simulator.memory.memory_batch import Change
+from simulator.memory.change import Change
 from simulator.messages import shorten
 from simulator.policies import check_policies, make_policy
 from simulator.policies.home_filter import HomeFilter

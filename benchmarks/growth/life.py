@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from curves import Point
 
-from simulator.memory.memory_batch import Change
+from simulator.memory.change import Change
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import RELATIONS, Sighting
 from simulator.policies import make_policy

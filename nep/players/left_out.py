@@ -9,7 +9,9 @@ import numpy as np
 
 from nep.players.contestants import Checkpoint
 from nep.players.policy import NEPPolicy
-from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.memory.change import Change
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.messages import shorten
 from simulator.policies import Policy
 from simulator.trace.recorded_homes import RecordedHomes

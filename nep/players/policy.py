@@ -15,7 +15,9 @@ from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.checkpoints import load_trained
 from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
 from simulator.evidence.features import Features, compute_features
-from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.memory.change import Change
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.policies import Policy
 from simulator.policies.home_filter import HomeFilter
 from simulator.policies.probabilities import compute_probabilities

@@ -14,7 +14,7 @@ from simulator.drawing.belief import SMALLEST_SHOWN, list_probabilities
 from simulator.drawing.colours import BELIEF, MISSING, ROUTE, TRUE_PLACE, compute_shade
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.drawing.home import get_room_colour, mix
-from simulator.memory.memory_batch import NEVER
+from simulator.memory.columns import NEVER
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.robot.ranking import Ranking
 from simulator.robot.search_plan import SearchPlan

@@ -47,3 +47,32 @@ def number_keys(size: int, *keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     number = np.zeros(size, dtype=np.int32)
     number[found] = np.arange(len(found))
     return found, number
+
+
+def mark_rows(rows: np.ndarray, num_rows: int) -> np.ndarray:
+    """Mark the rows that occur, bool (num_rows,)."""
+    occurs = np.zeros(num_rows, dtype=bool)
+    occurs[rows] = True
+    return occurs
+
+
+def join_groups(asked: np.ndarray, group: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Find the members of groups.
+
+    Args:
+        asked: groups, in any order and more than once, (Q,).
+        group: that each member belongs to, in 0..size-1, (n,).
+        size: number of groups.
+
+    Returns:
+        (k,) positions in `asked` and (k,) members; members ascending.
+    """
+    member = np.flatnonzero(mark_rows(asked, size).take(group))
+    by_group = np.argsort(asked, kind="stable")
+    num_asked = np.bincount(asked, minlength=size)
+    start = np.empty(size, dtype=np.int64)
+    start[asked[by_group[::-1]]] = np.arange(len(by_group))[::-1]  # the first stays
+    group_of_member = group[member]
+    count = num_asked[group_of_member]
+    position = by_group[concatenate_ranges(start[group_of_member], count)]
+    return position, np.repeat(member, count)

@@ -286,22 +286,19 @@ def make_transitions(
             then of its type, (4, F).
     """
     for_type = weight * type_possible
-    for_own = for_type * own_possible
-    total = _add_up(for_own)
-    scale = 1 / total if total > 0 else 1.0
-    make_transition(for_own, scale, room, transitions[0], transitions[1])
-    total = _add_up(for_type)
-    scale = 1 / total if total > 0 else 1.0
-    make_transition(for_type, scale, room, transitions[2], transitions[3])
+    _make_shares(for_type * own_possible, room, transitions[0], transitions[1])
+    _make_shares(for_type, room, transitions[2], transitions[3])
 
 
 @kernel
-def _add_up(values: np.ndarray) -> float:
-    """Return the sum, added in order."""
+def _make_shares(
+    weight: np.ndarray, room: np.ndarray, moves: np.ndarray, leave: np.ndarray
+) -> None:
+    """Compute where objects go by weights of any sum, in place; see `make_transition`."""
     total = 0.0
-    for value in values:
+    for value in weight:  # in order
         total += value
-    return total
+    make_transition(weight, 1 / total if total > 0 else 1.0, room, moves, leave)
 
 
 @kernel

@@ -6,6 +6,9 @@ n of resident r has the number r N + n) are drawn when it begins; what happens t
 when they begin and end, in the order of time. So a home's life does not depend on how long its
 time steps are: they only say when one looks.
 
+The arrays that the kernels read stand beside them: what is compiled is kept on disk for as long as
+this file is unchanged, and would not notice that their order has changed in another.
+
 Every home draws from a generator of its own, SplitMix64, which takes as many numbers as it needs.
 
 Source of the generator: Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators"
@@ -179,44 +182,6 @@ def _draw(random: np.ndarray, home: int, summed: np.ndarray) -> int:
     while found == len(summed) or summed[found] == (summed[found - 1] if found > 0 else 0):
         found -= 1  # rounding has led beyond the last, or onto an index of weight zero
     return found
-
-
-@kernel
-def draw_own_places(
-    weights: np.ndarray, uniform: np.ndarray, gathering: float, second_place_share: float
-) -> np.ndarray:
-    """Draw the places of a home's objects, one object after the other.
-
-    Args:
-        weights: of the places of each object, each row with a positive sum, float32 (n, P).
-        uniform: (n, 5).
-        gathering: how much more readily an object is kept where others are.
-        second_place_share: share of the objects that have a second place.
-
-    Returns:
-        Usual place, second place (or again the usual one), two others, int32 (n, 4).
-    """
-    num_places = weights.shape[1]
-    num_kept = np.zeros(num_places)
-    own = np.empty((len(weights), 4), dtype=np.int32)
-    for i in range(len(weights)):
-        for turn in range(4):
-            total = 0.0
-            for place in range(num_places):
-                if turn == 0 or place != own[i, 0]:
-                    total += weights[i, place] * (1 + gathering * num_kept[place])
-            own[i, turn] = own[i, 0]
-            mark = uniform[i, turn] * total
-            for place in range(num_places if total > 0 else 0):
-                if weights[i, place] > 0 and (turn == 0 or place != own[i, 0]):
-                    own[i, turn] = place
-                    mark -= weights[i, place] * (1 + gathering * num_kept[place])
-                    if mark < 0:
-                        break
-        if uniform[i, 4] >= second_place_share:
-            own[i, 1] = own[i, 0]
-        num_kept[own[i, 0]] += 1
-    return own
 
 
 @kernel
@@ -522,12 +487,3 @@ def live(
                 break
             _plan_day(rule, habits, state, home)
         state.now[home] = until[i]
-
-
-@kernel
-def count_places(place: np.ndarray, homes: np.ndarray, counts: np.ndarray) -> None:
-    """Count where the objects of homes (n,) are, (H, C) -> added to (H, C, P)."""
-    for home in homes:
-        for slot in range(place.shape[1]):
-            if place[home, slot] >= 0:
-                counts[home, slot, place[home, slot]] += 1

@@ -12,7 +12,7 @@ from matplotlib.patches import FancyBboxPatch, Rectangle
 
 from simulator.drawing.colours import MISSING, SEEN
 from simulator.drawing.floor_plan import FloorPlan
-from simulator.memory.memory_batch import NEVER
+from simulator.memory.columns import NEVER
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.priors.draw import ROOM_COLOURS
 from simulator.world.homes import NUM_RELATIONS

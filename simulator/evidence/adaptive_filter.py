@@ -11,7 +11,8 @@ from simulator.arrays.padded import sum_rows
 from simulator.evidence.expected import Expected
 from simulator.evidence.object_counts import ObjectCounts, compute_hour, compute_hours_per_step
 from simulator.memory.home_history import NUM_HOURS
-from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 
 TASKS_ASK_MOVED = 0.5  # share of questions about what has just moved; docs/design.md, ruling 9
 _HOUR_WIDTH = 4.0  # concentration of the hours that count as alike: about three to each side

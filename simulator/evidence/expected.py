@@ -8,7 +8,8 @@ import numpy as np
 
 from simulator.arrays.padded import sum_rows
 from simulator.arrays.relations import sum_relations
-from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 
 _TRUST = 0.5  # of what a name is like, as a share of what the prior knows
 

@@ -12,7 +12,8 @@ from simulator.evidence.hours import compute_keeping, follow_hours
 from simulator.evidence.place_features import PLACE_GROUPS
 from simulator.evidence.question import Question
 from simulator.evidence.question_features import QUESTION_GROUPS
-from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 
 _LEAST = 1e-6  # of a belief
 _LIFT = QUESTION_COLUMNS.index("trust.prior_lift")

@@ -15,7 +15,8 @@ from simulator.evidence.adaptive_filter import (
 from simulator.evidence.expected import Expected
 from simulator.evidence.object_counts import ObjectCounts
 from simulator.memory.home_history import NUM_HOURS
-from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 
 # Of things of which nothing is known, this many nats speak against keeping hours: 1 in 55 does.
 _DOUBT = 4.0

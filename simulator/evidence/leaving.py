@@ -9,7 +9,8 @@ from simulator.evidence.adaptive_filter import Rates, compute_destinations, comp
 from simulator.evidence.expected import Expected
 from simulator.evidence.object_counts import ObjectCounts, compute_hours_per_step
 from simulator.memory.home_history import NUM_LOOKS_KEPT
-from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 
 # Which share of the moves of a home may lead out of it, for good.
 _SHARES = 10.0 ** np.arange(-2.5, 1.6, 0.5)

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.memory.columns import NEVER
 from simulator.memory.home_history import NUM_HOURS
-from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,8 @@ from simulator.evidence.adaptive_filter import (
 )
 from simulator.evidence.expected import Expected
 from simulator.evidence.object_counts import ObjectCounts, compute_hours_per_step
-from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.text.alike import compare
 
 # Filters that the features show, by name; the network weighs them.

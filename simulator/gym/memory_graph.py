@@ -8,7 +8,9 @@ import numpy as np
 from gymnasium.spaces import Box, Graph, GraphInstance
 
 from simulator.arrays.grouped import compute_starts
-from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
+from simulator.memory.columns import NEVER
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.snapshots.snapshots import Snapshots, take_snapshots
 from simulator.world.homes import NUM_RELATIONS
 

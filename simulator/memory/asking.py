@@ -6,7 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
+from simulator.memory.columns import NEVER
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.memory.sighting import SeenAt
 
 

@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simulator.arrays.relations import sum_relations
+from simulator.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
+from simulator.memory.columns import NEVER
 
 if TYPE_CHECKING:
-    from simulator.memory.memory_batch import MemoryBatch, Queries
+    from simulator.memory.memory_batch import MemoryBatch
+    from simulator.memory.queries import Queries
 
 NUM_LOOKS_KEPT = 8  # of every furniture node; what older ones said has been overtaken by moves
 NUM_HOURS = 12  # bins of a day, two hours each
@@ -24,8 +27,6 @@ HOME_COUNTERS = (
     "num_asked", "num_found", "num_last_right", "num_common_right", "num_prior_right",
     "num_moved", "time_followed", "num_missed", "num_refound",
 )  # fmt: skip
-
-_NEVER = -1
 
 
 class HomeHistory:
@@ -49,7 +50,7 @@ class HomeHistory:
     def __init__(self, num_homes: int, num_furniture: int) -> None:
         """Start with nothing counted."""
         shape = (num_homes, num_furniture)
-        self.look_times = np.full((*shape, NUM_LOOKS_KEPT), _NEVER, dtype=np.int32)
+        self.look_times = np.full((*shape, NUM_LOOKS_KEPT), NEVER, dtype=np.int32)
         self.moves = _make_moves(num_homes, num_furniture)
         self.counters = {name: np.zeros(num_homes) for name in HOME_COUNTERS}
         self.edge_hours = np.zeros((0, NUM_HOURS), dtype=np.uint16)
@@ -57,7 +58,7 @@ class HomeHistory:
     def add_furniture(self, num_added: int) -> None:
         """Add columns of furniture that was never looked at."""
         added = (0, num_added)
-        self.look_times = np.pad(self.look_times, ((0, 0), added, (0, 0)), constant_values=_NEVER)
+        self.look_times = np.pad(self.look_times, ((0, 0), added, (0, 0)), constant_values=NEVER)
         before = self.moves
         self.moves = _make_moves(len(before), before.shape[1] + num_added)
         if self.counts_moves:
@@ -151,17 +152,19 @@ class HomeHistory:
         np.add.at(self.counters["num_missed"], home, stayed * edges["num_absent"][again])
         np.add.at(self.counters["num_refound"], home, stayed)
 
-    def note_hours(self, hour: np.ndarray, edges: np.ndarray, num_edges: int) -> None:
+    def note_hours(self, clock: np.ndarray, time: int, edges: np.ndarray, num_edges: int) -> None:
         """Count sightings by hour of day.
 
         Args:
-            hour: of each sighting, in [0, 24), nan where nobody knows, (n,).
+            clock: of the home of each sighting, nan where nobody knows, (n, 2).
+            time: time step.
             edges: rows of the edges that were seen, each once, (n,).
             num_edges: rows of edges so far.
         """
         if num_edges > len(self.edge_hours):
             added = max(num_edges, 2 * len(self.edge_hours)) - len(self.edge_hours)
             self.edge_hours = np.pad(self.edge_hours, ((0, added), (0, 0)))
+        hour = compute_week_seconds(clock, np.full(len(edges), time)) % DAY_SECONDS / HOUR_SECONDS
         is_known = ~np.isnan(hour)
         place = (edges[is_known], (hour[is_known] * (NUM_HOURS / 24)).astype(int))
         count = self.edge_hours[place]
@@ -195,7 +198,7 @@ class HomeHistory:
             KeyError, TypeError: if a part is missing or of the wrong kind.
         """
         history = cls(1, num_furniture)
-        looks = _read_whole(data["look_times"], (num_furniture, NUM_LOOKS_KEPT), (_NEVER, time))
+        looks = _read_whole(data["look_times"], (num_furniture, NUM_LOOKS_KEPT), (NEVER, time))
         history.look_times[0] = looks
         src, dst, count = _read_whole(data["moves"], (3, None), (0, 2**31 - 1))
         _check_below("moves", np.append(src, dst), num_furniture)

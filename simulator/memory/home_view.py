@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from simulator.memory.columns import NEVER
 from simulator.memory.home_layout import HomeLayout
-from simulator.memory.memory_batch import NEVER, MemoryBatch
+from simulator.memory.memory_batch import MemoryBatch
 from simulator.memory.sighting import RELATIONS, SeenAt
 
 

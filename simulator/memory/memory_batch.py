@@ -4,67 +4,17 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.arrays.grouped import concatenate_ranges
-from simulator.arrays.table import Table
+from simulator.arrays.grouped import join_groups, mark_rows
 from simulator.memory.candidates import propose_places
-from simulator.memory.clock import DAY_SECONDS, compute_week_seconds
+from simulator.memory.change import Change
+from simulator.memory.columns import NEVER, make_edge_table, make_object_table
 from simulator.memory.home_history import HomeHistory
 from simulator.memory.look_weights import LookWeights
 from simulator.memory.place_prior import PlacePrior
-
-NEVER = -1  # time stamp of what has not happened
-
-# Columns of MemoryBatch tables that change over time, by the table they belong to.
-FURNITURE_COUNTERS = ("num_observed", "last_observed")
-OBJECT_COUNTERS = ("num_observed", "last_observed", "num_moved", "last_moved")
-EDGE_COUNTERS = (
-    "num_observed", "num_true", "num_changed", "last_observed", "last_changed", "last_true",
-    "is_true",
-)  # fmt: skip
-# Counted beside the paper's counters, and in no snapshot: `simulator.evidence` reads them.
-OBJECT_HISTORY = ("first_observed", "num_at_once")
-EDGE_HISTORY = ("num_absent",)
-EDGE_MEASURES = ("missed", "confidence")  # float32
-
-
-@dataclass(frozen=True, slots=True)
-class Queries:
-    """Objects that are asked for, one per entry; a home may have several.
-
-    Attributes:
-        home: home index, (Q,).
-        object: row of the query object in `MemoryBatch.objects`, (Q,).
-        prior: prior weight of each place for it, float32 (Q, F, 2).
-    """
-
-    home: np.ndarray
-    object: np.ndarray
-    prior: np.ndarray
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """Rows that one look has changed or made.
-
-    Attributes:
-        home: homes that looked, (n,).
-        furniture: furniture index looked at, (n,).
-        objects: rows of `MemoryBatch.objects`.
-        edges: rows of `MemoryBatch.edges`.
-        is_seen: whether the look found each of these edges true, bool, as long as `edges`.
-        coverage: share of the furniture that was in view, (n,).
-    """
-
-    home: np.ndarray
-    furniture: np.ndarray
-    objects: np.ndarray
-    edges: np.ndarray
-    is_seen: np.ndarray
-    coverage: np.ndarray
+from simulator.memory.queries import Queries
 
 
 class MemoryBatch:
@@ -137,19 +87,7 @@ class MemoryBatch:
         self.threshold = threshold
         self.furniture_num_observed = np.zeros(furniture_label.shape, dtype=np.int32)
         self.furniture_last_observed = np.full(furniture_label.shape, NEVER, dtype=np.int32)
-        self.objects = Table(
-            dict.fromkeys(
-                ("home", "key", "label", "type", "num_observed", "last_observed", "num_moved",
-                 "last_moved", "last_furniture", *OBJECT_HISTORY), np.int32,
-            )
-        )  # fmt: skip
-        self.edges = Table(
-            dict.fromkeys(
-                ("home", "object", "furniture", "relation", "num_observed", "num_true",
-                 "num_changed", "last_observed", "last_changed", "last_true", *EDGE_HISTORY),
-                np.int32,
-            ) | dict.fromkeys(("prior", *EDGE_MEASURES), np.float32) | {"is_true": np.bool_}
-        )  # fmt: skip
+        self.objects, self.edges = make_object_table(), make_edge_table()
         self._history: HomeHistory | None = None
         self._row_of_key = np.full((len(furniture_label), 64), -1, dtype=np.int32)
         self._pending: Queries | None = None
@@ -325,16 +263,7 @@ class MemoryBatch:
         Returns:
             (k,) query numbers and (k,) rows of `edges`.
         """
-        num_objects, objects = len(self.objects), self.edges["object"]
-        edge = np.flatnonzero(_mark(queries.object, num_objects).take(objects))
-        by_object = np.argsort(queries.object, kind="stable")
-        num_asked = np.bincount(queries.object, minlength=num_objects)
-        start = np.empty(num_objects, dtype=np.int64)
-        start[queries.object[by_object[::-1]]] = np.arange(len(by_object))[::-1]  # the first stays
-        object_of_edge = objects[edge]
-        count = num_asked[object_of_edge]  # an object may be asked for more than once
-        query = by_object[concatenate_ranges(start[object_of_edge], count)]
-        return query, np.repeat(edge, count)
+        return join_groups(queries.object, self.edges["object"], len(self.objects))
 
     def observe(
         self,
@@ -373,10 +302,10 @@ class MemoryBatch:
         touched = np.flatnonzero(looked.take(edges["home"]) == edges["furniture"])
         touched_key = edges["object"][touched] * 2 + edges["relation"][touched]
         num_keys = 2 * len(self.objects)
-        is_seen_key = _mark(seen_object * 2 + seen_relation, num_keys)
+        is_seen_key = mark_rows(seen_object * 2 + seen_relation, num_keys)
         is_seen = is_seen_key[touched_key]
         again = touched[is_seen]
-        has_changed = _mark(seen_object, len(self.objects))
+        has_changed = mark_rows(seen_object, len(self.objects))
         if self._history is not None:
             self._history.note_look(
                 self, looked, look.is_counted, has_changed, again, self._pending
@@ -394,7 +323,8 @@ class MemoryBatch:
         false = added[len(new_true) :]
         edges["missed"][false] = edges["num_absent"][false] - 1 + missed
         if self._history is not None and self.clock is not None:
-            self._note_hours(self._history, np.concatenate([again, added[: len(new_true)]]))
+            seen = np.concatenate([again, added[: len(new_true)]])
+            self._history.note_hours(self.clock[edges["home"][seen]], self.time, seen, len(edges))
 
         is_counted = look.is_counted[home]
         self.furniture_num_observed[home, furniture] += is_counted
@@ -425,12 +355,6 @@ class MemoryBatch:
         edges["is_true"][rows] = is_seen
         edges["num_absent"][rows] = (edges["num_absent"][rows] + 1) * ~is_seen
 
-    def _note_hours(self, history: HomeHistory, edges: np.ndarray) -> None:
-        assert self.clock is not None
-        clock = self.clock[self.edges["home"][edges]]
-        day_seconds = compute_week_seconds(clock, np.full(len(edges), self.time)) % DAY_SECONDS
-        history.note_hours(day_seconds / 3600, edges, len(self.edges))
-
     def _mark_looked_up(self, looked: np.ndarray, num_keys: int) -> np.ndarray:
         """Mark hypothetical edges (object * 2 + relation) that were looked at, bool (num_keys,)."""
         if self._pending is None:
@@ -440,7 +364,7 @@ class MemoryBatch:
         proposed = self.propose_places(queries)
         proposed = proposed[np.arange(len(place)), place] & (place >= 0)[:, None]  # (Q, 2)
         query, relation = np.nonzero(proposed)
-        return _mark(queries.object[query] * 2 + relation, num_keys)
+        return mark_rows(queries.object[query] * 2 + relation, num_keys)
 
     def _add_edges(self, looked: np.ndarray, keys: np.ndarray, num_true: int) -> np.ndarray:
         """Add first-time edges to the furniture looked at; the first `num_true` are true."""
@@ -476,10 +400,3 @@ class MemoryBatch:
         objects["num_moved"][has_moved] += 1
         objects["last_moved"][has_moved] = self.time
         objects["last_furniture"][rows] = here
-
-
-def _mark(rows: np.ndarray, num_rows: int) -> np.ndarray:
-    """Mark the rows that occur, bool (num_rows,)."""
-    occurs = np.zeros(num_rows, dtype=bool)
-    occurs[rows] = True
-    return occurs

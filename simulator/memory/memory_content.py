@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 
 from simulator.memory.clock import Clock
-from simulator.memory.home_history import HomeHistory
-from simulator.memory.home_layout import Furniture, HomeLayout, read_position
-from simulator.memory.memory_batch import (
+from simulator.memory.columns import (
     EDGE_COUNTERS,
     EDGE_HISTORY,
     EDGE_MEASURES,
@@ -20,6 +18,8 @@ from simulator.memory.memory_batch import (
     OBJECT_COUNTERS,
     OBJECT_HISTORY,
 )
+from simulator.memory.home_history import HomeHistory
+from simulator.memory.home_layout import Furniture, HomeLayout, read_position
 from simulator.memory.step_log import StepLook
 from simulator.memory.words import read_words
 from simulator.messages import shorten

@@ -10,9 +10,10 @@ import numpy as np
 
 from simulator.memory.asking import Asked, Looks, list_looks_before
 from simulator.memory.clock import Clock, make_clock_rows
+from simulator.memory.columns import FURNITURE_COUNTERS
 from simulator.memory.home_layout import HomeLayout
 from simulator.memory.home_view import list_places
-from simulator.memory.memory_batch import FURNITURE_COUNTERS, MemoryBatch, Queries
+from simulator.memory.memory_batch import MemoryBatch
 from simulator.memory.memory_content import (
     EDGE_COLUMNS,
     HOME_LABELS,
@@ -20,6 +21,7 @@ from simulator.memory.memory_content import (
     MemoryContent,
 )
 from simulator.memory.names import read_name
+from simulator.memory.queries import Queries
 from simulator.memory.sighting import RELATIONS, SeenAt, Sighting
 from simulator.memory.step_log import StepLog, StepLook
 from simulator.memory.vocabulary import Vocabulary

@@ -19,10 +19,11 @@ from simulator.memory.clock import Clock
 from simulator.memory.home_layout import HomeLayout
 from simulator.memory.home_view import list_home, list_rows
 from simulator.memory.look_log import LookLog
-from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.memory.memory_batch import MemoryBatch
 from simulator.memory.memory_content import MAX_TIME
 from simulator.memory.memory_state import MemoryState
 from simulator.memory.names import NameIndex, Resolution, Similarity
+from simulator.memory.queries import Queries
 from simulator.memory.sighting import SeenAt, Sighting
 from simulator.memory.spark_graph import make_spark_graph
 from simulator.memory.storage import load_content, save_content

@@ -15,7 +15,8 @@ from simulator.evidence.adaptive_filter import (
 )
 from simulator.evidence.expected import Expected
 from simulator.evidence.object_counts import ObjectCounts
-from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.policies.policy import Policy, mask_furniture
 
 

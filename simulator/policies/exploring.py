@@ -6,7 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.policies.adaptive import Adaptive
 from simulator.policies.policy import ScoreKind, mask_furniture
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from simulator.arrays.relations import sum_relations
 from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
-from simulator.memory.memory_batch import MemoryBatch, Queries
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.policies.belief import Rules, Subjects
 from simulator.policies.place_filter import PlaceFilter
 from simulator.world.homes import NUM_RELATIONS, Homes

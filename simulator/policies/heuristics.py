@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from simulator.arrays.relations import max_relations
-from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
+from simulator.memory.columns import NEVER
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.policies.policy import Policy, mask_furniture, spread_over_furniture
 
 

@@ -8,7 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from simulator.arrays.padded import sum_rows
-from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.memory.change import Change
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.policies.belief import AsOf, Belief, Rules, Subjects
 from simulator.policies.filters import PriorFilter
 

@@ -10,7 +10,9 @@ import numpy as np
 
 from simulator.arrays.relations import sum_relations
 from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
-from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.memory.change import Change
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.policies.inventory import Inventory
 from simulator.policies.policy import Policy, mask_furniture
 from simulator.priors.prior_graph import PriorGraph

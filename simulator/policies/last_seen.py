@@ -7,7 +7,9 @@ from typing import ClassVar
 import numpy as np
 
 from simulator.arrays.relations import max_relations, sum_relations
-from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
+from simulator.memory.columns import NEVER
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.policies.policy import Policy, mask_furniture, spread_over_furniture
 from simulator.world.homes import NUM_RELATIONS, Homes
 from simulator.world.source import TRUE_TRANSITIONS

@@ -6,7 +6,9 @@ import numpy as np
 
 from simulator.arrays.relations import sum_relations
 from simulator.arrays.table import Table
-from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.memory.change import Change
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.policies.policy import Policy, mask_furniture
 from simulator.policies.two_states import compute_presence, follow_interval
 from simulator.world.homes import Homes

@@ -8,7 +8,9 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.memory.change import Change
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.world.homes import Homes
 
 ScoreKind = Literal["weights", "logits"]

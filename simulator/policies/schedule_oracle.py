@@ -7,8 +7,11 @@ from typing import ClassVar
 
 import numpy as np
 
+from simulator.memory.change import Change
 from simulator.memory.clock import DAY_SECONDS, HOUR_SECONDS, WEEK_SECONDS
-from simulator.memory.memory_batch import NEVER, Change, MemoryBatch, Queries
+from simulator.memory.columns import NEVER
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.policies.policy import Policy, mask_furniture
 from simulator.world.homes import Homes
 from simulator.world.sampled_homes import SampledHomes

@@ -9,14 +9,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from simulator.arrays.grouped import compute_rank_in_group
-from simulator.memory.memory_batch import (
-    EDGE_COUNTERS,
-    FURNITURE_COUNTERS,
-    OBJECT_COUNTERS,
-    Change,
-    MemoryBatch,
-    Queries,
-)
+from simulator.memory.change import Change
+from simulator.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 
 Arrays = dict[str, np.ndarray]
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from simulator.memory.memory_batch import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
+from simulator.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
 from simulator.messages import shorten
 from simulator.snapshots.recorder import EXTRA, QUESTION_EXTRA
 from simulator.snapshots.shards import MANIFEST, get_shard_name

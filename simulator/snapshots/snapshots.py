@@ -10,14 +10,9 @@ import numpy as np
 
 from simulator.arrays.grouped import compute_starts, concatenate_ranges, number_keys
 from simulator.memory.clock import compute_week_seconds
-from simulator.memory.memory_batch import (
-    EDGE_COUNTERS,
-    FURNITURE_COUNTERS,
-    NEVER,
-    OBJECT_COUNTERS,
-    MemoryBatch,
-    Queries,
-)
+from simulator.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 
 
 @dataclass(frozen=True, slots=True)

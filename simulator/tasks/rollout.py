@@ -6,8 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.memory.change import Change
+from simulator.memory.memory_batch import MemoryBatch
 from simulator.memory.place_prior import PlacePrior
+from simulator.memory.queries import Queries
 from simulator.policies import Policy
 from simulator.policies.policy import mask_furniture
 from simulator.tasks.queries import sample_query

@@ -8,7 +8,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from simulator.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
-from simulator.memory.memory_batch import NEVER, MemoryBatch, Queries
+from simulator.memory.columns import NEVER
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.policies import Policy
 from simulator.policies.probabilities import compute_probabilities
 from simulator.tasks.answer import Answer

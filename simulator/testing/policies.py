@@ -7,7 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from simulator.memory.memory_batch import Change, MemoryBatch, Queries
+from simulator.memory.change import Change
+from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.queries import Queries
 from simulator.policies import Policy
 from simulator.tasks.queries import compute_answers, sample_query
 from simulator.tasks.rollout import Rollout

@@ -89,7 +89,7 @@ class RoutineLife(Life):
         Found by living `outlook_days` in a copy of the homes as they were at step 0, with random
         numbers of its own, and looking every hour. Time out of the home does not count.
         """
-        from simulator.compiled.routine import count_places  # loads numba
+        from simulator.compiled.routine_places import count_places  # loads numba
 
         if self._outlook is None:
             homes = self._homes
@@ -304,7 +304,7 @@ def _draw_own_places(
 
     An object without a place in its row stays where it was put at first.
     """
-    from simulator.compiled.routine import draw_own_places  # loads numba
+    from simulator.compiled.routine_places import draw_own_places  # loads numba
 
     for home, rule in zip(members, rules, strict=True):
         num_slots = int(homes.home_num_slots[home])

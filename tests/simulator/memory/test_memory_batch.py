@@ -5,7 +5,7 @@ import pytest
 
 from simulator.arrays.table import Table
 from simulator.memory.candidates import propose_places, propose_rows, sample_places
-from simulator.memory.memory_batch import NEVER
+from simulator.memory.columns import NEVER
 from simulator.memory.place_prior import PlacePrior
 
 FRIDGE, SHELF, TABLE, BED, BEDROOM_SHELF, DESK = range(6)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simulator.memory.memory_batch import EDGE_COUNTERS, EDGE_MEASURES, NEVER
+from simulator.memory.columns import EDGE_COUNTERS, EDGE_MEASURES, NEVER
 from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.memory.sighting import Sighting
 

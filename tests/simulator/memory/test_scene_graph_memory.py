@@ -15,7 +15,7 @@ from simulator import (
     Sighting,
     Streams,
 )
-from simulator.memory.memory_batch import NEVER
+from simulator.memory.columns import NEVER
 from simulator.memory.memory_content import MAX_TIME
 from simulator.memory.sighting import SeenAt
 from simulator.memory.words import MAX_LENGTH

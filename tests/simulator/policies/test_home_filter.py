@@ -6,7 +6,7 @@ from simulator.compiled.filters import (
     update_class_noise,
     update_instance_noise,
 )
-from simulator.memory.memory_batch import Queries
+from simulator.memory.queries import Queries
 from simulator.policies import make_policy
 from simulator.policies.belief import Subjects
 from simulator.policies.home_filter import HomeFilter
