@@ -13,6 +13,7 @@ from nep.layers.flat_graph import FlatGraph
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.checkpoints import load_trained
+from nep.players.step_answers import StepAnswers
 from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
 from simulator.evidence.features import Features, compute_features
 from simulator.memory.change import Change
@@ -45,6 +46,9 @@ class NEPPolicy(Policy):
     with who goes by the hour of day (`hours_share`, `follow_hours`): the share times how likely the
     thing keeps hours, which its own sightings tell.
 
+    Asked again in a time step, it says what it said first and, by Bayes' rule, what looks have
+    shown since (`StepAnswers`): where people live, asking the network anew took a tenth more looks.
+
     It also knows what other questions than those of the tasks mean: half of what these ask for has
     just moved, whereas people ask for anything (`Features.compare_asked`).
     """
@@ -71,6 +75,7 @@ class NEPPolicy(Policy):
         self._believer = believer
         self._asks_moved = asks_moved
         self._predictor: NodeEdgePredictor | None = None
+        self._answers: StepAnswers | None = None
 
     @property
     def reads_clock(self) -> bool:
@@ -93,13 +98,16 @@ class NEPPolicy(Policy):
         self._predictor = None
         if self._builder.config.evidence:
             memory.count_history()
+            self._answers = StepAnswers(memory)
         if self._believer is not None:
             self._believer.reset(memory)
 
     def observe(self, memory: MemoryBatch, change: Change) -> None:
-        """Tell the filter about a look."""
+        """Tell the filter about a look, and heed it in the answers of this step."""
         if self._believer is not None:
             self._believer.observe(memory, change)
+        if self._answers is not None and memory is self._answers.memory:
+            self._answers.note_look(change)
 
     @classmethod
     def load(cls, source: str | Path) -> NEPPolicy:
@@ -118,7 +126,14 @@ class NEPPolicy(Policy):
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return logits, (Q, F), -inf where there is no query edge."""
-        return self.score_places(memory, queries).max(axis=2)
+        answers = self._answers
+        if answers is None or memory is not answers.memory:
+            return self.score_places(memory, queries).max(axis=2)
+        new = np.flatnonzero(answers.find(queries) < 0)
+        if len(new):
+            asked = Queries(queries.home[new], queries.object[new], queries.prior[new])
+            answers.add(asked, self.score_places(memory, asked).max(axis=2))
+        return answers.get(answers.find(queries))
 
     @torch.inference_mode()
     def score_places(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
