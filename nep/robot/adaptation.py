@@ -168,7 +168,8 @@ class Adaptation:
 def fit_adaptation(questions: Questions) -> Adaptation:
     """Fit an adaptation by maximum a posteriori, and keep it if it makes held-out looks likelier.
 
-    The latest 30 % of the questions decide whether it is kept; then it is fitted to all of them.
+    The latest 30 % of the questions decide whether it is kept: if these are likelier with it, by
+    more than the standard error of the mean difference. Then it is fitted to all of them.
 
     Args:
         questions: in the order of time.
@@ -184,7 +185,7 @@ def fit_adaptation(questions: Questions) -> Adaptation:
     early, held_out = questions.split()
     fitted = _fit(early)
     before, after = compute_nll(held_out, Adaptation()), compute_nll(held_out, fitted)
-    if not after < before:
+    if not before - after > compute_standard_error(held_out, fitted):
         return Adaptation(num_questions=len(questions), nll_before=before, nll_after=before)
     final = _fit(questions)
     return Adaptation(
@@ -195,10 +196,22 @@ def fit_adaptation(questions: Questions) -> Adaptation:
 
 def compute_nll(questions: Questions, adaptation: Adaptation) -> float:
     """Return the weighted mean negative log likelihood of the answers, in nats."""
+    return float(np.average(_list_nll(questions, adaptation), weights=questions.weights))
+
+
+def compute_standard_error(questions: Questions, adaptation: Adaptation) -> float:
+    """Return the standard error of what an adaptation changes in `compute_nll`, in nats."""
+    gain = _list_nll(questions, Adaptation()) - _list_nll(questions, adaptation)
+    weights = questions.weights / questions.weights.sum()
+    return float(np.sqrt((weights**2 * (gain - weights @ gain) ** 2).sum()))
+
+
+def _list_nll(questions: Questions, adaptation: Adaptation) -> np.ndarray:
+    """Return the negative log likelihood of every answer, (Q,)."""
     scores = adaptation.change(questions.scores, questions.belief, questions.furniture)
     probability = compute_probabilities(scores, "logits")
     right = probability[np.arange(len(questions)), questions.answer]
-    return float(-np.average(np.log(np.maximum(right, 1e-9)), weights=questions.weights))
+    return -np.log(np.maximum(right, 1e-9))
 
 
 def compute_accuracy(questions: Questions) -> float:
