@@ -21,6 +21,7 @@ from simulator.memory.columns import (
 from simulator.memory.home_history import HomeHistory
 from simulator.memory.home_layout import Furniture, HomeLayout, read_position
 from simulator.memory.step_log import StepLook
+from simulator.memory.time_steps import MAX_TIME
 from simulator.memory.words import read_words
 from simulator.messages import shorten
 
@@ -28,7 +29,6 @@ OBJECT_COLUMNS = (*OBJECT_COUNTERS, "last_furniture", *OBJECT_HISTORY)
 _EDGE_NUMBERS = ("object", "furniture", "relation", *EDGE_COUNTERS, *EDGE_HISTORY)
 EDGE_COLUMNS = (*_EDGE_NUMBERS, *EDGE_MEASURES)
 HOME_LABELS = ("house", "floor")  # of the two nodes above the rooms
-MAX_TIME = 2**31 - 2  # time stamps are 32-bit integers
 
 Columns = Mapping[str, np.ndarray]
 

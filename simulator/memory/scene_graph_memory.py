@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import replace
 from datetime import datetime
-from numbers import Real
 from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING, Any
@@ -20,13 +18,13 @@ from simulator.memory.home_layout import HomeLayout
 from simulator.memory.home_view import list_home, list_rows
 from simulator.memory.look_log import LookLog
 from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.memory_content import MAX_TIME
 from simulator.memory.memory_state import MemoryState
 from simulator.memory.names import NameIndex, Resolution, Similarity
 from simulator.memory.queries import Queries
-from simulator.memory.sighting import SeenAt, Sighting
+from simulator.memory.sighting import SeenAt, Sighting, read_coverage, read_sightings
 from simulator.memory.spark_graph import make_spark_graph
 from simulator.memory.storage import load_content, save_content
+from simulator.memory.time_steps import MAX_TIME, count_steps
 from simulator.memory.words import read_words
 from simulator.messages import shorten
 from simulator.priors.prior_graph import PriorGraph, find_shipped
@@ -353,24 +351,9 @@ class SceneGraphMemory:
         code does not).
         """
         self._state.layout.check_furniture(furniture)
-        if not isinstance(seen, Iterable):
-            raise TypeError(
-                f"seen must hold Sighting objects, got {shorten(seen)} at "
-                f"{self.describe(furniture)}. Write [] where nothing was detected."
-            )
-        seen = tuple(seen)
-        for sighting in seen:
-            if not isinstance(sighting, Sighting):
-                raise TypeError(
-                    f"seen must hold Sighting objects, got {shorten(sighting)} at "
-                    f"{self.describe(furniture)}. Write Sighting('milk', relation='in')."
-                )
-        if not isinstance(coverage, Real) or not 0 < coverage <= 1:
-            raise ValueError(
-                f"coverage must be above 0 and at most 1, got {shorten(coverage)} at "
-                f"{self.describe(furniture)}. Give the share in view, or leave out the look."
-            )
-        furniture, coverage = int(furniture), float(coverage)  # of any kind of number
+        seen = read_sightings(seen, self.describe(furniture))
+        coverage = read_coverage(coverage, self.describe(furniture))
+        furniture = int(furniture)  # of any kind of number
         with self._lock:
             self._state.look(furniture, seen, coverage)
             rows = [[one.description, one.relation, one.confidence] for one in seen]
@@ -390,12 +373,8 @@ class SceneGraphMemory:
         """
         self._state.layout.check_furniture(furniture)
         words = read_words("description", description)
-        if not isinstance(coverage, Real) or not 0 < coverage <= 1:
-            raise ValueError(
-                f"coverage must lie above 0 and at most at 1, got {shorten(coverage)} at "
-                f"{self.describe(furniture)}. Give the share of it that was in view."
-            )
-        furniture, coverage = int(furniture), float(coverage)
+        coverage = read_coverage(coverage, self.describe(furniture))
+        furniture = int(furniture)
         with self._lock:
             self._state.note_absent(furniture, words, coverage)
             self._write("absent", furniture=furniture, description=words, coverage=coverage)
@@ -434,7 +413,7 @@ class SceneGraphMemory:
         Raises:
             ValueError: if the memory has no clock, or the time lies before the present step.
         """
-        self.step(self._count_steps(time))
+        self.step(count_steps(time, self.time, self.clock))
 
     def query(self, description: str) -> Queries:
         """Ask for an object; until the next `step` its hypothetical edges are in the graph.
@@ -519,7 +498,7 @@ class SceneGraphMemory:
                 the time has passed.
         """
         self._check_furniture()
-        later = 0 if at is None else self._count_steps(at)
+        later = 0 if at is None else count_steps(at, self.time, self.clock)
         with self._lock:
             return self._state.ask(descriptions, before_looks, later)
 
@@ -573,33 +552,6 @@ class SceneGraphMemory:
         kinds = [self.batch.labels[index] for index in number]
         labels = dict(zip(self.descriptions, kinds, strict=True))
         return make_spark_graph(self.to_dict(), self.layout, labels)
-
-    def _count_steps(self, time: datetime | int) -> int:
-        """Return how many steps it is until a time."""
-        if isinstance(time, datetime):
-            if self.clock is None:
-                raise ValueError(
-                    "memory must have a clock for a date and time, got none. Make it with "
-                    "SceneGraphMemory(clock=Clock(datetime.now(), step_seconds=600))."
-                )
-            seconds = (time - self.clock.start).total_seconds()
-            num_steps = math.floor(seconds / self.clock.step_seconds + 1e-9) - self.time
-        elif isinstance(time, (int, np.integer)) and not isinstance(time, bool):
-            num_steps = int(time) - self.time
-        else:
-            raise ValueError(
-                f"time must be a datetime or a time step, got {shorten(time)}. Write for example "
-                "datetime(2026, 11, 16, 18, 30)."
-            )
-        if not 0 <= num_steps <= MAX_TIME - self.time:
-            now: Any = f"time step {self.time}"
-            if self.clock is not None and isinstance(time, datetime):
-                now = self.clock.shift(self.time * self.clock.step_seconds).start
-            raise ValueError(
-                f"time must not be before the present step, nor after step {MAX_TIME}, got {time} "
-                f"at {now}. Time only goes forward."
-            )
-        return num_steps
 
     def _check_furniture(self) -> None:
         if not self._state.layout.furniture:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from numbers import Real
 
@@ -82,3 +83,46 @@ class SeenAt:
     is_there: bool
     times_seen: int
     times_looked: int
+
+
+def read_sightings(seen: Iterable[Sighting], place: str) -> tuple[Sighting, ...]:
+    """Return what a look showed.
+
+    Args:
+        seen: sightings.
+        place: where, for the message.
+
+    Raises:
+        TypeError: if it holds something else.
+    """
+    if not isinstance(seen, Iterable):
+        raise TypeError(
+            f"seen must hold Sighting objects, got {shorten(seen)} at {place}. Write [] where "
+            "nothing was detected."
+        )
+    seen = tuple(seen)
+    for sighting in seen:
+        if not isinstance(sighting, Sighting):
+            raise TypeError(
+                f"seen must hold Sighting objects, got {shorten(sighting)} at {place}. Write "
+                "Sighting('milk', relation='in')."
+            )
+    return seen
+
+
+def read_coverage(coverage: float, place: str) -> float:
+    """Return which share of a furniture node was in view.
+
+    Args:
+        coverage: of any kind of number.
+        place: where, for the message.
+
+    Raises:
+        ValueError: if it is no share above 0.
+    """
+    if not isinstance(coverage, Real) or not 0 < coverage <= 1:
+        raise ValueError(
+            f"coverage must be above 0 and at most 1, got {shorten(coverage)} at {place}. Give the "
+            "share in view, or leave out the look."
+        )
+    return float(coverage)

@@ -16,8 +16,8 @@ from simulator import (
     Streams,
 )
 from simulator.memory.columns import NEVER
-from simulator.memory.memory_content import MAX_TIME
 from simulator.memory.sighting import SeenAt
+from simulator.memory.time_steps import MAX_TIME
 from simulator.memory.words import MAX_LENGTH
 from simulator.policies import make_policy
 from simulator.snapshots.snapshots import take_snapshots
