@@ -6,6 +6,7 @@ import numpy as np
 
 from simulator.memory.change import Change
 from simulator.memory.memory_batch import MemoryBatch
+from simulator.memory.place_prior import PlacePrior
 from simulator.memory.queries import Queries
 
 
@@ -36,9 +37,11 @@ class StepAnswers:
         self._homes = np.zeros(0, dtype=np.int64)  # (n,)
         self._logits = np.zeros((0, memory.num_furniture))  # (n, F)
 
-    def _read_state(self) -> tuple[int, int, int]:
+    def _read_state(self) -> tuple[int, int, int, PlacePrior]:
+        """Return what differs after a step, a look, or a change of the furniture."""
         memory = self.memory
-        return memory.time, int(memory.furniture_num_observed.sum()), len(memory.edges)
+        num_looks = int(memory.furniture_num_observed.sum())
+        return memory.time, num_looks, len(memory.edges), memory.place_prior
 
     def find(self, queries: Queries) -> np.ndarray:
         """Return the number of the answer to each query, -1 where there is none, (Q,)."""

@@ -10,6 +10,7 @@ from nep.encoders import Sets
 from nep.model.module import NEPModule
 from nep.players.policy import NEPPolicy
 from simulator.memory.queries import Queries
+from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.policies.probabilities import compute_probabilities
 from simulator.tasks.registry import TASKS
 from simulator.tasks.rollout import Rollout
@@ -109,6 +110,19 @@ def test_looks_that_the_policy_was_not_told_of_make_it_ask_anew():
     assert rollout.policy.num_asked == 6
     fresh = NEPPolicy(rollout.policy._module, rollout.policy._builder)
     np.testing.assert_array_equal(again, fresh.scores(rollout.memory, queries))
+
+
+def test_furniture_that_is_added_within_a_step_has_an_answer():
+    torch.manual_seed(0)
+    module = NEPModule(Sets(units=16), transformer=False, evidence=True).eval()
+    policy = NEPPolicy(module, GraphBuilder(FEATURES, num_hops=0))
+    memory = SceneGraphMemory()
+    kitchen = memory.add_room("kitchen")
+    memory.add_furniture("fridge", kitchen)
+    policy.reset(memory.batch)
+    assert policy.scores(memory.batch, memory.query("mug")).shape == (1, 1)
+    memory.add_furniture("table", kitchen)
+    assert policy.scores(memory.batch, memory.query("mug")).shape == (1, 2)
 
 
 def test_answers_do_not_depend_on_who_else_is_asked_or_looks():
