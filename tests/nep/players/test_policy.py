@@ -202,7 +202,7 @@ def test_the_shipped_network_shares_its_answers_with_the_prior(lift, expected, m
     queries = rollout.ask()[1]
     for share in (policy._module.prior_share, 0.0):
         policy._module.prior_share = share
-        scores = policy.scores(rollout.memory, queries)
+        scores = policy.score_places(rollout.memory, queries).max(axis=2)
         found[share] = compute_probabilities(scores, "logits")
     belief = compute_features(rollout.memory, queries).follow_prior()
     belief = belief / belief.sum(axis=1, keepdims=True)
@@ -224,12 +224,13 @@ def test_the_shipped_network_shares_its_answers_with_who_goes_by_the_hour(monkey
     )
     for share in (policy._module.hours_share, 0.0):
         policy._module.hours_share = share
-        found[share] = compute_probabilities(policy.scores(memory, queries), "logits")
+        scores = policy.score_places(memory, queries).max(axis=2)
+        found[share] = compute_probabilities(scores, "logits")
     belief = compute_features(memory, queries).follow_hours()[1]
     belief = belief / belief.sum(axis=1, keepdims=True)
     np.testing.assert_allclose(found[0.8][0], 0.2 * found[0.0][0] + 0.8 * belief[0], atol=1e-5)
     np.testing.assert_array_equal(found[0.8][1], found[0.0][1])
     memory.clock = None
-    unclocked = policy.scores(memory, queries)
+    unclocked = policy.score_places(memory, queries)
     policy._module.hours_share = 0.8
-    np.testing.assert_array_equal(policy.scores(memory, queries), unclocked)
+    np.testing.assert_array_equal(policy.score_places(memory, queries), unclocked)
