@@ -42,8 +42,7 @@ class LeftOutPolicy(Policy):
         for number, network in enumerate(self._networks):
             rows = np.flatnonzero(asked == number)
             if len(rows):
-                own = Queries(queries.home[rows], queries.object[rows], queries.prior[rows])
-                scores[rows] = network.scores(memory, own)
+                scores[rows] = network.scores(memory, queries.take(rows))
         return scores
 
     def observe(self, memory: MemoryBatch, change: Change) -> None:

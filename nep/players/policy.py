@@ -126,14 +126,13 @@ class NEPPolicy(Policy):
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return logits, (Q, F), -inf where there is no query edge."""
-        answers = self._answers
-        if answers is None or memory is not answers.memory:
-            return self.score_places(memory, queries).max(axis=2)
-        new = np.flatnonzero(answers.find(queries) < 0)
-        if len(new):
-            asked = Queries(queries.home[new], queries.object[new], queries.prior[new])
-            answers.add(asked, self.score_places(memory, asked).max(axis=2))
-        return answers.get(answers.find(queries))
+
+        def ask(asked: Queries) -> np.ndarray:
+            return self.score_places(memory, asked).max(axis=2)
+
+        if self._answers is None or memory is not self._answers.memory:
+            return ask(queries)
+        return self._answers.answer(queries, ask)
 
     @torch.inference_mode()
     def score_places(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
+from simulator.arrays.grouped import mark_rows
 from simulator.memory.change import Change
 from simulator.memory.memory_batch import MemoryBatch
 from simulator.memory.place_prior import PlacePrior
@@ -31,11 +34,9 @@ class StepAnswers:
         self._clear()
 
     def _clear(self) -> None:
-        memory = self.memory
         self._state = self._read_state()
-        self._objects = np.zeros(0, dtype=np.int64)  # (n,)
-        self._homes = np.zeros(0, dtype=np.int64)  # (n,)
-        self._logits = np.zeros((0, memory.num_furniture))  # (n, F)
+        self._objects = np.zeros(0, dtype=np.int64)  # that were asked for, (n,)
+        self._logits = np.zeros((0, self.memory.num_furniture))  # (n, F)
 
     def _read_state(self) -> tuple[int, int, int, PlacePrior]:
         """Return what differs after a step, a look, or a change of the furniture."""
@@ -43,41 +44,34 @@ class StepAnswers:
         num_looks = int(memory.furniture_num_observed.sum())
         return memory.time, num_looks, len(memory.edges), memory.place_prior
 
-    def find(self, queries: Queries) -> np.ndarray:
-        """Return the number of the answer to each query, -1 where there is none, (Q,)."""
+    def answer(self, queries: Queries, ask: Callable[[Queries], np.ndarray]) -> np.ndarray:
+        """Return logits, (Q, F), of what is known, and of what `ask` says of the others."""
         if self._state != self._read_state():
             self._clear()
-        row = np.full(len(self.memory.objects), -1)
+        num_objects = len(self.memory.objects)
+        new = np.flatnonzero(~mark_rows(self._objects, num_objects)[queries.object])
+        if len(new):
+            new = new[np.unique(queries.object[new], return_index=True)[1]]  # each once
+            self._objects = np.append(self._objects, queries.object[new])
+            self._logits = np.concatenate([self._logits, ask(queries.take(new))])
+        row = np.zeros(num_objects, dtype=np.int64)
         row[self._objects] = np.arange(len(self._objects))
-        return row[queries.object]
-
-    def get(self, rows: np.ndarray) -> np.ndarray:
-        """Return the logits of answers, (n,) -> (n, F)."""
-        return self._logits[rows]
-
-    def add(self, queries: Queries, logits: np.ndarray) -> None:
-        """Keep answers, (Q, F), to what has none."""
-        objects, first = np.unique(queries.object, return_index=True)
-        self._objects = np.append(self._objects, objects)
-        self._homes = np.append(self._homes, queries.home[first])
-        self._logits = np.concatenate([self._logits, logits[first]])
+        return self._logits[row[queries.object]]
 
     def note_look(self, change: Change) -> None:
         """Heed a look that the memory has just folded in."""
         memory = self.memory
-        if self._state[0] != memory.time or len(self._objects) == 0:
+        if self._state[0] != memory.time:
             self._clear()
             return
-        seen = np.zeros(len(memory.objects), dtype=bool)
-        seen[memory.edges["object"][change.edges[change.is_seen]]] = True
-        rest = ~seen[self._objects]
-        self._objects, self._homes = self._objects[rest], self._homes[rest]
-        self._logits = self._logits[rest]
+        seen = memory.edges["object"][change.edges[change.is_seen]]
+        rest = ~mark_rows(seen, len(memory.objects))[self._objects]
+        self._objects, self._logits = self._objects[rest], self._logits[rest]
         place, missed = np.full(memory.num_homes, -1), np.ones(memory.num_homes)
         place[change.home] = change.furniture
         miss_rate = memory.history.compute_miss_rate()[change.home]
         missed[change.home] = 1 - change.coverage * (1 - miss_rate)
-        rows = np.flatnonzero(place[self._homes] >= 0)
-        homes = self._homes[rows]
-        self._logits[rows, place[homes]] += np.log(missed[homes])
+        home = memory.objects["home"][self._objects]
+        rows = np.flatnonzero(place[home] >= 0)
+        self._logits[rows, place[home[rows]]] += np.log(missed[home[rows]])
         self._state = self._read_state()

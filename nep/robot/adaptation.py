@@ -183,9 +183,12 @@ def fit_adaptation(questions: Questions) -> Adaptation:
             "for longer."
         )
     early, held_out = questions.split()
-    fitted = _fit(early)
-    before, after = compute_nll(held_out, Adaptation()), compute_nll(held_out, fitted)
-    if not before - after > compute_standard_error(held_out, fitted):
+    unchanged, changed = (_list_nll(held_out, one) for one in (Adaptation(), _fit(early)))
+    weights = held_out.weights / held_out.weights.sum()
+    before, after = float(weights @ unchanged), float(weights @ changed)
+    gains = unchanged - changed
+    error = np.sqrt((weights**2 * (gains - weights @ gains) ** 2).sum())  # of the mean gain
+    if not before - after > error:
         return Adaptation(num_questions=len(questions), nll_before=before, nll_after=before)
     final = _fit(questions)
     return Adaptation(
@@ -197,13 +200,6 @@ def fit_adaptation(questions: Questions) -> Adaptation:
 def compute_nll(questions: Questions, adaptation: Adaptation) -> float:
     """Return the weighted mean negative log likelihood of the answers, in nats."""
     return float(np.average(_list_nll(questions, adaptation), weights=questions.weights))
-
-
-def compute_standard_error(questions: Questions, adaptation: Adaptation) -> float:
-    """Return the standard error of what an adaptation changes in `compute_nll`, in nats."""
-    gain = _list_nll(questions, Adaptation()) - _list_nll(questions, adaptation)
-    weights = questions.weights / questions.weights.sum()
-    return float(np.sqrt((weights**2 * (gain - weights @ gain) ** 2).sum()))
 
 
 def _list_nll(questions: Questions, adaptation: Adaptation) -> np.ndarray:

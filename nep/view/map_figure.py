@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.colors import to_rgb
 
 from nep.view.texts import escape_label as escape
+from simulator.arrays.grouped import mark_rows
 from simulator.drawing.belief import SMALLEST_SHOWN, list_probabilities
 from simulator.drawing.colours import BELIEF, MISSING, ROUTE, TRUE_PLACE, compute_shade
 from simulator.drawing.floor_plan import FloorPlan
@@ -174,8 +175,7 @@ def _draw_objects(content: MapContent, shown: np.ndarray) -> list[dict[str, Any]
     """Draw what is remembered in view: dots by age, or one per place if there are too many."""
     plan, memory = content.plan, content.memory
     edges, time = memory.batch.edges, memory.time
-    is_visible = np.zeros(len(plan.furniture), dtype=bool)
-    is_visible[shown] = True
+    is_visible = mark_rows(shown, len(plan.furniture))
     rows = np.flatnonzero(is_visible[edges["furniture"]] & (edges["num_true"] > 0))
     is_there = edges["is_true"][rows]
     if len(rows) > MOST_DOTS:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from gymnasium.spaces import Box, Graph, GraphInstance
 
-from simulator.arrays.grouped import compute_starts
+from simulator.arrays.grouped import compute_starts, mark_rows
 from simulator.memory.columns import NEVER
 from simulator.memory.memory_batch import MemoryBatch
 from simulator.memory.queries import Queries
@@ -148,8 +148,7 @@ def _make_object_nodes(memory: MemoryBatch, queries: Queries, snapshots: Snapsho
 
 def _find_rows(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     """Rows of the memory's objects: of each snapshot, those with an edge and the query's, (N,)."""
-    has_edge = np.zeros(len(memory.objects), dtype=bool)
-    has_edge[memory.edges["object"]] = True
+    has_edge = mark_rows(memory.edges["object"], len(memory.objects))
     is_node = has_edge & (memory.objects["home"] == queries.home[:, None])  # (Q, rows)
     is_node[np.arange(len(queries.home)), queries.object] = True
     return np.nonzero(is_node)[1]

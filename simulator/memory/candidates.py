@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.arrays.grouped import compute_rank_in_group
+from simulator.arrays.grouped import compute_rank_in_group, mark_rows
 
 
 def propose_places(
@@ -47,8 +47,7 @@ def propose_rows(
         bool (n, 2).
     """
     proposed = prior_rows > threshold
-    is_known = np.zeros(num_queries, dtype=bool)
-    is_known[query[proposed[:, 0] | proposed[:, 1]]] = True
+    is_known = mark_rows(query[proposed[:, 0] | proposed[:, 1]], num_queries)
     proposed[:, 1] |= ~is_known[query]
     return proposed
 

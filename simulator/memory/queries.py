@@ -20,3 +20,7 @@ class Queries:
     home: np.ndarray
     object: np.ndarray
     prior: np.ndarray
+
+    def take(self, rows: np.ndarray) -> Queries:
+        """Return some of the queries, (n,)."""
+        return Queries(self.home[rows], self.object[rows], self.prior[rows])

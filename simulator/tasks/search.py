@@ -108,7 +108,7 @@ class Search:
 
     def scores(self, homes: np.ndarray | None = None) -> np.ndarray:
         """Ask the policy about some homes (n,), or all of them; (n, F)."""
-        return self.rollout.score(self.queries if homes is None else self._select(homes))
+        return self.rollout.score(self.queries if homes is None else self.queries.take(homes))
 
     def choose(self, order: SearchOrder) -> Answer:
         """Choose where every home that still searches looks next; n queries, one for each.
@@ -132,7 +132,7 @@ class Search:
         choice = np.full(len(homes), -1)
         choice[rows] = chosen
         return Answer(
-            self._select(homes), self.answers[homes], scores, choice,
+            self.queries.take(homes), self.answers[homes], scores, choice,
             is_repeat=bool(self.num_looks.any()),
         )  # fmt: skip
 
@@ -162,7 +162,3 @@ class Search:
         else:
             self.is_found[homes] = self.answers[homes, furniture]
         return seen
-
-    def _select(self, homes: np.ndarray) -> Queries:
-        asked = self.queries
-        return Queries(asked.home[homes], asked.object[homes], asked.prior[homes])

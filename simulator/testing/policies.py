@@ -136,7 +136,7 @@ class _Watched(Policy):
             "the memory and the queries matter",
         )  # fmt: skip
         for row in range(len(scores)):
-            one = Queries(*(part[row : row + 1] for part in _list_parts(queries)))
+            one = queries.take(np.array([row]))
             _check_equal(
                 scores[row : row + 1], self._policy.scores(memory, one), self._tolerance,
                 f"be the same for a question alone, got others for question {row} {when}. Answer "
