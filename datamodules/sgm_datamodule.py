@@ -20,6 +20,7 @@ from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.checks import check_at_least
 from simulator.collect import EXTRAS, CollectConfig, collect
+from simulator.evidence.columns import EVIDENCE_VERSION
 from simulator.home_options import HomeOptions, MakeSource
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
@@ -46,7 +47,7 @@ class SGMDataModule(pl.LightningDataModule):
         task: str = "predict_location",
         also_tasks: list[str] | None = None,
         homes: MakeSource = SampledSource,
-        also_homes: MakeSource | None = None,
+        also_homes: list[MakeSource] | None = None,
         val_homes: MakeSource | None = None,
         home: HomeConfig = _PAPER,
         prior: str | None = None,
@@ -79,8 +80,8 @@ class SGMDataModule(pl.LightningDataModule):
                 on, too.
             homes: where homes come from: gets the prior and the rules, as the class of a source
                 does.
-            also_homes: a second source with the same words, as many homes of which are trained on,
-                too, in all tasks.
+            also_homes: further sources with the same words, as many homes of each of which are
+                trained on, too, in all tasks.
             val_homes: the same for validation; None for other homes of the same source.
             home: rules of the homes.
             prior: a shipped prior, "default" or "household", or a file; None for the default.
@@ -143,8 +144,7 @@ class SGMDataModule(pl.LightningDataModule):
             steps=val_source.num_steps or steps,
         )
         sources = [source]
-        if also_homes is not None:
-            sources.append(replace(options, homes=also_homes, trace=None).make())
+        sources += [replace(options, homes=own, trace=None).make() for own in also_homes or ()]
         self.also_configs = [
             replace(self.train_config, homes=own, task=name, seed=seed + number)
             for own in sources
@@ -192,7 +192,8 @@ class SGMDataModule(pl.LightningDataModule):
         described = json.dumps(config.homes.describe(), sort_keys=True).encode()
         digest = hashlib.sha256(described).hexdigest()[:8]
         name = f"{config.task}-{config.policy}-{config.steps}steps-seed{config.seed}"
-        extras = [f"-{extra}" for extra in EXTRAS if getattr(config, extra)]
+        versions = {"evidence": EVIDENCE_VERSION}  # collections of other columns lie beside it
+        extras = [f"-{name}{versions.get(name, '')}" for name in EXTRAS if getattr(config, name)]
         return (
             self.data_dir
             / "".join([f"{name}-homes{digest}", *extras])

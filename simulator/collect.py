@@ -24,6 +24,7 @@ from simulator.command_line import (
     parse,
     pick,
 )
+from simulator.evidence.columns import EVIDENCE_VERSION
 from simulator.evidence.features import compute_features
 from simulator.fan_out import check_workers, fan_out
 from simulator.files import LOCK, lock_folder
@@ -124,6 +125,8 @@ class CollectConfig:
         for extra in EXTRAS:
             if not settings[extra]:
                 del settings[extra]  # collections without it are what they were before it existed
+        if self.evidence:
+            settings["evidence"] = EVIDENCE_VERSION
         return {**settings, "homes": self.homes.describe(), "labels": list(self.homes.labels)}
 
 

@@ -9,7 +9,12 @@ import numpy as np
 
 from simulator.arrays.padded import sum_rows
 from simulator.evidence.expected import Expected
-from simulator.evidence.object_counts import ObjectCounts, compute_hour, compute_hours_per_step
+from simulator.evidence.object_counts import (
+    ObjectCounts,
+    compute_hour,
+    compute_hours_per_step,
+    count_left,
+)
 from simulator.memory.home_history import NUM_HOURS
 from simulator.memory.memory_batch import MemoryBatch
 from simulator.memory.queries import Queries
@@ -29,12 +34,15 @@ class FilterSettings:
         asks_moved: how likely an object that is asked for has moved in this step, if any has;
             None if it surely has.
         hours: how much the hour of day at which it was seen matters for where it goes, 0 to 1.
+        counts_left: whether an object's own rate is that at which it was found gone, wherever it
+            went, or that at which it was found elsewhere.
     """
 
     rate: float | None = None
     crossing: float | None = None
     asks_moved: float | None = 0.0
     hours: float = 0.0
+    counts_left: bool = False
 
 
 # The filter of `follow_prior`: an object is soon elsewhere in its room.
@@ -51,6 +59,8 @@ class Rates:
         crossing: share of the moves that lead to another room, (Q,).
         any_moved: how likely any object has moved in the last step, (Q,).
         miss: how likely a look misses what is there, (Q,).
+        home_left: at which the average object of the home is found gone from its place, (Q,).
+        left: at which the object asked for is, (Q,).
     """
 
     home: np.ndarray
@@ -58,6 +68,8 @@ class Rates:
     crossing: np.ndarray
     any_moved: np.ndarray
     miss: np.ndarray
+    home_left: np.ndarray
+    left: np.ndarray
 
     @classmethod
     def estimate(cls, memory: MemoryBatch, queries: Queries) -> Rates:
@@ -71,12 +83,15 @@ class Rates:
         num_seen = np.bincount(
             objects["home"], objects["num_observed"] > 0, minlength=memory.num_homes
         )[queries.home]
+        home_left, left = _compute_left_rates(memory, queries, hours)
         return cls(
             home=home,
             own=np.clip(own, 1e-4, 2.0),
             crossing=_compute_crossing(memory)[queries.home],
             any_moved=-np.expm1(-home * hours * np.maximum(num_seen, 1)),
             miss=history.compute_miss_rate()[queries.home],
+            home_left=home_left,
+            left=left,
         )
 
 
@@ -136,10 +151,13 @@ def weigh_hours(
     A sighting at the present hour counts as one, whatever the width; in a home without a clock
     none counts.
     """
-    now = compute_hour(memory, queries.home)
+    return np.einsum("qfh,qh->qf", hours, weigh_hour(memory, queries.home, width))
+
+
+def weigh_hour(memory: MemoryBatch, home: np.ndarray, width: float = _HOUR_WIDTH) -> np.ndarray:
+    """Return how near each bin of the day is to the present hour in homes, (n, NUM_HOURS)."""
     middle = (np.arange(NUM_HOURS) + 0.5) * (24 / NUM_HOURS)
-    weight = np.nan_to_num(compare_hours(middle - now[:, None], width))  # (Q, NUM_HOURS)
-    return np.einsum("qfh,qh->qf", hours, weight)
+    return np.nan_to_num(compare_hours(middle - compute_hour(memory, home)[:, None], width))
 
 
 def compare_hours(apart: np.ndarray, width: float = _HOUR_WIDTH) -> np.ndarray:
@@ -225,7 +243,8 @@ def _follow(
     shape = (num_queries, len(filters))
     rate, crossing, moved = np.empty(shape), np.empty(shape), np.empty(shape)
     for number, one in enumerate(filters):
-        rate[:, number] = rates.own if one.rate is None else one.rate
+        own = rates.left if one.counts_left else rates.own
+        rate[:, number] = own if one.rate is None else one.rate
         crossing[:, number] = rates.crossing if one.crossing is None else one.crossing
         moved[:, number] = 1 if one.asks_moved is None else one.asks_moved * rates.any_moved
     return follow_looks(
@@ -249,6 +268,24 @@ def follow_prior(memory: MemoryBatch, queries: Queries, rates: Rates) -> np.ndar
     prior = Expected.by_prior(memory, queries)
     goes = _spread(memory, queries, prior.share, (1 + _ANYWHERE - prior.trust)[:, None])
     return compute_beliefs(memory, queries, rates, goes, [_FOLLOWS_PRIOR])[:, 0, :-1]
+
+
+def _compute_left_rates(
+    memory: MemoryBatch, queries: Queries, hours: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rates at which things, and the one asked for, are found gone, (Q,) each."""
+    edges, home = memory.edges, queries.home
+    gone, stayed = count_left(memory), edges["time_true"]
+    num_left, time = (
+        np.bincount(edges["home"], column, minlength=memory.num_homes)[home]
+        for column in (gone, stayed)
+    )
+    of_home = (num_left + 0.5) / (time * hours + 15)
+    query, edge = memory.edges_of(queries)
+    num_left, time = (
+        np.bincount(query, column[edge], minlength=len(home)) for column in (gone, stayed)
+    )
+    return of_home, np.clip((num_left + 1.5) / (time * hours + 1.5 / of_home), 1e-4, 2.0)
 
 
 def _compute_crossing(memory: MemoryBatch) -> np.ndarray:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+EVIDENCE_VERSION = 2  # raised with every change of the columns or of what they mean
+
 PLACE_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
     "sightings": (
         "num_true",
@@ -32,6 +34,13 @@ PLACE_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
         "hours_since_look",
         "home_moves_since_look",
         "own_moves_since_look",
+    ),
+    "stays": (
+        "num_left",
+        "left_since_seen",
+        "per_known_look",
+        "presence",
+        "log_presence",
     ),
     "prior": (
         "prior",
@@ -68,6 +77,10 @@ PLACE_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
         "log_belief_moved_in_room",
         "belief_asked",
         "log_belief_asked",
+        "belief_left",
+        "log_belief_left",
+        "belief_left_asked",
+        "log_belief_left_asked",
         "belief_rank",
     ),
     "places": (
@@ -99,8 +112,12 @@ PLACE_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
     "hours": (
         "hour_wide",
         "log_hour_wide",
+        "presence_wide",
         "hour_narrow",
         "log_hour_narrow",
+        "presence_narrow",
+        "strays_at_hour",
+        "log_strays_at_hour",
     ),
 }
 
@@ -124,6 +141,15 @@ QUESTION_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
         "crossing",
         "moves",
         "miss_rate",
+    ),
+    "stays": (
+        "log_home_left_rate",
+        "log_left_rate",
+        "num_left_anywhere",
+        "left_since_last_seen",
+        "unplaced",
+        "num_sought",
+        "still_there",
     ),
     "trust": (
         "has_prior",
@@ -162,6 +188,7 @@ QUESTION_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
         "hour_sine",
         "hour_cosine",
         "away_at_this_hour",
+        "gone_at_this_hour",
     ),
 }
 

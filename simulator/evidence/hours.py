@@ -27,19 +27,19 @@ _LEAST = 1e-3  # of a probability
 _BY_HOUR = FilterSettings(rate=0.7, crossing=1.0, asks_moved=TASKS_ASK_MOVED, hours=0.95)
 
 
-def compute_keeping(counts: ObjectCounts, num_places: np.ndarray) -> np.ndarray:
+def compute_keeping(hours: np.ndarray | None, num_places: np.ndarray) -> np.ndarray:
     """Return how likely each object keeps hours, (Q,); 0 without a clock.
 
     By Bayes' rule from its own sightings, each left out in turn: how likely is its place given
     those at about the same hour of day, and given all of them?
 
     Args:
-        counts: of Q objects.
+        hours: sightings of Q objects by hour, (Q, F, NUM_HOURS); None without a clock.
         num_places: furniture nodes of their homes, (Q,).
     """
-    if counts.hours is None:
+    if hours is None:
         return np.zeros(len(num_places))
-    seen = counts.hours.astype(float)  # (Q, F, NUM_HOURS)
+    seen = hours.astype(float)
     at_place = seen.sum(axis=2, keepdims=True)
     total = at_place.sum(axis=1, keepdims=True)
     anywhere = _ANYWHERE / num_places[:, None, None]

@@ -21,14 +21,26 @@ class ObjectCounts:
         last_true: when last, -1 for never, (Q, F).
         num_absent: looks since then, all of them where it was never seen, (Q, F); of a look that
             had a part of the furniture in view, that part.
+        num_left: looks that found it gone from there, (Q, F).
+        time_true: time steps for which it was known to be there, (Q, F).
+        num_known: looks since it was first seen there, (Q, F).
+        last_known: when the latest of them was, -1 for none, (Q, F).
+        is_true: whether it showed the object, bool (Q, F).
         hours: how often it was seen there by hour of day, (Q, F, NUM_HOURS); None if no home has a
             clock.
+        gone_hours: likewise, looks since it was first seen there that did not show it.
     """
 
     num_true: np.ndarray
     last_true: np.ndarray
     num_absent: np.ndarray
+    num_left: np.ndarray
+    time_true: np.ndarray
+    num_known: np.ndarray
+    last_known: np.ndarray
+    is_true: np.ndarray
     hours: np.ndarray | None
+    gone_hours: np.ndarray | None
 
     @classmethod
     def gather(cls, memory: MemoryBatch, queries: Queries) -> ObjectCounts:
@@ -38,18 +50,41 @@ class ObjectCounts:
         is_true = memory.edges["num_true"][edge] > 0
         query, edge = query[is_true], edge[is_true]
         place = (query, memory.edges["furniture"][edge])
-        num_true = np.zeros(shape, dtype=np.int32)
-        np.add.at(num_true, place, memory.edges["num_true"][edge])
-        last_true = np.full(shape, NEVER, dtype=np.int32)
-        np.maximum.at(last_true, place, memory.edges["last_true"][edge])
+        edges = memory.edges
+        num_true, num_left, time_true = np.zeros((3, *shape), dtype=np.int32)
+        np.add.at(num_true, place, edges["num_true"][edge])
+        np.add.at(num_left, place, count_left(memory)[edge])
+        np.add.at(time_true, place, edges["time_true"][edge])
+        num_known = np.zeros(shape, dtype=np.int32)
+        np.maximum.at(num_known, place, edges["num_observed"][edge])
+        last_true, last_known = np.full((2, *shape), NEVER, dtype=np.int32)
+        np.maximum.at(last_true, place, edges["last_true"][edge])
+        np.maximum.at(last_known, place, edges["last_observed"][edge])
+        is_now = np.zeros(shape, dtype=bool)
+        np.logical_or.at(is_now, place, edges["is_true"][edge])
         num_absent = np.full(shape, np.inf)
         np.minimum.at(num_absent, place, memory.edges["missed"][edge])
         num_absent = np.minimum(num_absent, memory.furniture_num_observed[queries.home])
-        hours = None
+        hours = gone_hours = None
         if memory.clock is not None:
-            hours = np.zeros((*shape, NUM_HOURS), dtype=np.float32)
-            np.add.at(hours, place, memory.history.get_edge_hours(edge))
-        return cls(num_true, last_true, num_absent, hours)
+            hours, gone_hours = np.zeros((2, *shape, NUM_HOURS), dtype=np.float32)
+            seen_by_hour, gone_by_hour = memory.history.get_edge_hours(edge)
+            np.add.at(hours, place, seen_by_hour)
+            np.maximum.at(gone_hours, place, gone_by_hour)
+        return cls(
+            num_true, last_true, num_absent, num_left, time_true, num_known, last_known, is_now,
+            hours, gone_hours,
+        )  # fmt: skip
+
+
+def count_left(memory: MemoryBatch) -> np.ndarray:
+    """Count the looks at each edge that found it false after one that had found it true, (E,).
+
+    Edges become true and false in turn, so that half of their changes were of this kind.
+    """
+    edges = memory.edges
+    num_left: np.ndarray = (edges["num_changed"] + ~edges["is_true"]) // 2
+    return num_left
 
 
 def compute_hours_per_step(memory: MemoryBatch, home: np.ndarray) -> np.ndarray:

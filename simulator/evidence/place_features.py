@@ -15,6 +15,7 @@ from simulator.evidence.question import FILTERS, Question
 
 Columns = dict[str, np.ndarray]  # each (Q, F)
 
+_MOST = 1 - 1e-3  # of a presence: odds stay finite
 _LEAST = 0.02  # of a share times the number of places, in logarithms
 
 
@@ -68,6 +69,35 @@ def compute_times(question: Question) -> Columns:
         "hours_since_look": np.log1p(since_look),
         "home_moves_since_look": -np.expm1(-home * since_look),
         "own_moves_since_look": -np.expm1(-own * since_look),
+    }
+
+
+def compute_stays(question: Question) -> Columns:
+    """How long the object stays at the place, and whether it is there by that alone.
+
+    Presence is that of two states, there and not, which are left at a rate from the looks that
+    found it gone and balance at the share of the looks that found it, as if the places had nothing
+    to do with each other.
+    """
+    counts, hours = question.counts, question.hours
+    seen = counts.num_true > 0
+    of_object = question.rates.left[:, None]
+    left = (counts.num_left + 1) / (counts.time_true * hours + 1 / of_object)
+    since_true = np.where(seen, question.memory.time - counts.last_true, 0) * hours
+    last_look = np.where(seen, counts.last_known, question.last_look)
+    since_look = (question.memory.time - np.maximum(last_look, 0)) * hours
+    looks = np.where(seen, counts.num_known, question.looks)
+    usually = (counts.num_true + question.goes) / (looks + 1)
+    was_there = np.where(last_look >= 0, counts.is_true, usually)
+    remains = np.exp(-left / (1 - usually + _LEAST) * since_look)
+    presence = np.minimum(usually + (was_there - usually) * remains, _MOST) * question.is_place
+    odds = presence / (1 - presence)
+    return {
+        "num_left": np.log1p(counts.num_left),
+        "left_since_seen": -np.expm1(-left * since_true),
+        "per_known_look": np.where(seen, counts.num_true / np.maximum(counts.num_known, 1), 0),
+        "presence": presence,
+        "log_presence": compute_log(odds / odds.sum(axis=1, keepdims=True), question),
     }
 
 
@@ -178,17 +208,26 @@ def compute_rooms(question: Question) -> Columns:
 
 
 def compute_hours(question: Question) -> Columns:
-    """Where the object, and all objects, were seen at this hour of the day."""
+    """Where the object was seen at this hour of the day, and where others that are out of place.
+
+    Its presence is the share of the looks at about this hour that showed it.
+    """
     columns: Columns = {}
-    hours = question.counts.hours
-    zeros = np.zeros(question.is_place.shape)
+    counts, memory, queries = question.counts, question.memory, question.queries
+    usually = counts.num_true / np.maximum(counts.num_known, 1)
     for name, width in (("wide", 3.0), ("narrow", 8.0)):
-        seen = zeros
-        if hours is not None:
-            seen = weigh_hours(question.memory, question.queries, hours, width)
+        seen, gone = np.zeros((2, *question.is_place.shape))
+        if counts.hours is not None and counts.gone_hours is not None:
+            seen = weigh_hours(memory, queries, counts.hours, width)
+            gone = weigh_hours(memory, queries, counts.gone_hours, width)
         total = np.maximum(seen.sum(axis=1, keepdims=True), 0.3)
         columns[f"hour_{name}"] = seen / total
         columns[f"log_hour_{name}"] = np.log1p(seen)
+        columns[f"presence_{name}"] = (seen + usually) / (seen + gone + 1)
+    strays = question.strays_at_hour
+    share = strays / (strays.sum(axis=1, keepdims=True) + 0.5)
+    columns["strays_at_hour"] = share
+    columns["log_strays_at_hour"] = compute_log(share, question)
     return columns
 
 
@@ -196,6 +235,7 @@ PLACE_GROUPS: Mapping[str, Callable[[Question], Columns]] = {
     "sightings": compute_sightings,
     "looks": compute_looks,
     "times": compute_times,
+    "stays": compute_stays,
     "prior": compute_prior,
     "words": compute_words,
     "filters": compute_filters,

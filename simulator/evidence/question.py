@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from simulator.evidence.adaptive_filter import (
     Rates,
     compute_beliefs,
     compute_destinations,
+    weigh_hour,
 )
 from simulator.evidence.expected import Expected
 from simulator.evidence.object_counts import ObjectCounts, compute_hours_per_step
@@ -29,6 +31,8 @@ FILTERS = {
     "moved": FilterSettings(asks_moved=None),
     "moved_in_room": FilterSettings(asks_moved=None, crossing=0.0),
     "asked": FilterSettings(asks_moved=TASKS_ASK_MOVED),
+    "left": FilterSettings(counts_left=True),
+    "left_asked": FilterSettings(counts_left=True, asks_moved=TASKS_ASK_MOVED),
 }
 
 _WIDTH = 0.1  # of cosines by which the names of two things are alike
@@ -45,6 +49,7 @@ class Question:
         num_places: furniture nodes of the home, (Q, 1).
         counts: sightings by place.
         rates: how objects move.
+        goes: where it goes when it moves, (Q, F).
         belief: of each of `FILTERS`, float64 (Q, K, F + 1), the last place is elsewhere.
         hours: length of a time step, (Q, 1).
         looks: at each furniture node, (Q, F).
@@ -60,6 +65,8 @@ class Question:
         moves: from place to place, (Q, F, F).
         same, fresh, often, similar, strays: from `gather_others`, (Q, F).
         most_similar: likewise, (Q,).
+        strays_at_hour: sightings of things at other places than the one where each was seen the
+            most often, at about this hour of day, (Q, F).
     """
 
     memory: MemoryBatch
@@ -68,6 +75,7 @@ class Question:
     num_places: np.ndarray
     counts: ObjectCounts
     rates: Rates
+    goes: np.ndarray
     belief: np.ndarray
     hours: np.ndarray
     looks: np.ndarray
@@ -87,6 +95,7 @@ class Question:
     similar: np.ndarray
     most_similar: np.ndarray
     strays: np.ndarray
+    strays_at_hour: np.ndarray
 
     @classmethod
     def gather(cls, memory: MemoryBatch, queries: Queries) -> Question:
@@ -123,6 +132,7 @@ class Question:
             num_places=is_place.sum(axis=1, keepdims=True),
             counts=counts,
             rates=rates,
+            goes=destinations[:, :-1],
             belief=compute_beliefs(memory, queries, rates, destinations, list(FILTERS.values())),
             hours=hours[:, None],
             looks=memory.furniture_num_observed[home],
@@ -142,6 +152,7 @@ class Question:
             similar=similar,
             most_similar=most_similar,
             strays=strays,
+            strays_at_hour=_count_strays(memory)[home],
         )
 
     def get_belief(self, name: str) -> np.ndarray:
@@ -174,3 +185,19 @@ class Question:
     def usual(self) -> np.ndarray:
         """Where it was seen the most often, (Q,)."""
         return self.counts.num_true.argmax(axis=1)
+
+
+def _count_strays(memory: MemoryBatch) -> np.ndarray:
+    """Count the sightings of things out of their usual places at about this hour of day, (H, F)."""
+    shape = (memory.num_homes, memory.num_furniture)
+    if memory.clock is None:
+        return np.zeros(shape)
+    edges = memory.edges
+    most = np.zeros(len(memory.objects), dtype=np.int32)
+    np.maximum.at(most, edges["object"], edges["num_true"])
+    rows = np.flatnonzero((edges["num_true"] > 0) & (edges["num_true"] < most[edges["object"]]))
+    home = edges["home"][rows]
+    weight = weigh_hour(memory, np.arange(memory.num_homes))[home]
+    seen = (memory.history.get_edge_hours(rows)[0] * weight).sum(axis=1)
+    place = np.ravel_multi_index((home, edges["furniture"][rows]), shape)
+    return np.bincount(place, seen, minlength=math.prod(shape)).reshape(shape)

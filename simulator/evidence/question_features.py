@@ -52,6 +52,25 @@ def compute_movement(question: Question) -> Columns:
     }
 
 
+def compute_stays(question: Question) -> Columns:
+    """How long things stay here, and this one; how often it was gone when it was asked for."""
+    counts, rates, objects = question.counts, question.rates, question.memory.objects
+    row = question.queries.object
+    was_seen = question.was_seen[:, 0]
+    since = np.where(was_seen, question.memory.time - objects["last_observed"][row], 0)
+    placed = (counts.num_true / np.maximum(counts.num_known, 1)).sum(axis=1)
+    num_sought = objects["num_sought"][row]
+    return {
+        "log_home_left_rate": np.log(rates.home_left),
+        "log_left_rate": np.log(rates.left),
+        "num_left_anywhere": np.log1p(counts.num_left.sum(axis=1)),
+        "left_since_last_seen": -np.expm1(-rates.left * since * question.hours[:, 0]),
+        "unplaced": np.where(was_seen, np.maximum(1 - placed, 0), 1),
+        "num_sought": np.log1p(num_sought),
+        "still_there": (objects["num_still"][row] + 0.5) / (num_sought + 1),
+    }
+
+
 def compute_trust(question: Question) -> Columns:
     """How well simple rules and the prior have done in this home."""
     memory, home = question.memory, question.queries.home
@@ -117,23 +136,29 @@ def compute_hour_of_day(question: Question) -> Columns:
     memory, queries, hours = question.memory, question.queries, question.counts.hours
     now = compute_hour(memory, queries.home)
     has_clock, angle = ~np.isnan(now), now * (2 * np.pi / 24)
-    away = np.zeros(len(now))
-    if hours is not None:
+    away, gone = np.zeros((2, len(now)))
+    gone_hours = question.counts.gone_hours
+    if hours is not None and gone_hours is not None:
         seen = weigh_hours(memory, queries, hours, 8.0)
         total = seen.sum(axis=1)
         away = (total - question.take_at(seen, question.usual) + 0.3) / (total + 1)
         away = np.where(has_clock, away, 0)
+        vain = question.take_at(weigh_hours(memory, queries, gone_hours, 8.0), question.last)
+        gone = (vain + 0.3) / (vain + question.take_at(seen, question.last) + 1)
+        gone = np.where(has_clock & question.was_seen[:, 0], gone, 0)
     return {
         "has_clock": has_clock,
         "hour_sine": np.where(has_clock, np.sin(angle), 0),
         "hour_cosine": np.where(has_clock, np.cos(angle), 0),
         "away_at_this_hour": away,
+        "gone_at_this_hour": gone,
     }
 
 
 QUESTION_GROUPS: Mapping[str, Callable[[Question], Columns]] = {
     "size": compute_size,
     "movement": compute_movement,
+    "stays": compute_stays,
     "trust": compute_trust,
     "words": compute_words,
     "object": compute_object,

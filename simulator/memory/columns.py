@@ -16,8 +16,8 @@ EDGE_COUNTERS = (
     "is_true",
 )  # fmt: skip
 # Counted beside the paper's counters, and in no snapshot: `simulator.evidence` reads them.
-OBJECT_HISTORY = ("first_observed", "num_at_once")
-EDGE_HISTORY = ("num_absent",)
+OBJECT_HISTORY = ("first_observed", "num_at_once", "num_sought", "num_still")
+EDGE_HISTORY = ("num_absent", "time_true")
 EDGE_MEASURES = ("missed", "confidence")  # float32
 
 _OBJECT_NODE = ("home", "key", "label", "type", "last_furniture")

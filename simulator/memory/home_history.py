@@ -28,6 +28,8 @@ HOME_COUNTERS = (
     "num_moved", "time_followed", "num_missed", "num_refound",
 )  # fmt: skip
 
+_EDGE_HOURS = ("edge_hours", "edge_gone_hours")  # what the rows of `edge_hours` are called in JSON
+
 
 class HomeHistory:
     """Counts of H homes, updated by every look at the cost of what the look changes.
@@ -43,8 +45,8 @@ class HomeHistory:
             moved, and the time steps between the sightings of all objects. Looks that missed an
             object which later looks found at the same place, and those that found it there,
             each discounted by how likely it had moved meanwhile.
-        edge_hours: sightings of each edge by hour of day, uint16 (E, NUM_HOURS); without rows if
-            no home has a clock.
+        edge_hours: of each edge by hour of day, sightings, and looks that did not show what had
+            been seen there, uint16 (2, E, NUM_HOURS); without edges if no home has a clock.
     """
 
     def __init__(self, num_homes: int, num_furniture: int) -> None:
@@ -53,7 +55,7 @@ class HomeHistory:
         self.look_times = np.full((*shape, NUM_LOOKS_KEPT), NEVER, dtype=np.int32)
         self.moves = _make_moves(num_homes, num_furniture)
         self.counters = {name: np.zeros(num_homes) for name in HOME_COUNTERS}
-        self.edge_hours = np.zeros((0, NUM_HOURS), dtype=np.uint16)
+        self.edge_hours = np.zeros((2, 0, NUM_HOURS), dtype=np.uint16)
 
     def add_furniture(self, num_added: int) -> None:
         """Add columns of furniture that was never looked at."""
@@ -85,8 +87,8 @@ class HomeHistory:
         if self.counts_moves:
             kept.moves = self.moves[:, furniture][:, :, furniture]
         kept.counters = {name: column.copy() for name, column in self.counters.items()}
-        hours = self.edge_hours[: len(edges)]
-        kept.edge_hours = hours[edges[: len(hours)]]
+        hours = self.edge_hours[:, : len(edges)]
+        kept.edge_hours = hours[:, edges[: hours.shape[1]]]
         return kept
 
     def compute_miss_rate(self) -> np.ndarray:
@@ -152,39 +154,48 @@ class HomeHistory:
         np.add.at(self.counters["num_missed"], home, stayed * edges["num_absent"][again])
         np.add.at(self.counters["num_refound"], home, stayed)
 
-    def note_hours(self, clock: np.ndarray, time: int, edges: np.ndarray, num_edges: int) -> None:
-        """Count sightings by hour of day.
+    def note_hours(
+        self, clock: np.ndarray, time: int, edges: np.ndarray, is_seen: np.ndarray, num_edges: int
+    ) -> None:
+        """Count looks by hour of day.
 
         Args:
-            clock: of the home of each sighting, nan where nobody knows, (n, 2).
+            clock: of the home of each edge, nan where nobody knows, (n, 2).
             time: time step.
-            edges: rows of the edges that were seen, each once, (n,).
+            edges: rows of the edges that were looked at, each once, (n,).
+            is_seen: whether they were found true, bool (n,).
             num_edges: rows of edges so far.
         """
-        if num_edges > len(self.edge_hours):
-            added = max(num_edges, 2 * len(self.edge_hours)) - len(self.edge_hours)
-            self.edge_hours = np.pad(self.edge_hours, ((0, added), (0, 0)))
+        num_before = self.edge_hours.shape[1]
+        if num_edges > num_before:
+            added = max(num_edges, 2 * num_before) - num_before
+            self.edge_hours = np.pad(self.edge_hours, ((0, 0), (0, added), (0, 0)))
         hour = compute_week_seconds(clock, np.full(len(edges), time)) % DAY_SECONDS / HOUR_SECONDS
         is_known = ~np.isnan(hour)
-        place = (edges[is_known], (hour[is_known] * (NUM_HOURS / 24)).astype(int))
+        which = np.where(is_seen, 0, 1)[is_known]
+        place = (which, edges[is_known], (hour[is_known] * (NUM_HOURS / 24)).astype(int))
         count = self.edge_hours[place]
         self.edge_hours[place] = np.minimum(count, 2**16 - 2) + 1
 
     def get_edge_hours(self, edges: np.ndarray) -> np.ndarray:
-        """Return how often edges were seen true by hour of day, (n,) -> (n, NUM_HOURS)."""
-        if len(self.edge_hours) == 0:
-            return np.zeros((len(edges), NUM_HOURS), dtype=np.uint16)
-        return self.edge_hours[np.minimum(edges, len(self.edge_hours) - 1)]
+        """Return `edge_hours` of edges, (n,) -> (2, n, NUM_HOURS)."""
+        num_counted = self.edge_hours.shape[1]
+        if num_counted == 0:
+            return np.zeros((2, len(edges), NUM_HOURS), dtype=np.uint16)
+        return self.edge_hours[:, np.minimum(edges, num_counted - 1)]
 
     def to_json(self) -> dict[str, Any]:
         """Return JSON values of one home, from which `from_json` makes the same counts."""
         counted = self.moves[0] if self.counts_moves else np.zeros((0, 0), dtype=np.int32)
-        moves, hours = np.nonzero(counted), np.nonzero(self.edge_hours)
+        moves = np.nonzero(counted)
         return {
             "look_times": self.look_times[0].tolist(),
             "moves": np.stack([*moves, counted[moves]]).tolist(),
             "counters": {name: float(column[0]) for name, column in self.counters.items()},
-            "edge_hours": np.stack([*hours, self.edge_hours[hours]]).tolist(),
+            **{
+                name: np.stack([*np.nonzero(hours), hours[np.nonzero(hours)]]).tolist()
+                for name, hours in zip(_EDGE_HOURS, self.edge_hours, strict=True)
+            },
         }
 
     @classmethod
@@ -209,13 +220,16 @@ class HomeHistory:
             if not 0 <= value < np.inf:
                 raise ValueError(f"{name} must be a number, 0 or more, got {value}")
             history.counters[name][0] = value
-        edge, hour, count = _read_whole(data["edge_hours"], (3, None), (0, 2**31 - 1))
-        _check_below("edge_hours", edge, num_edges)
-        _check_below("edge_hours", hour, NUM_HOURS)
-        _check_below("edge_hours", count, 2**16)
-        if len(edge):
-            history.edge_hours = np.zeros((num_edges, NUM_HOURS), dtype=np.uint16)
-            history.edge_hours[edge, hour] = count
+        for which, name in enumerate(_EDGE_HOURS):
+            # Only sightings were counted at first.
+            values = data[name] if which == 0 else data.get(name, [[], [], []])
+            edge, hour, count = _read_whole(values, (3, None), (0, 2**31 - 1))
+            _check_below(name, edge, num_edges)
+            _check_below(name, hour, NUM_HOURS)
+            _check_below(name, count, 2**16)
+            if len(edge) and history.edge_hours.shape[1] == 0:
+                history.edge_hours = np.zeros((2, num_edges, NUM_HOURS), dtype=np.uint16)
+            history.edge_hours[which, edge, hour] = count
         return history
 
     def _count(self, name: str, home: np.ndarray, number: np.ndarray | None = None) -> None:
@@ -226,7 +240,14 @@ class HomeHistory:
     def _note_answers(
         self, memory: MemoryBatch, looked: np.ndarray, asked: Queries, is_found: np.ndarray
     ) -> None:
-        """Count which simple rule would have led to the objects that were asked for and found."""
+        """Count which simple rule would have led to the objects that were asked for and found.
+
+        And whether they still were where they were last seen, if that is where the look was.
+        """
+        objects = memory.objects
+        is_there = objects["last_furniture"][asked.object] == looked[asked.home]
+        np.add.at(objects["num_sought"], asked.object[is_there], 1)
+        np.add.at(objects["num_still"], asked.object[is_there & is_found], 1)
         if not is_found.any():
             return
         found = type(asked)(asked.home[is_found], asked.object[is_found], asked.prior[is_found])

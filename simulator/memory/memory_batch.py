@@ -38,15 +38,18 @@ class MemoryBatch:
             or less furniture end with -1.
         furniture_num_observed, furniture_last_observed: looks so far and the last one, (H, F).
         objects: table of object nodes (home, key, label, type, num_observed, last_observed,
-            num_moved, last_moved, last_furniture, first_observed, num_at_once); `key` is the
-            description, `type` the prior's object type or -1; `num_at_once` is the most things of
-            this description that a robot has seen in one time step (0 in simulated homes).
+            num_moved, last_moved, last_furniture, first_observed, num_at_once, num_sought,
+            num_still); `key` is the description, `type` the prior's object type or -1;
+            `num_at_once` is the most things of this description that a robot has seen in one time
+            step (0 in simulated homes); `num_sought` counts the looks for it where it was last
+            seen, while it was asked for, `num_still` those that found it (0 without `history`).
         edges: table of object-furniture edges (home, object, furniture, relation, prior,
             num_observed, num_true, num_changed, last_observed, last_changed, last_true,
-            is_true, num_absent, missed, confidence); relation 0 "in", 1 "onTop"; `num_absent` is
-            the number of looks at the furniture since the edge was last true, all of them if it
-            never was, `missed` the sum of their parts, `confidence` that of the last sighting, 0
-            without one.
+            is_true, num_absent, time_true, missed, confidence); relation 0 "in", 1 "onTop";
+            `num_absent` is the number of looks at the furniture since the edge was last true, all
+            of them if it never was, `missed` the sum of their parts; `time_true` the time steps
+            from looks that found it true to the next one each; `confidence` that of the last
+            sighting, 0 without one.
         place_prior: the prior for these layouts.
         history: what is counted of each home as a whole, where somebody asked for it.
         clock: where in the week step 0 of each home is, and how long its steps are
@@ -323,8 +326,12 @@ class MemoryBatch:
         false = added[len(new_true) :]
         edges["missed"][false] = edges["num_absent"][false] - 1 + missed
         if self._history is not None and self.clock is not None:
-            seen = np.concatenate([again, added[: len(new_true)]])
-            self._history.note_hours(self.clock[edges["home"][seen]], self.time, seen, len(edges))
+            gone = touched[~is_seen & look.is_counted[edges["home"][touched]]]
+            gone = gone[edges["num_true"][gone] > 0]
+            rows = np.concatenate([again, added[: len(new_true)], gone])
+            is_true = np.arange(len(rows)) < len(rows) - len(gone)
+            clock = self.clock[edges["home"][rows]]
+            self._history.note_hours(clock, self.time, rows, is_true, len(edges))
 
         is_counted = look.is_counted[home]
         self.furniture_num_observed[home, furniture] += is_counted
@@ -345,7 +352,9 @@ class MemoryBatch:
         is_counted = is_seen | (np.floor(after + 0.5) > np.floor(before + 0.5))
         if not is_counted.all():
             rows, is_seen = rows[is_counted], is_seen[is_counted]
-        has_changed = edges["is_true"][rows] != is_seen
+        was_true = edges["is_true"][rows]
+        has_changed = was_true != is_seen
+        edges["time_true"][rows] += was_true * (self.time - edges["last_observed"][rows])
         edges["num_observed"][rows] += 1
         edges["num_true"][rows] += is_seen
         edges["num_changed"][rows] += has_changed

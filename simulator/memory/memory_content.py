@@ -31,6 +31,7 @@ EDGE_COLUMNS = (*_EDGE_NUMBERS, *EDGE_MEASURES)
 HOME_LABELS = ("house", "floor")  # of the two nodes above the rooms
 
 Columns = Mapping[str, np.ndarray]
+Numbers = Mapping[str, list[int]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,14 +153,7 @@ class MemoryContent:
             "num_rooms_ever": self.layout.num_rooms_ever,
             "num_furniture_ever": self.layout.num_furniture_ever,
             "descriptions": list(self.descriptions),
-            **{
-                part: {
-                    name: column.astype(int).tolist()
-                    for name, column in columns.items()
-                    if name not in EDGE_MEASURES
-                }
-                for part, columns in self._list_tables().items()
-            },
+            **self._list_tables(),
             "edge_measures": {
                 name: self.edges[name].astype(float).tolist()
                 for name, column in _compute_measures(self.edges).items()
@@ -181,8 +175,10 @@ class MemoryContent:
         """
         try:
             clock = data.get("clock")
-            objects = _read_table(_add_history(data["objects"]), OBJECT_COLUMNS)
-            edges = _read_table(_add_num_absent(data["edges"]), _EDGE_NUMBERS)
+            nodes = {**_guess_object_history(data["objects"]), **data["objects"]}
+            objects = _read_table(nodes, OBJECT_COLUMNS)
+            links = {**_guess_edge_history(data["edges"], nodes), **data["edges"]}
+            edges = _read_table(links, _EDGE_NUMBERS)
             measures = _compute_measures(edges)
             measures |= _read_measures(data.get("edge_measures", {}))
             num_furniture, history = len(data["furniture"]), HomeHistory(1, len(data["furniture"]))
@@ -217,15 +213,24 @@ class MemoryContent:
                 },
             )
             content._check()
-        except (KeyError, TypeError, AttributeError, OverflowError) as error:
+        except (KeyError, IndexError, TypeError, AttributeError, OverflowError) as error:
             raise ValueError(f"{type(error).__name__}: {error}") from error
         return content
 
-    def _list_tables(self) -> dict[str, Columns]:
+    def _list_tables(self) -> dict[str, Mapping[str, list[int]]]:
+        """List the tables by name, but for what is read as it is if it is not there."""
+        furniture, objects, edges = (
+            {name: columns[name].astype(int).tolist() for name in names}
+            for columns, names in (
+                (self.furniture_counters, FURNITURE_COUNTERS),
+                (self.objects, OBJECT_COLUMNS),
+                (self.edges, _EDGE_NUMBERS),
+            )
+        )
         return {
-            "furniture_counters": self.furniture_counters,
-            "objects": self.objects,
-            "edges": self.edges,
+            "furniture_counters": furniture,
+            "objects": _leave_out(objects, _guess_object_history(objects)),
+            "edges": _leave_out(edges, _guess_edge_history(edges, objects)),
         }
 
     def _check(self) -> None:
@@ -291,25 +296,46 @@ def _number(keep: np.ndarray) -> np.ndarray:
     return np.append(np.where(keep, np.cumsum(keep) - 1, -1), -1)
 
 
-def _add_history(objects: Mapping[str, list[int]]) -> Mapping[str, list[int]]:
-    """Add what was not counted yet when a memory was saved.
+def _leave_out(table: Numbers, guess: Numbers) -> Numbers:
+    """Leave out the columns that are as they are guessed."""
+    return {name: column for name, column in table.items() if column != guess.get(name)}
 
-    The start stands for the first sighting, and of everything one was seen at once.
+
+def _guess_object_history(objects: Numbers) -> Numbers:
+    """Guess what is not written, or was not counted yet when a memory was saved.
+
+    The start stands for the first sighting, of everything one was seen at once, and nothing was
+    sought where it had been seen.
     """
     counts = zip(objects["num_observed"], objects["last_observed"], strict=True)
-    added = {
+    return {
         "first_observed": [last if num < 2 else 0 for num, last in counts],
         "num_at_once": [min(num, 1) for num in objects["num_observed"]],
+        "num_sought": [0] * len(objects["num_observed"]),
+        "num_still": [0] * len(objects["num_observed"]),
     }
-    return {**added, **objects}
 
 
-def _add_num_absent(edges: Mapping[str, list[int]]) -> Mapping[str, list[int]]:
-    """Take all false looks for the last ones in what was saved before they were counted."""
-    if "num_absent" in edges:
-        return edges
-    counts = zip(edges["num_observed"], edges["num_true"], edges["is_true"], strict=True)
-    return {**edges, "num_absent": [0 if now else num - true for num, true, now in counts]}
+def _guess_edge_history(edges: Numbers, objects: Numbers) -> Numbers:
+    """Guess what is not written, or was not counted yet when a memory was saved.
+
+    An edge is true if the last look found it so, all false looks stand for the last ones, and it
+    was true for that share of the time since the object was first seen at which looks found it so.
+    """
+    names = ("num_observed", "num_true", "last_observed", "last_true", "object")
+    rows = list(zip(*(edges[name] for name in names), strict=True))
+    is_now = [int(num_true > 0 and last == last_true) for _, num_true, last, last_true, _ in rows]
+    return {
+        "is_true": is_now,
+        "num_absent": [
+            0 if now else num - num_true
+            for (num, num_true, *_), now in zip(rows, edges.get("is_true", is_now), strict=True)
+        ],
+        "time_true": [
+            (last - objects["first_observed"][row]) * num_true // max(num, 1) if num_true else 0
+            for num, num_true, last, _, row in rows
+        ],
+    }
 
 
 def _compute_measures(edges: Columns) -> dict[str, np.ndarray]:

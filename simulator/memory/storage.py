@@ -12,8 +12,10 @@ from simulator.memory.memory_content import MemoryContent
 from simulator.messages import shorten
 
 FORMAT = "scene graph memory"
-FORMAT_VERSION = 3
-_FIRST_VERSION = 1  # without a clock; 2 without a history and partial looks
+FORMAT_VERSION = 4
+_FIRST_VERSION = (
+    1  # without a clock; 2 without a history and partial looks; 3 without time at places
+)
 
 
 def save_content(path: str | Path, content: MemoryContent) -> None:

@@ -126,7 +126,7 @@ def test_a_second_task_is_trained_on_too(tmp_path):
 def test_a_second_source_is_trained_on_too(tmp_path):
     """Two sources times two tasks, in four collections; what is validated on stays the first."""
     data = make_datamodule(
-        tmp_path, homes=MixtureSource, also_homes=PaperSizesSource, also_tasks=["find_object"]
+        tmp_path, homes=MixtureSource, also_homes=[PaperSizesSource], also_tasks=["find_object"]
     )
     folders = {data.get_folder(config) for config in (data.train_config, *data.also_configs)}
     assert len(folders) == 4

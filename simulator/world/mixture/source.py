@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from simulator.memory.clock import make_clock_rows
+from simulator.memory.clock import Clock, make_clock_rows
 from simulator.priors.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.mixture import Mixture
@@ -72,14 +72,15 @@ class MixtureSource(HomeSource):
         Raises:
             ValueError: if the prior has nothing for a room.
         """
-        drawn = [
-            self.mixture.draw_home(streams.generator("mixture", i), self.home)
-            for i in range(len(streams.homes))
-        ]
+        drawn = [self.draw_home(streams, i) for i in range(len(streams.homes))]
         homes = MixedHomes(self.prior, [config for config, _ in drawn], streams)
         homes.clock = make_clock_rows([clock for _, clock in drawn])
         homes.set_views(draw_views(streams, dict(self.mixture.views)))
         return homes
+
+    def draw_home(self, streams: Streams, position: int) -> tuple[HomeConfig, Clock | None]:
+        """Draw the rules of the home at a position of the streams, and what time it is there."""
+        return self.mixture.draw_home(streams.generator("mixture", position), self.home)
 
     def describe(self) -> dict[str, Any]:
         """Return the distribution and the checksum of the prior."""

@@ -91,6 +91,38 @@ def test_times_by_hand(columns):
     assert columns["movement.own_moves"] == pytest.approx(math.log(2))
 
 
+def test_stays_by_hand(columns):
+    """On the table for a step, as far as is known, on the desk for another, and gone from there.
+
+    So is the plate, after a step on the table: two of three, so 2.5 / 18 a step on average.
+    """
+    of_home = 2.5 / 18
+    rate = (1 + 1.5) / (2 + 1.5 / of_home)
+    assert columns["stays.log_home_left_rate"] == pytest.approx(math.log(of_home))
+    assert columns["stays.log_left_rate"] == pytest.approx(math.log(rate))
+    assert columns["stays.num_left"][DESK] == pytest.approx(math.log(2))
+    assert columns["stays.per_known_look"] == at(table=1, desk=1 / 2)
+    table, desk = 1 / (1 + 1 / rate), 2 / (1 + 1 / rate)
+    gone = {"table": 1 - math.exp(-3 * table), "desk": 1 - math.exp(-2 * desk)}
+    assert columns["stays.left_since_seen"] == at(**gone)
+    presence = columns["stays.presence"]
+    assert presence.argmax() == TABLE
+    assert (presence[[TABLE, DESK]] < [1, 1 / 2]).all()
+
+
+def test_presence_is_what_looks_show_at_first_and_in_the_end(make_tiny_memory):
+    """Looks find the mug and miss it in turn: it is there right after one, then (20 + 1) / 41."""
+    memory = make_tiny_memory()
+    for turn in range(40):
+        see(memory, TABLE, *([MUG] if turn % 2 else []))
+    found = []
+    for steps in (0, 10**4):
+        memory.time += steps
+        columns = compute_features(memory, ask(memory)).place[0]
+        found.append(columns[TABLE, PLACE_COLUMNS.index("stays.presence")])
+    assert found == pytest.approx([0.999, 21 / 41], abs=0.02)
+
+
 def test_places_and_others_by_hand(columns):
     """Of two known objects the plate was last on the table, the mug on the desk.
 

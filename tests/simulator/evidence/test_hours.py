@@ -8,23 +8,17 @@ import pytest
 from simulator import Clock, SceneGraphMemory, Sighting
 from simulator.evidence.features import compute_features
 from simulator.evidence.hours import compute_keeping
-from simulator.evidence.object_counts import ObjectCounts
 from simulator.memory.home_history import NUM_HOURS
 
 NOON = NUM_HOURS // 2
 
 
-def make_counts(*sightings: tuple[int, int, int]) -> ObjectCounts:
-    """One object that was seen (place, hour, times), in a home of four places."""
+def keeping(*sightings: tuple[int, int, int]) -> float:
+    """Of one object that was seen (place, hour, times), in a home of four places."""
     hours = np.zeros((1, 4, NUM_HOURS), dtype=np.float32)
     for place, hour, times in sightings:
         hours[0, place, hour] += times
-    num_true = hours.sum(axis=2).astype(np.int32)
-    return ObjectCounts(num_true, num_true * 0, num_true * 0.0, hours)
-
-
-def keeping(*sightings: tuple[int, int, int]) -> float:
-    return float(compute_keeping(make_counts(*sightings), np.array([4]))[0])
+    return float(compute_keeping(hours, np.array([4]))[0])
 
 
 def test_two_sightings_by_hand():
@@ -50,9 +44,7 @@ def test_a_thing_with_a_place_for_the_day_and_one_for_the_night_keeps_hours():
 
 
 def test_without_a_clock_nothing_keeps_hours():
-    counts = make_counts((0, NOON, 10))
-    no_clock = ObjectCounts(counts.num_true, counts.last_true, counts.num_absent, None)
-    assert compute_keeping(no_clock, np.array([4])) == 0
+    assert compute_keeping(None, np.array([4])) == 0
 
 
 def test_where_it_is_by_the_hour():

@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from simulator import SceneGraphMemory, Sighting
-from simulator.memory.clock import Clock
+from simulator.evidence.object_counts import count_left
+from simulator.memory.clock import HOUR_SECONDS, Clock
+from simulator.memory.columns import EDGE_HISTORY
 from simulator.memory.home_history import MOST_FURNITURE, NUM_LOOKS_KEPT, HomeHistory
+from simulator.memory.memory_content import _guess_object_history
 from simulator.policies import Bayesian
 from simulator.policies.adaptive import Adaptive
 from simulator.tasks.rollout import Rollout
@@ -82,6 +85,28 @@ def test_looks_since_it_was_last_there(memory):
     assert memory.edges["num_absent"].tolist() == [2, 0, 2]
 
 
+def test_time_at_a_place(memory):
+    """On the table it was seen at 1 and gone at 2, seen at 3; then the looks are elsewhere."""
+    assert memory.edges["time_true"].tolist() == [1, 0]
+    for _ in range(3):  # at 5, 6 and 7; at the last it is gone from the bed
+        look(memory, BED, memory.time < 6)
+    assert memory.edges["time_true"].tolist() == [1, 3]
+    look(memory, TABLE, False)
+    assert memory.edges["time_true"].tolist() == [1 + 5, 3]
+    assert count_left(memory).tolist() == [2, 1]
+
+
+def test_whether_it_still_is_where_it_was_last_seen(memory):
+    """Only looks at the bed, while the mug is asked for, say that."""
+    look(memory, BED, True)
+    for furniture, is_seen in ((BED, True), (BED, False), (TABLE, True), (TABLE, False)):
+        memory.step()
+        rows = memory.query(*ASK).object[: int(is_seen)]
+        memory.observe(np.array([0]), np.array([furniture]), rows, np.ones(len(rows), dtype=int))
+    assert memory.objects["num_sought"].tolist() == [3]
+    assert memory.objects["num_still"].tolist() == [1]
+
+
 def test_which_rule_would_have_found_it(memory):
     """Sightings per look: table 2 / 3.5, bed 1 / 1.5, so the bed, which is also the last place.
 
@@ -122,10 +147,21 @@ def lived_in():
 
 def test_sightings_by_hour_of_day(lived_in):
     batch = lived_in.batch
-    hours = batch.history.get_edge_hours(np.arange(len(batch.edges)))
+    hours, gone = batch.history.get_edge_hours(np.arange(len(batch.edges)))
+    assert (gone.sum(axis=1) <= batch.edges["num_observed"] - batch.edges["num_true"]).all()
     assert hours.sum(axis=1).tolist() == batch.edges["num_true"].tolist()
     # The last look is at 07:00 + 20 x 0.5 h = 17:00, in the bin from 16 to 18.
     assert hours[batch.edges["last_true"] == 20][:, 8].tolist() == [1, 1]
+
+
+def test_looks_that_find_it_gone_by_hour_of_day(make_tiny_memory):
+    memory = make_tiny_memory(1)
+    memory.clock = np.array([[0, 2 * HOUR_SECONDS]])
+    for is_seen in (False, True, False, True, True, False, False):  # from two o'clock on
+        look(memory, TABLE, is_seen)
+    seen, gone = memory.history.get_edge_hours(np.arange(1))[:, 0]
+    assert np.flatnonzero(seen).tolist() == [2, 4, 5]
+    assert np.flatnonzero(gone).tolist() == [3, 6, 7]
 
 
 def test_is_saved_and_goes_on(lived_in, tmp_path):
@@ -138,7 +174,7 @@ def test_is_saved_and_goes_on(lived_in, tmp_path):
     mine, theirs = lived_in.batch.history.to_json(), copy.batch.history.to_json()
     assert json.dumps(mine) == json.dumps(theirs)
     for table in ("objects", "edges"):
-        for name in lived_in.batch.objects.names if table == "objects" else ("num_absent",):
+        for name in lived_in.batch.objects.names if table == "objects" else EDGE_HISTORY:
             column = getattr(lived_in.batch, table)[name]
             assert column.tolist() == getattr(copy.batch, table)[name].tolist()
 
@@ -146,12 +182,19 @@ def test_is_saved_and_goes_on(lived_in, tmp_path):
 def test_a_file_from_before_is_read(lived_in):
     content = lived_in._state.get_content()
     data = content.to_json()
-    del data["history"], data["objects"]["first_observed"], data["edges"]["num_absent"]
+    del data["history"], data["objects"]["first_observed"]
+    for name in EDGE_HISTORY:
+        data["edges"].pop(name, None)  # what is as it would be guessed is not there
     old = type(content).from_json(data)
     assert old.history.to_json() == HomeHistory(1, 2).to_json()
     is_true = content.edges["is_true"]
     absent = np.where(is_true, 0, content.edges["num_observed"] - content.edges["num_true"])
     assert old.edges["num_absent"].tolist() == absent.tolist()
+    edges = content.edges
+    first = np.array(_guess_object_history(data["objects"])["first_observed"])
+    known = edges["last_observed"] - first[edges["object"]]
+    expected = np.where(edges["num_true"], known * edges["num_true"] // edges["num_observed"], 0)
+    assert old.edges["time_true"].tolist() == expected.tolist()
 
 
 @pytest.mark.parametrize(
