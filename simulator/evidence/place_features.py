@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from simulator.evidence.adaptive_filter import weigh_hours
+from simulator.evidence.object_counts import compute_hour
 from simulator.evidence.question import FILTERS, Question
 
 Columns = dict[str, np.ndarray]  # each (Q, F)
@@ -210,10 +211,12 @@ def compute_rooms(question: Question) -> Columns:
 def compute_hours(question: Question) -> Columns:
     """Where the object was seen at this hour of the day, and where others that are out of place.
 
-    Its presence is the share of the looks at about this hour that showed it.
+    Its presence is the share of the looks at about this hour that showed it. All is 0 where nobody
+    knows what time it is.
     """
     columns: Columns = {}
     counts, memory, queries = question.counts, question.memory, question.queries
+    has_clock = ~np.isnan(compute_hour(memory, queries.home))[:, None]
     usually = counts.num_true / np.maximum(counts.num_known, 1)
     for name, width in (("wide", 3.0), ("narrow", 8.0)):
         seen, gone = np.zeros((2, *question.is_place.shape))
@@ -223,11 +226,11 @@ def compute_hours(question: Question) -> Columns:
         total = np.maximum(seen.sum(axis=1, keepdims=True), 0.3)
         columns[f"hour_{name}"] = seen / total
         columns[f"log_hour_{name}"] = np.log1p(seen)
-        columns[f"presence_{name}"] = (seen + usually) / (seen + gone + 1)
+        columns[f"presence_{name}"] = has_clock * (seen + usually) / (seen + gone + 1)
     strays = question.strays_at_hour
     share = strays / (strays.sum(axis=1, keepdims=True) + 0.5)
     columns["strays_at_hour"] = share
-    columns["log_strays_at_hour"] = compute_log(share, question)
+    columns["log_strays_at_hour"] = has_clock * compute_log(share, question)
     return columns
 
 
