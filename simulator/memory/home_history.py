@@ -245,7 +245,8 @@ class HomeHistory:
         And whether they still were where they were last seen, if that is where the look was.
         """
         objects = memory.objects
-        is_there = objects["last_furniture"][asked.object] == looked[asked.home]
+        place = looked[asked.home]  # -1 where a home does not look
+        is_there = (objects["last_furniture"][asked.object] == place) & (place >= 0)
         np.add.at(objects["num_sought"], asked.object[is_there], 1)
         np.add.at(objects["num_still"], asked.object[is_there & is_found], 1)
         if not is_found.any():

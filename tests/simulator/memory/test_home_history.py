@@ -107,6 +107,17 @@ def test_whether_it_still_is_where_it_was_last_seen(memory):
     assert memory.objects["num_still"].tolist() == [1]
 
 
+def test_a_home_that_does_not_look_seeks_nothing(make_tiny_memory):
+    """Nobody has seen the mug of either home; it is asked for in both, and the first one looks."""
+    memory = make_tiny_memory(2)
+    memory.step()
+    both = np.array([0, 1])
+    memory.query(both, *(np.repeat(part, 2) for part in ASK[1:]))
+    none = np.zeros(0, dtype=int)
+    memory.observe(np.array([0]), np.array([TABLE]), none, none)
+    assert memory.objects["num_sought"].tolist() == [0, 0]
+
+
 def test_which_rule_would_have_found_it(memory):
     """Sightings per look: table 2 / 3.5, bed 1 / 1.5, so the bed, which is also the last place.
 
