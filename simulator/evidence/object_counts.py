@@ -51,17 +51,14 @@ class ObjectCounts:
         query, edge = query[is_true], edge[is_true]
         place = (query, memory.edges["furniture"][edge])
         edges = memory.edges
-        num_true, num_left, time_true = np.zeros((3, *shape), dtype=np.int32)
-        np.add.at(num_true, place, edges["num_true"][edge])
-        np.add.at(num_left, place, count_left(memory)[edge])
-        np.add.at(time_true, place, edges["time_true"][edge])
-        num_known = np.zeros(shape, dtype=np.int32)
-        np.maximum.at(num_known, place, edges["num_observed"][edge])
-        last_true, last_known = np.full((2, *shape), NEVER, dtype=np.int32)
-        np.maximum.at(last_true, place, edges["last_true"][edge])
-        np.maximum.at(last_known, place, edges["last_observed"][edge])
-        is_now = np.zeros(shape, dtype=bool)
-        np.logical_or.at(is_now, place, edges["is_true"][edge])
+        sums = np.zeros((*shape, 3), dtype=np.int32)  # one call for all: an object has few edges
+        own = edges["num_true"][edge], count_left(memory, edge), edges["time_true"][edge]
+        np.add.at(sums, place, np.stack(own, axis=1))
+        most = np.full((*shape, 4), NEVER, dtype=np.int32)
+        names = ("num_observed", "last_true", "last_observed", "is_true")
+        np.maximum.at(most, place, np.stack([edges[name][edge] for name in names], axis=1))
+        num_true, num_left, time_true = np.moveaxis(sums, 2, 0)
+        num_known, last_true, last_known, is_now = np.moveaxis(most, 2, 0)
         num_absent = np.full(shape, np.inf)
         np.minimum.at(num_absent, place, memory.edges["missed"][edge])
         num_absent = np.minimum(num_absent, memory.furniture_num_observed[queries.home])
@@ -72,18 +69,18 @@ class ObjectCounts:
             np.add.at(hours, place, seen_by_hour)
             np.maximum.at(gone_hours, place, gone_by_hour)
         return cls(
-            num_true, last_true, num_absent, num_left, time_true, num_known, last_known, is_now,
-            hours, gone_hours,
+            num_true, last_true, num_absent, num_left, time_true, np.maximum(num_known, 0),
+            last_known, is_now > 0, hours, gone_hours,
         )  # fmt: skip
 
 
-def count_left(memory: MemoryBatch) -> np.ndarray:
-    """Count the looks at each edge that found it false after one that had found it true, (E,).
+def count_left(memory: MemoryBatch, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
+    """Count the looks at edges that found them false after one that had found them true, (n,).
 
     Edges become true and false in turn, so that half of their changes were of this kind.
     """
     edges = memory.edges
-    num_left: np.ndarray = (edges["num_changed"] + ~edges["is_true"]) // 2
+    num_left: np.ndarray = (edges["num_changed"][rows] + ~edges["is_true"][rows]) // 2
     return num_left
 
 

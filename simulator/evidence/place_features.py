@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from simulator.evidence.adaptive_filter import weigh_hours
+from simulator.evidence.columns import PLACE_GROUP_COLUMNS
 from simulator.evidence.object_counts import compute_hour
 from simulator.evidence.question import FILTERS, Question
 
@@ -216,13 +217,13 @@ def compute_hours(question: Question) -> Columns:
     """
     columns: Columns = {}
     counts, memory, queries = question.counts, question.memory, question.queries
+    if counts.hours is None or counts.gone_hours is None:  # in none of the homes
+        return dict.fromkeys(PLACE_GROUP_COLUMNS["hours"], np.zeros(question.is_place.shape))
     has_clock = ~np.isnan(compute_hour(memory, queries.home))[:, None]
     usually = counts.num_true / np.maximum(counts.num_known, 1)
     for name, width in (("wide", 3.0), ("narrow", 8.0)):
-        seen, gone = np.zeros((2, *question.is_place.shape))
-        if counts.hours is not None and counts.gone_hours is not None:
-            seen = weigh_hours(memory, queries, counts.hours, width)
-            gone = weigh_hours(memory, queries, counts.gone_hours, width)
+        seen = weigh_hours(memory, queries, counts.hours, width)
+        gone = weigh_hours(memory, queries, counts.gone_hours, width)
         total = np.maximum(seen.sum(axis=1, keepdims=True), 0.3)
         columns[f"hour_{name}"] = seen / total
         columns[f"log_hour_{name}"] = np.log1p(seen)
