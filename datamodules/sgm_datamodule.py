@@ -20,7 +20,6 @@ from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.checks import check_at_least
 from simulator.collect import EXTRAS, CollectConfig, collect
-from simulator.evidence.columns import EVIDENCE_VERSION
 from simulator.home_options import HomeOptions, MakeSource
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
@@ -189,11 +188,15 @@ class SGMDataModule(pl.LightningDataModule):
 
     def get_folder(self, config: CollectConfig) -> Path:
         """Return the folder of a collection."""
-        described = json.dumps(config.homes.describe(), sort_keys=True).encode()
-        digest = hashlib.sha256(described).hexdigest()[:8]
+        settings = config.describe()
+        homes = json.dumps(settings["homes"], sort_keys=True).encode()
+        digest = hashlib.sha256(homes).hexdigest()[:8]
         name = f"{config.task}-{config.policy}-{config.steps}steps-seed{config.seed}"
-        versions = {"evidence": EVIDENCE_VERSION}  # collections of other columns lie beside it
-        extras = [f"-{name}{versions.get(name, '')}" for name in EXTRAS if getattr(config, name)]
+        extras = [  # those of which there are versions with theirs
+            f"-{extra}" if settings[extra] is True else f"-{extra}{settings[extra]}"
+            for extra in EXTRAS
+            if extra in settings
+        ]
         return (
             self.data_dir
             / "".join([f"{name}-homes{digest}", *extras])

@@ -72,8 +72,14 @@ class Rates:
     left: np.ndarray
 
     @classmethod
-    def estimate(cls, memory: MemoryBatch, queries: Queries) -> Rates:
-        """Estimate the rates; each is the mean of a posterior that starts with a weak prior."""
+    def estimate(cls, memory: MemoryBatch, queries: Queries, counts: ObjectCounts) -> Rates:
+        """Estimate the rates; each is the mean of a posterior that starts with a weak prior.
+
+        Args:
+            memory: the memory.
+            queries: the objects.
+            counts: `ObjectCounts.gather` of the same.
+        """
         history, objects = memory.history, memory.objects
         of_homes = compute_hours_per_step(memory, np.arange(memory.num_homes))
         hours, home = of_homes[queries.home], history.compute_move_rate(of_homes)[queries.home]
@@ -83,7 +89,7 @@ class Rates:
         num_seen = np.bincount(
             objects["home"], objects["num_observed"] > 0, minlength=memory.num_homes
         )[queries.home]
-        home_left, left = _compute_left_rates(memory, queries, hours)
+        home_left, left = _compute_left_rates(memory, queries, counts, hours)
         return cls(
             home=home,
             own=np.clip(own, 1e-4, 2.0),
@@ -117,7 +123,7 @@ def compute_destinations(
     trust = expected.trust[:, None]
     seen = counts.num_true.astype(float)
     if hours > 0 and counts.hours is not None:
-        seen = seen * (1 - hours) + hours * weigh_hours(memory, queries, counts.hours)
+        seen = seen * (1 - hours) + hours * weigh_hours(memory, queries, counts.hours[0])
     return _spread(memory, queries, seen + trust * expected.share, 0.3 + (1 - trust))
 
 
@@ -146,12 +152,12 @@ def _spread(
 def weigh_hours(
     memory: MemoryBatch, queries: Queries, hours: np.ndarray, width: float = _HOUR_WIDTH
 ) -> np.ndarray:
-    """Return sightings weighted by how near their hour of day is, (Q, F, NUM_HOURS) -> (Q, F).
+    """Return sightings weighted by how near their hour is, (..., Q, F, NUM_HOURS) -> (..., Q, F).
 
     A sighting at the present hour counts as one, whatever the width; in a home without a clock
     none counts.
     """
-    return np.einsum("qfh,qh->qf", hours, weigh_hour(memory, queries.home, width))
+    return np.einsum("...qfh,qh->...qf", hours, weigh_hour(memory, queries.home, width))
 
 
 def weigh_hour(memory: MemoryBatch, home: np.ndarray, width: float = _HOUR_WIDTH) -> np.ndarray:
@@ -271,20 +277,16 @@ def follow_prior(memory: MemoryBatch, queries: Queries, rates: Rates) -> np.ndar
 
 
 def _compute_left_rates(
-    memory: MemoryBatch, queries: Queries, hours: np.ndarray
+    memory: MemoryBatch, queries: Queries, counts: ObjectCounts, hours: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the rates at which things, and the one asked for, are found gone, (Q,) each."""
-    edges, home = memory.edges, queries.home
-    gone, stayed = count_left(memory), edges["time_true"]
+    edges = memory.edges
     num_left, time = (
-        np.bincount(edges["home"], column, minlength=memory.num_homes)[home]
-        for column in (gone, stayed)
+        np.bincount(edges["home"], column, minlength=memory.num_homes)[queries.home]
+        for column in (count_left(memory), edges["time_true"])
     )
     of_home = (num_left + 0.5) / (time * hours + 15)
-    query, edge = memory.edges_of(queries)
-    num_left, time = (
-        np.bincount(query, column[edge], minlength=len(home)) for column in (gone, stayed)
-    )
+    num_left, time = counts.num_left.sum(axis=1), counts.time_true.sum(axis=1)
     return of_home, np.clip((num_left + 1.5) / (time * hours + 1.5 / of_home), 1e-4, 2.0)
 
 

@@ -49,7 +49,9 @@ class Features:
         The memory must be as it was when the features were computed.
         """
         asked = self.asked
-        keeping = compute_keeping(asked.counts.hours, asked.num_places[:, 0])
+        hours = asked.counts.hours
+        sightings = None if hours is None else hours[0]
+        keeping = compute_keeping(sightings, asked.num_places[:, 0])
         return keeping, follow_hours(asked.memory, asked.queries, asked.counts, asked.rates)
 
     def trust_prior(self) -> np.ndarray:

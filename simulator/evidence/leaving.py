@@ -38,8 +38,7 @@ class Leaving:
     def __init__(self, memory: MemoryBatch) -> None:
         """Learn from what was seen so far; the memory must count its history."""
         things = _choose_things(memory)
-        rates = Rates.estimate(memory, things)
-        left, leaving = _follow(memory, things, rates)
+        left, leaving = _follow(memory, things)
         age = memory.time - memory.objects["first_observed"][things.object]
         hours = age * compute_hours_per_step(memory, things.home)
         likelihood = -leaving * hours[:, None] - np.log1p(-left)
@@ -56,7 +55,7 @@ class Leaving:
             memory: that of which this was made, or a later state of it.
             queries: the things.
         """
-        left, _ = _follow(memory, queries, Rates.estimate(memory, queries))
+        left, _ = _follow(memory, queries)
         was_seen = memory.objects["num_observed"][queries.object] > 0
         return np.where(was_seen, (left * self.weights[queries.home]).sum(axis=1), 0.0)
 
@@ -77,9 +76,10 @@ def _choose_things(memory: MemoryBatch) -> Queries:
     return Queries(home, rows, memory.place_prior.rows(home, memory.objects["type"][rows]))
 
 
-def _follow(memory: MemoryBatch, things: Queries, rates: Rates) -> tuple[np.ndarray, np.ndarray]:
+def _follow(memory: MemoryBatch, things: Queries) -> tuple[np.ndarray, np.ndarray]:
     """Return how likely each thing has left, for each share, and the rates that means, (Q, J)."""
     counts = ObjectCounts.gather(memory, things)
+    rates = Rates.estimate(memory, things, counts)
     expected = Expected.by_prior(memory, things)
     leaving = rates.own[:, None] * _SHARES
     goes = compute_destinations(memory, things, counts, expected)

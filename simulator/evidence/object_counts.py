@@ -26,9 +26,8 @@ class ObjectCounts:
         num_known: looks since it was first seen there, (Q, F).
         last_known: when the latest of them was, -1 for none, (Q, F).
         is_true: whether it showed the object, bool (Q, F).
-        hours: how often it was seen there by hour of day, (Q, F, NUM_HOURS); None if no home has a
-            clock.
-        gone_hours: likewise, looks since it was first seen there that did not show it.
+        hours: by hour of day how often it was seen there, and looks since it was first seen there
+            that did not show it, (2, Q, F, NUM_HOURS); None if no home has a clock.
     """
 
     num_true: np.ndarray
@@ -40,17 +39,16 @@ class ObjectCounts:
     last_known: np.ndarray
     is_true: np.ndarray
     hours: np.ndarray | None
-    gone_hours: np.ndarray | None
 
     @classmethod
     def gather(cls, memory: MemoryBatch, queries: Queries) -> ObjectCounts:
         """Gather the counters of the query objects."""
         shape = (len(queries.home), memory.num_furniture)
         query, edge = memory.edges_of(queries)
-        is_true = memory.edges["num_true"][edge] > 0
-        query, edge = query[is_true], edge[is_true]
-        place = (query, memory.edges["furniture"][edge])
         edges = memory.edges
+        is_true = edges["num_true"][edge] > 0
+        query, edge = query[is_true], edge[is_true]
+        place = (query, edges["furniture"][edge])
         sums = np.zeros((*shape, 3), dtype=np.int32)  # one call for all: an object has few edges
         own = edges["num_true"][edge], count_left(memory, edge), edges["time_true"][edge]
         np.add.at(sums, place, np.stack(own, axis=1))
@@ -60,17 +58,17 @@ class ObjectCounts:
         num_true, num_left, time_true = np.moveaxis(sums, 2, 0)
         num_known, last_true, last_known, is_now = np.moveaxis(most, 2, 0)
         num_absent = np.full(shape, np.inf)
-        np.minimum.at(num_absent, place, memory.edges["missed"][edge])
+        np.minimum.at(num_absent, place, edges["missed"][edge])
         num_absent = np.minimum(num_absent, memory.furniture_num_observed[queries.home])
-        hours = gone_hours = None
+        hours = None
         if memory.clock is not None:
-            hours, gone_hours = np.zeros((2, *shape, NUM_HOURS), dtype=np.float32)
-            seen_by_hour, gone_by_hour = memory.history.get_edge_hours(edge)
-            np.add.at(hours, place, seen_by_hour)
-            np.maximum.at(gone_hours, place, gone_by_hour)
+            hours = np.zeros((2, *shape, NUM_HOURS), dtype=np.float32)
+            seen, gone = memory.history.get_edge_hours(edge)
+            np.add.at(hours[0], place, seen)
+            np.maximum.at(hours[1], place, gone)
         return cls(
             num_true, last_true, num_absent, num_left, time_true, np.maximum(num_known, 0),
-            last_known, is_now > 0, hours, gone_hours,
+            last_known, is_now > 0, hours,
         )  # fmt: skip
 
 

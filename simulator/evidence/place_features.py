@@ -217,13 +217,12 @@ def compute_hours(question: Question) -> Columns:
     """
     columns: Columns = {}
     counts, memory, queries = question.counts, question.memory, question.queries
-    if counts.hours is None or counts.gone_hours is None:  # in none of the homes
+    if counts.hours is None:  # in none of the homes
         return dict.fromkeys(PLACE_GROUP_COLUMNS["hours"], np.zeros(question.is_place.shape))
     has_clock = ~np.isnan(compute_hour(memory, queries.home))[:, None]
     usually = counts.num_true / np.maximum(counts.num_known, 1)
     for name, width in (("wide", 3.0), ("narrow", 8.0)):
-        seen = weigh_hours(memory, queries, counts.hours, width)
-        gone = weigh_hours(memory, queries, counts.gone_hours, width)
+        seen, gone = weigh_hours(memory, queries, counts.hours, width)
         total = np.maximum(seen.sum(axis=1, keepdims=True), 0.3)
         columns[f"hour_{name}"] = seen / total
         columns[f"log_hour_{name}"] = np.log1p(seen)

@@ -104,7 +104,7 @@ class Question:
 
         home, objects, edges = queries.home, memory.objects, memory.edges
         counts = ObjectCounts.gather(memory, queries)
-        rates = Rates.estimate(memory, queries)
+        rates = Rates.estimate(memory, queries, counts)
         expected = Expected.by_words(memory, queries)
         destinations = compute_destinations(memory, queries, counts, expected)
         hours = compute_hours_per_step(memory, home)

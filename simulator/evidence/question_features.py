@@ -137,13 +137,12 @@ def compute_hour_of_day(question: Question) -> Columns:
     now = compute_hour(memory, queries.home)
     has_clock, angle = ~np.isnan(now), now * (2 * np.pi / 24)
     away, gone = np.zeros((2, len(now)))
-    gone_hours = question.counts.gone_hours
-    if hours is not None and gone_hours is not None:
-        seen = weigh_hours(memory, queries, hours, 8.0)
+    if hours is not None:
+        seen, vain = weigh_hours(memory, queries, hours, 8.0)
         total = seen.sum(axis=1)
         away = (total - question.take_at(seen, question.usual) + 0.3) / (total + 1)
         away = np.where(has_clock, away, 0)
-        vain = question.take_at(weigh_hours(memory, queries, gone_hours, 8.0), question.last)
+        vain = question.take_at(vain, question.last)
         gone = (vain + 0.3) / (vain + question.take_at(seen, question.last) + 1)
         gone = np.where(has_clock & question.was_seen[:, 0], gone, 0)
     return {

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,6 @@ EDGE_COLUMNS = (*_EDGE_NUMBERS, *EDGE_MEASURES)
 HOME_LABELS = ("house", "floor")  # of the two nodes above the rooms
 
 Columns = Mapping[str, np.ndarray]
-Numbers = Mapping[str, list[int]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,10 +175,9 @@ class MemoryContent:
         """
         try:
             clock = data.get("clock")
-            nodes = {**_guess_object_history(data["objects"]), **data["objects"]}
-            objects = _read_table(nodes, OBJECT_COLUMNS)
-            links = {**_guess_edge_history(data["edges"], nodes), **data["edges"]}
-            edges = _read_table(links, _EDGE_NUMBERS)
+            objects = _read_table(data["objects"], OBJECT_COLUMNS, _guess_object_history)
+            guess = partial(_guess_edge_history, objects=objects)
+            edges = _read_table(data["edges"], _EDGE_NUMBERS, guess)
             measures = _compute_measures(edges)
             measures |= _read_measures(data.get("edge_measures", {}))
             num_furniture, history = len(data["furniture"]), HomeHistory(1, len(data["furniture"]))
@@ -217,10 +216,10 @@ class MemoryContent:
             raise ValueError(f"{type(error).__name__}: {error}") from error
         return content
 
-    def _list_tables(self) -> dict[str, Mapping[str, list[int]]]:
+    def _list_tables(self) -> dict[str, dict[str, list[int]]]:
         """List the tables by name, but for what is read as it is if it is not there."""
         furniture, objects, edges = (
-            {name: columns[name].astype(int).tolist() for name in names}
+            {name: columns[name].astype(np.int64) for name in names}
             for columns, names in (
                 (self.furniture_counters, FURNITURE_COUNTERS),
                 (self.objects, OBJECT_COLUMNS),
@@ -228,7 +227,7 @@ class MemoryContent:
             )
         )
         return {
-            "furniture_counters": furniture,
+            "furniture_counters": _leave_out(furniture, {}),
             "objects": _leave_out(objects, _guess_object_history(objects)),
             "edges": _leave_out(edges, _guess_edge_history(edges, objects)),
         }
@@ -296,45 +295,43 @@ def _number(keep: np.ndarray) -> np.ndarray:
     return np.append(np.where(keep, np.cumsum(keep) - 1, -1), -1)
 
 
-def _leave_out(table: Numbers, guess: Numbers) -> Numbers:
-    """Leave out the columns that are as they are guessed."""
-    return {name: column for name, column in table.items() if column != guess.get(name)}
+def _leave_out(table: Columns, guess: Columns) -> dict[str, list[int]]:
+    """Return the columns of a table that are not as they are guessed."""
+    return {
+        name: column.tolist()
+        for name, column in table.items()
+        if name not in guess or not np.array_equal(column, guess[name])
+    }
 
 
-def _guess_object_history(objects: Numbers) -> Numbers:
+def _guess_object_history(objects: Columns) -> Columns:
     """Guess what is not written, or was not counted yet when a memory was saved.
 
     The start stands for the first sighting, of everything one was seen at once, and nothing was
     sought where it had been seen.
     """
-    counts = zip(objects["num_observed"], objects["last_observed"], strict=True)
+    num, last = objects["num_observed"], objects["last_observed"]
     return {
-        "first_observed": [last if num < 2 else 0 for num, last in counts],
-        "num_at_once": [min(num, 1) for num in objects["num_observed"]],
-        "num_sought": [0] * len(objects["num_observed"]),
-        "num_still": [0] * len(objects["num_observed"]),
+        "first_observed": np.where(num < 2, last, 0),
+        "num_at_once": np.minimum(num, 1),
+        "num_sought": np.zeros_like(num),
+        "num_still": np.zeros_like(num),
     }
 
 
-def _guess_edge_history(edges: Numbers, objects: Numbers) -> Numbers:
+def _guess_edge_history(edges: Columns, objects: Columns) -> Columns:
     """Guess what is not written, or was not counted yet when a memory was saved.
 
     An edge is true if the last look found it so, all false looks stand for the last ones, and it
     was true for that share of the time since the object was first seen at which looks found it so.
     """
-    names = ("num_observed", "num_true", "last_observed", "last_true", "object")
-    rows = list(zip(*(edges[name] for name in names), strict=True))
-    is_now = [int(num_true > 0 and last == last_true) for _, num_true, last, last_true, _ in rows]
+    num, num_true, last = (edges[name] for name in ("num_observed", "num_true", "last_observed"))
+    is_true = ((num_true > 0) & (last == edges["last_true"])).astype(np.int64)
+    known = (last - objects["first_observed"][edges["object"]]) * num_true // np.maximum(num, 1)
     return {
-        "is_true": is_now,
-        "num_absent": [
-            0 if now else num - num_true
-            for (num, num_true, *_), now in zip(rows, edges.get("is_true", is_now), strict=True)
-        ],
-        "time_true": [
-            (last - objects["first_observed"][row]) * num_true // max(num, 1) if num_true else 0
-            for num, num_true, last, _, row in rows
-        ],
+        "is_true": is_true,
+        "num_absent": np.where(edges.get("is_true", is_true), 0, num - num_true),
+        "time_true": np.where(num_true, known, 0),
     }
 
 
@@ -346,12 +343,19 @@ def _compute_measures(edges: Columns) -> dict[str, np.ndarray]:
     }
 
 
-def _read_table(data: Mapping[str, list[int]], names: tuple[str, ...]) -> Columns:
-    columns = {name: np.array(data[name] or np.zeros(0, dtype=np.int64)) for name in names}
+def _read_table(
+    data: Mapping[str, list[int]],
+    names: tuple[str, ...],
+    guess: Callable[[Columns], Columns] = lambda columns: {},
+) -> Columns:
+    """Read columns; those that are not there are as they are guessed from the others."""
+    none = np.zeros(0, dtype=np.int64)
+    columns = {name: np.array(data[name] or none) for name in names if name in data}
     for name, column in columns.items():
         if column.ndim != 1 or column.dtype != np.int64:
             raise ValueError(f"{name} must be whole numbers")
-    return columns
+    columns = {**guess(columns), **columns}
+    return {name: columns[name] for name in names}
 
 
 def _read_measures(data: Mapping[str, list[float]]) -> Columns:

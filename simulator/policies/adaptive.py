@@ -50,7 +50,7 @@ class Adaptive(Policy):
     def follow(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the probability of each furniture node, and last of elsewhere, (Q, F + 1)."""
         counts = ObjectCounts.gather(memory, queries)
-        rates = Rates.estimate(memory, queries)
+        rates = Rates.estimate(memory, queries, counts)
         expected = Expected.by_prior(memory, queries)
         goes = compute_destinations(memory, queries, counts, expected, self._settings.hours)
         return compute_beliefs(memory, queries, rates, goes, [self._settings])[:, 0]

@@ -1,5 +1,7 @@
 """The data module: collects once, splits homes, batches in a seeded order."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -7,6 +9,7 @@ import torch
 from datamodules.batch import QUERY_EDGE_TYPES
 from datamodules.sgm_datamodule import SGMDataModule
 from datamodules.snapshot_dataset import SnapshotDataset
+from simulator.evidence.columns import EVIDENCE_VERSION
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.paper_homes import PaperSizesSource
 from simulator.world.mixture.source import MixtureSource
@@ -130,6 +133,9 @@ def test_a_second_source_is_trained_on_too(tmp_path):
     )
     folders = {data.get_folder(config) for config in (data.train_config, *data.also_configs)}
     assert len(folders) == 4
+    assert not any("evidence" in str(folder) for folder in folders)
+    evidence = replace(data.train_config, evidence=True)
+    assert f"-evidence{EVIDENCE_VERSION}" in str(data.get_folder(evidence))  # of these columns
     kinds = [config.homes.describe()["homes"] for config in data.also_configs]
     assert kinds == ["mixed", "paper sizes", "paper sizes"]
     assert data.val_config.homes.describe()["homes"] == "mixed"

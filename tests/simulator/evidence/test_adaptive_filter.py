@@ -140,6 +140,10 @@ def rollout(make_tiny_homes):
     return rollout
 
 
+def estimate(memory, queries):
+    return Rates.estimate(memory, queries, ObjectCounts.gather(memory, queries))
+
+
 def ask_all(memory, home):
     """Ask for every object of a home."""
     objects = memory.objects
@@ -164,7 +168,7 @@ def test_who_goes_by_the_prior_forgets_earlier_sightings(rollout):
     """What is believed of a home does not change with the sightings before the last one."""
     memory = rollout.memory.copy()
     queries = ask_all(memory, 0)
-    rates, adaptive = Rates.estimate(memory, queries), Adaptive()
+    rates, adaptive = estimate(memory, queries), Adaptive()
     before, other = follow_prior(memory, queries, rates), adaptive.follow(memory, queries)
     num_true = memory.edges["num_true"]
     num_true *= 5
@@ -177,7 +181,7 @@ def test_who_goes_by_the_prior_by_hand(make_tiny_homes):
     rollout = Rollout(make_tiny_homes(2), Adaptive())
     _, queries = rollout.ask()
     memory = rollout.memory
-    rates = replace(Rates.estimate(memory, queries), any_moved=np.zeros(2))
+    rates = replace(estimate(memory, queries), any_moved=np.zeros(2))
     prior = queries.prior.sum(axis=2)
     assert prior.any(axis=1).all()
     prior /= prior.sum(axis=1, keepdims=True)
@@ -188,7 +192,7 @@ def test_who_goes_by_the_prior_by_hand(make_tiny_homes):
 def test_rates_by_hand(rollout):
     memory = rollout.memory
     queries = ask_all(memory, 1)
-    rates = Rates.estimate(memory, queries)
+    rates = estimate(memory, queries)
     counters, objects = memory.history.counters, memory.objects
     home = (counters["num_moved"][1] + 0.5) / (counters["time_followed"][1] + 15)
     np.testing.assert_allclose(rates.home, home)

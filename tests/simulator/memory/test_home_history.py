@@ -12,7 +12,6 @@ from simulator.evidence.object_counts import count_left
 from simulator.memory.clock import HOUR_SECONDS, Clock
 from simulator.memory.columns import EDGE_HISTORY
 from simulator.memory.home_history import MOST_FURNITURE, NUM_LOOKS_KEPT, HomeHistory
-from simulator.memory.memory_content import _guess_object_history
 from simulator.policies import Bayesian
 from simulator.policies.adaptive import Adaptive
 from simulator.tasks.rollout import Rollout
@@ -202,8 +201,7 @@ def test_a_file_from_before_is_read(lived_in):
     absent = np.where(is_true, 0, content.edges["num_observed"] - content.edges["num_true"])
     assert old.edges["num_absent"].tolist() == absent.tolist()
     edges = content.edges
-    first = np.array(_guess_object_history(data["objects"])["first_observed"])
-    known = edges["last_observed"] - first[edges["object"]]
+    known = edges["last_observed"] - old.objects["first_observed"][edges["object"]]
     expected = np.where(edges["num_true"], known * edges["num_true"] // edges["num_observed"], 0)
     assert old.edges["time_true"].tolist() == expected.tolist()
 

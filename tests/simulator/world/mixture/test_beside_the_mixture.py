@@ -1,10 +1,24 @@
-"""Homes that people live in for weeks, beside the mixture."""
+"""The paper's homes of several sizes, and homes that people live in, beside the mixture."""
 
 import numpy as np
+import pytest
 
 from simulator.world.mixture.lived_in_homes import LivedInSource
+from simulator.world.mixture.paper_homes import PaperSizesSource
 from simulator.world.mixture.source import MixtureSource
 from simulator.world.streams import Streams
+
+
+def test_sizes_rules_and_words_of_the_papers_homes():
+    source = PaperSizesSource()
+    homes = source.make(Streams(0, "train", range(40)))
+    sizes = homes.home_num_furniture
+    assert {4, 32} <= set(sizes.tolist()) <= {4, 8, 12, 16, 24, 32, 60}
+    assert homes.views == ("true",) * 40
+    assert homes.clock is None
+    assert {config.move_share for config in homes.configs} == {0.05}
+    assert list(source.labels) == list(MixtureSource().labels)
+    assert source.describe() != MixtureSource().describe()
 
 
 def test_people_a_clock_and_one_look_at_the_answer():
@@ -19,11 +33,14 @@ def test_people_a_clock_and_one_look_at_the_answer():
     assert source.describe() != MixtureSource(mixture=source.mixture).describe()
 
 
-def test_every_home_lasts_and_is_the_same_in_any_company():
-    source = LivedInSource()
+@pytest.mark.parametrize(
+    ("source", "lives"),
+    [(PaperSizesSource(), {30, 100, 200}), (LivedInSource(), {100, 300, 1000})],
+)
+def test_every_home_is_in_one_group_and_the_same_in_any(source, lives):
     groups = source.list_groups(range(20))
     assert sorted(home for group in groups for home in group.homes) == list(range(20))
-    assert {group.play_steps for group in groups} == {100, 300, 1000}
+    assert {group.play_steps for group in groups} == lives
     together = source.make(Streams(0, "train", range(5)))
     alone = source.make(Streams(0, "train", [3]))
     own = together.object_place[3]
