@@ -29,7 +29,9 @@ fit: $(STAMP)
 
 # Trains from nothing, under half an hour on 2 cores; RECORDED="folder ..." adds recorded homes to the table.
 any-home: $(STAMP)
-	$(PY) -m nep.fit --config any_home.yaml --trainer.logger.init_args.version make $(ARGS)
+	$(PY) -m nep.fit --config any_home.yaml --trainer.logger.init_args.version first --trainer.max_epochs 1 $(ARGS)
+	$(PY) -m nep.fit --config any_home.yaml --trainer.logger.init_args.version make \
+		--data.also_policies "[nep.players.policy:NEPPolicy=runs/any_home/first/checkpoints/last.ckpt]" $(ARGS)
 	$(PY) -m nep.export runs/any_home/make/checkpoints/last.ckpt runs/any_home/exported
 	$(PY) -m nep.any_home --out results/any_home.md --checkpoint any_home=runs/any_home/exported --checkpoint heat $(if $(RECORDED),--recorded $(RECORDED))
 

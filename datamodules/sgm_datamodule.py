@@ -7,6 +7,7 @@ import json
 import os
 from collections.abc import Sequence
 from dataclasses import asdict, replace
+from itertools import product
 from pathlib import Path
 from typing import cast
 
@@ -45,6 +46,7 @@ class SGMDataModule(pl.LightningDataModule):
         policy: str = "bayesian",
         task: str = "predict_location",
         also_tasks: list[str] | None = None,
+        also_policies: list[str] | None = None,
         homes: MakeSource = SampledSource,
         also_homes: list[MakeSource] | None = None,
         val_homes: MakeSource | None = None,
@@ -77,6 +79,8 @@ class SGMDataModule(pl.LightningDataModule):
             task: the task it plays.
             also_tasks: further tasks, played in as many other homes, whose snapshots are trained
                 on, too.
+            also_policies: further policies that collect, each in as many other homes; of a trained
+                network, `nep.players.policy:NEPPolicy=FILE`.
             homes: where homes come from: gets the prior and the rules, as the class of a source
                 does.
             also_homes: further sources with the same words, as many homes of each of which are
@@ -144,10 +148,11 @@ class SGMDataModule(pl.LightningDataModule):
         )
         sources = [source]
         sources += [replace(options, homes=own, trace=None).make() for own in also_homes or ()]
+        policies, tasks = (policy, *(also_policies or ())), (task, *(also_tasks or ()))
         self.also_configs = [
-            replace(self.train_config, homes=own, task=name, seed=seed + number)
+            replace(self.train_config, homes=own, policy=who, task=name, seed=seed + number)
             for own in sources
-            for number, name in enumerate((task, *(also_tasks or ())))
+            for number, (who, name) in enumerate(product(policies, tasks))
         ][1:]
         self._check_sources(features)
         self.data_dir = Path(data_dir)
@@ -171,6 +176,7 @@ class SGMDataModule(pl.LightningDataModule):
                     "task": task,
                     "also_tasks": also_tasks or [],
                     "policy": policy,
+                    "also_policies": also_policies or [],
                     "seed": seed,
                     "snapshots": train_snapshots,
                 },
@@ -191,7 +197,9 @@ class SGMDataModule(pl.LightningDataModule):
         settings = config.describe()
         homes = json.dumps(settings["homes"], sort_keys=True).encode()
         digest = hashlib.sha256(homes).hexdigest()[:8]
-        name = f"{config.task}-{config.policy}-{config.steps}steps-seed{config.seed}"
+        policy, loads, checksum = settings["policy"].partition("=")
+        policy += loads and f"-{checksum[:8]}"
+        name = f"{config.task}-{policy}-{config.steps}steps-seed{config.seed}"
         extras = [  # those of which there are versions with theirs
             f"-{extra}" if settings[extra] is True else f"-{extra}{settings[extra]}"
             for extra in EXTRAS

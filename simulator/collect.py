@@ -31,7 +31,7 @@ from simulator.files import LOCK, lock_folder
 from simulator.home_options import HomeOptions
 from simulator.memory.change import Change
 from simulator.messages import shorten
-from simulator.policies import check_policies, make_policy
+from simulator.policies import check_policies, identify_policy, make_policy
 from simulator.policies.home_filter import HomeFilter
 from simulator.process import run_main
 from simulator.snapshots.recorder import Recorder
@@ -65,8 +65,9 @@ class CollectConfig:
         homes: where homes come from.
         num_homes: how many, from number 0 on.
         steps: time steps per home, or searches of Find Object; where a source says for how long a
-            home is lived in, so many of its steps are kept.
-        policy: name of the collecting policy.
+            home is lived in, so many of its steps are kept, or `HomeSource.kept_share` of them.
+        policy: name of the collecting policy; "module:Class=FILE" for one that is loaded, such as
+            a trained network ("nep.players.policy:NEPPolicy=FILE").
         task: name of the task it plays.
         split: "train", "val" or "test": their homes never coincide.
         seed: experiment seed.
@@ -127,6 +128,9 @@ class CollectConfig:
                 del settings[extra]  # collections without it are what they were before it existed
         if self.evidence:
             settings["evidence"] = EVIDENCE_VERSION
+        checksum = identify_policy(self.policy)
+        if checksum is not None:  # whatever the file is called
+            settings["policy"] = f"{self.policy.partition('=')[0]}={checksum}"
         return {**settings, "homes": self.homes.describe(), "labels": list(self.homes.labels)}
 
 
@@ -214,10 +218,12 @@ def collect_homes(
         homes: their numbers.
         out: folder for the shards.
         play_steps: steps for which the homes are lived in; `config.steps` of them, evenly spread,
-            are kept. None to play and keep `config.steps`.
+            are kept, and more of long lives (`HomeSource.kept_share`). None to play and keep
+            `config.steps`.
     """
     play_steps = config.steps if play_steps is None else play_steps
-    num_kept = min(config.steps, play_steps)
+    num_kept = max(config.steps, round(config.homes.kept_share * play_steps))
+    num_kept = min(num_kept, play_steps)
     kept = set(np.linspace(0, play_steps - 1, num_kept).round().astype(int).tolist())
     step = 0
     state = config.homes.make(Streams(config.seed, config.split, homes))

@@ -33,7 +33,7 @@ from nep.players.stored_network import (
     read_calibration,
     read_features,
 )
-from simulator.files import read_json, write_whole
+from simulator.files import compute_checksum, read_json, write_whole
 from simulator.messages import shorten
 
 FORMAT = "node edge predictor"
@@ -76,6 +76,20 @@ def load_trained(source: str | Path) -> TrainedModel:
     """
     path = find_trained(source)
     return load_exported(path) if path.is_dir() else load_checkpoint(path)
+
+
+def checksum_trained(source: str | Path) -> str:
+    """Return the SHA-256 of a checkpoint, or of what an exported folder says but for its notes.
+
+    Raises:
+        ValueError: if there is no such file, or it is damaged.
+    """
+    path = find_trained(source)
+    if not path.is_dir():
+        return compute_checksum(path)
+    config = {name: part for name, part in load_config(path).items() if name != "notes"}
+    parts = [compute_checksum(path / WEIGHTS), json.dumps(config, sort_keys=True)]
+    return hashlib.sha256("".join(parts).encode()).hexdigest()
 
 
 def load_checkpoint(path: Path) -> TrainedModel:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -11,7 +9,7 @@ from pathlib import Path
 
 import torch
 
-from nep.players.checkpoints import WEIGHTS, load_config
+from nep.players.checkpoints import WEIGHTS, checksum_trained
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from nep.players.shipped import PRETRAINED, find_trained, split_name
@@ -80,11 +78,7 @@ class Checkpoint:
 
     def compute_checksum(self) -> str:
         """Return the SHA-256 of its file, or of what an exported folder says but for its notes."""
-        if not self.path.is_dir():
-            return compute_checksum(self.path)
-        config = {name: part for name, part in load_config(self.path).items() if name != "notes"}
-        parts = [compute_checksum(self.path / WEIGHTS), json.dumps(config, sort_keys=True)]
-        return hashlib.sha256("".join(parts).encode()).hexdigest()
+        return checksum_trained(self.path)
 
     def describe(self) -> dict[str, str | None]:
         """Return name, task, path and SHA-256 (of an exported folder's weights), as JSON values."""

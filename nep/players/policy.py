@@ -12,7 +12,7 @@ from datamodules.graph import GraphBuilder
 from nep.layers.flat_graph import FlatGraph
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
-from nep.players.checkpoints import load_trained
+from nep.players.checkpoints import checksum_trained, load_trained
 from nep.players.step_answers import StepAnswers
 from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
 from simulator.evidence.features import Features, compute_features
@@ -86,6 +86,15 @@ class NEPPolicy(Policy):
         """Return the same network for some homes, whose rules it is told if it reads a belief."""
         believer = HomeFilter.make(homes) if self._builder.config.belief else None
         return NEPPolicy(self._module, self._builder, believer, self._asks_moved)
+
+    @classmethod
+    def identify(cls, source: str | Path) -> str:
+        """Return the checksum of the weights, or of the checkpoint, that `load` reads.
+
+        Raises:
+            ValueError: if there is no such file.
+        """
+        return checksum_trained(source)
 
     def for_questions(self, asks_moved: float) -> NEPPolicy:
         """Return the same network for such questions."""

@@ -205,7 +205,10 @@ def _describe_training(training: Mapping[str, Any] | None) -> str:
     chosen = (
         "all memories" if training["snapshots"] is None else f"{training['snapshots']:,} memories"
     )
-    return (
+    text = (
         f"{chosen} of {training['num_homes']} homes x {training['steps']} time steps, with the\n"
         f"questions and looks of the task `{training['task']}`, collected by `{training['policy']}`"
     )
+    for policy in training.get("also_policies", ()):  # older checkpoints have none
+        text += f",\nand of as many others by `{policy}`"
+    return text

@@ -6,6 +6,7 @@ from simulator.policies.registry import (
     POLICIES,
     check_policies,
     find_policy,
+    identify_policy,
     list_policies,
     make_policy,
 )
@@ -16,6 +17,7 @@ __all__ = [
     "Policy",
     "check_policies",
     "find_policy",
+    "identify_policy",
     "list_policies",
     "make_policy",
 ]

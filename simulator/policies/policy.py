@@ -11,6 +11,7 @@ import numpy as np
 from simulator.memory.change import Change
 from simulator.memory.memory_batch import MemoryBatch
 from simulator.memory.queries import Queries
+from simulator.messages import shorten
 from simulator.world.homes import Homes
 
 ScoreKind = Literal["weights", "logits"]
@@ -39,6 +40,38 @@ class Policy(ABC):
     def make(cls, homes: Homes) -> Policy:
         """Make the policy for true homes; it may keep of them what it `needs`."""
         return cls()
+
+    @classmethod
+    def load(cls, source: str) -> Policy:
+        """Load a policy that was made before, such as a trained network.
+
+        Args:
+            source: where it lies.
+
+        Raises:
+            ValueError: if there is none, or policies of this class are not loaded.
+        """
+        raise cls._make_not_loaded(source)
+
+    @classmethod
+    def identify(cls, source: str) -> str:
+        """Return the checksum of what `load` reads there.
+
+        Raises:
+            ValueError: as `load` does.
+        """
+        raise cls._make_not_loaded(source)
+
+    @classmethod
+    def _make_not_loaded(cls, source: str) -> ValueError:
+        return ValueError(
+            f"policy must be one that is loaded to be followed by =, got {cls.__name__}="
+            f"{shorten(source)}. Leave out what follows the name."
+        )
+
+    def play_in(self, homes: Homes) -> Policy:
+        """Return the same policy for some homes; a loaded one may have to know their rules."""
+        return self
 
     def for_questions(self, asks_moved: float) -> Policy:
         """Return the policy for questions of another kind than those of the tasks.

@@ -45,9 +45,13 @@ _ALL = {**POLICIES, **_OF_OTHER_HOMES, **_WHERE_NAMED}
 def find_policy(name: str) -> type[Policy]:
     """Find a policy by name, or import one of your own: "my_module:MyPolicy".
 
+    Args:
+        name: that name; what follows a "=" says where the policy is loaded from, see `make_policy`.
+
     Raises:
         ValueError: if there is no policy of that name.
     """
+    name, _, _ = name.partition("=")
     if name in _ALL:
         return _ALL[name]
     module, separator, class_name = name.partition(":")
@@ -72,12 +76,24 @@ def find_policy(name: str) -> type[Policy]:
 
 
 def make_policy(name: str, homes: Homes) -> Policy:
-    """Make a policy by name.
+    """Make a policy by name, or load it: "nep.players.policy:NEPPolicy=runs/mine/last.ckpt".
 
     Raises:
-        ValueError: if there is no policy of that name.
+        ValueError: if there is no policy of that name, or none where it says.
     """
-    return find_policy(name).make(homes)
+    _, loads, source = name.partition("=")
+    policy = find_policy(name)
+    return policy.load(source).play_in(homes) if loads else policy.make(homes)
+
+
+def identify_policy(name: str) -> str | None:
+    """Return the checksum of what a policy of that name is loaded from; None if it is not.
+
+    Raises:
+        ValueError: as `make_policy` does.
+    """
+    _, loads, source = name.partition("=")
+    return find_policy(name).identify(source) if loads else None
 
 
 def list_policies(source: HomeSource) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 from simulator.checks import check_at_least
 from simulator.priors.prior_graph import PriorGraph
@@ -47,7 +47,11 @@ class HomeSource(ABC):
     Attributes:
         prior: what can be known of homes beforehand.
         home: the rules, where the source does not say otherwise.
+        kept_share: where homes are lived in for longer than is kept of them, keep at least so much
+            of the questions of each life, however long it is.
     """
+
+    kept_share: ClassVar[float] = 0.0
 
     def __init__(self, prior: PriorGraph | None = None, home: HomeConfig | None = None) -> None:
         """Keep prior and rules.

@@ -139,3 +139,19 @@ def test_a_second_source_is_trained_on_too(tmp_path):
     kinds = [config.homes.describe()["homes"] for config in data.also_configs]
     assert kinds == ["mixed", "paper sizes", "paper sizes"]
     assert data.val_config.homes.describe()["homes"] == "mixed"
+
+
+def test_the_looks_of_a_second_policy_are_trained_on_too(tmp_path):
+    data = make_datamodule(
+        tmp_path, also_policies=["adaptive", "nep.players.policy:NEPPolicy=any_home"]
+    )
+    data.prepare_data()
+    data.setup()
+    assert [config.policy.partition("=")[0] for config in data.also_configs] == [
+        "adaptive",
+        "nep.players.policy:NEPPolicy",
+    ]
+    assert len({config.seed for config in (data.train_config, *data.also_configs)}) == 3
+    assert len(data.train_dataset) == 3 * 12
+    assert data.val_config.policy == data.train_config.policy
+    assert "=" not in data.get_folder(data.also_configs[1]).parent.name  # by its checksum instead

@@ -13,7 +13,7 @@ import pytest
 from simulator import collect as collect_module
 from simulator.collect import CollectConfig, collect, main
 from simulator.files import lock_folder
-from simulator.snapshots.shards import load_manifest
+from simulator.snapshots.shards import get_shard_name, load_manifest, load_shard
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.mixture import Mixture
 from simulator.world.mixture.source import MixtureSource
@@ -324,6 +324,26 @@ def test_a_lock_that_a_killed_process_left_locks_nobody_out(tmp_path):
     (tmp_path / ".lock").touch()
     collect(CollectConfig(num_homes=1, steps=2), tmp_path, progress=False)
     assert not (tmp_path / ".lock").exists()
+
+
+class LongLives(MixtureSource):
+    """Homes of which a tenth of the questions is kept, where that is more than was asked for."""
+
+    kept_share = 0.1
+
+    def __init__(self, prior=None, home=None):
+        super().__init__(prior, home, Mixture(max_places=6, max_objects=8, lives=(10, 60)))
+
+
+def test_more_is_kept_of_a_long_life(tmp_path):
+    collect(CollectConfig(homes=LongLives(), num_homes=8, steps=3), tmp_path, progress=False)
+    groups = LongLives().list_groups(range(8))
+    lives = {home: group.play_steps for group in groups for home in group.homes}
+    kept = {
+        home: len(load_shard(tmp_path / get_shard_name(home))["snapshot_time"]) for home in lives
+    }
+    assert kept == {home: 6 if steps == 60 else 3 for home, steps in lives.items()}
+    assert set(lives.values()) == {10, 60}
 
 
 def test_the_homes_that_are_lived_in_longest_come_first(monkeypatch, tmp_path):

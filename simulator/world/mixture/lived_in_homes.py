@@ -25,8 +25,11 @@ class LivedInSource(MixtureSource):
 
     Of the mixture's homes one in fifty is like that and lasts for weeks, while it is what a robot
     is for: a network that is to know when a thing is not where it usually is learns from these,
-    too.
+    too. What a home shows only after weeks is learnt from the questions of long lives, a tenth of
+    which is kept.
     """
+
+    kept_share = 0.1
 
     def __init__(
         self,
@@ -45,7 +48,7 @@ class LivedInSource(MixtureSource):
 
     def describe(self) -> dict[str, Any]:
         """Return the distribution and the checksum of the prior."""
-        return {**super().describe(), "homes": "lived in"}
+        return {**super().describe(), "homes": "lived in", "kept_share": self.kept_share}
 
     def make_title(self, num_homes: int, split: str) -> str:
         """Say how many homes of which split."""

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from simulator.policies import POLICIES, make_policy
+from simulator.policies import POLICIES, identify_policy, make_policy
 from simulator.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
 from simulator.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior, Oracle
 from simulator.tasks.evaluation import evaluate_policy
@@ -185,6 +185,14 @@ def test_a_policy_of_ones_own_is_named_by_its_import_path(make_tiny_homes):
 def test_an_import_path_that_leads_to_no_policy_is_refused(make_tiny_homes, name, message):
     with pytest.raises(ValueError, match=message):
         make_policy(name, make_tiny_homes())
+
+
+def test_a_policy_that_is_made_anew_is_not_loaded(make_tiny_homes):
+    with pytest.raises(ValueError, match="to be followed by =, got Adaptive='file'"):
+        make_policy("adaptive=file", make_tiny_homes())
+    with pytest.raises(ValueError, match="to be followed by =, got Adaptive='file'"):
+        identify_policy("adaptive=file")
+    assert identify_policy("adaptive") is None
 
 
 def test_what_policies_need_is_what_they_read(make_tiny_homes):

@@ -1,0 +1,46 @@
+"""A trained network as the policy that collects."""
+
+import shutil
+from dataclasses import replace
+
+import pytest
+
+from nep.players.shipped import PRETRAINED
+from simulator.collect import CollectConfig, collect
+from simulator.snapshots.shards import load_manifest
+from simulator.world.mixture.lived_in_homes import LivedInSource
+
+CONFIG = CollectConfig(
+    homes=LivedInSource(),
+    num_homes=3,
+    steps=2,
+    policy="nep.players.policy:NEPPolicy=any_home",
+    evidence=True,
+)
+
+
+def test_a_network_collects_the_same_bytes_with_any_number_of_workers(tmp_path):
+    for workers in (1, 2):
+        collect(CONFIG, tmp_path / str(workers), workers, progress=False)
+    one, two = (load_manifest(tmp_path / name)["shards"] for name in "12")
+    assert one == two
+    assert len(one) == 3
+
+
+def test_a_collection_names_the_network_by_its_weights(tmp_path):
+    """Wherever the file lies: a network that was trained anew collects anew."""
+    folder = tmp_path / "copy"
+    shutil.copytree(PRETRAINED / "any_home", folder)
+    copied = replace(CONFIG, policy=f"nep.players.policy:NEPPolicy={folder}")
+    assert copied.describe() == CONFIG.describe()
+    other = replace(CONFIG, policy="nep.players.policy:NEPPolicy=heat")
+    assert other.describe()["policy"] != CONFIG.describe()["policy"]
+    collect(CONFIG, tmp_path / "out", progress=False)
+    assert load_manifest(tmp_path / "out")["settings"] == CONFIG.describe()
+    with pytest.raises(ValueError, match="policy"):
+        collect(other, tmp_path / "out", progress=False)
+
+
+def test_a_network_that_is_not_there_is_refused():
+    with pytest.raises(ValueError, match="one of any_home, heat, got 'nowhere'"):
+        replace(CONFIG, policy="nep.players.policy:NEPPolicy=nowhere").describe()
