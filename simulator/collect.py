@@ -155,13 +155,13 @@ def collect(
 
     Raises:
         ValueError: if the folder holds a collection of other settings, or other files, or is in
-            use while homes are missing, or the backend is not there.
+            use while homes are missing, the backend is not there, or the policy cannot be loaded.
         OSError: if the disk is full; finished homes are kept.
     """
     check_workers(workers, backend)
     config.check_homes()
-    _make_folder(out)
     settings = config.describe()
+    _make_folder(out)
     if _is_complete(out, settings):  # others may read it at the same time
         return
     with lock_folder(out):

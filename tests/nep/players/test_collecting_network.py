@@ -41,6 +41,8 @@ def test_a_collection_names_the_network_by_its_weights(tmp_path):
         collect(other, tmp_path / "out", progress=False)
 
 
-def test_a_network_that_is_not_there_is_refused():
+def test_a_network_that_is_not_there_is_refused_before_anything_is_made(tmp_path):
+    config = replace(CONFIG, policy="nep.players.policy:NEPPolicy=nowhere")
     with pytest.raises(ValueError, match="one of any_home, heat, got 'nowhere'"):
-        replace(CONFIG, policy="nep.players.policy:NEPPolicy=nowhere").describe()
+        collect(config, tmp_path / "out", progress=False)
+    assert not list(tmp_path.iterdir())
