@@ -198,7 +198,8 @@ class SGMDataModule(pl.LightningDataModule):
         homes = json.dumps(settings["homes"], sort_keys=True).encode()
         digest = hashlib.sha256(homes).hexdigest()[:8]
         policy, loads, checksum = settings["policy"].partition("=")
-        policy += loads and f"-{checksum[:8]}"
+        if loads:
+            policy = f"{policy}-{checksum[:8]}"
         name = f"{config.task}-{policy}-{config.steps}steps-seed{config.seed}"
         extras = [  # those of which there are versions with theirs
             f"-{extra}" if settings[extra] is True else f"-{extra}{settings[extra]}"
