@@ -36,6 +36,7 @@ class NEPModule(pl.LightningModule):
         learning_rate: of Adam.
         schedule: "constant", or "cosine": the rate falls to zero over the training.
         listwise_weight: how much `listwise_loss` weighs beside the paper's loss.
+        listwise_best: its `best`: of several right places, the one with the greatest share counts.
         paper_loss: whether the paper's loss is there at all.
         belief: whether edges carry the belief features; follows `data.features.belief`.
         clock: whether edges carry the clock features; follows `data.features.clock`.
@@ -59,6 +60,7 @@ class NEPModule(pl.LightningModule):
         learning_rate: float = 1e-4,
         schedule: Literal["constant", "cosine"] = "constant",
         listwise_weight: float = 0.0,
+        listwise_best: bool = False,
         paper_loss: bool = True,
         belief: bool = False,
         clock: bool = False,
@@ -94,6 +96,7 @@ class NEPModule(pl.LightningModule):
                 "learning_rate": learning_rate,
                 "schedule": schedule,
                 "listwise_weight": listwise_weight,
+                "listwise_best": listwise_best,
                 "paper_loss": paper_loss,
                 "belief": belief,
                 "clock": clock,
@@ -109,6 +112,7 @@ class NEPModule(pl.LightningModule):
         self.learning_rate = learning_rate
         self.schedule = schedule
         self.listwise_weight = listwise_weight
+        self.listwise_best = listwise_best
         self.paper_loss = paper_loss
         self.prior_share = prior_share
         self.hours_share = hours_share
@@ -216,6 +220,10 @@ class NEPModule(pl.LightningModule):
             loss = balanced_bce(logits, graph.query_target)
         if self.listwise_weight:
             loss = loss + self.listwise_weight * listwise_loss(
-                logits, graph.query_target, graph.query_snapshot, graph.num_snapshots
+                logits,
+                graph.query_target,
+                graph.query_snapshot,
+                graph.num_snapshots,
+                self.listwise_best,
             )
         return loss

@@ -12,8 +12,8 @@ from nep.players.checkpoints import TrainedModel
 
 # What belongs to a training, and not to the network that comes out of it; the features say the rest
 _NOT_TAKEN = (
-    "learning_rate", "schedule", "listwise_weight", "paper_loss", "dropout", "clock_dropout",
-    "belief", "clock", "evidence", "_instantiator",
+    "learning_rate", "schedule", "listwise_weight", "listwise_best", "paper_loss", "dropout",
+    "clock_dropout", "belief", "clock", "evidence", "_instantiator",
 )  # fmt: skip
 
 

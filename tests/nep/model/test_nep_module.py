@@ -62,6 +62,38 @@ def test_listwise_loss_by_hand():
     torch.testing.assert_close(logits.grad, torch.tensor(want))
 
 
+def test_listwise_loss_of_the_best_true_edge_by_hand():
+    # As above, but of the true shares 1/4 and 1/2 the greater counts: (log 2 + log 2) / 2
+    logits = torch.tensor([0.0, 5.0, math.log(2), 0.0, 1.0, 1.0, 3.0], requires_grad=True)
+    target = torch.tensor([1.0, math.nan, 1.0, 0.0, 0.0, 1.0, 0.0])
+    snapshot = torch.tensor([0, 1, 0, 0, 2, 2, 3])
+    loss = listwise_loss(logits, target, snapshot, 4, best=True)
+    assert loss.item() == pytest.approx(math.log(2))
+    loss.backward()
+    want = [1 / 8, 0, -1 / 4, 1 / 8, 1 / 4, -1 / 4, 0]
+    torch.testing.assert_close(logits.grad, torch.tensor(want))
+
+
+@pytest.mark.parametrize(("best", "sure"), [(False, 1.0), (True, 2.0)])
+def test_of_two_mugs_it_settles_for_one(best, sure):
+    """Places 0 and 1 both hold a mug six times of ten, else place 2 does: 0 is right in .6.
+
+    Whoever shares what is right says .3 of it and goes to place 2, which is right in .4.
+    """
+    logits = torch.tensor([0.01, 0.0, 0.0], requires_grad=True)
+    target = torch.tensor([[1.0, 1, 0]] * 6 + [[0.0, 0, 1]] * 4).flatten()
+    snapshot = torch.arange(10).repeat_interleave(3)
+    optimizer = torch.optim.Adam([logits], lr=0.1)
+    for _ in range(300):
+        optimizer.zero_grad()
+        listwise_loss(logits.repeat(10), target, snapshot, 10, best).backward()
+        optimizer.step()
+    share = logits.detach().softmax(dim=0)
+    assert share[:2].sum().item() == pytest.approx(0.6, abs=0.01)
+    assert share[0].item() == pytest.approx(0.3 * sure, abs=0.01)
+    assert int(share.argmax()) == (0 if best else 2)
+
+
 def test_relevance_loss_by_hand():
     # snapshot 0: relevance 1, 3 -> weights 1/4, 3/4; logits 0, 0 -> shares 1/2: log 2
     # snapshot 1: none, does not enter. snapshot 2: weight 1 on a share of 3/4: log 4/3
