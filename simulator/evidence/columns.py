@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-EVIDENCE_VERSION = 2  # raised with every change of the columns or of what they mean
+EVIDENCE_VERSION = 3  # raised with every change of the columns or of what they mean
 
 PLACE_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
     "sightings": (
@@ -47,6 +47,9 @@ PLACE_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
         "log_prior",
         "prior_rank",
         "is_possible",
+        "place_share",
+        "log_place_share",
+        "place_share_rank",
         "prior_in_room",
         "posterior_0.5",
         "posterior_2",

@@ -104,8 +104,15 @@ def compute_stays(question: Question) -> Columns:
 
 
 def compute_prior(question: Question) -> Columns:
-    """The prior, and posteriors that trust it as so many looks."""
+    """The prior, and posteriors that trust it as so many looks.
+
+    `place_share` is in proportion to how much of what is expected at a place is this thing: a place
+    where all is kept has as much room as one where little is.
+    """
     prior, has_prior = question.prior, question.has_prior
+    crowding = question.memory.place_prior.crowding[question.queries.home]
+    own = np.where(prior > 0, prior / np.maximum(crowding, 1e-6), 0)
+    place_share = own / np.maximum(own.sum(axis=1, keepdims=True), 1e-6)
     in_room = sum_by_room(question, prior)
     is_same_room = compute_is_same_room(question)
     columns = {
@@ -113,6 +120,9 @@ def compute_prior(question: Question) -> Columns:
         "log_prior": np.where(has_prior, compute_log(prior, question), 0),
         "prior_rank": np.where(has_prior, rank(prior), 0),
         "is_possible": prior > 0,
+        "place_share": place_share,
+        "log_place_share": np.where(has_prior, compute_log(place_share, question), 0),
+        "place_share_rank": np.where(has_prior, rank(place_share), 0),
         "prior_in_room": np.where(is_same_room, prior / np.maximum(in_room, 1e-6), 0),
     }
     for strength in (0.5, 2, 8):

@@ -97,6 +97,11 @@ class PlacePrior:
             weights[home, :, place] = self._columns.blend(str(room), label)
         return sum_relations(self._share(weights))
 
+    @cached_property
+    def crowding(self) -> np.ndarray:
+        """What all object types together weigh at each place, (H, F): where all is kept."""
+        return self.weights_by_words.sum(axis=1)
+
     def find_by_words(
         self, home: np.ndarray, labels: Sequence[str]
     ) -> tuple[np.ndarray, np.ndarray]:

@@ -136,6 +136,21 @@ def test_places_and_others_by_hand(columns):
     assert columns["others.same_name"] == at()
 
 
+def test_shares_of_places_by_hand(columns):
+    """The prior of a mug, by what all types have there: every place has as much room.
+
+    On the kitchen's shelf .4 of .4 mug + .2 book + .7 plate + .2 phone, on the table .4 of 1.75
+    (the same mug, and .2 milk, .3 plate, .4 apple, .25 pen, .2 phone), on the desk .2 of 2.25.
+    """
+    own = np.zeros(6)
+    own[[SHELF, TABLE, DESK]] = 0.4 / 1.5, 0.4 / 1.75, 0.2 / 2.25
+    assert columns["prior.prior"] == pytest.approx([0, 0.4, 0.4, 0, 0, 0.2])
+    assert columns["prior.place_share"] == pytest.approx(own / own.sum(), abs=1e-6)
+    assert columns["prior.place_share_rank"][[SHELF, TABLE, DESK]] == pytest.approx(
+        [1, 1 / 2, 1 / 3]
+    )
+
+
 def test_words_by_hand(columns):
     """The plate, on the table, is the only other thing; mugs and plates have alike names."""
     cosine = float(Alike(["plate"]).cosines(["mug"])[0, 0])
