@@ -36,7 +36,7 @@ class Expected:
     @classmethod
     def by_prior(cls, memory: MemoryBatch, queries: Queries) -> Expected:
         """Expect what the prior says, and nothing where it is silent."""
-        share, has_prior = _normalise(memory, queries, sum_relations(queries.prior).astype(float))
+        share, has_prior = share_out(memory, queries, sum_relations(queries.prior).astype(float))
         nothing = np.zeros(share.shape)
         return cls(share, has_prior.astype(float), nothing, nothing[:, 0], nothing)
 
@@ -50,10 +50,10 @@ class Expected:
         prior, home, row = memory.place_prior, queries.home, queries.object
         types = memory.objects["type"][row]
         own = np.where((types >= 0)[:, None], prior.weights_by_words[home, types], 0)
-        own, is_known = _normalise(memory, queries, own.astype(float))
+        own, is_known = share_out(memory, queries, own.astype(float))
         labels = [memory.labels[label] for label in memory.objects["label"][row]]
         by_name, cosine = prior.find_by_words(home, labels)
-        by_name, is_called = _normalise(memory, queries, by_name)
+        by_name, is_called = share_out(memory, queries, by_name)
         return cls(
             share=np.where(is_known[:, None], own, by_name),
             trust=np.where(is_known, 1.0, _TRUST * is_called),
@@ -63,10 +63,10 @@ class Expected:
         )
 
 
-def _normalise(
+def share_out(
     memory: MemoryBatch, queries: Queries, share: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Scale to a sum of one, (Q, F), and say which have one, bool (Q,)."""
+    """Scale weights of places to a sum of one, (Q, F), and say which have one, bool (Q,)."""
     total = sum_rows(share, memory.home_num_furniture[queries.home])
     is_some = total > 1e-9
     share = np.divide(share, total[:, None], out=np.zeros_like(share), where=is_some[:, None])

@@ -12,6 +12,7 @@ import numpy as np
 
 from simulator.evidence.adaptive_filter import weigh_hours
 from simulator.evidence.columns import PLACE_GROUP_COLUMNS
+from simulator.evidence.expected import share_out
 from simulator.evidence.object_counts import compute_hour
 from simulator.evidence.question import FILTERS, Question
 
@@ -111,8 +112,8 @@ def compute_prior(question: Question) -> Columns:
     """
     prior, has_prior = question.prior, question.has_prior
     crowding = question.memory.place_prior.crowding[question.queries.home]
-    own = np.where(prior > 0, prior / np.maximum(crowding, 1e-6), 0)
-    place_share = own / np.maximum(own.sum(axis=1, keepdims=True), 1e-6)
+    own = prior / np.maximum(crowding, 1e-6)
+    place_share, _ = share_out(question.memory, question.queries, own)
     in_room = sum_by_room(question, prior)
     is_same_room = compute_is_same_room(question)
     columns = {
