@@ -47,17 +47,18 @@ class SGMBatch:
             readouts work; nodes and edges of each type lie snapshot by snapshot. It may be pruned
             to the k-hop in-neighbourhood of the query edges' end nodes. Node data of every type:
             `label` int64 (N,), row of `text`; `temporal` float32 (N, 4), scaled: time since
-            observed, times observed, time since moved, move frequency; `snapshot` int64 (N,),
-            0..B-1; `degree` float32 (N,), in-degree before pruning, and `degrees` float32 (N, 3),
-            the same by edge type: the types of `ENTERING` for the node type, in that order. Edge
-            data of every type: `feature` float32 (E, 9), scaled: cosine, time since observed, time
-            since changed, times observed, times true, frequency true, times changed, last state,
-            prior; then, if the model reads them, 5 belief and 8 clock features
-            (`FeatureConfig`). Edge data of `QUERY_EDGE_TYPES` also: `query` int64 (E,), the
-            snapshot 0..B-1 whose query edge it is, or -1; `target` float32 (E,), 1 or 0 for query
-            edges whose truth is known, else nan; and, where the task says how relevant a place
-            is, `relevance` float32 (E,) of the place of each query edge.
-        text: float32 (L, 96), one text vector per label.
+            observed, times observed, time since moved, move frequency, (N, 0) for a model that
+            reads none; `snapshot` int64 (N,), 0..B-1; `degree` float32 (N,), in-degree before
+            pruning, and `degrees` float32 (N, 3), the same by edge type: the types of `ENTERING`
+            for the node type, in that order; 0 for a model without convolutions. Edge data of
+            every type: `feature` float32 (E, 9), scaled: cosine, time since observed, time since
+            changed, times observed, times true, frequency true, times changed, last state, prior;
+            then, if the model reads them, 5 belief and 8 clock features (`FeatureConfig`). Edge
+            data of `QUERY_EDGE_TYPES` also: `query` int64 (E,), the snapshot 0..B-1 whose query
+            edge it is, or -1; `target` float32 (E,), 1 or 0 for query edges whose truth is known,
+            else nan; and, where the task says how relevant a place is, `relevance` float32 (E,) of
+            the place of each query edge.
+        text: float32 (L, 96), one text vector per label; (L, 0) for a model that reads none.
         num_snapshots: B.
         question: what the memory says about each question, float32 (B, QUESTION_DIM), with
             `features.evidence`; then furniture nodes have `evidence`, float32 (N, EVIDENCE_DIM).

@@ -255,18 +255,14 @@ def require_clock(clock: np.ndarray | None) -> np.ndarray:
     return clock
 
 
-def drop_features(
-    temporal: np.ndarray, edge: np.ndarray, config: FeatureConfig
-) -> tuple[np.ndarray, np.ndarray]:
-    """Zero the groups that are switched off, in place; (N, 4) and (E, 9) arrays are returned."""
+def drop_features(edge: np.ndarray, config: FeatureConfig) -> None:
+    """Zero the groups of features of edges, (E, 9), that are switched off, in place."""
     if not config.temporal:
-        temporal[:] = 0
         edge[:, 1:8] = 0
     if not config.semantic:
         edge[:, 0] = 0
     if not config.prior:
         edge[:, 8] = 0
-    return temporal, edge
 
 
 def _compute_circles(week_seconds: np.ndarray) -> np.ndarray:

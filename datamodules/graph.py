@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from datamodules.batch import TEXT_DIM, SGMBatch
+from datamodules.batch import MAX_ENTERING, NODE_TEMPORAL_DIM, TEXT_DIM, SGMBatch
 from datamodules.features import (
     BELIEF_DIM,
     CLOCK_DIM,
@@ -43,7 +43,8 @@ class GraphBuilder:
         Args:
             config: which features.
             num_hops: keep only the `num_hops`-hop in-neighbourhood of the query edges' ends,
-                which is all that a model with so many convolutions can read; None keeps all.
+                which is all that a model with so many convolutions can read; None keeps all. With
+                0 there are no degrees either.
             seed: of randomly chosen hypothetical edges.
         """
         self.config = config
@@ -75,11 +76,12 @@ class GraphBuilder:
 
         _, _, _, furniture, objects, _ = pairs.first_node.tolist()
         place = node[first_node[3] : first_node[4]] - furniture
-        temporal = np.zeros((len(node), 4), dtype=np.float32)
-        temporal[first_node[3] : first_node[4]] = compute_furniture_temporal(snapshots, place)
-        temporal[first_node[4] :] = compute_object_temporal(
-            snapshots, node[first_node[4] :] - objects
-        )
+        temporal = np.zeros((len(node), NODE_TEMPORAL_DIM * self.config.temporal), dtype=np.float32)
+        if self.config.temporal:
+            temporal[first_node[3] : first_node[4]] = compute_furniture_temporal(snapshots, place)
+            temporal[first_node[4] :] = compute_object_temporal(
+                snapshots, node[first_node[4] :] - objects
+            )
         num_layout = first_edge[FIRST_OBJECT_TYPE]
         number = pairs.object_edge[pair[num_layout:] - pairs.num_layout]
         feature = _compute_features(
@@ -89,7 +91,7 @@ class GraphBuilder:
             pair[:num_layout] - pairs.first_pair[2],
             cosine[pairs.label[src], pairs.label[dst]],
         )
-        drop_features(temporal, feature, self.config)
+        drop_features(feature, self.config)
 
         upward = slice(first_edge[OBJECT_UP.start], first_edge[OBJECT_UP.stop])
         candidate = number[upward.start - num_layout : upward.stop - num_layout]
@@ -111,7 +113,9 @@ class GraphBuilder:
             evidence, question = take_evidence(snapshots, self.config)
             evidence = evidence[place]
         number_of_node = np.cumsum(kept.nodes) - 1
-        degrees = pairs.compute_degrees()[node]
+        degrees = np.zeros((len(node), MAX_ENTERING), dtype=np.float32)
+        if self.num_hops != 0:
+            degrees = pairs.compute_degrees()[node]
         first_furniture, node_snapshot = snapshots.first_furniture, pairs.snapshot[node]
         return GraphArrays(
             first_node=first_node,
@@ -138,11 +142,11 @@ class GraphBuilder:
         )
 
     def _get_text(self, labels: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the text table (L, 96) and the cosine of every pair (L, L)."""
+        """Return the text table (L, 96) or (L, 0) and the cosine of every pair (L, L)."""
         if labels != self._labels:  # a memory in use learns new labels now and then
             vectors = self._text.vectors(labels)
             if not self.config.semantic:
-                vectors = np.zeros_like(vectors)
+                vectors = vectors[:, :0]
             self._labels = labels
             self._table = (vectors, self._text.cosines(labels))
         return self._table

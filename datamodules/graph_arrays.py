@@ -27,8 +27,9 @@ class GraphArrays:
         first_node: first id of each node type and, last, N: 6 of them.
         first_edge: first id of each edge type and, last, E: 11 of them.
         label: int64 (N,), row of `text`.
-        temporal: float32 (N, 4).
-        degree: in-degree of the graph before pruning, float32 (N,).
+        temporal: float32 (N, 4); (N, 0) for a model that reads none.
+        degree: in-degree of the graph before pruning, float32 (N,); 0 for a model without
+            convolutions.
         degrees: the same for each edge type that enters a node, float32 (N, 3), see `SGMBatch`.
         node_snapshot: 0..B-1, ascending within each node type, int64 (N,).
         furniture_index: place within its home of each furniture node, int64.
@@ -43,7 +44,7 @@ class GraphArrays:
         evidence: what the memory says about each furniture node, float32 (NF, EVIDENCE_DIM); None
             where the model reads none.
         question: what it says about each question, float32 (B, QUESTION_DIM), or None.
-        text: float32 (L, 96), one text vector per label.
+        text: float32 (L, 96), one text vector per label; (L, 0) for a model that reads none.
         num_snapshots: B.
     """
 

@@ -27,7 +27,7 @@ class FlatGraph:
         node_counts: number of nodes per node type, 5 of them.
         edge_counts: number of edges per edge type, 10 of them.
         label: (N,) int64 row of `text`.
-        temporal: (N, 4) node features.
+        temporal: (N, 4) node features; (N, 0) for a model that reads none.
         degree: (N,) in-degree of the graph before pruning.
         node_snapshot: (N,) int64 in 0..B-1, ascending within each node type.
         edge_src: (E,) int64 node id.
@@ -39,7 +39,7 @@ class FlatGraph:
         query_relevance: (Q,) of the place of each query edge; None where the task does not say.
         evidence: (NF, EVIDENCE_DIM) of the furniture nodes; None where the model reads none.
         question: (B, QUESTION_DIM), or None.
-        text: (L, 96).
+        text: (L, 96) or (L, 0), see `SGMBatch`.
         num_snapshots: B.
         heterograph: the DGL graph that all this was taken from, on the device where it was made;
             None for a graph that was never made.

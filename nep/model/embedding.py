@@ -22,9 +22,9 @@ from nep.layers.flat_graph import FlatGraph
 class NodeEmbedding(nn.Module):
     """Two ReLU layers over [text vector (96), temporal features (4), node type one-hot (5)].
 
-    Where nodes are many, the text and type parts of the first layer are computed once per pair of
-    type and label and gathered: equal to concatenating the 105 features of every node, without
-    making them.
+    Features that are switched off count as zeros. Where nodes are many, the text and type parts of
+    the first layer are computed once per pair of type and label and gathered: equal to
+    concatenating the 105 features of every node, without making them.
 
     Args:
         units: width of both layers, for each member of an ensemble.
@@ -43,7 +43,10 @@ class NodeEmbedding(nn.Module):
         """Embed all nodes: (N, M units)."""
         weights = self.first.weight.split([TEXT_DIM, NODE_TEMPORAL_DIM, len(NODE_TYPES)], dim=1)
         text_weight, temporal_weight, type_weight = weights
-        of_type = type_weight.t().contiguous()  # (5, M units)
+        of_type = type_weight.t()  # (5, M units)
+        if not graph.text.shape[1] and not graph.temporal.shape[1]:  # nodes of a type are alike
+            return graph.repeat_per_node_type(self._embed(of_type + self.first.bias))
+        text_weight = text_weight[:, : graph.text.shape[1]]
         if graph.num_nodes < len(of_type) * len(graph.text):  # of a single home
             text = graph.text.index_select(0, graph.label)  # often fewer than there are labels
             known = F.linear(text, text_weight, self.first.bias)  # (N, M units)
@@ -54,7 +57,11 @@ class NodeEmbedding(nn.Module):
             blocks = enumerate(graph.label.split(graph.node_counts))
             row = torch.cat([label + ntype * len(text) for ntype, label in blocks])  # (N,)
             known = table.index_select(0, row)
-        hidden = torch.addmm(known, graph.temporal, temporal_weight.t())
+        temporal_weight = temporal_weight[:, : graph.temporal.shape[1]]
+        return self._embed(torch.addmm(known, graph.temporal, temporal_weight.t()))
+
+    def _embed(self, hidden: Tensor) -> Tensor:
+        """Finish what the first layer has summed up, in place: (n, M units)."""
         return F.relu(self.second(F.relu(hidden, inplace=True)), inplace=True)
 
 

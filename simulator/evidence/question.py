@@ -111,10 +111,9 @@ class Question:
         is_place = memory.is_furniture[home]
         num_seen = counts.num_true.sum(axis=1, keepdims=True)
         is_known = objects["last_furniture"] >= 0
-        known_home, known_place = objects["home"][is_known], objects["last_furniture"][is_known]
-        popularity = np.zeros((memory.num_homes, memory.num_furniture))
-        np.add.at(popularity, (known_home, known_place), 1)
+        known_home = objects["home"][is_known]
         num_known = np.bincount(known_home, minlength=memory.num_homes)
+        popularity = _count_places(memory, known_home, objects["last_furniture"][is_known])
         edge_counts = np.bincount(edges["home"], minlength=memory.num_homes)
         asked = [memory.labels[label] for label in objects["label"][queries.object]]
         cosine = compare(asked, memory.labels)
@@ -189,9 +188,8 @@ class Question:
 
 def _count_strays(memory: MemoryBatch) -> np.ndarray:
     """Count the sightings of things out of their usual places at about this hour of day, (H, F)."""
-    shape = (memory.num_homes, memory.num_furniture)
     if memory.clock is None:
-        return np.zeros(shape)
+        return np.zeros((memory.num_homes, memory.num_furniture))
     edges = memory.edges
     most = np.zeros(len(memory.objects), dtype=np.int32)
     np.maximum.at(most, edges["object"], edges["num_true"])
@@ -199,5 +197,14 @@ def _count_strays(memory: MemoryBatch) -> np.ndarray:
     home = edges["home"][rows]
     weight = weigh_hour(memory, np.arange(memory.num_homes))[home]
     seen = (memory.history.get_edge_hours(rows)[0] * weight).sum(axis=1)
-    place = np.ravel_multi_index((home, edges["furniture"][rows]), shape)
-    return np.bincount(place, seen, minlength=math.prod(shape)).reshape(shape)
+    return _count_places(memory, home, edges["furniture"][rows], seen)
+
+
+def _count_places(
+    memory: MemoryBatch, home: np.ndarray, place: np.ndarray, weights: np.ndarray | None = None
+) -> np.ndarray:
+    """Count what is at each place of each home, (n,) each -> float64 (H, F)."""
+    shape = (memory.num_homes, memory.num_furniture)
+    number = home * shape[1] + place
+    counts = np.bincount(number, weights, minlength=math.prod(shape))
+    return counts.reshape(shape).astype(float)

@@ -107,6 +107,7 @@ def take_snapshots(
     answers: np.ndarray | None = None,
     extras: Mapping[str, np.ndarray] | None = None,
     question_extras: Mapping[str, np.ndarray] | None = None,
+    asked_alone: bool = False,
 ) -> Snapshots:
     """Take one snapshot per query, of the home that is asked; nothing of the padding is in it.
 
@@ -116,6 +117,8 @@ def take_snapshots(
         answers: furniture that truly holds the object asked for, bool (Q, F).
         extras: what else to keep of each furniture node, (Q, F) or (Q, F, D) by name.
         question_extras: what else to keep of each question, (Q, D) by name.
+        asked_alone: whether the objects asked for and their edges are taken alone: all that a model
+            without convolutions reads.
 
     Source: paper section 4.2; docs/design.md, ruling 12.
     """
@@ -126,11 +129,7 @@ def take_snapshots(
     first_furniture = compute_starts(is_furniture.sum(axis=1))
     room_of_furniture = (memory.furniture_room[home] + first_room[:-1, None])[is_furniture]
 
-    edge_order = np.argsort(edges["home"], kind="stable")
-    edge_counts = np.bincount(edges["home"], minlength=memory.num_homes)
-    edge_starts = np.cumsum(edge_counts) - edge_counts
-    edge = edge_order[concatenate_ranges(edge_starts[home], edge_counts[home])]
-    edge_snapshot = np.repeat(np.arange(len(home)), edge_counts[home])
+    edge_snapshot, edge = _find_edges(memory, queries, asked_alone)
     # Nodes: whatever has an edge, and the query object. One key per (snapshot, object).
     num_objects = len(objects)
     edge_key = edge_snapshot * num_objects + edges["object"][edge]
@@ -165,6 +164,21 @@ def take_snapshots(
         **{f"object_{name}": objects[name][row] for name in OBJECT_COUNTERS},
         **{f"edge_{name}": edges[name][edge] for name in EDGE_COUNTERS},
     )
+
+
+def _find_edges(
+    memory: MemoryBatch, queries: Queries, asked_alone: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """List the edges of each snapshot: the snapshot, ascending, and the row of each, (E,) each."""
+    if asked_alone:
+        snapshot, edge = memory.edges_of(queries)
+        order = np.argsort(snapshot, kind="stable")
+        return snapshot[order], edge[order]
+    home = memory.edges["home"]
+    by_home, counts = np.argsort(home, kind="stable"), np.bincount(home, minlength=memory.num_homes)
+    starts = np.cumsum(counts) - counts
+    counts, starts = counts[queries.home], starts[queries.home]
+    return np.repeat(np.arange(len(counts)), counts), by_home[concatenate_ranges(starts, counts)]
 
 
 def forget(snapshots: Snapshots) -> Snapshots:

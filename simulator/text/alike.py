@@ -53,8 +53,7 @@ def compare(words: Sequence[str], others: Sequence[str]) -> np.ndarray:
 
     Products are added up in one order whatever n and m are, so that no word's depends on another.
     """
-    units = _load_units()
-    return np.einsum("nd,md->nm", units.take(words), units.take(others))
+    return np.einsum("nd,md->nm", _load_units().take(words), _take_others(tuple(others)))
 
 
 class _Units:
@@ -80,3 +79,8 @@ class _Units:
 @lru_cache(maxsize=1)
 def _load_units() -> _Units:
     return _Units()
+
+
+@lru_cache(maxsize=4)  # a memory is asked again and again, and seldom learns a word
+def _take_others(words: tuple[str, ...]) -> np.ndarray:
+    return _load_units().take(words)

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 import torch
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
+from datamodules.batch import (
+    EDGE_TYPES,
+    NODE_TEMPORAL_DIM,
+    NODE_TYPES,
+    QUERY_EDGE_TYPES,
+    TEXT_DIM,
+)
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
@@ -208,8 +214,10 @@ def test_a_group_that_is_off_is_zero_and_the_others_stay(
         feature = off.graph.edges[etype].data["feature"]
         assert not feature[:, list(zero_columns)].any()
         assert feature[:, others].equal(on.graph.edges[etype].data["feature"][:, others])
-    assert bool(off.text.any()) == (switch != "semantic")
-    assert bool(off.graph.nodes["object"].data["temporal"].any()) == (switch != "temporal")
+    assert off.text.shape[1] == (TEXT_DIM if switch != "semantic" else 0)
+    for ntype in NODE_TYPES:
+        width = off.graph.nodes[ntype].data["temporal"].shape[1]
+        assert width == (NODE_TEMPORAL_DIM if switch != "temporal" else 0)
 
 
 def test_without_memory_there_is_the_layout_and_the_question(hand_written):

@@ -202,3 +202,10 @@ def test_degrees_before_pruning_by_edge_type(together):
         assert degrees.sum(dim=1).equal(full.nodes[ntype].data["degree"])
         kept = pruned.nodes[ntype].data["degrees"]
         assert {tuple(row) for row in kept.tolist()} <= {tuple(row) for row in degrees.tolist()}
+
+
+def test_without_convolutions_there_are_no_degrees(together):
+    graph = GraphBuilder(FeatureConfig(), 0).build(together[0][-1]).graph
+    for ntype in NODE_TYPES:
+        assert not graph.nodes[ntype].data["degree"].any()
+        assert not graph.nodes[ntype].data["degrees"].any()

@@ -228,6 +228,16 @@ def test_embeddings_equal_concatenated_features(random_batch):
     torch.testing.assert_close(edge(graph, graph.query_edge), want[graph.query_edge])
 
 
+@pytest.mark.parametrize("without", [("text",), ("temporal",), ("text", "temporal")])
+def test_node_features_that_are_off_count_as_zeros(random_batch, without):
+    torch.manual_seed(0)
+    graph = FlatGraph.from_batch(random_batch(12))
+    node = NodeEmbedding(16)
+    zeros = {name: torch.zeros_like(getattr(graph, name)) for name in without}
+    empty = {name: values[:, :0] for name, values in zeros.items()}
+    torch.testing.assert_close(node(replace(graph, **empty)), node(replace(graph, **zeros)))
+
+
 def test_query_order_is_that_of_the_batch(random_batch):
     batch = random_batch(13)
     graph = FlatGraph.from_batch(batch)

@@ -167,6 +167,27 @@ def test_two_queries_of_one_home_are_two_snapshots(make_tiny_memory):
     assert snapshots.object_snapshot[snapshots.edge_object].tolist() == [0, 1, 2]
 
 
+def test_objects_asked_for_can_be_taken_alone(make_tiny_memory):
+    memory = make_tiny_memory(2)
+    home, keys = np.array([1, 0, 1, 1]), np.array([8, 7, 9, 7])
+    rows = memory.ensure_objects(home, keys, keys, keys * 0)
+    for place, seen in ((3, [0, 1, 3]), (4, [0])):  # 8 and 7 in home 1, 7 in home 0; then 8 again
+        memory.step()
+        memory.observe(
+            np.array([0, 1]), np.array([2, place]), rows[seen], np.ones(len(seen), dtype=int)
+        )
+    queries = memory.query(home[:3], keys[:3], keys[:3], keys[:3] * 0)
+    alone, whole = (take_snapshots(memory, queries, asked_alone=alone) for alone in (True, False))
+    assert alone.object_snapshot.tolist() == [0, 1, 2]
+    assert alone.query_object.tolist() == [0, 1, 2]
+    assert alone.object_label.tolist() == keys[:3].tolist()
+    assert alone.edge_object.tolist() == [0, 0, 1]
+    assert alone.edge_furniture.tolist() == [3, 4, 6 + 2]
+    is_asked = whole.query_object[whole.object_snapshot[whole.edge_object]] == whole.edge_object
+    for name in (*(f"edge_{name}" for name in EDGE_COUNTERS), "edge_furniture", "edge_prior"):
+        np.testing.assert_array_equal(getattr(alone, name), getattr(whole, name)[is_asked])
+
+
 def test_snapshots_do_not_change_with_the_memory(make_tiny_homes):
     homes = make_tiny_homes(2)
     rollout = Rollout(homes, make_policy("random", homes))
