@@ -2,6 +2,7 @@
 #   make fit                                 train NEP-HEAT with the paper's setting
 #   make fit ARGS="--trainer.max_epochs 2"   the same, with options passed on
 #   make any-home                            train and play the network for homes of any kind: results/any_home.md
+#   make any-home SEEDS="0 1 2"              the same, trained three times
 #   make reproduce                           train and play what the paper's tables need; goes on where it stopped
 #   make test | make quick                   all tests | those that are not slow
 #   make check | make bench                  ruff and mypy | benchmarks
@@ -14,26 +15,32 @@ PY := $(VENV)/bin/python
 STAMP := $(VENV)/.installed
 EXTRAS := $(VENV)/.extras
 ARGS ?=
+SEEDS ?= 0
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help install fit any-home reproduce test quick check bench fuzz docs clean
 
 help:
-	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 10
+	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 11
 
 install: $(STAMP)
 
 fit: $(STAMP)
 	$(PY) -m nep.fit --config heat.yaml $(ARGS)
 
-# Trains from nothing, under half an hour on 2 cores; RECORDED="folder ..." adds recorded homes to the table.
+# Trains from nothing, under half an hour a seed on 2 cores; RECORDED="folder ..." adds recorded homes to the table.
 any-home: $(STAMP)
-	$(PY) -m nep.fit --config any_home.yaml --trainer.logger.init_args.version first --trainer.max_epochs 1 $(ARGS)
-	$(PY) -m nep.fit --config any_home.yaml --trainer.logger.init_args.version make \
-		--data.also_policies "[nep.players.policy:NEPPolicy=runs/any_home/first/checkpoints/last.ckpt]" $(ARGS)
-	$(PY) -m nep.export runs/any_home/make/checkpoints/last.ckpt runs/any_home/exported
-	$(PY) -m nep.any_home --out results/any_home.md --checkpoint any_home=runs/any_home/exported --checkpoint heat $(if $(RECORDED),--recorded $(RECORDED))
+	@set -e; for seed in $(SEEDS); do \
+	  fit="$(PY) -m nep.fit --config any_home.yaml --seed_everything $$seed --trainer.logger.init_args.version"; \
+	  looks=runs/any_home/first_$$seed/checkpoints/last.ckpt; \
+	  $$fit first_$$seed --trainer.max_epochs 1 $(ARGS); \
+	  $$fit second_$$seed --data.also_policies "[nep.players.policy:NEPPolicy=$$looks]" $(ARGS); \
+	  $(PY) -m nep.export runs/any_home/second_$$seed/checkpoints/last.ckpt runs/any_home/seed_$$seed; \
+	done
+	$(PY) -m nep.any_home --out results/any_home.md $(if $(RECORDED),--recorded $(RECORDED)) \
+	  --checkpoint any_home=runs/any_home/seed_$(firstword $(SEEDS)) \
+	  $(foreach seed,$(wordlist 2,99,$(SEEDS)),seed_$(seed)=runs/any_home/seed_$(seed)) heat
 
 reproduce: $(STAMP)
 	$(PY) -m nep.reproduce --table all --out results $(ARGS)

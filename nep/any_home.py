@@ -1,4 +1,4 @@
-"""Plays one network and all policies in every kind of home: `python -m nep.any_home`."""
+"""Plays networks and all policies in every kind of home: `python -m nep.any_home`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nep.kinds.command import add_table_options, make_command
 from nep.kinds.kinds import choose_kinds, list_recorded, list_simulated
 from nep.kinds.play import play_all
 from nep.kinds.played import find_scores
-from nep.kinds.table import make_overview, make_table
+from nep.kinds.table import make_network_table, make_overview, make_table
 from nep.players.checkpoints import CONFIG, load_config
 from nep.players.contestants import Checkpoint
 from nep.report.model_card import make_card
@@ -24,6 +24,10 @@ from simulator.process import run_main
 
 _RECORDED_SEEDS = 4
 _RECORDED_SEARCHES = 200
+_ABOUT_NETWORKS = (
+    "First guess / NLL / calibration error / looks until found. Each answers what its own looks "
+    "lead to."
+)
 
 
 def note_kinds(folder: Path, overview: str) -> None:
@@ -83,7 +87,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         scores = play_all(kinds, checkpoints, path)
         titles = {name: kind.title for name, kind in kinds.items()}
         command = make_command(parser, options, checkpoints)
-        overview = make_overview(titles, scores, [point.name for point in checkpoints])
+        networks = [point.name for point in checkpoints]
+        overview = make_overview(titles, scores, networks[0])
         parts = [
             "# One network in homes of every kind",
             f"`{command}`. Differences are paired over homes, with 95 % bootstrap intervals; a "
@@ -91,6 +96,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
             "looks: less is better.",
             overview,
         ]
+        if len(networks) > 1:
+            beside = make_network_table(titles, scores, networks)
+            parts.append(f"## The networks\n\n{_ABOUT_NETWORKS}\n\n{beside}")
         for name, title in titles.items():
             parts.append(f"## {title}\n\n{make_table(scores[name])}")
         write_whole(options.out, ("\n\n".join(part.strip() for part in parts) + "\n").encode())

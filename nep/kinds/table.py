@@ -1,4 +1,4 @@
-"""One table per kind of home: every player, and what the network is better or worse by."""
+"""Tables of kinds of homes: every player, what a network is better or worse by, and networks."""
 
 from __future__ import annotations
 
@@ -8,12 +8,10 @@ import numpy as np
 
 from nep.kinds.play import Scores
 from nep.report.tables import Difference, format_difference, join_table
+from simulator.policies.registry import POLICIES
 
-ORACLES = (
-    "oracle",
-    "ceiling",
-    "schedule_oracle",
-)  # know the true homes: no rules that a robot could follow
+# Policies that a robot could follow: they do not know the true home.
+RULES = tuple(name for name in POLICIES if name not in ("oracle", "ceiling"))
 
 # Column, heading, format, and whether a high value is a good one.
 _COLUMNS = (
@@ -25,15 +23,16 @@ _COLUMNS = (
     ("out_of_place_accuracy", "right if out of place", ".3f", True),
 )
 _COMPARED = tuple(column for column in _COLUMNS if column[0] in ("accuracy", "nll", "looks"))
+_OF_NETWORKS = ("accuracy", "nll", "calibration_error", "looks")
 
 
-def make_overview(titles: Mapping[str, str], scores: Scores, networks: Sequence[str]) -> str:
+def make_overview(titles: Mapping[str, str], scores: Scores, network: str) -> str:
     """Return a Markdown table with one row per kind: a network beside the best rule.
 
     Args:
         titles: of the kinds, by name.
         scores: of all players.
-        networks: players that are no rules; the first one is compared.
+        network: which one.
     """
     header = ["homes"]
     for _, heading, _, _ in _COMPARED:
@@ -42,8 +41,8 @@ def make_overview(titles: Mapping[str, str], scores: Scores, networks: Sequence[
     for kind, title in titles.items():
         cells = [title]
         for column in _COMPARED:
-            own = np.array(scores[kind][networks[0]][column[0]])
-            rule = find_best_rule(scores[kind], column, networks)
+            own = np.array(scores[kind][network][column[0]])
+            rule = find_best_rule(scores[kind], column)
             other = np.array(scores[kind][rule][column[0]])
             cells += [
                 format(own.mean(), column[2]),
@@ -52,6 +51,23 @@ def make_overview(titles: Mapping[str, str], scores: Scores, networks: Sequence[
             ]
         rows.append(cells)
     return join_table(header, rows)
+
+
+def make_network_table(titles: Mapping[str, str], scores: Scores, networks: Sequence[str]) -> str:
+    """Return a Markdown table with one row per kind: networks beside each other.
+
+    Args:
+        titles: of the kinds, by name.
+        scores: of all players.
+        networks: which ones.
+    """
+    shown = [column for column in _COLUMNS if column[0] in _OF_NETWORKS]
+    rows = []
+    for kind, title in titles.items():
+        own = [scores[kind][network] for network in networks]
+        means = ([format(np.mean(one[name]), form) for name, _, form, _ in shown] for one in own)
+        rows.append([title, *map(" / ".join, means)])
+    return join_table(["homes", *networks], rows)
 
 
 def make_table(scores: Mapping[str, Mapping[str, Sequence[float]]]) -> str:
@@ -82,18 +98,15 @@ def make_accuracy_table(scores: Scores) -> str:
 
 
 def find_best_rule(
-    scores: Mapping[str, Mapping[str, Sequence[float]]],
-    column: tuple[str, str, str, bool],
-    networks: Sequence[str],
+    scores: Mapping[str, Mapping[str, Sequence[float]]], column: tuple[str, str, str, bool]
 ) -> str:
-    """Return the player that does best in a column, networks and oracles left out.
+    """Return the rule that does best in a column.
 
     Args:
         scores: of all players of a kind.
         column: which one.
-        networks: players that are no rules.
     """
     name, _, _, is_high = column
-    rules = [player for player in scores if player not in (*ORACLES, *networks)]
+    rules = [player for player in scores if player in RULES]
     sign = 1 if is_high else -1
     return max(rules, key=lambda player: sign * float(np.mean(scores[player][name])))

@@ -10,7 +10,7 @@ import pytest
 from nep.any_home import main, note_kinds
 from nep.kinds.kinds import deal_placements, list_simulated
 from nep.kinds.play import HOME_COLUMNS, SHARED_COLUMNS, list_players
-from nep.kinds.table import find_best_rule, make_overview, make_table
+from nep.kinds.table import find_best_rule, make_network_table, make_overview, make_table
 from nep.players.contestants import Checkpoint
 from nep.players.shipped import PRETRAINED
 from simulator.priors.prior_graph import PriorGraph
@@ -28,17 +28,27 @@ def make_scores(**accuracy):
 
 
 def test_the_best_rule_is_no_network_and_no_oracle():
-    scores = make_scores(net=[0.9, 0.9], heat=[0.8, 0.8], oracle=[1, 1], a=[0.2, 0.6], b=[0.5, 0.1])
-    column = ("accuracy", "", "", True)
-    assert find_best_rule(scores, column, ["net", "heat"]) == "a"
-    assert find_best_rule(scores, ("accuracy", "", "", False), ["net", "heat"]) == "b"
+    scores = make_scores(
+        net=[0.9, 0.9], heat=[0, 0], oracle=[1, 1], ceiling=[1, 1], schedule_oracle=[1, 1],
+        adaptive=[0.2, 0.6], priors=[0.5, 0.1],
+    )  # fmt: skip
+    assert find_best_rule(scores, ("accuracy", "", "", True)) == "adaptive"
+    assert find_best_rule(scores, ("accuracy", "", "", False)) == "priors"
 
 
 def test_differences_are_paired_by_hand():
     """(0.5 - 0.2, 0.7 - 0.6) = 0.3 and 0.1: 0.2 on the mean, and resampled between them."""
-    scores = {"small": make_scores(net=[0.5, 0.7], a=[0.2, 0.6])}
-    text = make_overview({"small": "Small homes"}, scores, ["net"])
-    assert "| Small homes | 0.600 | 0.400 a | +0.200 [+0.100, +0.300] |" in text.replace("  ", " ")
+    scores = {"small": make_scores(net=[0.5, 0.7], adaptive=[0.2, 0.6])}
+    text = make_overview({"small": "Small homes"}, scores, "net")
+    want = "| Small homes | 0.600 | 0.400 adaptive | +0.200 [+0.100, +0.300] |"
+    assert want in text.replace("  ", " ")
+
+
+def test_networks_beside_each_other():
+    scores = {"small": make_scores(net=[0.5, 0.7], seed_1=[0.2, 0.6], adaptive=[0.2, 0.2])}
+    text = make_network_table({"small": "Small homes"}, scores, ["net", "seed_1"])
+    assert "| homes | net | seed_1 |" in text
+    assert "| Small homes | 0.600 / 1.00 / 0.100 / 2.00 | 0.400 / 1.00 / 0.100 / 2.00 |" in text
 
 
 def test_the_card_gets_one_section_however_often(tmp_path):
@@ -109,6 +119,8 @@ def test_the_command_plays_on_where_it_stopped(tmp_path, capsys):
     out.with_suffix(".json").write_text(json.dumps(played), encoding="utf-8")
     main(["--checkpoint", "heat", "--kinds", "paper-8", *size])
     assert "0.123" in out.read_text(encoding="utf-8")
+    main(["--checkpoint", "heat", "other=heat", "--kinds", "paper-8", *size])
+    assert "| homes | heat | other |" in out.read_text(encoding="utf-8")
     with pytest.raises(SystemExit):
         main(["--checkpoint", "heat", "--kinds", "paper-8", *size, "--steps", "5"])
     assert "got others for paper-8" in " ".join(capsys.readouterr().err.split())
