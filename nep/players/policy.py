@@ -25,7 +25,7 @@ from simulator.policies.probabilities import compute_probabilities
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.world.homes import Homes
 
-_TRUSTED = 5.0  # times `prior_share` more for who goes by a prior that tells well
+_TRUSTED = 9.0  # times `prior_share` more for who goes by a prior that tells well
 _HEEDED = 0.4  # of what Bayes' rule says of other questions, docs/any_home.md
 _DECIMALS = 6  # of a logit; what float64 rounds differently is nine orders of magnitude below
 
@@ -41,10 +41,10 @@ class NEPPolicy(Policy):
     A network with evidence may share its answers with who goes by the prior, whatever was seen
     before the last sighting (`NEPModule.prior_share`, `follow_prior`): the probability of a place
     is then (1 - share) times the network's plus share times that one's. A network that has seen a
-    thing at three places for weeks is too sure of them where people live. The share is up to six
-    times as great where the prior has told well where things are (`Features.trust_prior`). Likewise
-    with who goes by the hour of day (`hours_share`, `follow_hours`): the share times how likely the
-    thing keeps hours, which its own sightings tell.
+    thing at three places for weeks is too sure of them where people live. The share is up to ten
+    times as great where the prior has told well where things are (`Features.follow_prior`).
+    Likewise with who goes by the hour of day (`hours_share`, `follow_hours`): the share times how
+    likely the thing keeps hours, which its own sightings tell.
 
     Asked again in a time step, it says what it said first and, by Bayes' rule, what looks have
     shown since (`StepAnswers`): where people live, asking the network anew took a tenth more looks.
@@ -172,10 +172,9 @@ class NEPPolicy(Policy):
         """Share the answers with who goes by the prior or by the hour, and heed who asks."""
         asked = evidence.asked
         if self._module.prior_share > 0:
-            shares = self._module.prior_share * (1 + _TRUSTED * evidence.trust_prior())
-            scores = _share_answers(
-                scores, evidence.follow_prior(), np.minimum(shares, 1), asked.is_place
-            )
+            trust, belief = evidence.follow_prior()
+            shares = np.minimum(self._module.prior_share * (1 + _TRUSTED * trust), 1)
+            scores = _share_answers(scores, belief, shares, asked.is_place)
         if self._module.hours_share > 0 and asked.memory.clock is not None:
             keeping, belief = evidence.follow_hours()
             shares = self._module.hours_share * keeping

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.evidence.adaptive_filter import follow_prior
+from simulator.evidence.adaptive_filter import follow_prior, trust_prior
 from simulator.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from simulator.evidence.hours import compute_keeping, follow_hours
 from simulator.evidence.place_features import PLACE_GROUPS
@@ -19,6 +19,8 @@ _LEAST = 1e-6  # of a belief
 _LIFT = QUESTION_COLUMNS.index("trust.prior_lift")
 _GOOD_LIFT, _BEST_LIFT = 1.5, 2.0  # nats
 _GOOD_SHARE, _BEST_SHARE = 0.5, 0.6  # of what could be known
+_WORTH = 20.0  # sightings of a thing that halve what the prior of a home is trusted about it
+_MOST_TRUSTING = 0.5  # of the answer of who goes by the prior
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,13 +37,18 @@ class Features:
     question: np.ndarray
     asked: Question
 
-    def follow_prior(self) -> np.ndarray:
-        """Return what `follow_prior` believes, no feature but a second opinion, (Q, F).
+    def follow_prior(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return how far to trust the prior, (Q,), and what who goes by it believes, (Q, F).
 
-        The memory must be as it was when the features were computed.
+        No feature but a second opinion: `follow_prior`, up to half of it `trust_prior`. The memory
+        must be as it was when the features were computed.
         """
-        asked = self.asked
-        return follow_prior(asked.memory, asked.queries, asked.rates)
+        asked, trust = self.asked, self._compute_trust()
+        belief = follow_prior(asked.memory, asked.queries, asked.rates)
+        if trust.any():
+            trusting = trust_prior(asked.memory, asked.queries, asked.rates, asked.counts)
+            belief += _MOST_TRUSTING * trust[:, None] * (trusting - belief)
+        return trust, belief
 
     def follow_hours(self) -> tuple[np.ndarray, np.ndarray]:
         """Return how likely each thing keeps hours, (Q,), and what they say, (Q, F).
@@ -54,20 +61,6 @@ class Features:
         keeping = compute_keeping(sightings, asked.num_places[:, 0])
         return keeping, follow_hours(asked.memory, asked.queries, asked.counts, asked.rates)
 
-    def trust_prior(self) -> np.ndarray:
-        """Return how well the prior tells where things are in this home, 0 to 1, (Q,).
-
-        0 where it gives the places at which things were seen up to 1.5 nats more than an even guess
-        does, on average, or up to half of what one does that is sure of them; 1 from 2 nats and six
-        tenths on.
-        """
-        lift = self.question[:, _LIFT].astype(float)
-        share = lift / np.log(np.maximum(self.asked.num_places[:, 0], 2))
-        by_lift = (lift - _GOOD_LIFT) / (_BEST_LIFT - _GOOD_LIFT)
-        by_share = (share - _GOOD_SHARE) / (_BEST_SHARE - _GOOD_SHARE)
-        trust: np.ndarray = by_lift.clip(0, 1) * by_share.clip(0, 1)
-        return trust
-
     def compare_asked(self) -> np.ndarray:
         """Return how much likelier each place is if anything may be asked for, (Q, F).
 
@@ -76,6 +69,21 @@ class Features:
         """
         learnt, asked = (self.asked.get_belief(name) + _LEAST for name in ("learnt", "asked"))
         return np.log(learnt / asked)
+
+    def _compute_trust(self) -> np.ndarray:
+        """Return how far the prior is to be trusted in this home about each thing, 0 to 1, (Q,).
+
+        0 where it gives the places at which things were seen up to 1.5 nats more than an even guess
+        does, on average, or up to half of what one does that is sure of them; 1 from 2 nats and six
+        tenths on, and of a thing that was seen twenty times half as much.
+        """
+        lift = self.question[:, _LIFT].astype(float)
+        share = lift / np.log(np.maximum(self.asked.num_places[:, 0], 2))
+        by_lift = (lift - _GOOD_LIFT) / (_BEST_LIFT - _GOOD_LIFT)
+        by_share = (share - _GOOD_SHARE) / (_BEST_SHARE - _GOOD_SHARE)
+        own = _WORTH / (_WORTH + self.asked.num_seen[:, 0])
+        trust: np.ndarray = by_lift.clip(0, 1) * by_share.clip(0, 1) * own
+        return trust
 
 
 def compute_features(memory: MemoryBatch, queries: Queries) -> Features:

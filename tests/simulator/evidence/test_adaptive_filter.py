@@ -9,8 +9,10 @@ from simulator.compiled.adaptive_filter import follow_looks
 from simulator.evidence.adaptive_filter import (
     FilterSettings,
     Rates,
+    compute_beliefs,
     compute_destinations,
     follow_prior,
+    trust_prior,
 )
 from simulator.evidence.expected import Expected
 from simulator.evidence.object_counts import ObjectCounts
@@ -187,6 +189,27 @@ def test_who_goes_by_the_prior_by_hand(make_tiny_homes):
     prior /= prior.sum(axis=1, keepdims=True)
     found = follow_prior(memory, queries, rates)
     np.testing.assert_allclose(found, (prior + 0.005) / (1 + 0.03 + 0.005), rtol=1e-5)
+
+
+def test_who_trusts_the_prior_takes_it_for_sightings(rollout, monkeypatch):
+    """Sixteen, beside the thing's own and a tenth that is spread over the six places."""
+    memory = rollout.memory
+    queries = ask_all(memory, 0)
+    counts, asked = ObjectCounts.gather(memory, queries), []
+
+    def compute(*arguments):
+        asked.append(arguments)
+        return compute_beliefs(*arguments)
+
+    monkeypatch.setattr("simulator.evidence.adaptive_filter.compute_beliefs", compute)
+    found = trust_prior(memory, queries, estimate(memory, queries), counts)
+    prior = queries.prior.sum(axis=2)
+    weight = counts.num_true + 16 * prior / prior.sum(axis=1, keepdims=True) + 0.1 / 6
+    goes = weight / (weight.sum(axis=1, keepdims=True) + 0.1 / 6)
+    *_, destinations, (leaves,) = asked[0]
+    np.testing.assert_allclose(destinations[:, :-1], goes, rtol=1e-6)
+    assert leaves == FilterSettings(crossing=1.0, asks_moved=0.5, counts_left=True)
+    np.testing.assert_array_equal(found, compute_beliefs(*asked[0])[:, 0, :-1])
 
 
 def test_rates_by_hand(rollout):
