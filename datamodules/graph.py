@@ -160,6 +160,11 @@ class GraphBuilder:
         return self._text.cosines([label, *others])[0, 1:]
 
     @property
+    def reads_asked_alone(self) -> bool:
+        """Whether what else is in a memory than the objects asked for makes no difference."""
+        return self.num_hops == 0 and not self.config.temporal
+
+    @property
     def text_name(self) -> str:
         """Name and version of the text vectors; a model fits the ones it was trained with."""
         return self._text.name

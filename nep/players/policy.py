@@ -154,9 +154,8 @@ class NEPPolicy(Policy):
             evidence = compute_features(memory, queries)
             extras["evidence"] = evidence.place
             question_extras["evidence"] = evidence.question
-        snapshots = take_snapshots(
-            memory, queries, None, extras, question_extras, self._builder.num_hops == 0
-        )
+        alone = self._builder.reads_asked_alone
+        snapshots = take_snapshots(memory, queries, None, extras, question_extras, alone)
         arrays = self._builder.build_arrays(snapshots)
         if predictor.encoder.reads_heterograph:
             graph = FlatGraph.from_batch(arrays.make_batch())

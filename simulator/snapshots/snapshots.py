@@ -117,8 +117,8 @@ def take_snapshots(
         answers: furniture that truly holds the object asked for, bool (Q, F).
         extras: what else to keep of each furniture node, (Q, F) or (Q, F, D) by name.
         question_extras: what else to keep of each question, (Q, D) by name.
-        asked_alone: whether the objects asked for and their edges are taken alone: all that a model
-            without convolutions reads.
+        asked_alone: whether the objects asked for and their edges are taken alone, for models that
+            read no others.
 
     Source: paper section 4.2; docs/design.md, ruling 12.
     """

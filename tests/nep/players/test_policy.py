@@ -51,6 +51,24 @@ def test_the_pruned_graph_scores_like_the_full_one(encoder):
         np.testing.assert_allclose(*scores, rtol=1e-4, atol=1e-5)
 
 
+@pytest.mark.parametrize("encoder", [MLP, GCN])
+@pytest.mark.parametrize("temporal", [False, True])
+def test_what_is_left_out_of_a_snapshot_is_not_read(encoder, temporal, monkeypatch):
+    torch.manual_seed(0)
+    module = NEPModule(encoder())
+    builder = GraphBuilder(FeatureConfig(temporal=temporal), module.num_hops)
+    assert builder.reads_asked_alone == (encoder is MLP and not temporal)
+    policy = NEPPolicy(module, builder)
+    homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", range(2)))
+    rollout = Rollout(homes, policy)
+    assert len(list(predict_locations(rollout, 5))) == 5
+    queries, scores = rollout.ask()[1], []
+    for alone in (builder.reads_asked_alone, False):
+        monkeypatch.setattr(GraphBuilder, "reads_asked_alone", alone)
+        scores.append(policy.score_places(rollout.memory, queries))
+    np.testing.assert_array_equal(*scores)
+
+
 def test_a_home_scores_the_same_alone_and_beside_others():
     policy = make_nep_policy(HEAT())
     scores = []
