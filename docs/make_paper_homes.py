@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from nep.paper.paper_numbers import PAPER_TABLE_1
-from nep.paper.paper_tables import ORACLES
+from simulator.policies.registry import ORACLES
 
 TASKS = {
     "predict_location": "location ↑",

@@ -31,6 +31,7 @@ from nep.report.tables import (
 from simulator.checks import check_at_least
 from simulator.files import write_whole
 from simulator.policies import POLICIES, check_policies, find_policy, make_policy
+from simulator.policies.registry import ORACLES
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.registry import TASKS
@@ -223,7 +224,7 @@ class OnlineEvaluation(pl.Callback):
         means = {name: float(own.home_values.mean()) for name, own in self.scores.items()}
         return {
             top: compute_gap_closed(means[self.name], means["bayesian"], means[top])
-            for top in ("oracle", "ceiling")
+            for top in ORACLES
             if {"bayesian", top} <= means.keys()
         }
 

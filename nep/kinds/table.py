@@ -8,10 +8,10 @@ import numpy as np
 
 from nep.kinds.play import Scores
 from nep.report.tables import Difference, format_difference, join_table
-from simulator.policies.registry import POLICIES
+from simulator.policies.registry import ORACLES, POLICIES
 
 # Policies that a robot could follow: they do not know the true home.
-RULES = tuple(name for name in POLICIES if name not in ("oracle", "ceiling"))
+RULES = tuple(name for name in POLICIES if name not in ORACLES)
 
 # Column, heading, format, and whether a high value is a good one.
 _COLUMNS = (
@@ -23,7 +23,9 @@ _COLUMNS = (
     ("out_of_place_accuracy", "right if out of place", ".3f", True),
 )
 _COMPARED = tuple(column for column in _COLUMNS if column[0] in ("accuracy", "nll", "looks"))
-_OF_NETWORKS = ("accuracy", "nll", "calibration_error", "looks")
+_BESIDE = tuple(
+    column for column in _COLUMNS if column in _COMPARED or column[0] == "calibration_error"
+)
 
 
 def make_overview(titles: Mapping[str, str], scores: Scores, network: str) -> str:
@@ -61,11 +63,10 @@ def make_network_table(titles: Mapping[str, str], scores: Scores, networks: Sequ
         scores: of all players.
         networks: which ones.
     """
-    shown = [column for column in _COLUMNS if column[0] in _OF_NETWORKS]
     rows = []
     for kind, title in titles.items():
         own = [scores[kind][network] for network in networks]
-        means = ([format(np.mean(one[name]), form) for name, _, form, _ in shown] for one in own)
+        means = ([format(np.mean(one[name]), form) for name, _, form, _ in _BESIDE] for one in own)
         rows.append([title, *map(" / ".join, means)])
     return join_table(["homes", *networks], rows)
 

@@ -33,13 +33,11 @@ from nep.report.tables import (
     make_csv,
     make_markdown,
 )
-from simulator.policies import POLICIES
+from simulator.policies.registry import ORACLES, POLICIES
 from simulator.tasks.registry import TASKS
 
 # Scores by title of the contestant, in one setting.
 Scores = Mapping[str, ScoreSummary]
-# Who sees the true home: below the line, and no heuristic.
-ORACLES = ("oracle", "ceiling")
 _NEXT = "the row above"
 _FORMAT = ".3f"  # as the paper writes all its numbers
 

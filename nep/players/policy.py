@@ -155,7 +155,9 @@ class NEPPolicy(Policy):
             extras["evidence"] = evidence.place
             question_extras["evidence"] = evidence.question
         alone = self._builder.reads_asked_alone
-        snapshots = take_snapshots(memory, queries, None, extras, question_extras, alone)
+        snapshots = take_snapshots(
+            memory, queries, None, extras, question_extras, asked_alone=alone
+        )
         arrays = self._builder.build_arrays(snapshots)
         if predictor.encoder.reads_heterograph:
             graph = FlatGraph.from_batch(arrays.make_batch())

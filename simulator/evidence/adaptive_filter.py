@@ -47,10 +47,10 @@ class FilterSettings:
 
 # The filter of `follow_prior`: an object is soon elsewhere in its room.
 _FOLLOWS_PRIOR = FilterSettings(rate=0.5, crossing=0.0, asks_moved=TASKS_ASK_MOVED)
-# Those of `trust_prior`: it leaves as often as it was found gone, for what is so many sightings.
+# That of `trust_prior`: it leaves as often as it was found gone.
 _TRUSTS_PRIOR = FilterSettings(crossing=1.0, asks_moved=TASKS_ASK_MOVED, counts_left=True)
-_TRUSTED = 16.0
-_BESIDE_TRUSTED = 0.1  # sightings, spread over all places
+_PRIOR_SIGHTINGS = 16.0  # that the prior is taken for
+_ANY_SIGHTINGS = 0.1  # beside these and its own, spread over all places
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,7 +266,9 @@ def _follow(
     )  # fmt: skip
 
 
-def follow_prior(memory: MemoryBatch, queries: Queries, rates: Rates) -> np.ndarray:
+def follow_prior(
+    memory: MemoryBatch, queries: Queries, rates: Rates, prior: Expected
+) -> np.ndarray:
     """Return the belief of who heeds the last sighting and the looks since, but no earlier ones.
 
     Objects go where the prior has them, and what it does not know to any place alike: a second
@@ -275,13 +277,12 @@ def follow_prior(memory: MemoryBatch, queries: Queries, rates: Rates) -> np.ndar
     Returns:
         Probability of each place, (Q, F); the rest is elsewhere.
     """
-    prior = Expected.by_prior(memory, queries)
     goes = _spread(memory, queries, prior.share, (1 + _ANYWHERE - prior.trust)[:, None])
     return compute_beliefs(memory, queries, rates, goes, [_FOLLOWS_PRIOR])[:, 0, :-1]
 
 
 def trust_prior(
-    memory: MemoryBatch, queries: Queries, rates: Rates, counts: ObjectCounts
+    memory: MemoryBatch, queries: Queries, rates: Rates, prior: Expected, counts: ObjectCounts
 ) -> np.ndarray:
     """Return the belief of who takes the prior for sixteen sightings more, and heeds them all.
 
@@ -291,9 +292,8 @@ def trust_prior(
     Returns:
         Probability of each place, (Q, F); the rest is elsewhere.
     """
-    prior = Expected.by_prior(memory, queries)
-    weight = counts.num_true + _TRUSTED * prior.share
-    goes = _spread(memory, queries, weight, (1 + _BESIDE_TRUSTED - prior.trust)[:, None])
+    weight = counts.num_true + _PRIOR_SIGHTINGS * prior.share
+    goes = _spread(memory, queries, weight, (1 + _ANY_SIGHTINGS - prior.trust)[:, None])
     return compute_beliefs(memory, queries, rates, goes, [_TRUSTS_PRIOR])[:, 0, :-1]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from simulator.evidence.adaptive_filter import follow_prior, trust_prior
 from simulator.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
+from simulator.evidence.expected import Expected
 from simulator.evidence.hours import compute_keeping, follow_hours
 from simulator.evidence.place_features import PLACE_GROUPS
 from simulator.evidence.question import Question
@@ -44,9 +45,10 @@ class Features:
         must be as it was when the features were computed.
         """
         asked, trust = self.asked, self._compute_trust()
-        belief = follow_prior(asked.memory, asked.queries, asked.rates)
+        prior = Expected.by_prior(asked.memory, asked.queries)
+        belief = follow_prior(asked.memory, asked.queries, asked.rates, prior)
         if trust.any():
-            trusting = trust_prior(asked.memory, asked.queries, asked.rates, asked.counts)
+            trusting = trust_prior(asked.memory, asked.queries, asked.rates, prior, asked.counts)
             belief += _MOST_TRUSTING * trust[:, None] * (trusting - belief)
         return trust, belief
 

@@ -18,8 +18,8 @@ from simulator.policies.schedule_oracle import ScheduleOracle
 from simulator.world.homes import Homes
 from simulator.world.source import HomeSource
 
-# Every policy of the paper's homes by the name that command lines and tables use. Only oracles read
-# the true homes.
+# Every policy of the paper's homes by the name that command lines and tables use. Only the oracles
+# among them read the true homes.
 POLICIES: Mapping[str, type[Policy]] = {
     "random": Random,
     "priors": Priors,
@@ -35,6 +35,7 @@ POLICIES: Mapping[str, type[Policy]] = {
     "oracle": Oracle,
     "ceiling": Ceiling,
 }
+ORACLES = ("oracle", "ceiling")  # below the line in tables, and no rules that a robot could follow
 # Those that play in some other homes alone, where a source knows what they need.
 _OF_OTHER_HOMES: Mapping[str, type[Policy]] = {"schedule_oracle": ScheduleOracle}
 # Those that play where they are named alone: they take a hundred times as long as the others.

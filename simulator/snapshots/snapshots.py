@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from simulator.arrays.grouped import compute_starts, concatenate_ranges, number_keys
+from simulator.arrays.grouped import compute_starts, join_groups, number_keys
 from simulator.memory.clock import compute_week_seconds
 from simulator.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
 from simulator.memory.memory_batch import MemoryBatch
@@ -172,13 +172,10 @@ def _find_edges(
     """List the edges of each snapshot: the snapshot, ascending, and the row of each, (E,) each."""
     if asked_alone:
         snapshot, edge = memory.edges_of(queries)
-        order = np.argsort(snapshot, kind="stable")
-        return snapshot[order], edge[order]
-    home = memory.edges["home"]
-    by_home, counts = np.argsort(home, kind="stable"), np.bincount(home, minlength=memory.num_homes)
-    starts = np.cumsum(counts) - counts
-    counts, starts = counts[queries.home], starts[queries.home]
-    return np.repeat(np.arange(len(counts)), counts), by_home[concatenate_ranges(starts, counts)]
+    else:
+        snapshot, edge = join_groups(queries.home, memory.edges["home"], memory.num_homes)
+    order = np.argsort(snapshot, kind="stable")
+    return snapshot[order], edge[order]
 
 
 def forget(snapshots: Snapshots) -> Snapshots:

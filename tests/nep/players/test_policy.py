@@ -12,6 +12,7 @@ from nep.players.policy import NEPPolicy, _share_answers
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
 from simulator.evidence.adaptive_filter import follow_prior, trust_prior
 from simulator.evidence.columns import QUESTION_COLUMNS
+from simulator.evidence.expected import Expected
 from simulator.evidence.features import compute_features
 from simulator.policies import make_policy
 from simulator.policies.probabilities import compute_probabilities
@@ -230,8 +231,9 @@ def test_the_shipped_network_shares_its_answers_with_the_prior(lift, trust, monk
     asked = compute_features(memory, queries).asked
     assert asked.num_seen.min() < asked.num_seen.max()
     trust = trust * 20 / (20 + asked.num_seen)
-    following = follow_prior(memory, queries, asked.rates)
-    trusting = trust_prior(memory, queries, asked.rates, asked.counts)
+    prior = Expected.by_prior(memory, queries)
+    following = follow_prior(memory, queries, asked.rates, prior)
+    trusting = trust_prior(memory, queries, asked.rates, prior, asked.counts)
     belief = (1 - trust / 2) * following + trust / 2 * trusting
     belief = belief / belief.sum(axis=1, keepdims=True)
     share = 0.05 * (1 + 9 * trust)

@@ -171,10 +171,11 @@ def test_who_goes_by_the_prior_forgets_earlier_sightings(rollout):
     memory = rollout.memory.copy()
     queries = ask_all(memory, 0)
     rates, adaptive = estimate(memory, queries), Adaptive()
-    before, other = follow_prior(memory, queries, rates), adaptive.follow(memory, queries)
+    prior = Expected.by_prior(memory, queries)
+    before, other = follow_prior(memory, queries, rates, prior), adaptive.follow(memory, queries)
     num_true = memory.edges["num_true"]
     num_true *= 5
-    np.testing.assert_array_equal(follow_prior(memory, queries, rates), before)
+    np.testing.assert_array_equal(follow_prior(memory, queries, rates, prior), before)
     assert not np.allclose(adaptive.follow(memory, queries), other)
 
 
@@ -187,7 +188,7 @@ def test_who_goes_by_the_prior_by_hand(make_tiny_homes):
     prior = queries.prior.sum(axis=2)
     assert prior.any(axis=1).all()
     prior /= prior.sum(axis=1, keepdims=True)
-    found = follow_prior(memory, queries, rates)
+    found = follow_prior(memory, queries, rates, Expected.by_prior(memory, queries))
     np.testing.assert_allclose(found, (prior + 0.005) / (1 + 0.03 + 0.005), rtol=1e-5)
 
 
@@ -202,7 +203,8 @@ def test_who_trusts_the_prior_takes_it_for_sightings(rollout, monkeypatch):
         return compute_beliefs(*arguments)
 
     monkeypatch.setattr("simulator.evidence.adaptive_filter.compute_beliefs", compute)
-    found = trust_prior(memory, queries, estimate(memory, queries), counts)
+    expected = Expected.by_prior(memory, queries)
+    found = trust_prior(memory, queries, estimate(memory, queries), expected, counts)
     prior = queries.prior.sum(axis=2)
     weight = counts.num_true + 16 * prior / prior.sum(axis=1, keepdims=True) + 0.1 / 6
     goes = weight / (weight.sum(axis=1, keepdims=True) + 0.1 / 6)
