@@ -23,7 +23,8 @@ class Encoder(nn.Module, ABC):
     Args:
         units: D, width of the node and edge embeddings, in and out.
         members: M, how many networks of their own weights answer together, side by side in
-            embeddings of M D units: an ensemble. An encoder that can be several offers it.
+            embeddings of (N, M, D): an ensemble. An encoder that can be several offers it; those of
+            a single network are (N, D).
 
     Attributes:
         num_hops: how many hops of in-neighbours a node's output depends on. The data module
@@ -53,12 +54,12 @@ class Encoder(nn.Module, ABC):
 
         Args:
             graph: the batch.
-            node: (N, M D) embedded nodes: float32 while training, float64 when it is asked
-                (`nep.players.policy`); new tensors take its type (`node.new_zeros`).
-            edge: (E, M D) embedded edges, None unless `uses_edges`.
+            node: (N, D) or (N, M, D), embedded nodes: float32 while training, float64 when it is
+                asked (`nep.players.policy`); new tensors take its type (`node.new_zeros`).
+            edge: (E, D) or (E, M, D), embedded edges, None unless `uses_edges`.
 
         Returns:
-            (N, M D); only the rows of the query edges' ends are read.
+            As `node`; only the rows of the query edges' ends are read.
         """
 
     def config(self) -> dict[str, Any]:

@@ -33,14 +33,11 @@ class EnsembleLinear(nn.Module):
             nn.init.uniform_(self.bias, -bound, bound)
 
     def forward(self, values: Tensor) -> Tensor:
-        """Apply the layers: (N, M in_features) -> (N, M out_features), member by member."""
-        members = values.unflatten(1, self.weight.shape[:2]).transpose(0, 1)  # (M, N, in)
-        product = (
-            members @ self.weight
-            if self.bias is None
-            else torch.baddbmm(self.bias, members, self.weight)
-        )
-        return product.transpose(0, 1).flatten(1)
+        """Apply the layers: (N, M, in_features) -> (N, M, out_features), member by member."""
+        members = values.transpose(0, 1)  # (M, N, in)
+        if self.bias is None:
+            return torch.bmm(members, self.weight).transpose(0, 1)
+        return torch.baddbmm(self.bias, members, self.weight).transpose(0, 1)
 
 
 def make_linear(
@@ -52,7 +49,6 @@ def make_linear(
     return EnsembleLinear(in_features, out_features, members, bias)
 
 
-def join_members(first: Tensor, second: Tensor, members: int) -> Tensor:
-    """Put the columns of each member beside each other: (N, M A), (N, M B) -> (N, M (A + B))."""
-    parts = [values.unflatten(1, (members, -1)) for values in (first, second)]
-    return torch.cat(parts, dim=2).flatten(1)
+def split_members(values: Tensor, members: int) -> Tensor:
+    """Give each member its columns: (N, M D) -> (N, M, D), or (N, D) of a single network."""
+    return values if members == 1 else values.view(len(values), members, -1)

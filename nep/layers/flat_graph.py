@@ -13,6 +13,8 @@ from torch import Tensor
 from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, SGMBatch
 from datamodules.graph_arrays import GraphArrays
 
+_FURNITURE = NODE_TYPES.index("furniture")
+
 
 @dataclass(frozen=True, slots=True)
 class FlatGraph:
@@ -161,10 +163,12 @@ class FlatGraph:
         """
         if self.label.device == device and dtype in (None, self.temporal.dtype):
             return self
+        stays = self.label.device == device
         tensors: dict[str, Any] = {
             field.name: value.to(device, dtype if value.is_floating_point() else None)
             for field in fields(self)
             if isinstance(value := getattr(self, field.name), Tensor)
+            and (value.is_floating_point() or not stays)
         }
         return replace(self, **tensors)
 
@@ -176,8 +180,8 @@ class FlatGraph:
     @property
     def furniture(self) -> slice:
         """The furniture nodes among all."""
-        first = sum(self.node_counts[: NODE_TYPES.index("furniture")])
-        return slice(first, first + self.node_counts[NODE_TYPES.index("furniture")])
+        first = sum(self.node_counts[:_FURNITURE])
+        return slice(first, first + self.node_counts[_FURNITURE])
 
     @property
     def num_edges(self) -> int:
@@ -191,11 +195,11 @@ class FlatGraph:
         return is_entered.nonzero().squeeze(1), number.index_select(0, self.edge_dst)
 
     def repeat_per_edge_type(self, values: Tensor) -> Tensor:
-        """Give each edge the row of its edge type: (10, D) -> (E, D)."""
+        """Give each edge the row of its edge type: (10, ...) -> (E, ...)."""
         return _repeat_blocks(values, self.edge_counts)
 
     def repeat_per_node_type(self, values: Tensor) -> Tensor:
-        """Give each node the row of its node type: (5, D) -> (N, D)."""
+        """Give each node the row of its node type: (5, ...) -> (N, ...)."""
         return _repeat_blocks(values, self.node_counts)
 
     def project_per_node_type(
@@ -222,4 +226,4 @@ def _repeat_blocks(values: Tensor, counts: tuple[int, ...]) -> Tensor:
     # The backward of expand is a sum per block, that of repeat_interleave a slow scatter. Of a
     # single home most blocks are empty: they are left out but for one, since all may be empty.
     blocks = [(row, count) for row, count in enumerate(counts) if count or not row]
-    return torch.cat([values[row].expand(count, -1) for row, count in blocks])
+    return torch.cat([values[row].expand(count, *values.shape[1:]) for row, count in blocks])

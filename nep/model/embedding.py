@@ -15,7 +15,7 @@ from datamodules.batch import (
     TEXT_DIM,
 )
 from datamodules.features import BELIEF_DIM, CLOCK_DIM
-from nep.layers.ensemble_linear import make_linear
+from nep.layers.ensemble_linear import make_linear, split_members
 from nep.layers.flat_graph import FlatGraph
 
 
@@ -36,11 +36,12 @@ class NodeEmbedding(nn.Module):
     def __init__(self, units: int, members: int = 1) -> None:
         super().__init__()
         num_features = TEXT_DIM + NODE_TEMPORAL_DIM + len(NODE_TYPES)
+        self.members = members
         self.first = nn.Linear(num_features, members * units)
         self.second = make_linear(units, units, members)
 
     def forward(self, graph: FlatGraph) -> Tensor:
-        """Embed all nodes: (N, M units)."""
+        """Embed all nodes: (N, units), or (N, M, units) of several members."""
         weights = self.first.weight.split([TEXT_DIM, NODE_TEMPORAL_DIM, len(NODE_TYPES)], dim=1)
         text_weight, temporal_weight, type_weight = weights
         of_type = type_weight.t()  # (5, M units)
@@ -61,8 +62,9 @@ class NodeEmbedding(nn.Module):
         return self._embed(torch.addmm(known, graph.temporal, temporal_weight.t()))
 
     def _embed(self, hidden: Tensor) -> Tensor:
-        """Finish what the first layer has summed up, in place: (n, M units)."""
-        return F.relu(self.second(F.relu(hidden, inplace=True)), inplace=True)
+        """Finish what the first layer has summed up, in place: (n, M units) -> (n, M, units)."""
+        hidden = split_members(F.relu(hidden, inplace=True), self.members)
+        return F.relu(self.second(hidden), inplace=True)
 
 
 class EdgeEmbedding(nn.Module):
@@ -84,6 +86,7 @@ class EdgeEmbedding(nn.Module):
     ) -> None:
         super().__init__()
         num_features = EDGE_FEATURE_DIM + BELIEF_DIM * belief + CLOCK_DIM * clock
+        self.members = members
         self.first = nn.Linear(num_features + len(RELATIONS), members * units)
         self.second = make_linear(units, units, members)
         one_hot = torch.eye(len(RELATIONS))
@@ -91,10 +94,11 @@ class EdgeEmbedding(nn.Module):
         self.register_buffer("relation", relation, persistent=False)  # (10, 4)
 
     def forward(self, graph: FlatGraph, edges: Tensor | None = None) -> Tensor:
-        """Embed all edges, (E, M units), or only `edges`, int64 (n,): (n, M units)."""
+        """Embed all edges, (E, units) or (E, M, units), or only `edges`, int64 (n,)."""
         features = torch.cat(
             [graph.edge_feature, graph.repeat_per_edge_type(self.relation)], dim=1
         )  # (E, 13 to 26)
         if edges is not None:
             features = features.index_select(0, edges)
-        return F.relu(self.second(F.relu(self.first(features), inplace=True)), inplace=True)
+        hidden = split_members(F.relu(self.first(features), inplace=True), self.members)
+        return F.relu(self.second(hidden), inplace=True)

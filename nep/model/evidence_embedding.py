@@ -6,7 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from datamodules.features import EVIDENCE_DIM, QUESTION_DIM
-from nep.layers.ensemble_linear import make_linear
+from nep.layers.ensemble_linear import make_linear, split_members
 from nep.layers.flat_graph import FlatGraph
 from nep.layers.gelu import gelu
 from simulator.evidence.columns import CLOCK_GROUPS, PLACE_COLUMNS, QUESTION_COLUMNS
@@ -37,6 +37,7 @@ class EvidenceEmbedding(nn.Module):
     def __init__(self, units: int, clock_dropout: float = 0.5, members: int = 1) -> None:
         super().__init__()
         self.clock_dropout = clock_dropout
+        self.members = members
         # A plain average over all batches: no momentum to choose.
         self.place_scale = nn.BatchNorm1d(EVIDENCE_DIM, _LEAST_VARIANCE, None, affine=False)
         self.question_scale = nn.BatchNorm1d(QUESTION_DIM, _LEAST_VARIANCE, None, affine=False)
@@ -53,7 +54,7 @@ class EvidenceEmbedding(nn.Module):
             self.register_buffer(f"{name}_has_clock", torch.tensor(is_clock), persistent=False)
 
     def forward(self, graph: FlatGraph) -> Tensor:
-        """Embed the furniture nodes: (NF, M units).
+        """Embed the furniture nodes: (NF, units), or (NF, M, units) of several members.
 
         Raises:
             ValueError: if the batch holds no evidence.
@@ -72,7 +73,7 @@ class EvidenceEmbedding(nn.Module):
         place = self.place_scale(place).clamp(-_MOST, _MOST)
         question = self.question_scale(question).clamp(-_MOST, _MOST)
         hidden = self.place(place) + self.question(question).index_select(0, snapshot)
-        return gelu(self.second(gelu(hidden)))
+        return gelu(self.second(gelu(split_members(hidden, self.members))))
 
     def compute_shortcut(self, graph: FlatGraph) -> tuple[Tensor, Tensor]:
         """Return what logits of furniture nodes are more by, (NF, M), and ln(belief), (NF, 1)."""

@@ -7,7 +7,7 @@ from torch import Tensor, nn
 
 from datamodules.batch import SGMBatch
 from nep.encoders.encoder import Encoder
-from nep.layers.ensemble_linear import join_members, make_linear
+from nep.layers.ensemble_linear import make_linear
 from nep.layers.flat_graph import FlatGraph
 from nep.layers.segment import segment_softmax
 from nep.model.embedding import EdgeEmbedding, NodeEmbedding
@@ -127,10 +127,10 @@ class NodeEdgePredictor(nn.Module):
         src_row = graph.edge_src.index_select(0, graph.query_edge)
         dst_row = graph.edge_dst.index_select(0, graph.query_edge)
         src, dst = node.index_select(0, src_row), node.index_select(0, dst_row)
-        query = join_members((src + dst) / 2, query_edge, self.encoder.members)  # (Q, M 2 D)
+        query = torch.cat([(src + dst) / 2, query_edge], dim=-1)  # (Q, 2 D) or (Q, M, 2 D)
         if self.query_attention is not None:
             query = self.query_attention(query, graph.query_snapshot, graph.num_snapshots)
-        logit = self.head(query)
+        logit = self.head(query).flatten(1)
         if self.evidence_embedding is not None:
             shortcut, belief = self.evidence_embedding.compute_shortcut(graph)
             share = 0.0 if self.training else self.filter_share

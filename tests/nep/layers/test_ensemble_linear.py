@@ -4,24 +4,23 @@ import pytest
 import torch
 from torch import nn
 
-from nep.layers.ensemble_linear import EnsembleLinear, join_members, make_linear
+from nep.layers.ensemble_linear import EnsembleLinear, make_linear, split_members
 
 
 @pytest.mark.parametrize("bias", [True, False])
 def test_members_are_linear_layers_side_by_side(bias):
     torch.manual_seed(0)
     both = EnsembleLinear(3, 5, 2, bias)
-    values = torch.randn(7, 2 * 3)
+    values = torch.randn(7, 2, 3)
     found = both(values)
-    assert found.shape == (7, 2 * 5)
+    assert found.shape == (7, 2, 5)
     for member in range(2):
         alone = nn.Linear(3, 5, bias)
         with torch.no_grad():
             alone.weight.copy_(both.weight[member].t())
             if bias:
                 alone.bias.copy_(both.bias[member, 0])
-        expected = alone(values[:, 3 * member : 3 * member + 3])
-        torch.testing.assert_close(found[:, 5 * member : 5 * member + 5], expected)
+        torch.testing.assert_close(found[:, member], alone(values[:, member]))
 
 
 def test_it_begins_as_linear_layers_do():
@@ -41,6 +40,6 @@ def test_a_single_network_has_plain_layers():
 
 
 def test_columns_of_a_member_lie_together():
-    first, second = torch.tensor([[1.0, 2.0]]), torch.tensor([[10.0, 11.0, 20.0, 21.0]])
-    assert join_members(first, second, 2).tolist() == [[1, 10, 11, 2, 20, 21]]
-    torch.testing.assert_close(join_members(first, second, 1), torch.cat([first, second], dim=1))
+    values = torch.tensor([[10.0, 11.0, 20.0, 21.0]])
+    assert split_members(values, 2).tolist() == [[[10, 11], [20, 21]]]
+    assert split_members(values, 1) is values
