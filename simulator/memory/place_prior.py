@@ -56,6 +56,7 @@ class PlacePrior:
             for rooms, row in zip(room_labels, furniture_rooms, strict=True)
         ]
         self._is_place = np.asarray(furniture_rooms) >= 0
+        self._found: dict[tuple[int, str], np.ndarray] = {}  # by words, as the same is asked again
         self._node = np.array(
             [
                 [
@@ -115,11 +116,18 @@ class PlacePrior:
             A share of each place, (n, F), zeros where nothing is known, and the cosine to the
             object type it is most like of those that are known in the home, (n,), 0 for none.
         """
-        known = self.weights_by_words  # (H, O, F)
-        is_present = self._has_place[home]
-        cosines = self._object_words.cosines(labels)
-        share = np.einsum("no,nof->nf", weigh(cosines, is_present), known[home])
-        return share, np.where(is_present, cosines, 0).max(axis=1, initial=0)
+        keys = list(zip(home.tolist(), labels, strict=True))
+        if new := [key for key in dict.fromkeys(keys) if key not in self._found]:
+            homes = np.array([home for home, _ in new])
+            is_present = self._has_place[homes]
+            cosines = self._object_words.cosines([label for _, label in new])
+            weights = weigh(cosines, is_present)
+            share = np.einsum("no,nof->nf", weights, self.weights_by_words[homes])
+            most = np.where(is_present, cosines, 0).max(axis=1, keepdims=True, initial=0)
+            self._found |= zip(new, np.append(share, most, axis=1), strict=True)
+        rows = np.array([self._found[key] for key in keys])
+        rows = rows.reshape(len(keys), self.weights.shape[2] + 1)
+        return rows[:, :-1], rows[:, -1]
 
     @cached_property
     def _has_place(self) -> np.ndarray:
