@@ -48,14 +48,14 @@ class StepAnswers:
         """Return logits, (Q, F), of what is known, and of what `ask` says of the others."""
         if self._state != self._read_state():
             self._clear()
-        num_objects = len(self.memory.objects)
-        new = np.flatnonzero(~mark_rows(self._objects, num_objects)[queries.object])
-        if len(new):
-            new = new[np.unique(queries.object[new], return_index=True)[1]]  # each once
-            self._objects = np.append(self._objects, queries.object[new])
-            self._logits = np.concatenate([self._logits, ask(queries.take(new))])
-        row = np.zeros(num_objects, dtype=np.int64)
+        row = np.full(len(self.memory.objects), -1)
         row[self._objects] = np.arange(len(self._objects))
+        new = np.flatnonzero(row[queries.object] < 0)
+        if len(new):
+            objects, first = np.unique(queries.object[new], return_index=True)  # each once
+            row[objects] = np.arange(len(objects)) + len(self._objects)
+            self._objects = np.append(self._objects, objects)
+            self._logits = np.concatenate([self._logits, ask(queries.take(new[first]))])
         return self._logits[row[queries.object]]
 
     def note_look(self, change: Change) -> None:

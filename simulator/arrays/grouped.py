@@ -67,12 +67,10 @@ def join_groups(asked: np.ndarray, group: np.ndarray, size: int) -> tuple[np.nda
     Returns:
         (k,) positions in `asked` and (k,) members; members ascending.
     """
-    member = np.flatnonzero(mark_rows(asked, size).take(group))
-    by_group = np.argsort(asked, kind="stable")
     num_asked = np.bincount(asked, minlength=size)
-    start = np.empty(size, dtype=np.int64)
-    start[asked[by_group[::-1]]] = np.arange(len(by_group))[::-1]  # the first stays
+    member = np.flatnonzero((num_asked > 0).take(group))
     group_of_member = group[member]
     count = num_asked[group_of_member]
-    position = by_group[concatenate_ranges(start[group_of_member], count)]
+    start = (np.cumsum(num_asked) - num_asked)[group_of_member]
+    position = np.argsort(asked, kind="stable")[concatenate_ranges(start, count)]
     return position, np.repeat(member, count)

@@ -36,6 +36,9 @@ class MemoryBatch:
         labels: text of every label index.
         room_label: (H, R). furniture_label, furniture_room: (H, F). Rows of homes with fewer rooms
             or less furniture end with -1.
+        is_furniture: which columns are furniture of a home, bool (H, F).
+        home_num_rooms, home_num_furniture: rooms and furniture nodes of each home, the first
+            columns of its rows, (H,).
         furniture_num_observed, furniture_last_observed: looks so far and the last one, (H, F).
         objects: table of object nodes (home, key, label, type, num_observed, last_observed,
             num_moved, last_moved, last_furniture, first_observed, num_at_once, num_sought,
@@ -83,10 +86,7 @@ class MemoryBatch:
         self.time = 0
         self.clock = clock
         self.labels = list(labels)
-        self.room_label = room_label
-        self.furniture_label = furniture_label
-        self.furniture_room = furniture_room
-        self.place_prior = place_prior
+        self._take_layout(room_label, furniture_label, furniture_room, place_prior)
         self.threshold = threshold
         self.furniture_num_observed = np.zeros(furniture_label.shape, dtype=np.int32)
         self.furniture_last_observed = np.full(furniture_label.shape, NEVER, dtype=np.int32)
@@ -144,21 +144,6 @@ class MemoryBatch:
         """Furniture nodes of the largest home, F."""
         return self.furniture_label.shape[1]
 
-    @property
-    def is_furniture(self) -> np.ndarray:
-        """Which columns are furniture of a home; the others have label -1, bool (H, F)."""
-        return self.furniture_label >= 0
-
-    @property
-    def home_num_furniture(self) -> np.ndarray:
-        """Furniture nodes of each home, the first columns of its row, (H,)."""
-        return self.is_furniture.sum(axis=1)
-
-    @property
-    def home_num_rooms(self) -> np.ndarray:
-        """Rooms of each home, the first columns of its row, (H,)."""
-        return (self.room_label >= 0).sum(axis=1)
-
     def copy(self) -> MemoryBatch:
         """Return the same memories without open questions, which can be changed alone."""
         copied = copy.copy(self)
@@ -194,13 +179,25 @@ class MemoryBatch:
         self.furniture_last_observed = np.pad(
             self.furniture_last_observed, added, constant_values=NEVER
         )
+        self._take_layout(room_label, furniture_label, furniture_room, place_prior)
+        self._pending = None
+        edges = self.edges
+        edges["prior"][:] = self._get_prior(edges["object"], edges["furniture"], edges["relation"])
+
+    def _take_layout(
+        self,
+        room_label: np.ndarray,
+        furniture_label: np.ndarray,
+        furniture_room: np.ndarray,
+        place_prior: PlacePrior,
+    ) -> None:
         self.room_label = room_label
         self.furniture_label = furniture_label
         self.furniture_room = furniture_room
         self.place_prior = place_prior
-        self._pending = None
-        edges = self.edges
-        edges["prior"][:] = self._get_prior(edges["object"], edges["furniture"], edges["relation"])
+        self.is_furniture = furniture_label >= 0
+        self.home_num_rooms = np.count_nonzero(room_label >= 0, axis=1)
+        self.home_num_furniture = np.count_nonzero(self.is_furniture, axis=1)
 
     def step(self) -> None:
         """Let one time step pass; hypothetical edges end with it."""
