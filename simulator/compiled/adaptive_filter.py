@@ -62,9 +62,13 @@ def follow_looks(
     where = np.empty(len(when), dtype=np.int64)
     mass = np.empty(num_rooms)
     total = np.empty(num_rooms)
+    later = np.empty(num_rooms)
+    share = np.zeros(num_places)  # of a place in the destinations of its room
+    remains = np.empty(leaving.shape[1])
     for query in range(num_queries):
         goes = destination[query]
         in_room = room[query]
+        left = gone[query]
         last = last_place[query]
         start = last_time[query] if last >= 0 else -1
         num_looks = 0
@@ -80,6 +84,9 @@ def follow_looks(
         for place in range(num_places):
             if in_room[place] >= 0:
                 total[in_room[place]] += goes[place]
+        for place in range(num_places):
+            if in_room[place] >= 0:
+                share[place] = goes[place] / max(total[in_room[place]], _TINY)
         for number in range(rate.shape[1]):
             density = belief[query, number]
             leaves, cross = rate[query, number], crossing[query, number]
@@ -91,30 +98,33 @@ def follow_looks(
                 density[:] = goes
                 time = when[order[0]] if num_looks else now
             has_moved = time == now and last >= 0  # seen in this step: nothing moved since
+            elapsed = -1.0  # mostly it is one step, again and again
             for position in range(num_looks + 1):
                 is_end = position == num_looks
                 next_time = now if is_end else when[order[position]]
                 if next_time > time:
-                    elapsed = (next_time - time) * hours[query]
-                    stays = math.exp(-leaves * elapsed)
-                    stays_in_room = math.exp(-leaves * cross * elapsed)
+                    if elapsed != (next_time - time) * hours[query]:
+                        elapsed = (next_time - time) * hours[query]
+                        stays = math.exp(-leaves * elapsed)
+                        stays_in_room = math.exp(-leaves * cross * elapsed)
+                        for other in range(len(remains)):
+                            remains[other] = math.exp(-leaving[query, other] * elapsed)
                     mass[:] = 0
                     for place in range(num_places):
                         if in_room[place] >= 0:
                             mass[in_room[place]] += density[place]
+                    for own in range(num_rooms):
+                        later[own] = total[own] + stays_in_room * (mass[own] - total[own])
                     for place in range(num_places):
                         own = in_room[place]
                         if own < 0:
                             continue
-                        share = goes[place] / max(total[own], _TINY)
-                        later = total[own] + stays_in_room * (mass[own] - total[own])
-                        density[place] = later * share + stays * (
-                            density[place] - mass[own] * share
+                        density[place] = later[own] * share[place] + stays * (
+                            density[place] - mass[own] * share[place]
                         )
                     if number == 0:
-                        for other in range(leaving.shape[1]):
-                            remains = math.exp(-leaving[query, other] * elapsed)
-                            gone[query, other] = 1 - (1 - gone[query, other]) * remains
+                        for other in range(len(left)):
+                            left[other] = 1 - (1 - left[other]) * remains[other]
                     time = next_time
                 if time == now and not has_moved:
                     has_moved = True
@@ -126,9 +136,8 @@ def follow_looks(
                     density /= max(1 - missed, _TINY)
                     if number == 0 and leaving.shape[1]:
                         unseen = max(1 - missed, _TINY) ** _LOOKS_HEEDED
-                        for other in range(leaving.shape[1]):
-                            left = gone[query, other]
-                            gone[query, other] = left / (left + (1 - left) * unseen + _TINY)
+                        for other in range(len(left)):
+                            left[other] /= left[other] + (1 - left[other]) * unseen + _TINY
     return belief, gone
 
 
