@@ -148,16 +148,13 @@ class Pairs:
         """
         rows = (kept.down, kept.up)
         ends = [np.searchsorted(part, self.first_pair).tolist() for part in rows]
-        parts = [slice(*ends[is_up][group : group + 2]) for is_up, group in DIRECTIONS]
-        child, parent = ([node[part] for part in rows] for node in (self.child, self.parent))
-        sources, destinations = (parent[0], child[1]), (child[0], parent[1])
-        src, dst, pair = (
-            np.concatenate(
-                [table[is_up][part] for (is_up, _), part in zip(DIRECTIONS, parts, strict=True)]
-            )
-            for table in (sources, destinations, rows)
-        )
-        return src, dst, pair, np.cumsum([0, *(part.stop - part.start for part in parts)])
+        parts = [rows[is_up][slice(*ends[is_up][group : group + 2])] for is_up, group in DIRECTIONS]
+        counts = [len(part) for part in parts]
+        pair = np.concatenate(parts)
+        is_up = np.repeat([is_up for is_up, _ in DIRECTIONS], counts)
+        child, parent = self.child[pair], self.parent[pair]
+        src, dst = np.where(is_up, child, parent), np.where(is_up, parent, child)
+        return src, dst, pair, np.cumsum([0, *counts])
 
 
 @dataclass(frozen=True, slots=True)

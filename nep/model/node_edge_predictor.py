@@ -135,8 +135,6 @@ class NodeEdgePredictor(nn.Module):
             shortcut, belief = self.evidence_embedding.compute_shortcut(graph)
             share = 0.0 if self.training else self.filter_share
             by_place = (1 - share) * shortcut + share * belief  # (NF, M)
-            before, after = graph.furniture.start, len(node) - graph.furniture.stop
-            by_node = nn.functional.pad(by_place, (0, 0, before, after))  # objects have none
-            of_edge = by_node.index_select(0, src_row) + by_node.index_select(0, dst_row)
-            logit = (1 - share) * logit + of_edge
+            place = dst_row - graph.furniture.start  # query edges lead to furniture
+            logit = (1 - share) * logit + by_place.index_select(0, place)
         return logit
