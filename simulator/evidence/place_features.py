@@ -262,10 +262,9 @@ PLACE_GROUPS: Mapping[str, Callable[[Question], Columns]] = {
 
 def rank(values: np.ndarray) -> np.ndarray:
     """Return 1 / rank of each place, the highest value 1, ties in order, (Q, F) -> (Q, F)."""
-    order = np.argsort(-values, axis=1, kind="stable")
-    ranks = np.empty(values.shape)
-    ranks[np.arange(len(values))[:, None], order] = 1 / np.arange(1, values.shape[1] + 1)
-    return ranks
+    from simulator.compiled.places import rank_places  # loads numba
+
+    return rank_places(np.ascontiguousarray(values, dtype=float))
 
 
 def compute_log(share: np.ndarray, question: Question) -> np.ndarray:
@@ -281,8 +280,7 @@ def compute_is_same_room(question: Question) -> np.ndarray:
 
 def sum_by_room(question: Question, values: np.ndarray) -> np.ndarray:
     """Return the sum over the room of each place, (Q, F) -> (Q, F)."""
-    num_rooms = question.memory.room_label.shape[1] + 1  # the last for what is no place
-    row = np.arange(len(values))[:, None]
-    total = np.zeros((len(values), num_rooms))
-    np.add.at(total, (row, question.room), values)
-    return total[row, question.room]
+    from simulator.compiled import places  # loads numba
+
+    num_rooms = question.memory.room_label.shape[1]
+    return places.sum_by_room(question.room, num_rooms, np.ascontiguousarray(values, dtype=float))
