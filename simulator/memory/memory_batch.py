@@ -86,7 +86,11 @@ class MemoryBatch:
         self.time = 0
         self.clock = clock
         self.labels = list(labels)
-        self._take_layout(room_label, furniture_label, furniture_room, place_prior)
+        self.room_label = room_label
+        self.furniture_label = furniture_label
+        self.furniture_room = furniture_room
+        self.place_prior = place_prior
+        self._count_layout()
         self.threshold = threshold
         self.furniture_num_observed = np.zeros(furniture_label.shape, dtype=np.int32)
         self.furniture_last_observed = np.full(furniture_label.shape, NEVER, dtype=np.int32)
@@ -179,24 +183,18 @@ class MemoryBatch:
         self.furniture_last_observed = np.pad(
             self.furniture_last_observed, added, constant_values=NEVER
         )
-        self._take_layout(room_label, furniture_label, furniture_room, place_prior)
-        self._pending = None
-        edges = self.edges
-        edges["prior"][:] = self._get_prior(edges["object"], edges["furniture"], edges["relation"])
-
-    def _take_layout(
-        self,
-        room_label: np.ndarray,
-        furniture_label: np.ndarray,
-        furniture_room: np.ndarray,
-        place_prior: PlacePrior,
-    ) -> None:
         self.room_label = room_label
         self.furniture_label = furniture_label
         self.furniture_room = furniture_room
         self.place_prior = place_prior
-        self.is_furniture = furniture_label >= 0
-        self.home_num_rooms = np.count_nonzero(room_label >= 0, axis=1)
+        self._count_layout()
+        self._pending = None
+        edges = self.edges
+        edges["prior"][:] = self._get_prior(edges["object"], edges["furniture"], edges["relation"])
+
+    def _count_layout(self) -> None:
+        self.is_furniture = self.furniture_label >= 0
+        self.home_num_rooms = np.count_nonzero(self.room_label >= 0, axis=1)
         self.home_num_furniture = np.count_nonzero(self.is_furniture, axis=1)
 
     def step(self) -> None:

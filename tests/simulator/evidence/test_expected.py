@@ -90,6 +90,26 @@ def test_without_a_prior_words_say_nothing():
     assert cosine.tolist() == [0]
 
 
+def test_what_was_asked_before_is_answered_the_same():
+    homes = MixtureSource().make(Streams(5, "train", range(6)))
+    prior, fresh = (make_memory(homes).place_prior for _ in range(2))
+    home, labels = np.array([3, 0, 3, 5]), ["mug", "beaker", "cheese", "mug"]
+    before = [prior.find_by_words(home[:2], labels[:2]), prior.find_by_words(home, labels)]
+    for number, (share, cosine) in enumerate(before):
+        rows = slice(0, 2 * number + 2)
+        again = [prior.find_by_words(home[[i]], [labels[i]]) for i in range(4)[rows]]
+        other = fresh.find_by_words(home[rows], labels[rows])
+        for found, each, expected in zip(
+            (share, cosine), zip(*again, strict=True), other, strict=True
+        ):
+            np.testing.assert_array_equal(found, np.concatenate(each))
+            np.testing.assert_allclose(found, expected, rtol=1e-12)
+    assert before[1][0].any()
+    share, cosine = prior.find_by_words(home[:0], [])
+    assert share.shape == (0, prior.weights.shape[2])
+    assert cosine.shape == (0,)
+
+
 def test_homes_are_expected_of_alone_as_among_others():
     """Unknown furniture, unknown objects and blurred priors in homes of different sizes."""
     source = MixtureSource()

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from simulator.compiled import places
 from simulator.evidence.columns import (
     PLACE_COLUMNS,
     PLACE_GROUP_COLUMNS,
@@ -195,6 +196,12 @@ def test_beliefs_are_those_of_the_policy(memory, columns):
 def test_rank_counts_from_the_highest():
     found = rank(np.array([[3.0, 7.0, 3.0, 1.0]]))
     np.testing.assert_allclose(found, [[1 / 2, 1, 1 / 3, 1 / 4]])
+
+
+def test_sums_by_room_leave_out_what_is_no_place():
+    rooms = np.array([[0, 1, 0, -1], [1, 1, 1, -1]])
+    found = places.sum_by_room(rooms, 2, np.array([[1.0, 2, 3, 0], [4, 5, 6, 0]]))
+    np.testing.assert_allclose(found, [[4, 2, 4, 0], [15, 15, 15, 0]])
 
 
 @pytest.fixture(scope="module")
