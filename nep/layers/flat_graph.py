@@ -161,9 +161,9 @@ class FlatGraph:
             device: where to.
             dtype: of all floating-point tensors; None to keep theirs.
         """
-        if self.label.device == device and dtype in (None, self.temporal.dtype):
-            return self
         stays = self.label.device == device
+        if stays and dtype in (None, self.temporal.dtype):
+            return self
         tensors: dict[str, Any] = {
             field.name: value.to(device, dtype if value.is_floating_point() else None)
             for field in fields(self)
