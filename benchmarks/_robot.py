@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.memory.scene_graph_memory import SceneGraphMemory
-from simulator.memory.sighting import RELATIONS, Sighting
-from simulator.priors.prior_graph import PriorGraph
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import RELATIONS, Sighting
+from sgm.prior.prior_graph import PriorGraph
 from simulator.tasks.queries import sample_query
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes

@@ -18,8 +18,8 @@ from _measure import Benchmark, Measure, run
 from _network import make_policy
 
 from nep.players.policy import NEPPolicy
+from sgm.prior.prior_graph import PriorGraph
 from simulator.policies import Bayesian
-from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.queries import sample_query
 from simulator.tasks.rollout import Rollout

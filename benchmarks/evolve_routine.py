@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from _measure import Benchmark, Measure, rate, run
 
-from simulator.priors.prior_graph import PriorGraph
+from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.sampled_homes import SampledHomes

@@ -7,15 +7,15 @@ from typing import Literal
 
 import numpy as np
 
-from simulator.evidence.columns import (
+from sgm.evidence.columns import (
     PLACE_COLUMNS,
     PLACE_GROUP_COLUMNS,
     QUESTION_COLUMNS,
     QUESTION_GROUP_COLUMNS,
 )
-from simulator.memory.clock import DAY_SECONDS, compute_week_seconds
-from simulator.memory.columns import NEVER
-from simulator.messages import shorten
+from sgm.memory.clock import DAY_SECONDS, compute_week_seconds
+from sgm.memory.columns import NEVER
+from sgm.messages import shorten
 from simulator.snapshots.snapshots import Snapshots
 
 # Paper appendix B: average number of nodes (200) or edges (500) over ten times the steps (100).
@@ -55,8 +55,8 @@ class FeatureConfig:
             (`compute_clock_features`). Needs homes of which it is known what time it is, recorded
             ones (docs/traces.md) or a memory with a clock. Not in the paper.
         evidence: what the memory says about every furniture node and about the question as a whole
-            (`simulator.evidence`): scale-free, without knowledge of the rules. Not in the paper.
-        evidence_without: groups of it that are switched off (`simulator.evidence.columns`).
+            (`sgm.evidence`): scale-free, without knowledge of the rules. Not in the paper.
+        evidence_without: groups of it that are switched off (`sgm.evidence.columns`).
         text_pipeline: None for the shipped one, or "en_core_web_sm" (docs/design.md, ruling 21).
 
     Source: paper appendix B, Table 2; docs/design.md, rulings 12-14.

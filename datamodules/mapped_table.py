@@ -10,7 +10,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from simulator.messages import shorten
+from sgm.messages import shorten
 
 
 class MappedTable:

@@ -19,7 +19,7 @@ from datamodules.batch import SGMBatch
 from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
 from simulator.collect import EXTRAS, CollectConfig, collect
 from simulator.home_options import HomeOptions, MakeSource
 from simulator.world.config import HomeConfig

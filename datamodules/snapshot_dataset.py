@@ -11,8 +11,8 @@ from torch.utils.data import Dataset
 from datamodules.batch import SGMBatch
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_tables import SnapshotTables
-from simulator.arrays.grouped import compute_starts, number_keys
-from simulator.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
+from sgm.arrays.grouped import compute_starts, number_keys
+from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
 from simulator.snapshots.recorder import EXTRA, QUESTION_EXTRA
 from simulator.snapshots.shard_check import check_manifest, check_shard
 from simulator.snapshots.shards import load_manifest, load_shard

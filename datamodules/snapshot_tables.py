@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from datamodules.mapped_table import TableWriter
-from simulator.arrays.grouped import concatenate_ranges
+from sgm.arrays.grouped import concatenate_ranges
 
 VERSIONED = ("furniture", "object", "edge")
 _PER_FRAME = 8  # snapshots, one bit of a byte each

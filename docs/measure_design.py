@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from sgm.arrays.relations import NUM_RELATIONS
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.policies import make_policy
 from simulator.tasks.rollout import Rollout
-from simulator.world.homes import NUM_RELATIONS
 from simulator.world.noise import compute_noisy_weights
 
 _HOMES, _STEPS = 20, 100

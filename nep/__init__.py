@@ -9,8 +9,8 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
+from sgm.lazy_names import load_lazily
 from simulator.caches import keep_home_clean
-from simulator.lazy_names import load_lazily
 
 # Waiting threads sleep rather than spin. When another process has one of two cores, spinning made a
 # training step four times slower. Read when torch is loaded, hence here.
@@ -19,22 +19,22 @@ keep_home_clean()  # torchmetrics imports matplotlib
 
 if TYPE_CHECKING:
     from nep.robot.finder import ObjectFinder
-    from simulator.memory.clock import Clock
-    from simulator.memory.scene_graph_memory import SceneGraphMemory
-    from simulator.memory.sighting import SeenAt, Sighting
-    from simulator.robot.ranking import Place, Ranking
-    from simulator.robot.search_plan import Look, SearchPlan
+    from sgm.finder.ranking import Place, Ranking
+    from sgm.finder.search_plan import Look, SearchPlan
+    from sgm.memory.clock import Clock
+    from sgm.memory.scene_graph_memory import SceneGraphMemory
+    from sgm.memory.sighting import SeenAt, Sighting
 
 _MODULES = {
-    "Clock": "simulator.memory.clock",
-    "Look": "simulator.robot.search_plan",
+    "Clock": "sgm.memory.clock",
+    "Look": "sgm.finder.search_plan",
     "ObjectFinder": "nep.robot.finder",
-    "Place": "simulator.robot.ranking",
-    "Ranking": "simulator.robot.ranking",
-    "SceneGraphMemory": "simulator.memory.scene_graph_memory",
-    "SearchPlan": "simulator.robot.search_plan",
-    "SeenAt": "simulator.memory.sighting",
-    "Sighting": "simulator.memory.sighting",
+    "Place": "sgm.finder.ranking",
+    "Ranking": "sgm.finder.ranking",
+    "SceneGraphMemory": "sgm.memory.scene_graph_memory",
+    "SearchPlan": "sgm.finder.search_plan",
+    "SeenAt": "sgm.memory.sighting",
+    "Sighting": "sgm.memory.sighting",
 }
 
 __all__ = [

@@ -17,9 +17,9 @@ from nep.kinds.table import make_network_table, make_overview, make_table
 from nep.players.checkpoints import CONFIG, load_config
 from nep.players.contestants import Checkpoint
 from nep.report.model_card import make_card
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
+from sgm.files import write_whole
 from simulator.command_line import make_parser, one_line_errors, parse
-from simulator.files import write_whole
 from simulator.process import run_main
 
 _RECORDED_SEEDS = 4

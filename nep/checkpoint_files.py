@@ -9,7 +9,7 @@ from typing import Any
 import torch
 from lightning.pytorch.plugins.io import TorchCheckpointIO
 
-from simulator.files import write_whole
+from sgm.files import write_whole
 
 
 class WholeCheckpoints(TorchCheckpointIO):

@@ -9,7 +9,7 @@ from nep.paper.claims import ClaimsPlan, plan_claims
 from nep.paper.claims_report import make_report
 from nep.paper.stages import run_stages
 from nep.paper.work import add_work_options, make_console, stop_if_failed, work_in, write_files
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.process import run_main
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from nep.report.results import Results
 from nep.report.tables import compute_difference, format_difference, join_table
+from sgm.messages import shorten
 from simulator.command_line import make_parser, one_line_errors, parse
-from simulator.messages import shorten
 from simulator.process import run_main
 from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.registry import TASKS

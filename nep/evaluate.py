@@ -18,7 +18,8 @@ from nep.players.shipped import list_shipped
 from nep.report.figures import draw_over_steps
 from nep.report.results import Results, ScoreSummary, list_versions
 from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
+from sgm.files import write_whole
 from simulator.command_line import (
     add_home_arguments,
     add_worker_arguments,
@@ -28,7 +29,6 @@ from simulator.command_line import (
     pick,
 )
 from simulator.fan_out import check_workers
-from simulator.files import write_whole
 from simulator.home_options import HomeOptions
 from simulator.policies import POLICIES, check_policies, list_policies
 from simulator.process import run_main

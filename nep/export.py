@@ -31,7 +31,9 @@ from nep.players.searches import Decisions, play_searches
 from nep.players.shipped import find_trained
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
 from nep.report.results import list_versions
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
+from sgm.files import compute_checksum, write_whole
+from sgm.messages import shorten
 from simulator.command_line import (
     add_home_arguments,
     make_parser,
@@ -40,9 +42,7 @@ from simulator.command_line import (
     parse,
     pick,
 )
-from simulator.files import compute_checksum, write_whole
 from simulator.home_options import HomeOptions
-from simulator.messages import shorten
 from simulator.policies import find_policy, make_policy
 from simulator.process import run_main
 from simulator.tasks.evaluation import evaluate_policy

@@ -33,9 +33,9 @@ from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, check_resumable, load_trained
 from nep.players.starting_point import make_settings, take_weights
 from nep.robot.comparison import compare_in_log
+from sgm.memory.look_log import read_log
+from sgm.messages import shorten, shorten_text
 from simulator.command_line import BAD_INPUT, normalise, one_line_errors
-from simulator.memory.look_log import read_log
-from simulator.messages import shorten, shorten_text
 from simulator.process import run_main
 
 _BEST = "val/hits_at_1"  # by which the best epoch is chosen

@@ -14,7 +14,7 @@ import torch
 
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
 from simulator.igridson import command
 from simulator.igridson.find_object import Searcher
 from simulator.process import run_main

@@ -22,16 +22,16 @@ from nep.kinds.played import Played, find_scores
 from nep.players.contestants import Checkpoint
 from nep.report.tables import Difference, format_difference, join_table
 from nep.robot.finder import ObjectFinder
-from simulator.checks import check_at_least, check_at_most, check_shares
+from sgm.checks import check_at_least, check_at_most, check_shares
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
+from sgm.files import write_whole
+from sgm.finder.finder import Finder
+from sgm.memory.clock import DAY_SECONDS, DEFAULT_STEP_SECONDS
+from sgm.messages import shorten
+from sgm.prior.prior_graph import PriorGraph
 from simulator.command_line import make_parser, one_line_errors, parse
-from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
-from simulator.files import write_whole
-from simulator.memory.clock import DAY_SECONDS, DEFAULT_STEP_SECONDS
-from simulator.messages import shorten
 from simulator.policies.registry import find_policy
-from simulator.priors.prior_graph import PriorGraph
 from simulator.process import run_main
-from simulator.robot.finder import Finder
 from simulator.trace.__main__ import main as trace
 from simulator.trace.source import RecordedSource
 from simulator.trace.trace import find_traces

@@ -16,9 +16,9 @@ from nep.kinds.table import make_accuracy_table, make_table
 from nep.players.contestants import Checkpoint
 from nep.players.left_out import LeftOut
 from nep.report.figures import draw_by_hour
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
+from sgm.files import write_whole
 from simulator.command_line import make_parser, one_line_errors, parse
-from simulator.files import write_whole
 from simulator.process import run_main
 from simulator.trace.source import check_step_seconds
 from simulator.trace.trace import find_traces

@@ -22,9 +22,9 @@ from nep.paper.plan import TABLES, Plan, plan_stages
 from nep.paper.stages import run_stages
 from nep.paper.work import add_work_options, make_console, stop_if_failed, work_in, write_files
 from nep.report.figures import draw_over_steps
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
+from sgm.messages import shorten
 from simulator.command_line import make_parser, one_line_errors, parse
-from simulator.messages import shorten
 from simulator.policies import POLICIES
 from simulator.process import run_main
 

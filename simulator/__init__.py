@@ -7,14 +7,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simulator.lazy_names import load_lazily
+from sgm.lazy_names import load_lazily
+from simulator.moved import refuse_old_names
 
 if TYPE_CHECKING:
-    from simulator.memory.clock import Clock
-    from simulator.memory.scene_graph_memory import SceneGraphMemory
-    from simulator.memory.sighting import Sighting
+    from sgm.memory.clock import Clock
+    from sgm.memory.scene_graph_memory import SceneGraphMemory
+    from sgm.memory.sighting import Sighting
+    from sgm.prior.prior_graph import PriorGraph
     from simulator.policies import POLICIES, Bayesian, Policy, make_policy
-    from simulator.priors.prior_graph import PriorGraph
     from simulator.tasks.evaluation import evaluate_policy
     from simulator.world.config import HomeConfig
     from simulator.world.sampled_homes import SampledHomes
@@ -24,15 +25,15 @@ if TYPE_CHECKING:
 _MODULES = {
     "POLICIES": "simulator.policies",
     "Bayesian": "simulator.policies",
-    "Clock": "simulator.memory.clock",
+    "Clock": "sgm.memory.clock",
     "HomeConfig": "simulator.world.config",
     "HomeSource": "simulator.world.source",
     "Policy": "simulator.policies",
-    "PriorGraph": "simulator.priors.prior_graph",
+    "PriorGraph": "sgm.prior.prior_graph",
     "SampledHomes": "simulator.world.sampled_homes",
     "SampledSource": "simulator.world.source",
-    "SceneGraphMemory": "simulator.memory.scene_graph_memory",
-    "Sighting": "simulator.memory.sighting",
+    "SceneGraphMemory": "sgm.memory.scene_graph_memory",
+    "Sighting": "sgm.memory.sighting",
     "Streams": "simulator.world.streams",
     "evaluate_policy": "simulator.tasks.evaluation",
     "make_policy": "simulator.policies",
@@ -55,4 +56,5 @@ __all__ = [
     "make_policy",
 ]
 
+refuse_old_names()
 __getattr__ = load_lazily(__name__, _MODULES)

@@ -15,7 +15,12 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from simulator.checks import check_at_least, check_seed
+from sgm.checks import check_at_least, check_seed
+from sgm.evidence.columns import EVIDENCE_VERSION
+from sgm.evidence.features import compute_features
+from sgm.files import LOCK, lock_folder
+from sgm.memory.change import Change
+from sgm.messages import shorten
 from simulator.command_line import (
     add_home_arguments,
     add_worker_arguments,
@@ -24,13 +29,8 @@ from simulator.command_line import (
     parse,
     pick,
 )
-from simulator.evidence.columns import EVIDENCE_VERSION
-from simulator.evidence.features import compute_features
 from simulator.fan_out import check_workers, fan_out
-from simulator.files import LOCK, lock_folder
 from simulator.home_options import HomeOptions
-from simulator.memory.change import Change
-from simulator.messages import shorten
 from simulator.policies import check_policies, identify_policy, make_policy
 from simulator.policies.home_filter import HomeFilter
 from simulator.process import run_main
@@ -72,7 +72,7 @@ class CollectConfig:
         split: "train", "val" or "test": their homes never coincide.
         seed: experiment seed.
         belief: whether each snapshot keeps what `HomeFilter` believes about its query object.
-        evidence: whether it keeps what the memory says about each place (`simulator.evidence`).
+        evidence: whether it keeps what the memory says about each place (`sgm.evidence`).
         relevance: whether each snapshot keeps the relevance of every place, if its task knows it.
     """
 

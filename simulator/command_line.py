@@ -11,9 +11,9 @@ from pathlib import Path
 from types import UnionType
 from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
 
+from sgm.messages import shorten, shorten_values
 from simulator.fan_out import BACKENDS
 from simulator.home_options import SOURCES, HomeOptions
-from simulator.messages import shorten, shorten_values
 from simulator.world.dynamics import DYNAMICS
 from simulator.world.sensing import SENSING
 

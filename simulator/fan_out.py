@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any, TypeVar
 
-from simulator.checks import check_at_least
-from simulator.messages import shorten
+from sgm.checks import check_at_least
+from sgm.messages import shorten
 
 BACKENDS = ("processes", "ray")
 _JOBS_PER_ROUND = 4  # per worker, where results come round by round

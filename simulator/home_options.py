@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 
-from simulator.priors.prior_graph import PriorGraph, load_prior
+from sgm.prior.prior_graph import PriorGraph, load_prior
 from simulator.trace.source import RecordedSource
 from simulator.world.config import HomeConfig
 from simulator.world.source import HomeSource, SampledSource

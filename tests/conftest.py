@@ -13,6 +13,8 @@ from hypothesis import settings
 os.environ.setdefault("DGLBACKEND", "pytorch")
 os.environ.setdefault("MPLBACKEND", "Agg")
 
+pytest_plugins = ["tests.homes"]
+
 # The same examples on every run, and no time limit per example: a busy machine is not a failure.
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")

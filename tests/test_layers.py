@@ -30,10 +30,10 @@ FORBIDDEN = {
 # files, the package's `__init__.py` among them, count as the package itself; a `__main__.py` is a
 # command, on top of all.
 ORDER = """
-    simulator.arrays simulator.messages simulator.checks simulator.lazy_names simulator.caches
-    simulator.files simulator.fan_out simulator.process simulator.compiled simulator.priors
-    simulator.text simulator.memory simulator.world simulator.evidence simulator.policies
-    simulator.snapshots simulator.tasks simulator.robot simulator.trace simulator.drawing
+    sgm.arrays sgm.messages sgm.checks sgm.lazy_names simulator.caches
+    sgm.files simulator.fan_out simulator.process simulator.compiled simulator.priors
+    simulator.text sgm.memory simulator.world sgm.evidence simulator.policies
+    simulator.snapshots simulator.tasks sgm.finder simulator.trace simulator.drawing
     simulator.replay simulator.realism
     simulator.home_options simulator.command_line simulator.gym simulator.igridson
     simulator.collect simulator.testing simulator.test_sets simulator datamodules nep.importers
@@ -112,7 +112,7 @@ def late():
 
 def test_find_part():
     assert find_part("simulator.world.config.HomeConfig") == "simulator.world"
-    assert find_part("simulator.files.write_whole") == "simulator.files"
+    assert find_part("sgm.files.write_whole") == "sgm.files"
     assert find_part("simulator.HomeConfig") == find_part("simulator") == "simulator"
     assert find_part("datamodules.batch.SGMBatch") == "datamodules"
     assert find_part("simulator.priors.__main__") == COMMANDS

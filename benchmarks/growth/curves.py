@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
+from sgm.prior.place_prior import PlacePrior
+from sgm.prior.prior_graph import PriorGraph
 from simulator.collect import CollectConfig, collect
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.place_prior import PlacePrior
-from simulator.memory.scene_graph_memory import SceneGraphMemory
-from simulator.memory.sighting import Sighting
 from simulator.policies import Bayesian
-from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes

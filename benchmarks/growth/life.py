@@ -11,15 +11,15 @@ from pathlib import Path
 import numpy as np
 from curves import Point
 
-from simulator.memory.change import Change
-from simulator.memory.scene_graph_memory import SceneGraphMemory
-from simulator.memory.sighting import RELATIONS, Sighting
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.memory.change import Change
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import RELATIONS, Sighting
+from sgm.prior.prior_graph import PriorGraph
 from simulator.policies import make_policy
-from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.queries import sample_query
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig
-from simulator.world.homes import NUM_RELATIONS
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.sensing import observe
 from simulator.world.streams import Streams

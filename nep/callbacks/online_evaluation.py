@@ -28,8 +28,8 @@ from nep.report.tables import (
     make_markdown,
     make_rich_table,
 )
-from simulator.checks import check_at_least
-from simulator.files import write_whole
+from sgm.checks import check_at_least
+from sgm.files import write_whole
 from simulator.policies import POLICIES, check_policies, find_policy, make_policy
 from simulator.policies.registry import ORACLES
 from simulator.tasks.evaluation import evaluate_policy

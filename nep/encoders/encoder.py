@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from torch import Tensor, nn
 
 from nep.layers.flat_graph import FlatGraph
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
 
 
 class Encoder(nn.Module, ABC):

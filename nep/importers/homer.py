@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 import torch
 
-from simulator.files import read_json
-from simulator.memory.clock import DAY_SECONDS
-from simulator.memory.sighting import RELATIONS
+from sgm.files import read_json
+from sgm.memory.clock import DAY_SECONDS
+from sgm.memory.sighting import RELATIONS
 from simulator.priors.types import load_types
 from simulator.trace import Event, Furniture, Layout, Room, Trace
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from simulator.memory.clock import DAY_SECONDS, HOUR_SECONDS
-from simulator.messages import shorten
-from simulator.priors.prior_graph import PriorGraph
+from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS
+from sgm.messages import shorten
+from sgm.prior.prior_graph import PriorGraph
 from simulator.trace.count_prior import count_prior
 from simulator.trace.source import RecordedSource
 from simulator.trace.trace import find_traces, load_trace

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from simulator.memory.scene_graph_memory import SceneGraphMemory
+from sgm.finder.finder import Finder
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.replay.record import record_run
 from simulator.replay.replay import Replay
-from simulator.robot.finder import Finder
 from simulator.tasks.metrics import compute_nll
 from simulator.world.source import HomeSource
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from simulator.files import read_json, write_whole
+from sgm.files import read_json, write_whole
 
 
 def find_scores(table: Path) -> Path:

@@ -13,7 +13,7 @@ from datamodules.batch import EDGE_TYPES, NODE_TYPES
 from nep.layers.flat_graph import FlatGraph
 from nep.layers.heads import check_heads
 from nep.layers.segment import attend, segment_softmax, segment_sum
-from simulator.messages import shorten
+from sgm.messages import shorten
 
 # How the neighbours of a node share its attention.
 Sharing = Literal["softmax", "sigmoid"]

@@ -9,7 +9,7 @@ from datamodules.features import EVIDENCE_DIM, QUESTION_DIM
 from nep.layers.ensemble_linear import make_linear, split_members
 from nep.layers.flat_graph import FlatGraph
 from nep.layers.gelu import gelu
-from simulator.evidence.columns import CLOCK_GROUPS, PLACE_COLUMNS, QUESTION_COLUMNS
+from sgm.evidence.columns import CLOCK_GROUPS, PLACE_COLUMNS, QUESTION_COLUMNS
 
 _LEAST_VARIANCE = 4e-4  # of a column, so that one that hardly varies is not blown up
 _BELIEFS = tuple(name for name in PLACE_COLUMNS if name.startswith("filters.log_belief_"))

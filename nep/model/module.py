@@ -17,7 +17,7 @@ from nep.layers.flat_graph import FlatGraph
 from nep.model.hits_at_1 import HitsAtOne
 from nep.model.loss import balanced_bce, listwise_loss, relevance_loss
 from nep.model.node_edge_predictor import NodeEdgePredictor
-from simulator.checks import check_at_least, check_shares
+from sgm.checks import check_at_least, check_shares
 
 
 class NEPModule(pl.LightningModule):

@@ -16,7 +16,7 @@ from nep.paper.stages import Job
 from nep.paper.stored_scores import Evaluation
 from nep.paper.training import Training, collect_data
 from nep.report.results import Results, ScoreSummary, list_versions
-from simulator.files import read_json, write_whole
+from sgm.files import read_json, write_whole
 from simulator.policies import POLICIES
 from simulator.policies.informed import Informed
 from simulator.tasks.evaluation import evaluate_policy

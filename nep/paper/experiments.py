@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from simulator.messages import shorten
+from sgm.messages import shorten
 from simulator.policies import POLICIES
 from simulator.tasks.metrics import STEP_METRICS, Metric
 from simulator.tasks.registry import TASKS

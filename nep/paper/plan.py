@@ -24,8 +24,8 @@ from nep.paper.stages import Job
 from nep.paper.stored_scores import Evaluation
 from nep.paper.training import Training, collect_data, find_config
 from nep.report.results import ScoreSummary, list_versions
-from simulator.checks import check_at_least, check_seed
-from simulator.messages import shorten
+from sgm.checks import check_at_least, check_seed
+from sgm.messages import shorten
 from simulator.policies import POLICIES
 
 TABLES = ("1", "2", "figure")

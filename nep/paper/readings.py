@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from nep.paper.stored_scores import Evaluation
-from simulator.files import read_json, write_whole
+from sgm.files import read_json, write_whole
 from simulator.policies import Policy
 from simulator.tasks.answer import Answer
 from simulator.tasks.ndcg import compute_ndcg

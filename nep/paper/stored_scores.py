@@ -9,10 +9,10 @@ from typing import Any
 from nep.paper.experiments import Setting
 from nep.players.contestants import Checkpoint
 from nep.report.results import Results, ScoreSummary, list_versions
-from simulator.files import compute_checksum
+from sgm.files import compute_checksum
+from sgm.prior.prior_graph import PriorGraph
 from simulator.home_options import import_source
 from simulator.policies import Policy, make_policy
-from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.metrics import METRICS
 from simulator.world.config import HomeConfig

@@ -16,8 +16,8 @@ from nep.config_files import CONFIG_FOLDER, list_files
 from nep.fit import FitCLI, main
 from nep.paper.experiments import Contestant
 from nep.players.checkpoints import load_checkpoint
-from simulator.files import compute_checksum, write_whole
-from simulator.priors.prior_graph import PriorGraph
+from sgm.files import compute_checksum, write_whole
+from sgm.prior.prior_graph import PriorGraph
 
 _MARKER = "finished.json"
 _NEVER = 10**6  # epochs

@@ -14,7 +14,7 @@ from filelock import FileLock, Timeout
 from jsonargparse import ArgumentParser
 from rich.console import Console
 
-from simulator.files import write_whole
+from sgm.files import write_whole
 
 # Held in the folder of runs by the command that works there: a training deletes what it finds of
 # itself, which another command may be writing. The system frees it when the command is killed.

@@ -10,9 +10,9 @@ import numpy as np
 from scipy.optimize import minimize, minimize_scalar
 
 from nep.players.searches import Decisions
-from simulator.policies.probabilities import compute_probabilities
-from simulator.robot.belief import Detector
-from simulator.robot.finder import check_share
+from sgm.belief import Detector
+from sgm.finder.finder import check_share
+from sgm.policies.probabilities import compute_probabilities
 from simulator.tasks.metrics import compute_calibration_error, compute_nll
 
 # What older exported networks say of looks in the present time step: the finder applies Bayes'
@@ -37,7 +37,7 @@ class Calibration:
     so that what the network has no good place for is more likely to be at none.
 
     Each look of the step that does not show the object multiplies its place by the miss rate of
-    the detector, and all is normalised: Bayes' rule, as in `simulator.robot.belief`.
+    the detector, and all is normalised: Bayes' rule, as in `sgm.belief`.
 
     Attributes:
         temperature: above 1 where the network is too sure of itself.

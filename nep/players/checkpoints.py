@@ -33,8 +33,8 @@ from nep.players.stored_network import (
     read_calibration,
     read_features,
 )
-from simulator.files import compute_checksum, read_json, write_whole
-from simulator.messages import shorten
+from sgm.files import compute_checksum, read_json, write_whole
+from sgm.messages import shorten
 
 FORMAT = "node edge predictor"
 FORMAT_VERSION = 2

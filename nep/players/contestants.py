@@ -13,8 +13,8 @@ from nep.players.checkpoints import WEIGHTS, checksum_trained
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from nep.players.shipped import PRETRAINED, find_trained, split_name
-from simulator.files import compute_checksum
-from simulator.messages import shorten
+from sgm.files import compute_checksum
+from sgm.messages import shorten
 from simulator.policies import POLICIES, Policy, check_policies, make_policy
 from simulator.tasks.registry import TASKS, check_task
 from simulator.world.homes import Homes

@@ -9,10 +9,10 @@ import numpy as np
 
 from nep.players.contestants import Checkpoint
 from nep.players.policy import NEPPolicy
-from simulator.memory.change import Change
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.queries import Queries
-from simulator.messages import shorten
+from sgm.memory.change import Change
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+from sgm.messages import shorten
 from simulator.policies import Policy
 from simulator.trace.recorded_homes import RecordedHomes
 from simulator.world.homes import Homes

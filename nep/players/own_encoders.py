@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Sequence
 
-from simulator.messages import shorten
+from sgm.messages import shorten
 
 
 def import_encoders(modules: Sequence[str]) -> None:

@@ -14,14 +14,14 @@ from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.checkpoints import checksum_trained, load_trained
 from nep.players.step_answers import StepAnswers
-from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
-from simulator.evidence.features import Features, compute_features
-from simulator.memory.change import Change
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.queries import Queries
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
+from sgm.evidence.features import Features, compute_features
+from sgm.memory.change import Change
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+from sgm.policies.probabilities import compute_probabilities
 from simulator.policies import Policy
 from simulator.policies.home_filter import HomeFilter
-from simulator.policies.probabilities import compute_probabilities
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.world.homes import Homes
 

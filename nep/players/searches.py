@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.memory.columns import NEVER
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.queries import Queries
+from sgm.memory.columns import NEVER
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
 from simulator.policies import Policy
 from simulator.tasks.queries import sample_query
 from simulator.tasks.rollout import Rollout

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from simulator.messages import shorten
+from sgm.messages import shorten
 
 CONFIG = "config.json"  # of an exported folder
 PRETRAINED = Path(__file__).parents[1] / "pretrained"

@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from simulator.arrays.grouped import mark_rows
-from simulator.memory.change import Change
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.place_prior import PlacePrior
-from simulator.memory.queries import Queries
+from sgm.arrays.grouped import mark_rows
+from sgm.memory.change import Change
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+from sgm.prior.place_prior import PlacePrior
 
 
 class StepAnswers:

@@ -17,7 +17,7 @@ from datamodules.features import FeatureConfig
 from nep.encoders import Encoder
 from nep.model.module import NEPModule
 from nep.players.calibration import Calibration
-from simulator.messages import shorten, shorten_text
+from sgm.messages import shorten, shorten_text
 from simulator.text import PAPER_PIPELINE, is_text_known
 
 # A number of units or layers may be above the axes of the weights only where nothing is sized by

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from nep.report.tables import join_table
-from simulator.evidence.columns import CLOCK_GROUPS
+from sgm.evidence.columns import CLOCK_GROUPS
 
 # Who is scored in the same homes, worst first as a rule.
 REFERENCES = ("priors", "last_seen_prior", "bayesian", "prior_filter", "ceiling")

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from simulator.files import read_json, write_whole
-from simulator.messages import shorten
+from sgm.files import read_json, write_whole
+from sgm.messages import shorten
 from simulator.tasks.metrics import METRICS
 from simulator.tasks.registry import TASKS
 from simulator.tasks.scores import TaskScores

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from nep.players.contestants import MakePolicy
+from sgm.policies.probabilities import compute_probabilities
 from simulator.drawing import FloorPlan, draw_belief
-from simulator.policies.probabilities import compute_probabilities
 from simulator.tasks.answer import Answer
 from simulator.tasks.find_object import FindObject
 from simulator.world.source import HomeSource

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from simulator.files import read_json, write_whole
-from simulator.messages import shorten
-from simulator.policies.probabilities import compute_probabilities
+from sgm.files import read_json, write_whole
+from sgm.messages import shorten
+from sgm.policies.probabilities import compute_probabilities
 
 FORMAT = "scene graph memory: adaptation"
 MIN_QUESTIONS = 30
@@ -109,7 +109,7 @@ class Adaptation:
 
         logit' = sharpness logit + weight ln(belief) + bias of the place
 
-    with the belief of the adaptive filter (`simulator.evidence.adaptive_filter`), which knows the
+    with the belief of the adaptive filter (`sgm.evidence.adaptive_filter`), which knows the
     home's own rates.
 
     Attributes:

@@ -12,14 +12,14 @@ from nep.players.calibration import Calibration
 from nep.players.checkpoints import TrainedModel, load_trained
 from nep.players.policy import NEPPolicy
 from nep.robot.adaptation import Adaptation, AskedAgain, Questions, fit_adaptation
-from simulator.memory.asking import Asked
-from simulator.memory.look_log import read_log
-from simulator.memory.look_weights import SURE
-from simulator.memory.names import Similarity
-from simulator.memory.replay import replay
-from simulator.policies.adaptive import Adaptive
-from simulator.robot.belief import Detector
-from simulator.robot.finder import DEFAULT_SHARE, Finder
+from sgm.belief import Detector
+from sgm.finder.finder import DEFAULT_SHARE, Finder
+from sgm.memory.asking import Asked
+from sgm.memory.look_log import read_log
+from sgm.memory.look_weights import SURE
+from sgm.memory.replay import replay
+from sgm.names.names import Similarity
+from sgm.policies.adaptive import Adaptive
 
 _MOST_QUESTIONS = 2000  # the latest ones, to adapt to
 

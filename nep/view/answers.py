@@ -12,8 +12,8 @@ from nep.view.history_figure import make_history
 from nep.view.map_figure import MapContent, View, make_map
 from nep.view.stage import Judges, Stage
 from nep.view.texts import Table, tell_ranking, tell_search
+from sgm.finder.search_plan import plan_search
 from simulator.drawing.history import History
-from simulator.robot.search_plan import plan_search
 
 SEARCH, TRUTH = "search plan", "truth"  # what may be drawn besides
 _HISTORIES_KEPT = 64

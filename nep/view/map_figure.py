@@ -10,16 +10,16 @@ import numpy as np
 from matplotlib.colors import to_rgb
 
 from nep.view.texts import escape_label as escape
-from simulator.arrays.grouped import mark_rows
+from sgm.arrays.grouped import mark_rows
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.finder.ranking import Ranking
+from sgm.finder.search_plan import SearchPlan
+from sgm.memory.columns import NEVER
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.drawing.belief import SMALLEST_SHOWN, list_probabilities
 from simulator.drawing.colours import BELIEF, MISSING, ROUTE, TRUE_PLACE, compute_shade
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.drawing.home import get_room_colour, mix
-from simulator.memory.columns import NEVER
-from simulator.memory.scene_graph_memory import SceneGraphMemory
-from simulator.robot.ranking import Ranking
-from simulator.robot.search_plan import SearchPlan
-from simulator.world.homes import NUM_RELATIONS
 
 MOST_DOTS = 1500  # more objects in view are drawn as one dot per place, with their number
 MOST_NAMES = 120  # more furniture in view goes without names

@@ -14,7 +14,7 @@ import numpy as np
 from nep.view.answers import Desk
 from nep.view.style import CSS
 from nep.view.texts import tell_furniture, tell_step
-from simulator.files import write_whole
+from sgm.files import write_whole
 
 MOST_FRAMES = 60  # steps of a story, at even distances
 _MOST_FURNITURE = 200  # whose tables are kept

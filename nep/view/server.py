@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from nep.view.answers import Desk
 from nep.view.stage import Judges, Stage
-from simulator.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.replay.still import StillMemory
 
 if TYPE_CHECKING:

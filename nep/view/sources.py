@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from nep.view.stage import Stage
+from sgm.memory.look_log import read_log
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.messages import shorten
+from sgm.prior.prior_graph import load_prior
 from simulator.home_options import SOURCES, HomeOptions
-from simulator.memory.look_log import read_log
-from simulator.memory.scene_graph_memory import SceneGraphMemory
-from simulator.messages import shorten
-from simulator.priors.prior_graph import load_prior
 from simulator.replay.record import record_run
 from simulator.replay.replay import Replay
 from simulator.replay.still import StillMemory

@@ -9,10 +9,10 @@ from threading import Lock
 from typing import Any
 
 from nep.players.shipped import find_trained, list_shipped, split_name
+from sgm.finder.finder import Finder
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.policies import POLICIES, find_policy
 from simulator.replay.story import Story
-from simulator.robot.finder import Finder
 
 
 class Stage:

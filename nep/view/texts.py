@@ -7,10 +7,10 @@ from html import escape
 
 import numpy as np
 
-from simulator.memory.scene_graph_memory import SceneGraphMemory
+from sgm.finder.ranking import Ranking
+from sgm.finder.search_plan import SearchPlan
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.replay.story import PastLook, Story
-from simulator.robot.ranking import Ranking
-from simulator.robot.search_plan import SearchPlan
 
 MOST_PLACES = 12  # of a ranking
 MOST_LOOKS = 12  # at a furniture node

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from simulator.compiled.kernel import kernel
+from sgm.compiled.kernel import kernel
 
 
 @kernel

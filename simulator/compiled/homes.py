@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.compiled.kernel import kernel
+from sgm.compiled.kernel import kernel
 
 
 @kernel

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from simulator.compiled.kernel import kernel
+from sgm.compiled.kernel import kernel
 
 DAY = 86_400.0
 DAY_STARTS = 4 * 3600.0

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simulator.compiled.kernel import kernel
+from sgm.compiled.kernel import kernel
 
 
 @kernel

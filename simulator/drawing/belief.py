@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
+from sgm.finder.ranking import Ranking
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.drawing.colours import BELIEF, ROUTE, TRUE_PLACE, compute_shade
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.drawing.home import draw_plan, mix
-from simulator.memory.scene_graph_memory import SceneGraphMemory
-from simulator.robot.ranking import Ranking
 
 SMALLEST_SHOWN = 0.005  # probability that is written down
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.arrays.grouped import compute_rank_in_group
-from simulator.memory.scene_graph_memory import SceneGraphMemory
-from simulator.world.homes import NUM_RELATIONS, Homes
+from sgm.arrays.grouped import compute_rank_in_group
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from simulator.world.homes import Homes
 
 COLUMNS = 4  # furniture nodes side by side in a room that is laid out
 GAP = 0.35  # between rooms

@@ -10,12 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.patches import FancyBboxPatch, Rectangle
 
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.memory.columns import NEVER
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.drawing.colours import MISSING, SEEN
 from simulator.drawing.floor_plan import FloorPlan
-from simulator.memory.columns import NEVER
-from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.priors.draw import ROOM_COLOURS
-from simulator.world.homes import NUM_RELATIONS
 
 OTHER_ROOM = "#777777"
 _LARGEST_TEXT, _SMALLEST_TEXT = 8.0, 3.5  # points

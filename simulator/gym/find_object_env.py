@@ -9,11 +9,11 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Discrete
 
+from sgm.messages import shorten
+from sgm.policies.probabilities import compute_probabilities
 from simulator.gym.place_rows import PLACE_COLUMNS, compute_place_rows
 from simulator.gym.search_series import SearchSeries
-from simulator.messages import shorten
 from simulator.policies import Policy
-from simulator.policies.probabilities import compute_probabilities
 from simulator.world.homes import Homes
 from simulator.world.source import HomeSource
 

@@ -10,8 +10,8 @@ from gymnasium.spaces import Discrete
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from sgm.messages import shorten
 from simulator.gym.search_series import SearchSeries
-from simulator.messages import shorten
 from simulator.policies import Policy
 from simulator.world.homes import Homes
 from simulator.world.source import HomeSource

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from gymnasium.spaces import Box, Graph, GraphInstance
 
-from simulator.arrays.grouped import compute_starts, mark_rows
-from simulator.memory.columns import NEVER
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.queries import Queries
+from sgm.arrays.grouped import compute_starts, mark_rows
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.memory.columns import NEVER
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
 from simulator.snapshots.snapshots import Snapshots, take_snapshots
-from simulator.world.homes import NUM_RELATIONS
 
 # kind: 0 home, 1 floor, 2 room, 3 furniture, 4 object. label: index into `labels`; description:
 # its number, for objects. Steps since what never happened are -1, as is a description of what is

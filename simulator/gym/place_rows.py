@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.memory.columns import NEVER
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.queries import Queries
+from sgm.memory.columns import NEVER
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
 
 # Of a place and the object asked for: its prior weight; whether the last look there showed the
 # object; how often it was seen there, and how often a look there missed it, log(1 + n); how lately

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Dict, Discrete
 
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
 from simulator.gym.memory_graph import make_graph_space, make_graphs
 from simulator.policies import Policy, make_policy
 from simulator.tasks.rollout import Rollout

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Protocol
 
 from tqdm import tqdm
 
-from simulator.checks import check_seed
+from sgm.checks import check_seed
+from sgm.messages import shorten
+from sgm.prior.prior_graph import PRIOR_HELP, load_prior
 from simulator.command_line import choose, make_parser, parse, pick
 from simulator.igridson.find_object import (
     RunConfig,
@@ -23,9 +25,7 @@ from simulator.igridson.find_object import (
 from simulator.igridson.layout_file import load_layout
 from simulator.igridson.report import format_table, save_results
 from simulator.igridson.travel import LOOK_COST
-from simulator.messages import shorten
 from simulator.policies import POLICIES
-from simulator.priors.prior_graph import PRIOR_HELP, load_prior
 
 if TYPE_CHECKING:
     from jsonargparse import ArgumentParser, Namespace

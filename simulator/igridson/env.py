@@ -17,7 +17,9 @@ from minigrid.core.mission import MissionSpace
 from minigrid.core.world_object import Door, Wall, WorldObj
 from minigrid.minigrid_env import MiniGridEnv
 
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
+from sgm.messages import shorten
+from sgm.prior.prior_graph import PriorGraph
 from simulator.gym.place_rows import PLACE_COLUMNS, compute_place_rows
 from simulator.igridson.drawing import HomePicture
 from simulator.igridson.find_object import make_homes
@@ -26,9 +28,7 @@ from simulator.igridson.layout_file import load_layout
 from simulator.igridson.navigation import DIRECTIONS, Routes
 from simulator.igridson.placement import Placement
 from simulator.igridson.scene import Scene, list_things
-from simulator.messages import shorten
 from simulator.policies import Bayesian, Policy
-from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.rollout import Rollout
 from simulator.tasks.search import Search
 from simulator.world.homes import Homes

@@ -7,13 +7,13 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from simulator.checks import check_at_least, check_seed
+from sgm.checks import check_at_least, check_seed
+from sgm.prior.prior_graph import PriorGraph
 from simulator.igridson.layout import GridLayout
 from simulator.igridson.navigation import Routes
 from simulator.igridson.travel import LOOK_COST, ByTravel
 from simulator.igridson.walk import Walk
 from simulator.policies import Policy
-from simulator.priors.prior_graph import PriorGraph
 from simulator.tasks.answer import Answer
 from simulator.tasks.find_object import FindObject
 from simulator.tasks.search import ByScore, SearchOrder

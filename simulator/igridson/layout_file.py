@@ -18,9 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
+from sgm.messages import shorten
 from simulator.igridson.layout import GridFurniture, GridLayout
 from simulator.igridson.layout_check import check_layout
-from simulator.messages import shorten
 
 VERSION_LINE = "iGridson layout 1"
 SECTIONS = ("rooms", "map", "furniture", "start")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from sgm.prior.prior_graph import PriorGraph
 from simulator.igridson.find_object import RunConfig, make_homes
 from simulator.igridson.floor_plan import make_plan
 from simulator.igridson.layout_file import load_layout
 from simulator.policies import make_policy
-from simulator.priors.prior_graph import PriorGraph
 from simulator.replay.record import RunRecorder
 from simulator.replay.replay import Replay
 from simulator.tasks.find_object import FindObject

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from simulator.files import write_whole
+from sgm.files import write_whole
 from simulator.igridson.find_object import RunConfig, Runs
 
 # Table 3: success rate, number of actions and path length, each with its standard deviation.

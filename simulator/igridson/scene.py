@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sgm.arrays.relations import NUM_RELATIONS
 from simulator.drawing import colours
 from simulator.igridson.placement import Placement
-from simulator.world.homes import NUM_RELATIONS, Homes
+from simulator.world.homes import Homes
 
 Color = tuple[int, int, int]
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from sgm.finder.tour import plan_tour
+from sgm.policies.policy import ScoreKind
+from sgm.policies.probabilities import compute_probabilities
 from simulator.igridson.walk import Walk
-from simulator.policies.policy import ScoreKind
-from simulator.policies.probabilities import compute_probabilities
 from simulator.tasks.search import SearchOrder
-from simulator.tasks.tour import plan_tour
 
 LOOK_COST = 5.0  # opening a fridge and scanning it takes as long as walking some cells
 

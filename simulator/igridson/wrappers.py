@@ -8,9 +8,9 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Discrete
 
+from sgm.messages import shorten
 from simulator.igridson.agent import plan_look
 from simulator.igridson.env import IGridsonEnv
-from simulator.messages import shorten
 
 
 class GoAndLook(gymnasium.Wrapper[Any, Any, Any, Any]):

@@ -1,7 +1,7 @@
 """Policies by name: heuristics, filters and oracles. A network is one more `Policy`."""
 
-from simulator.policies.heuristics import Bayesian
-from simulator.policies.policy import Policy
+from sgm.policies.heuristics import Bayesian
+from sgm.policies.policy import Policy
 from simulator.policies.registry import (
     POLICIES,
     check_policies,

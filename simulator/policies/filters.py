@@ -7,13 +7,13 @@ from typing import ClassVar, TypeVar
 
 import numpy as np
 
-from simulator.arrays.relations import sum_relations
-from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.queries import Queries
+from sgm.arrays.relations import NUM_RELATIONS, sum_relations
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
 from simulator.policies.belief import Rules, Subjects
 from simulator.policies.place_filter import PlaceFilter
-from simulator.world.homes import NUM_RELATIONS, Homes
+from simulator.world.homes import Homes
 from simulator.world.source import TRUE_PLACE_WEIGHTS, TRUE_TRANSITIONS
 
 FilterT = TypeVar("FilterT", bound="PriorFilter")

@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from simulator.arrays.padded import sum_rows
-from simulator.memory.change import Change
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.queries import Queries
+from sgm.arrays.padded import sum_rows
+from sgm.memory.change import Change
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
 from simulator.policies.belief import AsOf, Belief, Rules, Subjects
 from simulator.policies.filters import PriorFilter
 

@@ -8,16 +8,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from simulator.arrays.relations import sum_relations
-from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
-from simulator.memory.change import Change
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.queries import Queries
+from sgm.arrays.relations import NUM_RELATIONS, sum_relations
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
+from sgm.memory.change import Change
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+from sgm.policies.policy import Policy, mask_furniture
+from sgm.prior.prior_graph import PriorGraph
 from simulator.policies.inventory import Inventory
-from simulator.policies.policy import Policy, mask_furniture
-from simulator.priors.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
-from simulator.world.homes import NUM_RELATIONS, Homes
+from simulator.world.homes import Homes
 from simulator.world.noise import compute_noisy_weights
 
 _LEAST_LIKELY = 1e-9  # of a look: densities are approximate, no draw is ruled out for good

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simulator.arrays.padded import sum_rows
-from simulator.priors.prior_graph import PriorGraph
+from sgm.arrays.padded import sum_rows
+from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.descriptions import DescriptionTable
 

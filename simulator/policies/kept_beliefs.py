@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from simulator.arrays.table import Table
+from sgm.arrays.table import Table
 
 
 class KeptBeliefs:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.arrays.table import Table
+from sgm.arrays.table import Table
 
 if TYPE_CHECKING:  # loads numba
     from simulator.compiled.filters import ChainArrays

@@ -8,17 +8,17 @@ from typing import ClassVar
 
 import numpy as np
 
-from simulator.arrays.relations import sum_relations
-from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
-from simulator.memory.change import Change
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.queries import Queries
+from sgm.arrays.relations import sum_relations
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
+from sgm.memory.change import Change
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+from sgm.policies.policy import Policy, mask_furniture
+from sgm.prior.prior_graph import PriorGraph
 from simulator.policies.belief import AsOf, Belief, CompiledRules, Rules, Subjects
 from simulator.policies.inventory import Inventory
 from simulator.policies.kept_beliefs import KeptBeliefs
 from simulator.policies.look_log import LookLog
-from simulator.policies.policy import Policy, mask_furniture
-from simulator.priors.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 
 _ROWS_AT_ONCE = 8192  # beliefs that are carried on together: some 30 MB

@@ -5,15 +5,16 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterable, Mapping
 
-from simulator.messages import shorten
-from simulator.policies.adaptive import Adaptive
+from sgm.messages import shorten
+from sgm.policies.adaptive import Adaptive
+from sgm.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
+from sgm.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior
+from sgm.policies.persistence import Persistence
+from sgm.policies.policy import Policy
 from simulator.policies.filters import Ceiling, PriorFilter
-from simulator.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
 from simulator.policies.home_filter import HomeFilter
 from simulator.policies.informed import Informed
-from simulator.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior, Oracle
-from simulator.policies.persistence import Persistence
-from simulator.policies.policy import Policy
+from simulator.policies.oracle import Oracle
 from simulator.policies.schedule_oracle import ScheduleOracle
 from simulator.world.homes import Homes
 from simulator.world.source import HomeSource

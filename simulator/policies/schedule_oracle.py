@@ -7,12 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from simulator.memory.change import Change
-from simulator.memory.clock import DAY_SECONDS, HOUR_SECONDS, WEEK_SECONDS
-from simulator.memory.columns import NEVER
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.queries import Queries
-from simulator.policies.policy import Policy, mask_furniture
+from sgm.memory.change import Change
+from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, WEEK_SECONDS
+from sgm.memory.columns import NEVER
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+from sgm.policies.policy import Policy, mask_furniture
 from simulator.world.homes import Homes
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.source import TRUE_SCHEDULES

@@ -7,12 +7,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
+from sgm.files import write_whole
+from sgm.prior.prior_check import find_problems
+from sgm.prior.prior_graph import PRIOR_HELP, PriorGraph, load_prior, parse_prior
 from simulator.command_line import choose, make_parser, parse, pick
-from simulator.files import write_whole
 from simulator.priors.compare import compare_priors
-from simulator.priors.prior_check import find_problems
-from simulator.priors.prior_graph import PRIOR_HELP, PriorGraph, load_prior, parse_prior
 from simulator.priors.sources.activities import count_activities, make_table
 from simulator.priors.sources.build import DEFAULT_SOURCES, SOURCES, build_from_sources
 from simulator.priors.sources.merge import BuildOptions

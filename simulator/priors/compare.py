@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.priors.prior_graph import PriorGraph
+from sgm.prior.prior_graph import PriorGraph
 
 PlaceKey = tuple[str | None, str, str, str]  # room, furniture, object, relation
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sgm.prior.prior_graph import Placement, PriorGraph
 from simulator.caches import keep_home_clean
-from simulator.priors.prior_graph import Placement, PriorGraph
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

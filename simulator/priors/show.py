@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 
-from simulator.messages import shorten
-from simulator.priors.prior_graph import Placement, PriorGraph
+from sgm.messages import shorten
+from sgm.prior.prior_graph import Placement, PriorGraph
 
 
 def select_rows(

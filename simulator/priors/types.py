@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from simulator.priors.prior_graph import Adjectives
-from simulator.priors.tables import read_table
+from sgm.prior.prior_graph import Adjectives
+from sgm.prior.tables import read_table
 
 ROOMS = ("kitchen", "living room", "bedroom", "bathroom")
 
@@ -110,7 +110,7 @@ def load_types() -> TypeTables:
             alias_of=row["alias_of"] or None,
             adjectives=_parse_adjectives(row["adjectives"]),
         )
-        for row in read_table("furniture.csv")
+        for row in read_table("simulator.priors", "furniture.csv")
     }
     objects = {
         row["label"]: ObjectRow(
@@ -123,7 +123,7 @@ def load_types() -> TypeTables:
             alias_of=row["alias_of"] or None,
             adjectives=_parse_adjectives(row["adjectives"]),
         )
-        for row in read_table("objects.csv")
+        for row in read_table("simulator.priors", "objects.csv")
     }
     return TypeTables(furniture, objects)
 
@@ -136,7 +136,7 @@ def load_names(source: str) -> Names:
     """
     kinds = ("room", "furniture", "object", "outside", "asset")
     parts: dict[str, dict[str, str]] = {kind: {} for kind in kinds}
-    for row in read_table("names.csv"):
+    for row in read_table("simulator.priors", "names.csv"):
         if row["source"] == source:
             parts[row["kind"]][row["name"]] = row["label"]
     return Names(

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
+from sgm.files import write_whole
 from simulator.command_line import make_parser, one_line_errors, parse, pick
-from simulator.files import write_whole
 from simulator.process import run_main
 from simulator.realism.measures import MEASURES
 from simulator.realism.report import (

@@ -6,11 +6,11 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
+from sgm.layout.home_layout import Furniture
+from sgm.memory.clock import Clock
+from sgm.memory.look_log import LOG_VERSION, LogLine
+from sgm.memory.sighting import RELATIONS
 from simulator.drawing.floor_plan import FloorPlan
-from simulator.memory.clock import Clock
-from simulator.memory.home_layout import Furniture
-from simulator.memory.look_log import LOG_VERSION, LogLine
-from simulator.memory.sighting import RELATIONS
 from simulator.policies import make_policy
 from simulator.replay.replay import Replay
 from simulator.replay.story import Question

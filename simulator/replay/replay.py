@@ -9,12 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 from threading import RLock
 
+from sgm.memory.clock import Clock
+from sgm.memory.look_log import LogLine
+from sgm.memory.replay import Replayer
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.prior.prior_graph import PriorGraph
 from simulator.drawing.floor_plan import FloorPlan
-from simulator.memory.clock import Clock
-from simulator.memory.look_log import LogLine
-from simulator.memory.replay import Replayer
-from simulator.memory.scene_graph_memory import SceneGraphMemory
-from simulator.priors.prior_graph import PriorGraph
 from simulator.replay.story import PastLook, Question, Story
 from simulator.replay.truth import TruePlaces
 

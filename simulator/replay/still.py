@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from simulator.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.replay.story import PastLook, Story
 
 

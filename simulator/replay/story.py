@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sgm.finder.finder import Finder
+from sgm.memory.clock import HOUR_SECONDS, Clock
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.names.names import read_name
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.drawing.history import History
-from simulator.memory.clock import HOUR_SECONDS, Clock
-from simulator.memory.names import read_name
-from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.replay.truth import TruePlaces
-from simulator.robot.finder import Finder
 
 MOST_PLACES = 12  # of a history
 _WORTH_SHOWING = 0.03  # probability of a place that a history shows

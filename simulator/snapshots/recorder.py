@@ -8,11 +8,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from simulator.arrays.grouped import compute_rank_in_group
-from simulator.memory.change import Change
-from simulator.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.queries import Queries
+from sgm.arrays.grouped import compute_rank_in_group
+from sgm.memory.change import Change
+from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
 
 Arrays = dict[str, np.ndarray]
 

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from simulator.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
-from simulator.messages import shorten
+from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
+from sgm.messages import shorten
 from simulator.snapshots.recorder import EXTRA, QUESTION_EXTRA
 from simulator.snapshots.shards import MANIFEST, get_shard_name
 

@@ -12,8 +12,8 @@ import numpy as np
 from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
-from simulator.files import read_json, write_whole
-from simulator.messages import shorten
+from sgm.files import read_json, write_whole
+from sgm.messages import shorten
 
 SCHEMA_VERSION = 2
 MANIFEST = "manifest.json"

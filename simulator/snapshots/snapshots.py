@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from simulator.arrays.grouped import compute_starts, join_groups, number_keys
-from simulator.memory.clock import compute_week_seconds
-from simulator.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.queries import Queries
+from sgm.arrays.grouped import compute_starts, join_groups, number_keys
+from sgm.memory.clock import compute_week_seconds
+from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
 
 
 @dataclass(frozen=True, slots=True)

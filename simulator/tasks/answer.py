@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.memory.queries import Queries
+from sgm.memory.queries import Queries
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.evidence.adaptive_filter import TASKS_ASK_MOVED
-from simulator.world.homes import NUM_RELATIONS, Homes
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
+from simulator.world.homes import Homes
 from simulator.world.streams import sample_categorical
 
 

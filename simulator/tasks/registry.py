@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from simulator.messages import shorten
+from sgm.messages import shorten
 from simulator.tasks.find_object import FindObject
 from simulator.tasks.predict_location import PredictLocation
 from simulator.tasks.relative_likelihood import RelativeLikelihood

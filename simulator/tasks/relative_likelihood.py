@@ -6,14 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from simulator.arrays.relations import sum_relations
-from simulator.checks import check_at_least
+from sgm.arrays.relations import NUM_RELATIONS, sum_relations
+from sgm.checks import check_at_least
 from simulator.policies import Policy
 from simulator.tasks.answer import Answer
 from simulator.tasks.ndcg import compute_ndcg
 from simulator.tasks.queries import compute_answers, compute_query_weights
 from simulator.tasks.task import Task
-from simulator.world.homes import NUM_RELATIONS, Homes
+from simulator.world.homes import Homes
 from simulator.world.streams import sample_best, sample_categorical
 
 

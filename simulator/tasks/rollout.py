@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from simulator.memory.change import Change
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.place_prior import PlacePrior
-from simulator.memory.queries import Queries
+from sgm.memory.change import Change
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+from sgm.policies.policy import mask_furniture
+from sgm.prior.place_prior import PlacePrior
 from simulator.policies import Policy
-from simulator.policies.policy import mask_furniture
 from simulator.tasks.queries import sample_query
 from simulator.world.homes import Homes
 from simulator.world.sensing import Observation, observe

@@ -7,12 +7,12 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from simulator.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
-from simulator.memory.columns import NEVER
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.queries import Queries
+from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
+from sgm.memory.columns import NEVER
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+from sgm.policies.probabilities import compute_probabilities
 from simulator.policies import Policy
-from simulator.policies.probabilities import compute_probabilities
 from simulator.tasks.answer import Answer
 from simulator.tasks.task import Task
 from simulator.tasks.usual_places import UsualPlaces

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
-from simulator.memory.queries import Queries
+from sgm.memory.queries import Queries
 from simulator.tasks.answer import Answer
 from simulator.tasks.queries import compute_answers
 from simulator.tasks.rollout import Rollout

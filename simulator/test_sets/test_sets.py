@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from simulator.files import read_json
-from simulator.messages import shorten
-from simulator.priors.prior_graph import PriorGraph
+from sgm.files import read_json
+from sgm.messages import shorten
+from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.source import SampledSource

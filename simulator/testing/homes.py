@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from simulator.world.homes import NUM_RELATIONS, Homes
+from sgm.arrays.relations import NUM_RELATIONS
+from simulator.world.homes import Homes
 from simulator.world.sensing import observe
 from simulator.world.streams import Streams
 

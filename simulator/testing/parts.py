@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from simulator.priors.prior_graph import PriorGraph
+from sgm.prior.prior_graph import PriorGraph
 from simulator.testing.homes import check_homes
 from simulator.world.config import HomeConfig
 from simulator.world.dynamics import Dynamics, make_dynamics

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from simulator.memory.change import Change
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.queries import Queries
+from sgm.memory.change import Change
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
 from simulator.policies import Policy
 from simulator.tasks.queries import compute_answers, sample_query
 from simulator.tasks.rollout import Rollout
@@ -174,7 +174,7 @@ def _check_scores(memory: MemoryBatch, queries: Queries, scores: np.ndarray) -> 
         raise AssertionError(
             f"scores must be -inf where a home has no furniture, got {scores[row, column]} in "
             f"column {column} of home {queries.home[row]}. Use "
-            "`simulator.policies.policy.mask_furniture`."
+            "`sgm.policies.policy.mask_furniture`."
         )
 
 

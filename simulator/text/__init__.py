@@ -1,5 +1,5 @@
-"""Text vectors of labels: a small spaCy Tok2Vec pipeline that ships with the package."""
+"""Training of text vectors: `python -m simulator.text.train`. The vectors are in `sgm.text`."""
 
-from simulator.text.vectors import PAPER_PIPELINE, TextVectors, is_text_known, load_text
+from sgm.text import PAPER_PIPELINE, TextVectors, is_text_known, load_text
 
 __all__ = ["PAPER_PIPELINE", "TextVectors", "is_text_known", "load_text"]

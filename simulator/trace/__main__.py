@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
+from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
+from sgm.memory.look_log import read_log
+from sgm.prior.prior_graph import PRIOR_HELP, load_prior
 from simulator.command_line import choose, make_parser, parse
 from simulator.home_options import HomeOptions
-from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
-from simulator.memory.look_log import read_log
-from simulator.priors.prior_graph import PRIOR_HELP, load_prior
 from simulator.process import run_main
 from simulator.trace.from_log import make_trace, split_trace
 from simulator.trace.importers import IMPORTERS

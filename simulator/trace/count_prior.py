@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from simulator.memory.sighting import RELATIONS
-from simulator.memory.words import read_words
-from simulator.priors.prior_graph import (
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.memory.sighting import RELATIONS
+from sgm.names.words import read_words
+from sgm.prior.prior_graph import (
     Adjectives,
     FurnitureType,
     ObjectType,
@@ -22,7 +23,6 @@ from simulator.trace.episode import Episode
 from simulator.trace.source import RecordedSource
 from simulator.trace.trace import Trace
 from simulator.trace.types import RecordedTypes
-from simulator.world.homes import NUM_RELATIONS
 
 Place = tuple[str, str, str]  # room, furniture, relation
 

@@ -10,10 +10,10 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-from simulator.memory.clock import DAY_SECONDS, Clock
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.memory.clock import DAY_SECONDS, Clock
 from simulator.trace.events import GONE, Event
 from simulator.trace.trace import Trace
-from simulator.world.homes import NUM_RELATIONS
 
 MAX_STEPS = 10_000_000  # of an episode: a thousand years of hours
 _ROUNDING = 1e-6  # of a step: an event at the very end of a step belongs to it

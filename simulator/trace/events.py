@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from simulator.memory.sighting import RELATIONS, read_relation
-from simulator.memory.words import read_words
-from simulator.messages import shorten, shorten_values
+from sgm.memory.sighting import RELATIONS, read_relation
+from sgm.messages import shorten, shorten_values
+from sgm.names.words import read_words
 from simulator.trace.layout import LAYOUT_FILE, Layout, get_label, read_start
 
 EVENTS_FILE = "events.csv"

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
 
-from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
-from simulator.memory.home_layout import Furniture as Node
-from simulator.memory.look_log import LogLine
-from simulator.memory.names import read_name
-from simulator.memory.sighting import RELATIONS, read_relation
-from simulator.memory.words import read_words
+from sgm.layout.home_layout import Furniture as Node
+from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
+from sgm.memory.look_log import LogLine
+from sgm.memory.sighting import RELATIONS, read_relation
+from sgm.names.names import read_name
+from sgm.names.words import read_words
 from simulator.trace.events import GONE, Event
 from simulator.trace.layout import Furniture, Layout, Room, get_label, number_names
 from simulator.trace.trace import Trace

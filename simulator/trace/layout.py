@@ -12,10 +12,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from simulator.files import read_json
-from simulator.memory.home_layout import read_position
-from simulator.memory.words import read_words
-from simulator.messages import shorten
+from sgm.files import read_json
+from sgm.layout.home_layout import read_position
+from sgm.messages import shorten
+from sgm.names.words import read_words
 
 LAYOUT_FILE = "layout.json"
 LAYOUT_VERSION = 1

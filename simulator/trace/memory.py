@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from simulator.memory.clock import Clock
-from simulator.memory.scene_graph_memory import SceneGraphMemory
-from simulator.memory.sighting import RELATIONS, Sighting
-from simulator.priors.prior_graph import PriorGraph
+from sgm.memory.clock import Clock
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import RELATIONS, Sighting
+from sgm.prior.prior_graph import PriorGraph
 from simulator.trace.events import Event
 from simulator.trace.trace import Trace
 

@@ -7,12 +7,12 @@ from datetime import datetime
 
 import numpy as np
 
-from simulator.memory.clock import DEFAULT_STEP_SECONDS
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.memory.clock import DEFAULT_STEP_SECONDS
 from simulator.trace.events import GONE, Event
 from simulator.trace.layout import Furniture, Layout, Room, number_names
 from simulator.trace.trace import Trace
 from simulator.trace.truth import Truth, list_weights
-from simulator.world.homes import NUM_RELATIONS
 from simulator.world.sampled_homes import SampledHomes
 
 

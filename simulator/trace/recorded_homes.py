@@ -7,16 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.arrays.ragged import pad_rows
-from simulator.memory.clock import make_clock_rows
-from simulator.memory.words import read_words
-from simulator.priors.prior_graph import PriorGraph
+from sgm.arrays.ragged import pad_rows
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.memory.clock import make_clock_rows
+from sgm.names.words import read_words
+from sgm.prior.prior_graph import PriorGraph
 from simulator.trace.episode import Episode
 from simulator.trace.trace import Trace
 from simulator.trace.truth import fill_row
 from simulator.trace.types import RecordedTypes
 from simulator.world.config import HomeConfig
-from simulator.world.homes import NUM_RELATIONS, Homes
+from simulator.world.homes import Homes
 from simulator.world.streams import Streams
 
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from simulator.checks import check_at_least
-from simulator.memory.clock import DEFAULT_STEP_SECONDS
-from simulator.priors.prior_graph import PriorGraph
+from sgm.checks import check_at_least
+from sgm.memory.clock import DEFAULT_STEP_SECONDS
+from sgm.prior.prior_graph import PriorGraph
 from simulator.trace.episode import Episode, make_episode, split_days
 from simulator.trace.layout import LAYOUT_FILE
 from simulator.trace.recorded_homes import RecordedHomes

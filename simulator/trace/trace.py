@@ -11,12 +11,12 @@ from functools import cached_property
 from itertools import islice
 from pathlib import Path
 
-from simulator.files import write_whole
-from simulator.memory.words import read_words
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.files import write_whole
+from sgm.names.words import read_words
 from simulator.trace.events import EVENTS_FILE, GONE, Event, load_events, make_events_csv
 from simulator.trace.layout import LAYOUT_FILE, Layout, load_layout, make_layout_json
 from simulator.trace.truth import TRUTH_FILE, Truth, load_truth, make_truth_json
-from simulator.world.homes import NUM_RELATIONS
 
 _MOST_ENTRIES = 10_000  # of a folder that is searched for traces
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from simulator.files import read_json
-from simulator.messages import shorten, shorten_values
+from sgm.files import read_json
+from sgm.messages import shorten, shorten_values
 from simulator.world.config import HomeConfig
 
 TRUTH_FILE = "simulation.json"

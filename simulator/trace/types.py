@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simulator.memory.vocabulary import Vocabulary
-from simulator.memory.words import read_words
-from simulator.priors.prior_graph import PriorGraph
+from sgm.names.vocabulary import Vocabulary
+from sgm.names.words import read_words
+from sgm.prior.prior_graph import PriorGraph
 from simulator.trace.trace import Trace
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.world.homes import NUM_RELATIONS, Homes
+from sgm.arrays.relations import NUM_RELATIONS
+from simulator.world.homes import Homes
 from simulator.world.sensing import ConstantMisses, Observation
 
 _NUMBERS = 3  # per detection: its confidence, whether it is right, what it is taken for

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from simulator.checks import check_at_least, check_shares
-from simulator.messages import shorten
+from sgm.checks import check_at_least, check_shares
+from sgm.messages import shorten
 from simulator.world.dynamics import DYNAMICS, Dynamics
 from simulator.world.paper_dynamics import PaperDynamics
 from simulator.world.sensing import SENSING, ConstantMisses, Sensing

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from simulator.memory.clock import Clock
+from sgm.memory.clock import Clock
 from simulator.world.parts import Part, Registry
 
 if TYPE_CHECKING:  # homes evolve themselves with dynamics

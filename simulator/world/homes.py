@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from simulator.priors.prior_graph import PriorGraph
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.prior.prior_graph import PriorGraph
 from simulator.world.streams import Streams
 
 if TYPE_CHECKING:  # the rules name parts that look at homes
     from simulator.world.config import HomeConfig
     from simulator.world.sensing import Sensing
-
-NUM_RELATIONS = 2  # 0 "in", 1 "onTop"; place p of a home = furniture p // 2, relation p % 2
 
 
 class Descriptions(Protocol):

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.arrays.grouped import compute_rank_in_group
-from simulator.messages import shorten
-from simulator.priors.prior_graph import PriorGraph
+from sgm.arrays.grouped import compute_rank_in_group
+from sgm.messages import shorten
+from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.initial_objects import compute_available_weights
 from simulator.world.streams import sample_categorical

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.arrays.grouped import compute_rank_in_group
-from simulator.world.homes import NUM_RELATIONS
+from sgm.arrays.grouped import compute_rank_in_group
+from sgm.arrays.relations import NUM_RELATIONS
 from simulator.world.streams import sample_categorical
 
 if TYPE_CHECKING:  # homes call this module while they are made

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from simulator.messages import shorten
+from sgm.messages import shorten
 
 if TYPE_CHECKING:
     from typing_extensions import Self

@@ -7,14 +7,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from simulator.arrays.grouped import compute_rank_in_group
-from simulator.arrays.ragged import pad_rows
-from simulator.memory.clock import make_clock_rows
-from simulator.priors.prior_graph import PriorGraph
+from sgm.arrays.grouped import compute_rank_in_group
+from sgm.arrays.ragged import pad_rows
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.memory.clock import make_clock_rows
+from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig, spread_configs
 from simulator.world.descriptions import Adjectives, DescriptionTable
 from simulator.world.dynamics import Life
-from simulator.world.homes import NUM_RELATIONS, Homes
+from simulator.world.homes import Homes
 from simulator.world.initial_furniture import list_rooms, sample_initial_furniture
 from simulator.world.initial_objects import sample_initial_objects
 from simulator.world.noise import compute_noisy_weights

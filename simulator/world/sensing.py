@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from simulator.messages import shorten
-from simulator.world.homes import NUM_RELATIONS, Homes
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.messages import shorten
+from simulator.world.homes import Homes
 from simulator.world.parts import Part, Registry
 
 SENSING = Registry(

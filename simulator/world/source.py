@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from simulator.checks import check_at_least
-from simulator.priors.prior_graph import PriorGraph
+from sgm.checks import check_at_least
+from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.homes import Homes
 from simulator.world.sampled_homes import SampledHomes

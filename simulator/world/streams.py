@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simulator.checks import check_seed
-from simulator.messages import shorten
+from sgm.checks import check_seed
+from sgm.messages import shorten
 
 # Homes of different splits never share a stream, whatever their index.
 SPLITS = ("train", "val", "test")

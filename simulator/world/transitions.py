@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.arrays.grouped import concatenate_ranges
-from simulator.arrays.table import Table
+from sgm.arrays.grouped import concatenate_ranges
+from sgm.arrays.table import Table
 
 # A weight and where it leads: eight bytes, so that a block is one or two lines of the cache.
 _ENTRY = np.dtype([("place", np.int32), ("weight", np.float32)])

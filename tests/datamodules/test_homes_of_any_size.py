@@ -11,9 +11,9 @@ from datamodules.batch import EDGE_TYPES, ENTERING, NODE_TYPES
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.prior.place_prior import PlacePrior
 from simulator import PriorGraph
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.place_prior import PlacePrior
 from simulator.snapshots.recorder import Recorder
 from simulator.snapshots.shards import get_shard_name, save_manifest, save_shard
 from simulator.snapshots.snapshots import Snapshots, take_snapshots

@@ -9,7 +9,7 @@ import torch
 from datamodules.batch import QUERY_EDGE_TYPES
 from datamodules.sgm_datamodule import SGMDataModule
 from datamodules.snapshot_dataset import SnapshotDataset
-from simulator.evidence.columns import EVIDENCE_VERSION
+from sgm.evidence.columns import EVIDENCE_VERSION
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.paper_homes import PaperSizesSource
 from simulator.world.mixture.source import MixtureSource

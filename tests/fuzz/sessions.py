@@ -13,9 +13,9 @@ from typing import Any
 import mutate
 import numpy as np
 
+from sgm.finder.finder import Finder
+from sgm.policies.heuristics import Frequentist, Priors
 from simulator import Bayesian, Clock, SceneGraphMemory, Sighting
-from simulator.policies.heuristics import Frequentist, Priors
-from simulator.robot.finder import Finder
 
 Rng = np.random.Generator
 ODD = (*mutate.VALUES, -5, 7, 1.5, b"mug", ("mug",), datetime(2026, 1, 1), object())

@@ -24,6 +24,10 @@ from nep.encoders import MLP
 from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, save_exported
 from nep.report.results import Results, ScoreSummary
+from sgm.files import compute_checksum
+from sgm.memory import storage
+from sgm.memory.look_log import read_log
+from sgm.prior.prior_graph import load_prior
 from simulator import (
     Bayesian,
     Clock,
@@ -35,11 +39,7 @@ from simulator import (
     Streams,
 )
 from simulator.collect import CollectConfig, collect
-from simulator.files import compute_checksum
 from simulator.igridson.layout_file import DEFAULT_LAYOUT, load_layout
-from simulator.memory import storage
-from simulator.memory.look_log import read_log
-from simulator.priors.prior_graph import load_prior
 from simulator.priors.sources.table import count_table
 from simulator.replay.replay import Replay
 from simulator.snapshots.shards import MANIFEST, load_shard, save_shard

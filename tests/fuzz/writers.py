@@ -22,9 +22,9 @@ from nep.checkpoint_files import WholeCheckpoints
 from nep.encoders import MLP
 from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, load_trained, save_exported
+from sgm.memory.look_log import read_log
 from simulator import SceneGraphMemory, Sighting
 from simulator.collect import CollectConfig, collect
-from simulator.memory.look_log import read_log
 from simulator.trace.trace import load_trace, save_trace
 from simulator.world.source import SampledSource
 

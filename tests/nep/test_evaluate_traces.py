@@ -5,7 +5,7 @@ import json
 import pytest
 
 from nep.evaluate import main
-from simulator.priors.prior_graph import PriorGraph
+from sgm.prior.prior_graph import PriorGraph
 from simulator.trace import record_homes, save_trace
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes

@@ -256,7 +256,7 @@ def test_a_full_disk_leaves_the_last_checkpoint_and_one_line(folder, capsys, mon
     def fill(descriptor):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("simulator.files.os.fsync", fill)
+    monkeypatch.setattr("sgm.files.os.fsync", fill)
     with pytest.raises(SystemExit, match=r"error: .*disk must take \d+ bytes.*(last|best)"):
         main(["--config", "mlp.yaml", *SMALL, "--data.num_homes=2"])
     assert last.read_bytes() == before

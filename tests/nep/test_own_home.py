@@ -6,7 +6,7 @@ import pytest
 from nep import ObjectFinder, export, fit
 from nep.players.checkpoints import load_config, load_trained
 from simulator.trace.__main__ import main as trace
-from tests.simulator.robot.conftest import Home
+from tests.sgm.finder.conftest import Home
 
 WEEK = 252  # looks, three in each of 84 steps
 

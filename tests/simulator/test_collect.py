@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from sgm.files import lock_folder
 from simulator import collect as collect_module
 from simulator.collect import CollectConfig, collect, main
-from simulator.files import lock_folder
 from simulator.snapshots.shards import get_shard_name, load_manifest, load_shard
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.mixture import Mixture

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from simulator.compiled.kernel import kernel
+from sgm.compiled.kernel import kernel
 
 FOLDER = Path(__file__).parents[2] / "simulator" / "compiled"
 
@@ -22,7 +22,7 @@ def test_kernels_call_functions_of_their_own_file_alone(file):
     for node in ast.walk(ast.parse(file.read_text("utf-8"))):
         if isinstance(node, ast.ImportFrom) and str(node.module).startswith("simulator"):
             found.add(node.module)
-    assert found <= {"simulator.compiled.kernel"}
+    assert found <= {"sgm.compiled.kernel"}
 
 
 def test_a_function_that_cannot_be_kept_is_compiled_all_the_same():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from sgm.policies.heuristics import Random
 from simulator.policies import POLICIES, Bayesian, Policy
-from simulator.policies.heuristics import Random
 from simulator.testing import check_policy
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from simulator.priors.prior_graph import PriorGraph
+from sgm.prior.prior_graph import PriorGraph
 from simulator.testing import SmallHomes, check_dynamics, check_homes, check_sensing
 from simulator.trace.record import record_homes
 from simulator.trace.source import RecordedSource

@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from sgm.prior.tables import read_table
 from simulator.priors.sources.behavior import find_places, find_synset, parse_expression, walk_facts
 from simulator.priors.sources.counts import PlacementCounts
 from simulator.priors.sources.packages import find_package_data
-from simulator.priors.tables import read_table
 from simulator.priors.types import load_names
 
 # An activity is of the first kind of which a part of its name is one of these words. Names that
@@ -146,7 +146,11 @@ def make_table(kinds: Mapping[str, KindCounts]) -> dict[str, Any]:
     """
     table = {}
     for kind, counts in kinds.items():
-        assumed = [row for row in read_table("assumed_activities.csv") if row["kind"] == kind]
+        assumed = [
+            row
+            for row in read_table("simulator.priors", "assumed_activities.csv")
+            if row["kind"] == kind
+        ]
         table[kind] = {
             "num_activities": counts.num_activities,
             "objects": {

@@ -7,8 +7,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from simulator.messages import shorten
-from simulator.priors.prior_graph import PriorGraph
+from sgm.messages import shorten
+from sgm.prior.prior_graph import PriorGraph
 from simulator.priors.sources.behavior import count_behavior
 from simulator.priors.sources.counts import PlacementCounts
 from simulator.priors.sources.igibson import count_igibson

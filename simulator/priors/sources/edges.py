@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from simulator.messages import shorten
+from sgm.messages import shorten
 from simulator.priors.sources.counts import PlaceKey, PlacementCounts
 from simulator.priors.types import ROOMS, TypeTables
 

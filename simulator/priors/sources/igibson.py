@@ -9,7 +9,7 @@ from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
-from simulator.messages import shorten
+from sgm.messages import shorten
 from simulator.priors.sources.counts import PlaceKey, PlacementCounts
 from simulator.priors.types import load_names, load_types
 

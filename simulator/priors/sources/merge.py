@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from simulator.priors.prior_graph import FurnitureType, ObjectType, Placement, PriorGraph
+from sgm.prior.prior_graph import FurnitureType, ObjectType, Placement, PriorGraph
 from simulator.priors.sources.counts import PlaceKey, PlacementCounts
 from simulator.priors.sources.edges import Edge, find_rooms, forget_rooms, inherit, merge_sources
 from simulator.priors.types import ROOMS, TypeTables, load_types

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 from pathlib import Path
 
-from simulator.messages import shorten
+from sgm.messages import shorten
 
 INSTALL = 'Install them with `pip install --no-deps "procthor==0.0.1.dev2" "bddl==3.6.0"`'
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
 from simulator.priors.sources.counts import PlacementCounts
 from simulator.priors.sources.packages import find_package_data
 from simulator.priors.sources.procthor_assets import (

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from simulator.files import parse_json
-from simulator.messages import shorten
+from sgm.files import parse_json
+from sgm.messages import shorten
 from simulator.priors.sources.counts import PlacementCounts
 from simulator.priors.types import load_names, load_types
 

@@ -28,10 +28,10 @@ from thinc.api import (
     set_dropout_rate,
 )
 
-from simulator.checks import check_at_least
+from sgm.checks import check_at_least
+from sgm.text.vectors import TextVectors
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.process import run_main
-from simulator.text.vectors import TextVectors
 
 FloatArray = NDArray[np.float32]
 

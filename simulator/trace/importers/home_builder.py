@@ -6,8 +6,8 @@ from collections import Counter, defaultdict
 from collections.abc import Collection
 from dataclasses import replace
 
-from simulator.memory.sighting import RELATIONS
-from simulator.memory.words import read_words
+from sgm.memory.sighting import RELATIONS
+from sgm.names.words import read_words
 from simulator.priors.types import load_types
 from simulator.trace.events import Event
 from simulator.trace.layout import Furniture, Layout, Room, number_names

@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from simulator.messages import shorten
+from sgm.messages import shorten
 
 
 def load_label_names(path: Path) -> dict[int, str]:

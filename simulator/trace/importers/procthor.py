@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from simulator.files import read_json
+from sgm.files import read_json
 from simulator.priors.sources.procthor_schema import HouseRooms, find_labels, find_type
 from simulator.priors.types import load_names
 from simulator.trace.importers.home_builder import HomeBuilder

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from simulator.memory.spark_graph import FURNITURE, HAS_POSITION, RELATION, import_spark_dsg
-from simulator.messages import shorten
+from sgm.memory.spark_graph import FURNITURE, HAS_POSITION, RELATION, import_spark_dsg
+from sgm.messages import shorten
 from simulator.priors.types import load_names
 from simulator.trace.importers.home_builder import HomeBuilder
 from simulator.trace.importers.label_names import load_label_names

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
+from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from simulator.world.dynamics import Dynamics
 
 if TYPE_CHECKING:

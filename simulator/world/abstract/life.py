@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.memory.clock import HOUR_SECONDS
+from sgm.memory.clock import HOUR_SECONDS
 from simulator.world.abstract.dynamics import AbstractDynamics
 from simulator.world.abstract.ways import MOST_ACTIVITIES, MOST_STAGES, Ways, draw_ways
 from simulator.world.dynamics import Life

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from simulator.memory.clock import Clock
-from simulator.priors.prior_graph import PriorGraph
+from sgm.memory.clock import Clock
+from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.mixture import Mixture
 from simulator.world.mixture.source import MixtureSource

@@ -9,8 +9,8 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-from simulator.checks import check_at_least, check_shares
-from simulator.memory.clock import Clock
+from sgm.checks import check_at_least, check_shares
+from sgm.memory.clock import Clock
 from simulator.world.abstract.dynamics import AbstractDynamics
 from simulator.world.config import LOOKS, HomeConfig
 from simulator.world.mixture.views import NOISY, NONE, OTHER_HOME, TRUE, UNKNOWN_WORDS, VIEWS

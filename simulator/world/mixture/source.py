@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from simulator.memory.clock import Clock, make_clock_rows
-from simulator.priors.prior_graph import PriorGraph
+from sgm.memory.clock import Clock, make_clock_rows
+from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.mixture import Mixture
 from simulator.world.mixture.views import MixedHomes, draw_views, list_labels

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from simulator.priors.prior_graph import PriorGraph
+from sgm.prior.prior_graph import PriorGraph
 from simulator.world.mixture.words import list_words, load_words
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from simulator.checks import check_shares
-from simulator.memory.clock import DEFAULT_STEP_SECONDS, Clock
+from sgm.checks import check_shares
+from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from simulator.world.dynamics import Dynamics
 from simulator.world.routine.occasions import DEFAULT_OCCASIONS, Occasion, check_occasions
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sgm.arrays.relations import NUM_RELATIONS
 from simulator.world.dynamics import Life
-from simulator.world.homes import NUM_RELATIONS
 from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.routine.kinds import compute_object_weights, compute_spot_weights, load_kinds
 from simulator.world.routine.occasions import ROLES

@@ -13,7 +13,7 @@ from nep.kinds.play import HOME_COLUMNS, SHARED_COLUMNS, list_players
 from nep.kinds.table import find_best_rule, make_network_table, make_overview, make_table
 from nep.players.contestants import Checkpoint
 from nep.players.shipped import PRETRAINED
-from simulator.priors.prior_graph import PriorGraph
+from sgm.prior.prior_graph import PriorGraph
 
 
 def make_scores(**accuracy):

@@ -9,8 +9,8 @@ import pytest
 
 from nep.kinds.life import Asked, Life, measure
 from nep.own_home import RULES, main
-from simulator.memory.look_log import read_log
-from simulator.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.look_log import read_log
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.world.config import HomeConfig
 from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.source import SampledSource

@@ -13,12 +13,12 @@ from nep.layers.segment import segment_max
 from nep.model.evidence_embedding import EvidenceEmbedding
 from nep.model.module import NEPModule
 from nep.players.policy import NEPPolicy
+from sgm.evidence.adaptive_filter import FilterSettings
+from sgm.evidence.columns import PLACE_COLUMNS
+from sgm.evidence.features import compute_features
+from sgm.policies.adaptive import Adaptive
 from simulator.collect import CollectConfig, collect
-from simulator.evidence.adaptive_filter import FilterSettings
-from simulator.evidence.columns import PLACE_COLUMNS
-from simulator.evidence.features import compute_features
 from simulator.policies import make_policy
-from simulator.policies.adaptive import Adaptive
 from simulator.tasks.registry import TASKS
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource

@@ -13,7 +13,7 @@ from nep.paper.claims_scores import ClaimsScores
 from nep.paper.readings import READINGS, compute_listed_ndcg, find_reach, play_readings
 from nep.paper.training import Training
 from nep.report.results import ScoreSummary
-from simulator.memory.queries import Queries
+from sgm.memory.queries import Queries
 from simulator.policies import make_policy
 from simulator.tasks.answer import Answer
 from simulator.tasks.evaluation import play_task

@@ -7,7 +7,7 @@ from functools import partial
 from rich.console import Console
 
 from nep.paper.stages import Job, run_stages
-from simulator.files import write_whole
+from sgm.files import write_whole
 
 CONSOLE = Console(quiet=True)
 

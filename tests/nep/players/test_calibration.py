@@ -5,9 +5,9 @@ import pytest
 
 from nep.players.calibration import Calibration, fit_calibration, measure_calibration
 from nep.players.searches import Decisions, find_absent, play_searches
+from sgm.policies.policy import Policy
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
 from simulator.policies import make_policy
-from simulator.policies.policy import Policy
 
 
 def sample_searches(truth: Calibration, count: int, seed: int) -> Decisions:

@@ -9,13 +9,13 @@ from datamodules.graph import GraphBuilder
 from nep.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.model.module import NEPModule
 from nep.players.policy import NEPPolicy, _share_answers
+from sgm.evidence.adaptive_filter import follow_prior, trust_prior
+from sgm.evidence.columns import QUESTION_COLUMNS
+from sgm.evidence.expected import Expected
+from sgm.evidence.features import compute_features
+from sgm.policies.probabilities import compute_probabilities
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
-from simulator.evidence.adaptive_filter import follow_prior, trust_prior
-from simulator.evidence.columns import QUESTION_COLUMNS
-from simulator.evidence.expected import Expected
-from simulator.evidence.features import compute_features
 from simulator.policies import make_policy
-from simulator.policies.probabilities import compute_probabilities
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
@@ -249,9 +249,7 @@ def test_the_shipped_network_shares_its_answers_with_who_goes_by_the_hour(monkey
     rollout = Rollout(homes, policy)
     assert len(list(predict_locations(rollout, 10))) == 10
     memory, queries = rollout.memory, rollout.ask()[1]
-    monkeypatch.setattr(
-        "simulator.evidence.features.compute_keeping", lambda *_: np.array([1.0, 0.0])
-    )
+    monkeypatch.setattr("sgm.evidence.features.compute_keeping", lambda *_: np.array([1.0, 0.0]))
     for share in (policy._module.hours_share, 0.0):
         policy._module.hours_share = share
         scores = policy.score_places(memory, queries).max(axis=2)

@@ -9,9 +9,9 @@ from datamodules.graph import GraphBuilder
 from nep.encoders import Sets
 from nep.model.module import NEPModule
 from nep.players.policy import NEPPolicy
-from simulator.memory.queries import Queries
-from simulator.memory.scene_graph_memory import SceneGraphMemory
-from simulator.policies.probabilities import compute_probabilities
+from sgm.memory.queries import Queries
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.policies.probabilities import compute_probabilities
 from simulator.tasks.registry import TASKS
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig

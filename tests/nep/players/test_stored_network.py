@@ -8,8 +8,8 @@ import torch
 from nep.encoders import HEAT
 from nep.model.module import NEPModule
 from nep.players.stored_network import build_network, read_calibration, read_features
+from sgm.text.vectors import PAPER_PIPELINE, SHIPPED_PIPELINE, TextVectors
 from simulator.text import load_text
-from simulator.text.vectors import PAPER_PIPELINE, SHIPPED_PIPELINE, TextVectors
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from nep.encoders import HEAT, MLP
 from nep.model.module import NEPModule
 from nep.players.calibration import Calibration
 from nep.players.checkpoints import TrainedModel
-from simulator.robot.belief import Detector
+from sgm.belief import Detector
 
 
 @pytest.fixture(scope="module")

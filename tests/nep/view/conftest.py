@@ -7,9 +7,9 @@ import pytest
 
 from nep.view.answers import Desk
 from nep.view.stage import Judges, Stage
-from simulator.memory.look_log import read_log
-from simulator.memory.scene_graph_memory import SceneGraphMemory
-from simulator.memory.sighting import Sighting
+from sgm.memory.look_log import read_log
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
 from simulator.replay.replay import Replay
 
 _FLAGS = (

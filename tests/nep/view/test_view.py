@@ -19,10 +19,10 @@ from nep.view.map_figure import MOST_DOTS, MapContent, make_map
 from nep.view.saved_page import save_page
 from nep.view.stage import Judges, Stage
 from nep.view.texts import tell_furniture, tell_ranking, tell_step
+from sgm.finder.finder import Finder
 from simulator import Bayesian, SceneGraphMemory, Sighting
 from simulator.drawing import FloorPlan
 from simulator.replay.still import StillMemory
-from simulator.robot.finder import Finder
 
 ROOT = Path(__file__).resolve().parents[3]
 

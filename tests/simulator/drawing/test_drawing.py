@@ -6,6 +6,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.patches import Rectangle
 
+from sgm.finder.finder import Finder
 from simulator import (
     Bayesian,
     HomeConfig,
@@ -18,7 +19,6 @@ from simulator import (
 from simulator.drawing import FloorPlan, History, draw_belief, draw_history, draw_home
 from simulator.igridson.floor_plan import make_plan
 from simulator.igridson.layout_file import load_layout
-from simulator.robot.finder import Finder
 
 
 @pytest.fixture

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
 from simulator.gym.place_rows import PLACE_COLUMNS, compute_place_rows
-from simulator.memory.scene_graph_memory import SceneGraphMemory
-from simulator.memory.sighting import Sighting
 
 COLUMN = {name: column for column, name in enumerate(PLACE_COLUMNS)}
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from simulator.memory.change import Change
+from sgm.memory.change import Change
 from simulator.policies import make_policy
 from simulator.policies.belief import Rules
 from simulator.policies.filters import Ceiling, PriorFilter

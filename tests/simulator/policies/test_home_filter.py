@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
+from sgm.memory.queries import Queries
 from simulator.compiled.filters import (
     make_transitions,
     update_class_noise,
     update_instance_noise,
 )
-from simulator.memory.queries import Queries
 from simulator.policies import make_policy
 from simulator.policies.belief import Subjects
 from simulator.policies.home_filter import HomeFilter

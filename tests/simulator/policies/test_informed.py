@@ -3,13 +3,13 @@ import itertools
 import numpy as np
 import pytest
 
-from simulator.memory.memory_batch import MemoryBatch
-from simulator.memory.place_prior import PlacePrior
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.prior.place_prior import PlacePrior
+from sgm.prior.prior_graph import FurnitureType, ObjectType, Placement, PriorGraph
 from simulator.policies import list_policies
 from simulator.policies.filters import Ceiling
 from simulator.policies.informed import Informed
 from simulator.policies.inventory import Inventory
-from simulator.priors.prior_graph import FurnitureType, ObjectType, Placement, PriorGraph
 from simulator.tasks.rollout import Rollout
 from simulator.testing import check_policy
 from simulator.world.config import HomeConfig

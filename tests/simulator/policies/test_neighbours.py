@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from sgm.policies.probabilities import compute_probabilities
 from simulator.policies import POLICIES, make_policy
 from simulator.policies.look_log import LookLog
 from simulator.policies.place_filter import PlaceFilter
-from simulator.policies.probabilities import compute_probabilities
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes

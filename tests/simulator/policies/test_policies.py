@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from sgm.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
+from sgm.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior
 from simulator.policies import POLICIES, identify_policy, make_policy
-from simulator.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
-from simulator.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior, Oracle
+from simulator.policies.oracle import Oracle
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout, make_memory
@@ -178,8 +179,8 @@ def test_a_policy_of_ones_own_is_named_by_its_import_path(make_tiny_homes):
     ("name", "message"),
     [
         ("no_such_module:MyPolicy", r"module that can be imported, got 'no_such_module:MyPolicy'"),
-        ("simulator.policies.policy:Nothing", r"a subclass of simulator.policies.Policy, got 'sim"),
-        ("simulator.policies.policy:np", r"a subclass of .*Derive it from Policy"),
+        ("sgm.policies.policy:Nothing", r"a subclass of simulator.policies.Policy, got 'sgm"),
+        ("sgm.policies.policy:np", r"a subclass of .*Derive it from Policy"),
     ],
 )
 def test_an_import_path_that_leads_to_no_policy_is_refused(make_tiny_homes, name, message):

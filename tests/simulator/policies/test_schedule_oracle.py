@@ -15,7 +15,7 @@ from simulator.world.mixture.source import MixtureSource
 from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
-from tests.simulator.conftest import make_strict_life
+from tests.homes import make_strict_life
 
 CERTAIN = make_strict_life(minutes=40)  # over at 12:52 at the latest
 SMALL = HomeConfig(furniture_per_room=4, objects_per_furniture=3)

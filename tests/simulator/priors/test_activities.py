@@ -6,8 +6,8 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
+from sgm.prior.prior_graph import PriorGraph
 from simulator.priors.__main__ import main
-from simulator.priors.prior_graph import PriorGraph
 from simulator.priors.sources.activities import (
     KIND_WORDS,
     count_activities,

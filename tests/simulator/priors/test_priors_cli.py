@@ -4,9 +4,9 @@ import json
 
 import pytest
 
+from sgm.prior.prior_graph import PriorGraph
 from simulator.priors.__main__ import main
 from simulator.priors.compare import compare_priors, compute_rank_correlation
-from simulator.priors.prior_graph import PriorGraph
 
 TABLE = """room,furniture,object,relation,weight
 kitchen,fridge,egg,,6

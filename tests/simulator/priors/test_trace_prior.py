@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from sgm.prior.prior_graph import PriorGraph
 from simulator.priors.__main__ import main
-from simulator.priors.prior_graph import PriorGraph
 from simulator.trace import load_trace, record_homes, save_trace
 from simulator.trace.count_prior import count_prior, fit_sample_probs
 from simulator.world.config import HomeConfig

@@ -1,6 +1,6 @@
 """The two tables of the paper's appendix."""
 
-from simulator.priors.tables import read_table
+from sgm.prior.tables import read_table
 from simulator.priors.types import load_names, load_types
 
 
@@ -23,14 +23,14 @@ def test_all_rows_of_the_paper_are_there():
 def test_types_have_as_many_adjectives_as_the_paper_says():
     types = load_types()
     for name, rows in (("furniture.csv", types.furniture), ("objects.csv", types.objects)):
-        for row in read_table(name):
+        for row in read_table("simulator.priors", name):
             words = [word for group in rows[row["label"]].adjectives for word in group]
             assert len(words) == int(row["num_adjectives"]), row["label"]
             assert len(set(words)) == len(words), row["label"]
 
 
 def test_aliases_have_the_metadata_of_their_type():
-    objects = read_table("objects.csv")
+    objects = read_table("simulator.priors", "objects.csv")
     rows = {row["label"]: row for row in objects}
     for row in objects:
         if row["alias_of"]:

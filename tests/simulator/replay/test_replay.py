@@ -5,6 +5,8 @@ from datetime import datetime
 import numpy as np
 import pytest
 
+from sgm.finder.finder import Finder
+from sgm.memory.look_log import LogLine, read_log
 from simulator import (
     Bayesian,
     Clock,
@@ -14,11 +16,9 @@ from simulator import (
     SceneGraphMemory,
     Sighting,
 )
-from simulator.memory.look_log import LogLine, read_log
 from simulator.replay.record import record_run
 from simulator.replay.replay import Replay
 from simulator.replay.still import StillMemory
-from simulator.robot.finder import Finder
 from simulator.world.routine.dynamics import RoutineDynamics
 
 

@@ -7,8 +7,8 @@ import sys
 import numpy as np
 import pytest
 
+from sgm.files import compute_checksum
 from simulator.collect import CollectConfig, collect
-from simulator.files import compute_checksum
 from simulator.snapshots.shard_check import check_manifest, check_shard
 from simulator.snapshots.shards import load_manifest, load_shard, save_shard
 from simulator.world.config import HomeConfig

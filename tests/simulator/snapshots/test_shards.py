@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 
-from simulator.files import compute_checksum, write_whole
+from sgm.files import compute_checksum, write_whole
 from simulator.snapshots.shards import (
     get_shard_name,
     load_manifest,

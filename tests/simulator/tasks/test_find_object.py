@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from sgm.policies.policy import Policy
 from simulator.policies import make_policy
-from simulator.policies.policy import Policy
 from simulator.tasks.find_object import FindObject
 from simulator.tasks.search import ByScore
 

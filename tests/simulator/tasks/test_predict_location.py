@@ -1,7 +1,7 @@
 import numpy as np
 from scipy import stats
 
-from simulator.policies.policy import Policy
+from sgm.policies.policy import Policy
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.queries import compute_answers, sample_query
 from simulator.tasks.rollout import Rollout

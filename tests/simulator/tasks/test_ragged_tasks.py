@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from sgm.policies.policy import Policy
 from simulator.policies import make_policy
-from simulator.policies.policy import Policy
 from simulator.tasks.registry import TASKS
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from simulator.policies.heuristics import Random
-from simulator.policies.policy import Policy
+from sgm.policies.heuristics import Random
+from sgm.policies.policy import Policy
 from simulator.tasks.relative_likelihood import (
     RelativeLikelihood,
     compute_relevance,

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from sgm.policies.heuristics import Random
 from simulator.policies import POLICIES, make_policy
-from simulator.policies.heuristics import Random
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.metrics import METRICS
 from simulator.tasks.predict_location import predict_locations

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from sgm.policies.heuristics import Random
 from simulator.policies import make_policy
-from simulator.policies.heuristics import Random
 from simulator.tasks.rollout import Rollout
 from simulator.tasks.search import ByScore, Search, SearchOrder
 

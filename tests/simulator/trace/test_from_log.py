@@ -5,10 +5,10 @@ from datetime import datetime
 
 import pytest
 
-from simulator.memory.clock import Clock
-from simulator.memory.look_log import read_log
-from simulator.memory.scene_graph_memory import SceneGraphMemory
-from simulator.memory.sighting import Sighting
+from sgm.memory.clock import Clock
+from sgm.memory.look_log import read_log
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
 from simulator.trace.__main__ import main
 from simulator.trace.events import GONE
 from simulator.trace.from_log import make_trace, split_trace

@@ -5,8 +5,8 @@ import math
 
 import pytest
 
-from simulator.memory.scene_graph_memory import SceneGraphMemory
-from simulator.memory.sighting import Sighting
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
 from simulator.trace import load_trace, save_trace
 from simulator.trace.__main__ import main
 from simulator.trace.importers import IMPORTERS, read_scene_graph

@@ -7,9 +7,9 @@ from datetime import datetime
 import numpy as np
 import pytest
 
+from sgm.memory.clock import Clock, compute_week_seconds
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.collect import CollectConfig, collect
-from simulator.memory.clock import Clock, compute_week_seconds
-from simulator.memory.scene_graph_memory import SceneGraphMemory
 from simulator.policies import make_policy
 from simulator.snapshots.shards import load_shard
 from simulator.tasks.predict_location import predict_locations

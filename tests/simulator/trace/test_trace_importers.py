@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simulator.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.trace import load_trace
 from simulator.trace.__main__ import main
 from simulator.trace.importers import read_procthor, read_scene_graph

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simulator.priors.prior_graph import PriorGraph
+from sgm.prior.prior_graph import PriorGraph
 from simulator.tasks.rollout import make_memory
 from simulator.world.abstract import life
 from simulator.world.abstract.dynamics import AbstractDynamics

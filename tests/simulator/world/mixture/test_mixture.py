@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sgm.prior.prior_graph import PriorGraph
 from simulator.collect import CollectConfig, collect
 from simulator.policies import make_policy
-from simulator.priors.prior_graph import PriorGraph
 from simulator.snapshots.shards import get_shard_name, load_manifest, load_shard
 from simulator.tasks.registry import TASKS
 from simulator.tasks.rollout import Rollout, make_memory

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simulator.priors.prior_graph import PriorGraph
+from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.paper_dynamics import PaperDynamics
 from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.routine.occasions import Occasion
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
-from tests.simulator.conftest import make_strict_life
+from tests.homes import make_strict_life
 
 STRICT = make_strict_life(minutes=60)
 (LUNCH,) = STRICT.occasions

@@ -1,0 +1,58 @@
+"""Scene graph memory: what a robot remembers of a home, and where it should look.
+
+`SceneGraphMemory`, `Sighting` and `Clock` remember; `Finder` asks any policy, such as `Bayesian`.
+Needs numpy and numba, no deep learning. The names are loaded when they are first used.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sgm.lazy_names import load_lazily
+
+if TYPE_CHECKING:
+    from sgm.belief import Detector
+    from sgm.finder.finder import Finder
+    from sgm.finder.ranking import Place, Ranking
+    from sgm.finder.search_plan import Look, SearchPlan
+    from sgm.memory.clock import Clock
+    from sgm.memory.scene_graph_memory import SceneGraphMemory
+    from sgm.memory.sighting import SeenAt, Sighting
+    from sgm.policies import Adaptive, Bayesian, Policy
+    from sgm.prior.prior_graph import PriorGraph
+
+_MODULES = {
+    "Adaptive": "sgm.policies",
+    "Bayesian": "sgm.policies",
+    "Clock": "sgm.memory.clock",
+    "Detector": "sgm.belief",
+    "Finder": "sgm.finder.finder",
+    "Look": "sgm.finder.search_plan",
+    "Place": "sgm.finder.ranking",
+    "Policy": "sgm.policies",
+    "PriorGraph": "sgm.prior.prior_graph",
+    "Ranking": "sgm.finder.ranking",
+    "SceneGraphMemory": "sgm.memory.scene_graph_memory",
+    "SearchPlan": "sgm.finder.search_plan",
+    "SeenAt": "sgm.memory.sighting",
+    "Sighting": "sgm.memory.sighting",
+}
+
+__all__ = [
+    "Adaptive",
+    "Bayesian",
+    "Clock",
+    "Detector",
+    "Finder",
+    "Look",
+    "Place",
+    "Policy",
+    "PriorGraph",
+    "Ranking",
+    "SceneGraphMemory",
+    "SearchPlan",
+    "SeenAt",
+    "Sighting",
+]
+
+__getattr__ = load_lazily(__name__, _MODULES)

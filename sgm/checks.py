@@ -1,0 +1,65 @@
+"""Checks of numbers that many settings share."""
+
+from __future__ import annotations
+
+from numbers import Real
+from typing import TypeGuard
+
+from sgm.messages import shorten
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Tell whether a value that anybody may have given is a number; nan is one."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def check_at_least(least: int, **values: float | None) -> None:
+    """Check lower bounds.
+
+    Args:
+        least: the bound.
+        values: numbers by the name of their setting; None for one that was left out.
+
+    Raises:
+        ValueError: if one is below the bound; names it.
+    """
+    for name, value in values.items():
+        if value is not None and not value >= least:  # nan is below every bound
+            raise ValueError(f"{name} must be at least {least}, got {shorten(value)}. Raise it.")
+
+
+def check_at_most(most: int, **values: float) -> None:
+    """Check upper bounds.
+
+    Args:
+        most: the bound.
+        values: numbers by the name of their setting.
+
+    Raises:
+        ValueError: if one is above the bound; names it.
+    """
+    for name, value in values.items():
+        if not value <= most:
+            raise ValueError(f"{name} must be at most {most}, got {shorten(value)}. Lower it.")
+
+
+def check_shares(**values: object) -> None:
+    """Check shares and probabilities.
+
+    Args:
+        values: by the name of their setting.
+
+    Raises:
+        ValueError: if one is no number in [0, 1]; names it.
+    """
+    for name, value in values.items():
+        if not is_number(value) or not 0 <= value <= 1:
+            raise ValueError(
+                f"{name} must lie in [0, 1], got {shorten(value)}. Give a share or probability."
+            )
+
+
+def check_seed(seed: int) -> None:
+    """Raise ValueError unless a seed is one that numpy takes."""
+    if seed < 0:
+        raise ValueError(f"seed must be non-negative, got {seed}. Choose 0 or more.")

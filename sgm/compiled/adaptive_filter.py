@@ -1,0 +1,185 @@
+"""Where an object can be, given where it was last seen and every look since."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sgm.compiled.kernel import kernel
+
+_SAME = 0.97  # probability that what is seen is the object that is asked for
+_TINY = 1e-12
+# A look that does not show what is still in the home counts for a little less than a look: what
+# hides a thing once may hide it again.
+_LOOKS_HEEDED = 0.85
+_CARRIED_OFF = 0.005  # right after it was seen, whatever the rate at which things leave
+
+
+@kernel
+def follow_looks(
+    destination: np.ndarray,
+    room: np.ndarray,
+    num_rooms: int,
+    look_times: np.ndarray,
+    last_place: np.ndarray,
+    last_time: np.ndarray,
+    now: int,
+    hours: np.ndarray,
+    rate: np.ndarray,
+    crossing: np.ndarray,
+    moved: np.ndarray,
+    miss: np.ndarray,
+    leaving: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Follow K filters over the looks at Q objects; see `sgm.evidence.adaptive_filter`.
+
+    Args:
+        destination: where each object goes, sums to one, float64 (Q, P); the last place is
+            elsewhere.
+        room: of each place, -1 where there is none, int64 (Q, P).
+        num_rooms: room numbers are below it.
+        look_times: of the latest looks at each place but elsewhere, -1 for none, (Q, P - 1, L).
+        last_place: where it was last seen, -1 for never, int64 (Q,).
+        last_time: when, int64 (Q,).
+        now: the present time step.
+        hours: length of a step, (Q,).
+        rate: at which it leaves, per hour, (Q, K).
+        crossing: share of its ways that lead anywhere, not within the room, (Q, K).
+        moved: how likely it has just moved, since it is asked for, (Q, K).
+        miss: probability that a look misses it, (Q,).
+        leaving: rates at which it may leave the home for good, per hour, (Q, J).
+
+    Returns:
+        Probabilities of the places, of an object that is in the home, (Q, K, P); and for each of
+        the J rates that it has left it, by the first filter, (Q, J).
+    """
+    num_queries, num_places = destination.shape
+    num_kept = look_times.shape[2]
+    belief = np.empty((num_queries, rate.shape[1], num_places))
+    gone = np.full(leaving.shape, _CARRIED_OFF)
+    when = np.empty((num_places - 1) * num_kept, dtype=np.int64)
+    where = np.empty(len(when), dtype=np.int64)
+    mass = np.empty(num_rooms)
+    total = np.empty(num_rooms)
+    later = np.empty(num_rooms)
+    share = np.zeros(num_places)  # of a place in the destinations of its room
+    remains = np.empty(leaving.shape[1])
+    for query in range(num_queries):
+        goes = destination[query]
+        in_room = room[query]
+        left = gone[query]
+        last = last_place[query]
+        start = last_time[query] if last >= 0 else -1
+        num_looks = 0
+        for place in range(num_places - 1):
+            for kept in range(num_kept):
+                time = look_times[query, place, kept]
+                if time > start or (time == start and time >= 0 and place != last):
+                    when[num_looks] = time
+                    where[num_looks] = place
+                    num_looks += 1
+        order = np.argsort(when[:num_looks], kind="mergesort")
+        total[:] = 0
+        for place in range(num_places):
+            if in_room[place] >= 0:
+                total[in_room[place]] += goes[place]
+        for place in range(num_places):
+            if in_room[place] >= 0:
+                share[place] = goes[place] / max(total[in_room[place]], _TINY)
+        for number in range(rate.shape[1]):
+            density = belief[query, number]
+            leaves, cross = rate[query, number], crossing[query, number]
+            time = start
+            if last >= 0:
+                density[:] = (1 - _SAME) * goes
+                density[last] += _SAME
+            else:
+                density[:] = goes
+                time = when[order[0]] if num_looks else now
+            has_moved = time == now and last >= 0  # seen in this step: nothing moved since
+            elapsed = -1.0  # mostly it is one step, again and again
+            for position in range(num_looks + 1):
+                is_end = position == num_looks
+                next_time = now if is_end else when[order[position]]
+                if next_time > time:
+                    if elapsed != (next_time - time) * hours[query]:
+                        elapsed = (next_time - time) * hours[query]
+                        stays = math.exp(-leaves * elapsed)
+                        stays_in_room = math.exp(-leaves * cross * elapsed)
+                        for other in range(len(remains)):
+                            remains[other] = math.exp(-leaving[query, other] * elapsed)
+                    mass[:] = 0
+                    for place in range(num_places):
+                        if in_room[place] >= 0:
+                            mass[in_room[place]] += density[place]
+                    for own in range(num_rooms):
+                        later[own] = total[own] + stays_in_room * (mass[own] - total[own])
+                    for place in range(num_places):
+                        own = in_room[place]
+                        if own < 0:
+                            continue
+                        density[place] = later[own] * share[place] + stays * (
+                            density[place] - mass[own] * share[place]
+                        )
+                    if number == 0:
+                        for other in range(len(left)):
+                            left[other] = 1 - (1 - left[other]) * remains[other]
+                    time = next_time
+                if time == now and not has_moved:
+                    has_moved = True
+                    _move_once(density, goes, in_room, total, cross, moved[query, number])
+                if not is_end:
+                    place = where[order[position]]
+                    missed = density[place] * (1 - miss[query])
+                    density[place] *= miss[query]
+                    density /= max(1 - missed, _TINY)
+                    if number == 0 and leaving.shape[1]:
+                        unseen = max(1 - missed, _TINY) ** _LOOKS_HEEDED
+                        for other in range(len(left)):
+                            left[other] /= left[other] + (1 - left[other]) * unseen + _TINY
+    return belief, gone
+
+
+@kernel
+def _move_once(
+    density: np.ndarray,
+    goes: np.ndarray,
+    room: np.ndarray,
+    total: np.ndarray,
+    cross: float,
+    probability: float,
+) -> None:
+    """Let the object move to another place with a probability, in place.
+
+    Args:
+        density: (P,).
+        goes: destinations, (P,).
+        room: (P,).
+        total: of the destinations in each room.
+        cross: share of the moves that lead anywhere.
+        probability: that it moves.
+    """
+    if probability <= 0:
+        return
+    anywhere = 0.0
+    inside = np.zeros(len(total))
+    for place in range(len(density)):
+        own = room[place]
+        if own < 0:
+            continue
+        anywhere += density[place] / max(1 - goes[place], 1e-6)
+        if total[own] - goes[place] > 1e-9:
+            inside[own] += density[place] / (total[own] - goes[place])
+    for place in range(len(density)):
+        own = room[place]
+        if own < 0:
+            continue
+        came = goes[place] * (anywhere - density[place] / max(1 - goes[place], 1e-6))
+        if total[own] - goes[place] > 1e-9:
+            came_inside = inside[own] - density[place] / (total[own] - goes[place])
+            came_inside *= goes[place]
+        else:
+            came_inside = density[place]  # no other place in the room
+        after = cross * came + (1 - cross) * came_inside
+        density[place] = (1 - probability) * density[place] + probability * after

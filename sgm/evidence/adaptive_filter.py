@@ -1,0 +1,320 @@
+"""A filter that knows no rules of the home: rates and destinations come from its own counts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sgm.arrays.padded import sum_rows
+from sgm.evidence.expected import Expected
+from sgm.evidence.object_counts import (
+    ObjectCounts,
+    compute_hour,
+    compute_hours_per_step,
+    count_left,
+)
+from sgm.memory.home_history import NUM_HOURS
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+
+TASKS_ASK_MOVED = 0.5  # share of questions about what has just moved; docs/design.md, ruling 9
+_HOUR_WIDTH = 4.0  # concentration of the hours that count as alike: about three to each side
+_ANYWHERE = 0.03  # of the moves that follow the prior, in spite of it
+
+
+@dataclass(frozen=True, slots=True)
+class FilterSettings:
+    """One adaptive filter.
+
+    Attributes:
+        rate: at which objects leave, per hour; None for the object's own, from its counts.
+        crossing: share of the moves that do not stay in the room; None for the home's own.
+        asks_moved: how likely an object that is asked for has moved in this step, if any has;
+            None if it surely has.
+        hours: how much the hour of day at which it was seen matters for where it goes, 0 to 1.
+        counts_left: whether an object's own rate is that at which it was found gone, wherever it
+            went, or that at which it was found elsewhere.
+    """
+
+    rate: float | None = None
+    crossing: float | None = None
+    asks_moved: float | None = 0.0
+    hours: float = 0.0
+    counts_left: bool = False
+
+
+# The filter of `follow_prior`: an object is soon elsewhere in its room.
+_FOLLOWS_PRIOR = FilterSettings(rate=0.5, crossing=0.0, asks_moved=TASKS_ASK_MOVED)
+# That of `trust_prior`: it leaves as often as it was found gone.
+_TRUSTS_PRIOR = FilterSettings(crossing=1.0, asks_moved=TASKS_ASK_MOVED, counts_left=True)
+_PRIOR_SIGHTINGS = 16.0  # that the prior is taken for
+_ANY_SIGHTINGS = 0.1  # beside these and its own, spread over all places
+
+
+@dataclass(frozen=True, slots=True)
+class Rates:
+    """What the counts say about how objects move, per hour.
+
+    Attributes:
+        home: of the average object of the home, (Q,).
+        own: of the object asked for, (Q,).
+        crossing: share of the moves that lead to another room, (Q,).
+        any_moved: how likely any object has moved in the last step, (Q,).
+        miss: how likely a look misses what is there, (Q,).
+        home_left: at which the average object of the home is found gone from its place, (Q,).
+        left: at which the object asked for is, (Q,).
+    """
+
+    home: np.ndarray
+    own: np.ndarray
+    crossing: np.ndarray
+    any_moved: np.ndarray
+    miss: np.ndarray
+    home_left: np.ndarray
+    left: np.ndarray
+
+    @classmethod
+    def estimate(cls, memory: MemoryBatch, queries: Queries, counts: ObjectCounts) -> Rates:
+        """Estimate the rates; each is the mean of a posterior that starts with a weak prior.
+
+        Args:
+            memory: the memory.
+            queries: the objects.
+            counts: `ObjectCounts.gather` of the same.
+        """
+        history, objects = memory.history, memory.objects
+        of_homes = compute_hours_per_step(memory, np.arange(memory.num_homes))
+        hours, home = of_homes[queries.home], history.compute_move_rate(of_homes)[queries.home]
+        row = queries.object
+        known = objects["last_observed"][row] - objects["first_observed"][row]
+        own = (objects["num_moved"][row] + 1.5) / (known * hours + 1.5 / home)
+        num_seen = np.bincount(
+            objects["home"], objects["num_observed"] > 0, minlength=memory.num_homes
+        )[queries.home]
+        home_left, left = _compute_left_rates(memory, queries, counts, hours)
+        return cls(
+            home=home,
+            own=np.clip(own, 1e-4, 2.0),
+            crossing=_compute_crossing(memory)[queries.home],
+            any_moved=-np.expm1(-home * hours * np.maximum(num_seen, 1)),
+            miss=history.compute_miss_rate()[queries.home],
+            home_left=home_left,
+            left=left,
+        )
+
+
+def compute_destinations(
+    memory: MemoryBatch,
+    queries: Queries,
+    counts: ObjectCounts,
+    expected: Expected,
+    hours: float = 0.0,
+) -> np.ndarray:
+    """Return where each object goes when it moves, (Q, F + 1), the last column elsewhere.
+
+    In proportion to how often it was seen at a place, plus what is expected as one more sighting,
+    plus a little everywhere: more where nothing is expected.
+
+    Args:
+        memory: the memory.
+        queries: the objects.
+        counts: `ObjectCounts.gather` of the same.
+        expected: of the same.
+        hours: how much sightings at other hours of the day are discounted, 0 to 1.
+    """
+    trust = expected.trust[:, None]
+    seen = counts.num_true.astype(float)
+    if hours > 0 and counts.hours is not None:
+        seen = seen * (1 - hours) + hours * weigh_hours(memory, queries, counts.hours[0])
+    return _spread(memory, queries, seen + trust * expected.share, 0.3 + (1 - trust))
+
+
+def _spread(
+    memory: MemoryBatch, queries: Queries, weight: np.ndarray, anywhere: np.ndarray
+) -> np.ndarray:
+    """Spread a weight over all places, beside their own, and scale the sum to one.
+
+    Args:
+        memory: the memory.
+        queries: the objects.
+        weight: of each place, (Q, F).
+        anywhere: what is spread, (Q, 1); elsewhere gets as much as one place.
+
+    Returns:
+        Shares of the places, and last of elsewhere, (Q, F + 1).
+    """
+    is_place = memory.is_furniture[queries.home]
+    num_places = is_place.sum(axis=1)
+    anywhere = anywhere / num_places[:, None]
+    weight = (weight + anywhere) * is_place
+    total = sum_rows(weight, num_places)[:, None] + anywhere
+    return np.append(weight, anywhere, axis=1) / total
+
+
+def weigh_hours(
+    memory: MemoryBatch, queries: Queries, hours: np.ndarray, width: float = _HOUR_WIDTH
+) -> np.ndarray:
+    """Return sightings weighted by how near their hour is, (..., Q, F, NUM_HOURS) -> (..., Q, F).
+
+    A sighting at the present hour counts as one, whatever the width; in a home without a clock
+    none counts.
+    """
+    return np.einsum("...qfh,qh->...qf", hours, weigh_hour(memory, queries.home, width))
+
+
+def weigh_hour(memory: MemoryBatch, home: np.ndarray, width: float = _HOUR_WIDTH) -> np.ndarray:
+    """Return how near each bin of the day is to the present hour in homes, (n, NUM_HOURS)."""
+    middle = (np.arange(NUM_HOURS) + 0.5) * (24 / NUM_HOURS)
+    return np.nan_to_num(compare_hours(middle - compute_hour(memory, home)[:, None], width))
+
+
+def compare_hours(apart: np.ndarray, width: float = _HOUR_WIDTH) -> np.ndarray:
+    """Return how alike hours of day are, 1 for the same, by how many hours they are apart."""
+    alike: np.ndarray = np.exp(width * (np.cos(apart * (2 * np.pi / 24)) - 1))
+    return alike
+
+
+def compute_beliefs(
+    memory: MemoryBatch,
+    queries: Queries,
+    rates: Rates,
+    destinations: np.ndarray,
+    filters: Sequence[FilterSettings],
+) -> np.ndarray:
+    """Follow filters from the last sighting of each object over the looks since.
+
+    Between looks an object leaves its place at a rate, for a place drawn from its destinations:
+    within its room, or anywhere with the share `crossing`. For a time t this has a closed form,
+    so that a question costs the same after ten steps or a million:
+
+        M_r(t) = P_r + exp(-rate crossing t) (M_r(0) - P_r)
+        b_f(t) = M_r(t) q_f + exp(-rate t) (b_f(0) - M_r(0) q_f)
+
+    with M_r the probability of the room, P_r that of its destinations and q_f the share of the
+    place in these. A look that does not find the object multiplies the place by the miss rate.
+    Only the latest `NUM_LOOKS_KEPT` looks at each furniture node are known.
+
+    Args:
+        memory: the memory.
+        queries: the objects.
+        rates: `Rates.estimate` of the same.
+        destinations: from `compute_destinations`, (Q, F + 1).
+        filters: K settings.
+
+    Returns:
+        Probability of each place and of elsewhere, (Q, K, F + 1).
+    """
+    leaving = np.empty((len(queries.home), 0))
+    return _follow(memory, queries, rates, destinations, filters, leaving)[0]
+
+
+def compute_left(
+    memory: MemoryBatch,
+    queries: Queries,
+    rates: Rates,
+    destinations: np.ndarray,
+    leaving: np.ndarray,
+) -> np.ndarray:
+    """Return how likely each object has left the home for good since it was last seen.
+
+    It may leave at any time; the looks since, which did not find it, are as likely as the filter of
+    the home's own rates says if it stayed, and certain if it left.
+
+    Args:
+        memory: the memory.
+        queries: objects that were seen.
+        rates: `Rates.estimate` of the same.
+        destinations: from `compute_destinations`, (Q, F + 1).
+        leaving: J rates of each, per hour, (Q, J).
+
+    Returns:
+        For each of the rates, (Q, J).
+    """
+    return _follow(memory, queries, rates, destinations, [FilterSettings()], leaving)[1]
+
+
+def _follow(
+    memory: MemoryBatch,
+    queries: Queries,
+    rates: Rates,
+    destinations: np.ndarray,
+    filters: Sequence[FilterSettings],
+    leaving: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what `compute_beliefs` and `compute_left` return."""
+    from sgm.compiled.adaptive_filter import follow_looks  # loads numba
+
+    num_queries, home = len(queries.home), queries.home
+    num_rooms = memory.room_label.shape[1] + 1
+    room = np.full(destinations.shape, num_rooms - 1, dtype=np.int64)  # elsewhere is no room
+    room[:, :-1] = np.where(memory.is_furniture[home], memory.furniture_room[home], -1)
+    shape = (num_queries, len(filters))
+    rate, crossing, moved = np.empty(shape), np.empty(shape), np.empty(shape)
+    for number, one in enumerate(filters):
+        own = rates.left if one.counts_left else rates.own
+        rate[:, number] = own if one.rate is None else one.rate
+        crossing[:, number] = rates.crossing if one.crossing is None else one.crossing
+        moved[:, number] = 1 if one.asks_moved is None else one.asks_moved * rates.any_moved
+    return follow_looks(
+        destinations, room, num_rooms, memory.history.look_times[home],
+        memory.objects["last_furniture"][queries.object].astype(np.int64),
+        memory.objects["last_observed"][queries.object].astype(np.int64),
+        memory.time, compute_hours_per_step(memory, home), rate, crossing, moved, rates.miss,
+        leaving,
+    )  # fmt: skip
+
+
+def follow_prior(
+    memory: MemoryBatch, queries: Queries, rates: Rates, prior: Expected
+) -> np.ndarray:
+    """Return the belief of who heeds the last sighting and the looks since, but no earlier ones.
+
+    Objects go where the prior has them, and what it does not know to any place alike: a second
+    opinion where all sightings of a thing were at a few places, and it is at none of them.
+
+    Returns:
+        Probability of each place, (Q, F); the rest is elsewhere.
+    """
+    goes = _spread(memory, queries, prior.share, (1 + _ANYWHERE - prior.trust)[:, None])
+    return compute_beliefs(memory, queries, rates, goes, [_FOLLOWS_PRIOR])[:, 0, :-1]
+
+
+def trust_prior(
+    memory: MemoryBatch, queries: Queries, rates: Rates, prior: Expected, counts: ObjectCounts
+) -> np.ndarray:
+    """Return the belief of who takes the prior for sixteen sightings more, and heeds them all.
+
+    A second opinion where the prior has told well where things are: a network that has learnt from
+    homes in which priors err soon goes by the sightings alone.
+
+    Returns:
+        Probability of each place, (Q, F); the rest is elsewhere.
+    """
+    weight = counts.num_true + _PRIOR_SIGHTINGS * prior.share
+    goes = _spread(memory, queries, weight, (1 + _ANY_SIGHTINGS - prior.trust)[:, None])
+    return compute_beliefs(memory, queries, rates, goes, [_TRUSTS_PRIOR])[:, 0, :-1]
+
+
+def _compute_left_rates(
+    memory: MemoryBatch, queries: Queries, counts: ObjectCounts, hours: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rates at which things, and the one asked for, are found gone, (Q,) each."""
+    edges = memory.edges
+    num_left, time = (
+        np.bincount(edges["home"], column, minlength=memory.num_homes)[queries.home]
+        for column in (count_left(memory), edges["time_true"])
+    )
+    of_home = (num_left + 0.5) / (time * hours + 15)
+    num_left, time = counts.num_left.sum(axis=1), counts.time_true.sum(axis=1)
+    return of_home, np.clip((num_left + 1.5) / (time * hours + 1.5 / of_home), 1e-4, 2.0)
+
+
+def _compute_crossing(memory: MemoryBatch) -> np.ndarray:
+    """Return which share of the moves seen led to another room, (H,)."""
+    if not memory.history.counts_moves:
+        return np.full(memory.num_homes, 0.5)
+    moves, room = memory.history.moves, memory.furniture_room
+    crosses = room[:, :, None] != room[:, None, :]
+    return ((moves * crosses).sum(axis=(1, 2)) + 0.5) / (moves.sum(axis=(1, 2)) + 1)

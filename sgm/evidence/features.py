@@ -1,0 +1,106 @@
+"""The features of an answer: what a memory says about each place and about the question."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sgm.evidence.adaptive_filter import follow_prior, trust_prior
+from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
+from sgm.evidence.expected import Expected
+from sgm.evidence.hours import compute_keeping, follow_hours
+from sgm.evidence.place_features import PLACE_GROUPS
+from sgm.evidence.question import Question
+from sgm.evidence.question_features import QUESTION_GROUPS
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+
+_LEAST = 1e-6  # of a belief
+_LIFT = QUESTION_COLUMNS.index("trust.prior_lift")
+_GOOD_LIFT, _BEST_LIFT = 1.5, 2.0  # nats
+_GOOD_SHARE, _BEST_SHARE = 0.5, 0.6  # of what could be known
+_WORTH = 20.0  # sightings of a thing that halve what the prior of a home is trusted about it
+_MOST_TRUSTING = 0.5  # of the answer of who goes by the prior
+
+
+@dataclass(frozen=True, slots=True)
+class Features:
+    """What a memory says about Q questions, see `sgm.evidence.columns`.
+
+    Attributes:
+        place: float32 (Q, F, D).
+        question: float32 (Q, C).
+        asked: what they were computed of.
+    """
+
+    place: np.ndarray
+    question: np.ndarray
+    asked: Question
+
+    def follow_prior(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return how far to trust the prior, (Q,), and what who goes by it believes, (Q, F).
+
+        No feature but a second opinion: `follow_prior`, up to half of it `trust_prior`. The memory
+        must be as it was when the features were computed.
+        """
+        asked, trust = self.asked, self._compute_trust()
+        prior = Expected.by_prior(asked.memory, asked.queries)
+        belief = follow_prior(asked.memory, asked.queries, asked.rates, prior)
+        if trust.any():
+            trusting = trust_prior(asked.memory, asked.queries, asked.rates, prior, asked.counts)
+            belief += _MOST_TRUSTING * trust[:, None] * (trusting - belief)
+        return trust, belief
+
+    def follow_hours(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return how likely each thing keeps hours, (Q,), and what they say, (Q, F).
+
+        The memory must be as it was when the features were computed.
+        """
+        asked = self.asked
+        hours = asked.counts.hours
+        sightings = None if hours is None else hours[0]
+        keeping = compute_keeping(sightings, asked.num_places[:, 0])
+        return keeping, follow_hours(asked.memory, asked.queries, asked.counts, asked.rates)
+
+    def compare_asked(self) -> np.ndarray:
+        """Return how much likelier each place is if anything may be asked for, (Q, F).
+
+        In logarithms, beside half of the questions being about what has just moved, as in the tasks
+        (docs/design.md, ruling 9), by the adaptive filter of the home's own rates.
+        """
+        learnt, asked = (self.asked.get_belief(name) + _LEAST for name in ("learnt", "asked"))
+        return np.log(learnt / asked)
+
+    def _compute_trust(self) -> np.ndarray:
+        """Return how far the prior is to be trusted in this home about each thing, 0 to 1, (Q,).
+
+        0 where it gives the places at which things were seen up to 1.5 nats more than an even guess
+        does, on average, or up to half of what one does that is sure of them; 1 from 2 nats and six
+        tenths on, and of a thing that was seen twenty times half as much.
+        """
+        lift = self.question[:, _LIFT].astype(float)
+        share = lift / np.log(np.maximum(self.asked.num_places[:, 0], 2))
+        by_lift = (lift - _GOOD_LIFT) / (_BEST_LIFT - _GOOD_LIFT)
+        by_share = (share - _GOOD_SHARE) / (_BEST_SHARE - _GOOD_SHARE)
+        own = _WORTH / (_WORTH + self.asked.num_seen[:, 0])
+        trust: np.ndarray = by_lift.clip(0, 1) * by_share.clip(0, 1) * own
+        return trust
+
+
+def compute_features(memory: MemoryBatch, queries: Queries) -> Features:
+    """Compute the features of questions to memories, a home by itself or many at once."""
+    question = Question.gather(memory, queries)
+    place = _stack([group(question) for group in PLACE_GROUPS.values()], PLACE_COLUMNS)
+    place *= question.is_place[..., None]
+    about = _stack([group(question) for group in QUESTION_GROUPS.values()], QUESTION_COLUMNS)
+    return Features(place, about, question)
+
+
+def _stack(groups: list[dict[str, np.ndarray]], columns: tuple[str, ...]) -> np.ndarray:
+    """Stack the columns of all groups, float32 (..., D)."""
+    arrays = [column for group in groups for column in group.values()]
+    stacked = np.empty((*arrays[0].shape, len(columns)), dtype=np.float32)
+    for number, array in enumerate(arrays):
+        stacked[..., number] = array
+    return stacked

@@ -1,0 +1,88 @@
+"""How likely a thing has left the home for good, learnt from all things of the home."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sgm.arrays.grouped import compute_rank_in_group
+from sgm.evidence.adaptive_filter import Rates, compute_destinations, compute_left
+from sgm.evidence.expected import Expected
+from sgm.evidence.object_counts import ObjectCounts, compute_hours_per_step
+from sgm.memory.home_history import NUM_LOOKS_KEPT
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+
+# Which share of the moves of a home may lead out of it, for good.
+_SHARES = 10.0 ** np.arange(-2.5, 1.6, 0.5)
+# Before anything was seen: few do, and nothing is ruled out.
+_USUAL = 0.05
+_PRIOR = np.sqrt(_SHARES / _USUAL) / (1 + _SHARES / _USUAL) ** 2
+_HEEDED = 0.5  # of what the things of a home say in sum: they do not leave one by one
+# Things of a home to learn from, and how many where every place and look of each were followed.
+_LEAST_THINGS, _MOST_THINGS = 4, 64
+_MOST_WORK = 2**25
+
+
+class Leaving:
+    """Whether things leave a home for good, and how likely each has left since it was last seen.
+
+    A thing leaves for good at a share of the rate at which it moves; the share is the home's, and
+    is learnt from how long all its things have been seen and from what the looks since did not
+    find (`compute_left`): who was last seen long ago, and is at no place that was looked at since,
+    has left, or looks miss it.
+
+    Attributes:
+        weights: probability of each share in each home, (H, J).
+    """
+
+    def __init__(self, memory: MemoryBatch) -> None:
+        """Learn from what was seen so far; the memory must count its history."""
+        things = _choose_things(memory)
+        left, leaving = _follow(memory, things)
+        age = memory.time - memory.objects["first_observed"][things.object]
+        hours = age * compute_hours_per_step(memory, things.home)
+        likelihood = -leaving * hours[:, None] - np.log1p(-left)
+        total = np.zeros((memory.num_homes, len(_SHARES)))
+        np.add.at(total, things.home, _HEEDED * likelihood)
+        total += np.log(_PRIOR)
+        weights = np.exp(total - total.max(axis=1, keepdims=True))
+        self.weights: np.ndarray = weights / weights.sum(axis=1, keepdims=True)
+
+    def compute(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return how likely things that were seen have left for good, (Q,); 0 for the others.
+
+        Args:
+            memory: that of which this was made, or a later state of it.
+            queries: the things.
+        """
+        left, _ = _follow(memory, queries)
+        was_seen = memory.objects["num_observed"][queries.object] > 0
+        return np.where(was_seen, (left * self.weights[queries.home]).sum(axis=1), 0.0)
+
+
+def _choose_things(memory: MemoryBatch) -> Queries:
+    """Return things that were seen in each home, spread over the order in which that was.
+
+    Where there are thousands of places, fewer: following one thing costs places times looks.
+    """
+    work = NUM_LOOKS_KEPT * memory.num_furniture**2
+    most = max(_LEAST_THINGS, min(_MOST_THINGS, _MOST_WORK // max(work, 1)))
+    seen = np.flatnonzero(memory.objects["num_observed"] > 0)
+    seen = seen[np.argsort(memory.objects["home"][seen], kind="stable")]
+    home = memory.objects["home"][seen]
+    every = -(-np.bincount(home) // most)[home]
+    rows = seen[compute_rank_in_group(home) % every == 0]
+    home = memory.objects["home"][rows]
+    return Queries(home, rows, memory.place_prior.rows(home, memory.objects["type"][rows]))
+
+
+def _follow(memory: MemoryBatch, things: Queries) -> tuple[np.ndarray, np.ndarray]:
+    """Return how likely each thing has left, for each share, and the rates that means, (Q, J)."""
+    counts = ObjectCounts.gather(memory, things)
+    rates = Rates.estimate(memory, things, counts)
+    expected = Expected.by_prior(memory, things)
+    leaving = rates.own[:, None] * _SHARES
+    goes = compute_destinations(memory, things, counts, expected)
+    goes[:, -1] = 0  # what is in the home, at a place that nobody knows, is as good as gone
+    goes /= goes.sum(axis=1, keepdims=True)
+    return np.minimum(compute_left(memory, things, rates, goes, leaving), 1 - 1e-9), leaving

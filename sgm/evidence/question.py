@@ -1,0 +1,210 @@
+"""All that is gathered once for a question, and read by its features."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sgm.evidence.adaptive_filter import (
+    TASKS_ASK_MOVED,
+    FilterSettings,
+    Rates,
+    compute_beliefs,
+    compute_destinations,
+    weigh_hour,
+)
+from sgm.evidence.expected import Expected
+from sgm.evidence.object_counts import ObjectCounts, compute_hours_per_step
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+from sgm.text.alike import compare
+
+# Filters that the features show, by name; the network weighs them.
+FILTERS = {
+    "anywhere": FilterSettings(crossing=1.0),
+    "in_room": FilterSettings(crossing=0.0),
+    "learnt": FilterSettings(),
+    "slow": FilterSettings(rate=0.02, crossing=1.0),
+    "fast": FilterSettings(rate=0.15, crossing=1.0),
+    "moved": FilterSettings(asks_moved=None),
+    "moved_in_room": FilterSettings(asks_moved=None, crossing=0.0),
+    "asked": FilterSettings(asks_moved=TASKS_ASK_MOVED),
+    "left": FilterSettings(counts_left=True),
+    "left_asked": FilterSettings(counts_left=True, asks_moved=TASKS_ASK_MOVED),
+}
+
+_WIDTH = 0.1  # of cosines by which the names of two things are alike
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """Q questions at F furniture nodes; arrays are zero where a home has no furniture node.
+
+    Attributes:
+        memory: the memory that is asked.
+        queries: what is asked.
+        is_place: which columns are furniture, bool (Q, F).
+        num_places: furniture nodes of the home, (Q, 1).
+        counts: sightings by place.
+        rates: how objects move.
+        goes: where it goes when it moves, (Q, F).
+        belief: of each of `FILTERS`, float64 (Q, K, F + 1), the last place is elsewhere.
+        hours: length of a time step, (Q, 1).
+        looks: at each furniture node, (Q, F).
+        last_look: when, -1 for never, (Q, F).
+        expected: where it is expected before it is seen.
+        last: where it was last seen, -1 for never, (Q,).
+        was_seen: bool (Q, 1).
+        num_seen: its sightings, (Q, 1).
+        share: of them at each place, (Q, F).
+        room: of each furniture node, -1 beyond, (Q, F).
+        popularity: how many objects were last seen at each place, (Q, F).
+        num_known: how many objects were ever seen, (Q, 1).
+        moves: from place to place, (Q, F, F).
+        same, fresh, often, similar, strays: from `gather_others`, (Q, F).
+        most_similar: likewise, (Q,).
+        strays_at_hour: sightings of things at other places than the one where each was seen the
+            most often, at about this hour of day, (Q, F).
+    """
+
+    memory: MemoryBatch
+    queries: Queries
+    is_place: np.ndarray
+    num_places: np.ndarray
+    counts: ObjectCounts
+    rates: Rates
+    goes: np.ndarray
+    belief: np.ndarray
+    hours: np.ndarray
+    looks: np.ndarray
+    last_look: np.ndarray
+    expected: Expected
+    last: np.ndarray
+    was_seen: np.ndarray
+    num_seen: np.ndarray
+    share: np.ndarray
+    room: np.ndarray
+    popularity: np.ndarray
+    num_known: np.ndarray
+    moves: np.ndarray
+    same: np.ndarray
+    fresh: np.ndarray
+    often: np.ndarray
+    similar: np.ndarray
+    most_similar: np.ndarray
+    strays: np.ndarray
+    strays_at_hour: np.ndarray
+
+    @classmethod
+    def gather(cls, memory: MemoryBatch, queries: Queries) -> Question:
+        """Gather what the memory holds about the objects asked for."""
+        from sgm.compiled.others import gather_others  # loads numba
+
+        home, objects, edges = queries.home, memory.objects, memory.edges
+        counts = ObjectCounts.gather(memory, queries)
+        rates = Rates.estimate(memory, queries, counts)
+        expected = Expected.by_words(memory, queries)
+        destinations = compute_destinations(memory, queries, counts, expected)
+        hours = compute_hours_per_step(memory, home)
+        is_place = memory.is_furniture[home]
+        num_seen = counts.num_true.sum(axis=1, keepdims=True)
+        is_known = objects["last_furniture"] >= 0
+        known_home = objects["home"][is_known]
+        num_known = np.bincount(known_home, minlength=memory.num_homes)
+        popularity = _count_places(memory, known_home, objects["last_furniture"][is_known])
+        edge_counts = np.bincount(edges["home"], minlength=memory.num_homes)
+        asked = [memory.labels[label] for label in objects["label"][queries.object]]
+        cosine = compare(asked, memory.labels)
+        same, fresh, often, similar, most_similar, strays = gather_others(
+            home.astype(np.int64), queries.object.astype(np.int64), counts.num_true.astype(float),
+            rates.home * hours, memory.time,
+            objects["label"], objects["last_furniture"], objects["last_observed"],
+            np.argsort(edges["home"], kind="stable"), np.append(0, np.cumsum(edge_counts)),
+            edges["object"], edges["furniture"], edges["num_true"], np.exp((cosine - 1) / _WIDTH),
+        )  # fmt: skip
+        return cls(
+            memory=memory,
+            queries=queries,
+            is_place=is_place,
+            num_places=is_place.sum(axis=1, keepdims=True),
+            counts=counts,
+            rates=rates,
+            goes=destinations[:, :-1],
+            belief=compute_beliefs(memory, queries, rates, destinations, list(FILTERS.values())),
+            hours=hours[:, None],
+            looks=memory.furniture_num_observed[home],
+            last_look=memory.furniture_last_observed[home],
+            expected=expected,
+            last=objects["last_furniture"][queries.object],
+            was_seen=num_seen > 0,
+            num_seen=num_seen,
+            share=counts.num_true / np.maximum(num_seen, 1),
+            room=memory.furniture_room[home],
+            popularity=popularity[home],
+            num_known=num_known[home][:, None],
+            moves=memory.history.moves[home],
+            same=same,
+            fresh=fresh,
+            often=often,
+            similar=similar,
+            most_similar=most_similar,
+            strays=strays,
+            strays_at_hour=_count_strays(memory)[home],
+        )
+
+    def get_belief(self, name: str) -> np.ndarray:
+        """Return what a filter believes about the places, (Q, F)."""
+        return self.belief[:, list(FILTERS).index(name), :-1]
+
+    def get_elsewhere(self, name: str) -> np.ndarray:
+        """Return how likely a filter deems it at none of the places, (Q,)."""
+        return self.belief[:, list(FILTERS).index(name), -1]
+
+    def is_at(self, place: np.ndarray) -> np.ndarray:
+        """Mark one place per question, -1 for none, (Q,) -> bool (Q, F)."""
+        return np.arange(self.is_place.shape[1]) == place[:, None]
+
+    def take_at(self, values: np.ndarray, place: np.ndarray) -> np.ndarray:
+        """Return the values (Q, F) of one place per question, any one where it is -1, (Q,)."""
+        return values[np.arange(len(values)), np.maximum(place, 0)]
+
+    @property
+    def prior(self) -> np.ndarray:
+        """The share of each place that is expected, by the prior or by words, (Q, F)."""
+        return self.expected.share
+
+    @property
+    def has_prior(self) -> np.ndarray:
+        """Whether anything is expected, bool (Q, 1)."""
+        return self.expected.trust[:, None] > 0
+
+    @property
+    def usual(self) -> np.ndarray:
+        """Where it was seen the most often, (Q,)."""
+        return self.counts.num_true.argmax(axis=1)
+
+
+def _count_strays(memory: MemoryBatch) -> np.ndarray:
+    """Count the sightings of things out of their usual places at about this hour of day, (H, F)."""
+    if memory.clock is None:
+        return np.zeros((memory.num_homes, memory.num_furniture))
+    edges = memory.edges
+    most = np.zeros(len(memory.objects), dtype=np.int32)
+    np.maximum.at(most, edges["object"], edges["num_true"])
+    rows = np.flatnonzero((edges["num_true"] > 0) & (edges["num_true"] < most[edges["object"]]))
+    home = edges["home"][rows]
+    weight = weigh_hour(memory, np.arange(memory.num_homes))[home]
+    seen = (memory.history.get_edge_hours(rows)[0] * weight).sum(axis=1)
+    return _count_places(memory, home, edges["furniture"][rows], seen)
+
+
+def _count_places(
+    memory: MemoryBatch, home: np.ndarray, place: np.ndarray, weights: np.ndarray | None = None
+) -> np.ndarray:
+    """Count what is at each place of each home, (n,) each -> float64 (H, F)."""
+    shape = (memory.num_homes, memory.num_furniture)
+    number = home * shape[1] + place
+    counts = np.bincount(number, weights, minlength=math.prod(shape))
+    return counts.reshape(shape).astype(float)

@@ -1,0 +1,339 @@
+"""Where to look for something, asked of a memory and any policy."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from datetime import datetime
+from threading import Lock
+from typing import Any
+from weakref import ref
+
+import numpy as np
+
+from sgm.belief import Detector, join_beliefs, update_belief
+from sgm.checks import check_shares, is_number
+from sgm.evidence.leaving import Leaving
+from sgm.finder.ranking import Place, Ranking
+from sgm.finder.reasons import gather_evidence
+from sgm.finder.search import ObjectSearch
+from sgm.finder.search_plan import Distance, SearchPlan, find_distance, plan_search
+from sgm.memory.asking import Asked
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import RELATIONS
+from sgm.messages import shorten
+from sgm.names.names import Resolution, Similarity
+from sgm.policies.policy import Policy
+from sgm.policies.probabilities import compute_probabilities
+
+DEFAULT_SHARE = 0.1  # of what is asked for is at no known place
+_ANYWHERE = 0.05  # share of the belief that is spread over all furniture: no place is ruled out
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """Where what was asked for may be.
+
+    Attributes:
+        places: probability of each furniture node, in the order of `memory.furniture_ids`, (F,).
+        elsewhere: that it is at none of them.
+        relation: 0 "in", 1 "onTop", the likelier one at each, (F,).
+    """
+
+    places: np.ndarray
+    elsewhere: float
+    relation: np.ndarray
+
+
+class Finder:
+    """Answers where things are, from a `SceneGraphMemory` and a policy; needs no torch.
+
+    Asking is reading: nothing that was asked stays in the memory. Several threads may ask while one
+    observes.
+
+    Example:
+        >>> finder = Finder(Bayesian())
+        >>> print(finder.rank(memory, "the red mug", k=3))
+
+    Attributes:
+        detector: how often a look misses what is there, and how fast the home changes.
+        elsewhere_share: how often what is asked for is at no known place. Things never seen are so
+            with this share before anybody looked for them; for what was seen, the memory says how
+            likely it has left (`Leaving`), with odds that are greater or less than that as those of
+            the share are than those of one in ten.
+    """
+
+    def __init__(
+        self,
+        policy: Policy,
+        detector: Detector | None = None,
+        elsewhere_share: float = DEFAULT_SHARE,
+        asks_moved: float = 0.0,
+    ) -> None:
+        """Ask a policy.
+
+        Args:
+            policy: who judges, such as `Bayesian()`; only oracles cannot.
+            detector: None for the detector of the paper's homes.
+            elsewhere_share: above 0 and below 1.
+            asks_moved: share of the questions that are about what has moved in this very time step,
+                0 to 1: half of them in the tasks, and none of those of a person, who asks for what
+                is needed.
+
+        Raises:
+            TypeError: if the policy or the detector is something else.
+            ValueError: if a share is out of range.
+        """
+        check_share(elsewhere_share)
+        check_shares(asks_moved=asks_moved)
+        _check_type("policy", policy, Policy, "Bayesian()")
+        if detector is not None:
+            _check_type("detector", detector, Detector, "Detector(miss_rate=0.1)")
+        self.detector = detector or Detector()
+        self.elsewhere_share = elsewhere_share
+        self._asks_moved = asks_moved
+        self._policy = policy.for_questions(asks_moved)
+        self._lock = Lock()
+        # What was learnt of which memory, in which state: the same for all questions of a step.
+        self._leaving: tuple[ref[MemoryBatch], tuple[int, ...], Leaving] | None = None
+
+    def resolve(self, memory: SceneGraphMemory, description: str) -> Resolution:
+        """Say which remembered things a question means; see `NameIndex` for the rules.
+
+        Raises:
+            TypeError: if the memory is none.
+            ValueError: if the description is no name (`read_words`).
+        """
+        _check_type("memory", memory, SceneGraphMemory, "SceneGraphMemory()")
+        return memory.resolve(description, self._get_similarity())
+
+    def rank(
+        self,
+        memory: SceneGraphMemory,
+        description: str,
+        k: int | None = None,
+        exclude: Collection[int] = (),
+        at: datetime | int | None = None,
+    ) -> Ranking:
+        """Rank the places where something may be, now or at a time to come.
+
+        Args:
+            memory: what was seen so far; it needs furniture.
+            description: what to look for, in words: "the red mug", seen before or not.
+            k: most places to return; None for all.
+            exclude: furniture ids to leave out; their probability is not given to others.
+            at: when it will be looked for: a time step, or a date and time by the memory's clock;
+                None for the present step.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`), there is no furniture yet,
+                `k` is below 1, or the time has passed.
+        """
+        if k is not None and (not isinstance(k, (int, np.integer)) or k < 1):
+            raise ValueError(
+                f"k must be at least 1, got {shorten(k)}. Give a whole number, or leave it out for "
+                "all places."
+            )
+        check_ids(exclude)
+        resolution = self.resolve(memory, description)
+        asked = memory.ask(resolution.matches or (description,), at=at)
+        belief = self._compute_belief(asked)
+        order = np.argsort(-belief.places, kind="stable")
+        if exclude:
+            order = order[[asked.furniture_ids[place] not in exclude for place in order]]
+        chosen = order[:k]
+        evidence = gather_evidence(asked, self._get_cosines(asked), chosen)
+        return Ranking(
+            description=description,
+            places=tuple(
+                Place(
+                    furniture=asked.furniture_ids[place],
+                    name=asked.furniture_names[place],
+                    relation=RELATIONS[belief.relation[place]],
+                    probability=float(belief.places[place]),
+                    evidence=own,
+                )
+                for place, own in zip(chosen, evidence, strict=True)
+            ),
+            elsewhere=belief.elsewhere,
+            last_seen=asked.last_seen,
+            resolution=resolution,
+        )
+
+    def search_plan(
+        self,
+        memory: SceneGraphMemory,
+        description: str,
+        start: Any = None,
+        distance: Distance | None = None,
+        look_cost: float = 1.0,
+        k: int | None = None,
+        exclude: Collection[int] = (),
+    ) -> SearchPlan:
+        """Plan in which order to look, so that the expected cost until it is found is small.
+
+        The plan keeps today's probabilities; to search, use `search`, which learns from every look.
+
+        Args:
+            memory: what was seen so far.
+            description: what to look for.
+            start: where the search starts, as `distance` understands it.
+            distance: cost of the way, `distance(start, furniture)` and
+                `distance(furniture, furniture)` with furniture ids, in any unit; infinite where
+                there is no way; None for the straight line, where all furniture has a position
+                and the start is one, else only looks cost.
+            look_cost: of one look, in the unit of the distances.
+            k: most places to plan over, the likeliest ones; None for all.
+            exclude: furniture ids not to visit.
+
+        Raises:
+            ValueError: as in `rank`; or if a cost is negative or nan, or a start is given without
+                distances.
+        """
+        places = self.rank(memory, description, k, exclude).places
+        distance = check_distance(distance) or find_distance(memory, start)
+        return plan_search(description, places, start, distance, look_cost)
+
+    def search(
+        self,
+        memory: SceneGraphMemory,
+        description: str,
+        start: Any = None,
+        distance: Distance | None = None,
+        look_cost: float = 1.0,
+        exclude: Collection[int] = (),
+        give_up_at: float = 0.9,
+    ) -> ObjectSearch:
+        """Start a search: it says where to go next, and learns from what was seen there.
+
+        Args:
+            memory: what was seen so far; the search writes its looks into it.
+            description: what to look for.
+            start: where the search starts, as in `search_plan`.
+            distance: cost of the way, as in `search_plan`.
+            look_cost: of one look.
+            exclude: furniture ids not to visit.
+            give_up_at: probability of "elsewhere" and of what cannot be reached, together, from
+                which on `next` gives up, once every reachable place was looked at.
+
+        Raises:
+            ValueError: as in `search_plan`.
+        """
+        check_ids(exclude)
+        distance = check_distance(distance) or find_distance(memory, start)
+        return ObjectSearch(
+            self, memory, description, start, distance, look_cost, frozenset(exclude), give_up_at
+        )
+
+    def _compute_belief(self, asked: Asked) -> Belief:
+        """Return where any of the things asked for is."""
+        was_seen = asked.was_seen
+        with self._lock:  # policies keep caches
+            places, gone = self._judge(asked)  # (K, F), (K,)
+            if was_seen.any():
+                here, gone = 1 - gone, np.where(was_seen, self._compute_left(asked), gone)
+                rest = np.divide(1 - gone, here, out=np.zeros(len(here)), where=here > 0)
+                places = places * rest[:, None]
+        num_places = places.shape[1]
+        places = (1 - _ANYWHERE) * places + (_ANYWHERE / num_places) * places.sum(
+            axis=1, keepdims=True
+        )
+        beliefs = []
+        for row, looks in enumerate(asked.looks):
+            num_others = asked.num_instances[row] - np.count_nonzero(looks.seen)
+            variants = [looks]
+            if looks.seen.any():  # the others are where they were
+                variants += [looks.for_another()] * max(num_others, 0)
+            for own in variants:
+                beliefs.append(
+                    update_belief(
+                        places[row], float(gone[row]), own, self.detector,
+                        self._policy.looks_counted, bool(was_seen[row]),
+                    )
+                )  # fmt: skip
+        joined, elsewhere = join_beliefs(
+            np.stack([own for own, _ in beliefs]), np.array([left for _, left in beliefs])
+        )
+        return Belief(joined, elsewhere, asked.choose_relation())
+
+    def _compute_left(self, asked: Asked) -> np.ndarray:
+        """Return how likely each thing has left, before this step's looks, (K,); see `Leaving`."""
+        batch, origin, known = asked.batch, asked.origin, self._leaving
+        state = (batch.time, len(origin.objects), len(origin.edges), origin.num_furniture)
+        if known is None or known[0]() is not origin or known[1] != state:  # once in a step
+            known = self._leaving = ref(origin), state, Leaving(batch)
+        left = known[2].compute(batch, asked.queries)
+        odds = left / (1 - left) * _odds(self.elsewhere_share) / _odds(DEFAULT_SHARE)
+        return odds / (1 + odds)
+
+    def _judge(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
+        """Return probabilities before this step's looks: of places (K, F), of elsewhere (K,)."""
+        self._policy.reset(asked.batch)
+        scores = self._policy.scores(asked.batch, asked.queries)
+        places = compute_probabilities(scores, self._policy.score_kind)
+        has_opinion = places.sum(axis=1, keepdims=True) > 0
+        places = np.where(has_opinion, places, 1 / places.shape[1])
+        elsewhere = np.full(len(places), self.elsewhere_share)
+        return places * (1 - self.elsewhere_share), elsewhere
+
+    def _get_similarity(self) -> Similarity | None:
+        """Return how alike labels are; None without text vectors."""
+        return None
+
+    def _get_cosines(self, asked: Asked) -> np.ndarray | None:
+        """Return the cosines of all pairs of labels (L, L); None without text vectors."""
+        return None
+
+
+def _odds(share: float) -> float:
+    return share / (1 - share)
+
+
+def check_ids(exclude: Collection[int]) -> None:
+    """Check which furniture is left out.
+
+    Raises:
+        ValueError: if it is no collection of whole numbers.
+    """
+    if not isinstance(exclude, Collection) or not all(
+        isinstance(number, (int, np.integer)) for number in exclude
+    ):
+        raise ValueError(
+            f"exclude must be furniture ids, got {shorten(exclude)}. Give a list of what "
+            "add_furniture returned."
+        )
+
+
+def check_share(share: float) -> None:
+    """Check how often things are elsewhere.
+
+    Raises:
+        ValueError: if it is no share above 0 and below 1.
+    """
+    if not is_number(share) or not 0 < share < 1:
+        raise ValueError(
+            f"elsewhere_share must lie above 0 and below 1, got {shorten(share)}. Choose for "
+            "example 0.1: one search in ten is for something that is at no known place."
+        )
+
+
+def check_distance(distance: Distance | None) -> Distance | None:
+    """Return a function of distances, None where none is given.
+
+    Raises:
+        TypeError: if it is no function.
+    """
+    if distance is not None and not callable(distance):
+        raise TypeError(
+            f"distance must be a function of (start or furniture id, furniture id), got "
+            f"{shorten(distance)}. Leave it out where all furniture has a position."
+        )
+    return distance
+
+
+def _check_type(name: str, value: object, kind: type, example: str) -> None:
+    if not isinstance(value, kind):
+        raise TypeError(
+            f"{name} must be a {kind.__name__}, got {shorten(value)}. Give for example {example}."
+        )

@@ -1,0 +1,82 @@
+"""Where an object may be: a ranking of places with their probabilities."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from sgm.finder.reasons import Evidence
+from sgm.memory.sighting import SeenAt
+from sgm.names.names import Resolution
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A place where an object may be.
+
+    Attributes:
+        furniture: id of the furniture node.
+        name: for people, "white fridge in kitchen".
+        relation: "in" or "onTop" it, the likelier one.
+        probability: that it is at this furniture; of several things that were meant, that at least
+            one of them is.
+        evidence: what the memory holds for and against it.
+    """
+
+    furniture: int
+    name: str
+    relation: str
+    probability: float
+    evidence: Evidence
+
+    @property
+    def last_seen(self) -> SeenAt | None:
+        """The object's last sighting at this place; None if it was never seen there."""
+        return self.evidence.seen
+
+    @property
+    def why(self) -> str:
+        """The evidence in one line: seen here, similar objects, prior."""
+        return str(self.evidence)
+
+    def __str__(self) -> str:
+        """Say it in one line."""
+        return f"{self.probability:4.0%}  {self.name}  ({self.why})"
+
+
+@dataclass(frozen=True, slots=True)
+class Ranking:
+    """The likeliest places of an object, the best first; it iterates over them.
+
+    Attributes:
+        description: what was asked for.
+        places: as many as were asked for, or fewer.
+        elsewhere: probability that it is at none of the places: at furniture that the memory does
+            not know, or not in the home. For a single thing, the probabilities of all places and
+            this sum to one.
+        last_seen: where and when it was last seen; None if it never was.
+        resolution: what the question was taken for, and what else it may have meant.
+    """
+
+    description: str
+    places: tuple[Place, ...]
+    elsewhere: float
+    last_seen: SeenAt | None
+    resolution: Resolution
+
+    def __iter__(self) -> Iterator[Place]:
+        """Iterate over the places, the best first."""
+        return iter(self.places)
+
+    def __len__(self) -> int:
+        """Return the number of places."""
+        return len(self.places)
+
+    def __getitem__(self, rank: int) -> Place:
+        """Return the place of a rank, 0 the best."""
+        return self.places[rank]
+
+    def __str__(self) -> str:
+        """Say one place per line."""
+        lines = [str(self.resolution), *(f"  {place}" for place in self.places)]
+        return "\n".join([*lines, f"  {self.elsewhere:4.0%}  elsewhere"])

@@ -1,0 +1,118 @@
+"""Why an object may be at a place: what the memory holds for and against it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sgm.memory.asking import Asked
+from sgm.memory.sighting import SeenAt
+
+SIMILAR = 0.7  # cosine of the labels' text vectors: mug and cup .96, document and book .74
+_NAMED = 2  # similar objects that are called by name
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What a memory holds about an object at one furniture node.
+
+    Counts of the memory, not an account of what moved the network.
+
+    Attributes:
+        seen: its last sighting there; None if it was never seen there.
+        times_absent: looks at this furniture that did not find it, since it was first seen or
+            looked for there.
+        similar: descriptions of other objects with a similar label that were seen there, the
+            latest first.
+        prior: share of this place in where such objects tend to be, 0 to 1.
+    """
+
+    seen: SeenAt | None
+    times_absent: int
+    similar: tuple[str, ...]
+    prior: float
+
+    def __str__(self) -> str:
+        """Say it in one line."""
+        parts = []
+        if self.seen is not None:
+            ago = self.seen.steps_ago
+            when = f"{_count(ago, 'step')} ago" if ago else "in this step"
+            parts.append(f"seen here {when}" + ("" if self.seen.is_there else ", then gone"))
+        elif self.times_absent:
+            parts.append(f"not seen here in {_count(self.times_absent, 'look')}")
+        if self.similar:
+            names = ", ".join(self.similar[:_NAMED])
+            more = len(self.similar) - _NAMED
+            parts.append(f"similar objects: {names}" + (f" and {more} more" if more > 0 else ""))
+        if self.prior > 0:
+            parts.append(f"prior {self.prior:.0%}")
+        return "; ".join(parts) or "no evidence"
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
+def gather_evidence(
+    asked: Asked, cosines: np.ndarray | None, furniture: np.ndarray
+) -> list[Evidence]:
+    """Gather what a memory holds about what was asked for, at some furniture nodes.
+
+    Args:
+        asked: what `memory.ask` gave.
+        cosines: of the text vectors of every pair of labels of `asked.batch`, (L, L); None to
+            leave similar objects out.
+        furniture: positions in `asked.furniture_ids`, (n,).
+
+    Returns:
+        One entry per furniture node, n of them.
+    """
+    edges, ids = asked.current.edges, asked.furniture_ids
+    seen_at: dict[int | None, SeenAt] = {}
+    for sighting in asked.sightings:  # the latest first
+        seen_at.setdefault(sighting.furniture, sighting)
+    is_own = asked.mark_edges()
+    own = np.flatnonzero(is_own)
+    num_observed, num_true = np.zeros((2, len(ids)), dtype=np.int64)
+    np.maximum.at(num_observed, edges["furniture"][own], edges["num_observed"][own])
+    np.add.at(num_true, edges["furniture"][own], edges["num_true"][own])
+    num_absent = np.maximum(num_observed - num_true, 0)
+    for looks in asked.looks:  # looks that no edge remembers
+        vain = np.ceil(looks.in_vain).astype(np.int64) + np.isfinite(looks.steps_ago).sum(axis=1)
+        vain += np.isfinite(looks.sought_ago)
+        num_absent = np.maximum(num_absent, np.where(num_true > 0, 0, vain))
+    similar = _list_similar(asked, cosines, is_own)
+    prior = asked.queries.prior.mean(axis=0).sum(axis=1)  # (F,)
+    return [
+        Evidence(
+            seen=seen_at.get(ids[place]),
+            times_absent=int(num_absent[place]),
+            similar=tuple(similar.get(place, ())),
+            prior=float(prior[place]),
+        )
+        for place in furniture.tolist()
+    ]
+
+
+def _list_similar(
+    asked: Asked, cosines: np.ndarray | None, is_own: np.ndarray
+) -> dict[int, dict[str, None]]:
+    """List other objects with a similar label by furniture, each once, the latest first."""
+    similar: dict[int, dict[str, None]] = {}
+    if cosines is None:
+        return similar
+    edges = asked.current.edges
+    label = asked.current.objects["label"]
+    own_label = asked.batch.objects["label"][asked.queries.object[0]]
+    # Labels that came up in this very step have no vector yet.
+    is_known = label < len(cosines)
+    is_similar = is_known & (cosines[np.where(is_known, label, 0), own_label] >= SIMILAR)
+    alike = np.flatnonzero(is_similar[edges["object"]] & ~is_own & (edges["num_true"] > 0))
+    alike = alike[np.argsort(-edges["last_true"][alike], kind="stable")]
+    for place, other in zip(
+        edges["furniture"][alike].tolist(), edges["object"][alike].tolist(), strict=True
+    ):
+        similar.setdefault(place, {})[asked.descriptions[other]] = None
+    return similar

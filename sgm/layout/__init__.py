@@ -1,0 +1,1 @@
+"""Rooms and furniture of a home."""

@@ -1,0 +1,127 @@
+"""A question to a memory: a copy to ask policies of, and what the looks say about each object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from sgm.memory.columns import NEVER
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+from sgm.memory.sighting import SeenAt
+
+
+class Scorer(Protocol):
+    """Whoever scores the places of what is asked for: any `sgm.policies.policy.Policy`."""
+
+    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Score every furniture node for every query, (Q, F); -inf without an opinion."""
+
+
+@dataclass(frozen=True, slots=True)
+class Looks:
+    """What the looks at F furniture nodes say about one object.
+
+    Attributes:
+        in_vain: looks of this time step that did not show it, each weighed by how much of the
+            furniture was in view, (F,).
+        steps_ago: time steps since each of the latest looks of earlier steps that did not show it,
+            since it was last seen there, infinite where there was none, (F, n).
+        sought: how often it alone was looked for in an earlier step, in vain, (F,).
+        sought_ago: time steps since then, infinite where that never was, (F,).
+        seen: confidence with which it was seen there in this step, 0 where it was not, (F,).
+        is_remembered: whether it was ever seen there, so that the memory counts the looks that did
+            not show it, which policies read, bool (F,).
+    """
+
+    in_vain: np.ndarray
+    steps_ago: np.ndarray
+    sought: np.ndarray
+    sought_ago: np.ndarray
+    seen: np.ndarray
+    is_remembered: np.ndarray
+
+    def for_another(self) -> Looks:
+        """Return the same for another object of that description: its like was seen, not it."""
+        return replace(self, in_vain=self.in_vain + (self.seen > 0), seen=np.zeros_like(self.seen))
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """K objects that are asked for, and all that a memory of F furniture nodes says of them.
+
+    Both memories are copies of the asker's own: nothing that is done to them reaches the memory.
+
+    Attributes:
+        batch: the memory as it was before the looks of this time step, which policies are asked of.
+        origin: what `batch` is a copy of: the same object for all questions of a time step that ask
+            of the same state.
+        queries: the objects asked for in it, (K,).
+        current: the memory as it is now.
+        rows: the objects' rows in `current.objects`, -1 for what it does not know, (K,).
+        descriptions: of all objects of `current`, (O,).
+        looks: what the looks say about each, K of them.
+        num_instances: most things of each description that were seen at once, 1 or more, (K,).
+        sightings: every place where one of them was ever seen, the latest first.
+        furniture_ids, furniture_names: F each.
+    """
+
+    batch: MemoryBatch
+    origin: MemoryBatch
+    queries: Queries
+    current: MemoryBatch
+    rows: np.ndarray
+    descriptions: tuple[str, ...]
+    looks: tuple[Looks, ...]
+    num_instances: np.ndarray
+    sightings: tuple[SeenAt, ...]
+    furniture_ids: tuple[int, ...]
+    furniture_names: tuple[str, ...]
+
+    @property
+    def last_seen(self) -> SeenAt | None:
+        """Where and when one of them was last seen; None if that never was."""
+        return next(iter(self.sightings), None)
+
+    @property
+    def was_seen(self) -> np.ndarray:
+        """Which of them were seen before the looks of this time step, bool (K,)."""
+        seen: np.ndarray = self.batch.objects["num_observed"][self.queries.object] > 0
+        return seen
+
+    def mark_edges(self) -> np.ndarray:
+        """Mark the edges of `current` that lead from what is asked for, bool (E,)."""
+        is_asked = np.zeros(len(self.current.objects) + 1, dtype=bool)
+        is_asked[self.rows] = True  # -1, what it does not know, is the last one
+        return is_asked[self.current.edges["object"]]
+
+    def choose_relation(self) -> np.ndarray:
+        """Return how the objects lie at each place: 0 "in", 1 "onTop", (F,).
+
+        As one of them last lay there; where none was ever seen, as the prior has it.
+        """
+        prior = self.queries.prior.sum(axis=0)  # (F, 2)
+        relation = np.where(prior[:, 1] >= prior[:, 0], 1, 0)
+        edges = self.current.edges
+        own = np.flatnonzero(self.mark_edges() & (edges["num_true"] > 0))
+        own = own[np.argsort(edges["last_true"][own], kind="stable")]
+        relation[edges["furniture"][own]] = edges["relation"][own]
+        return relation
+
+
+def list_looks_before(batch: MemoryBatch, row: int, now: int) -> np.ndarray:
+    """Return the steps since the latest looks in vain for an object, infinite for none, (F, n).
+
+    Args:
+        batch: memory of one home.
+        row: of the object in its table, -1 for what was never seen.
+        now: the present time step.
+    """
+    edges, looked = batch.edges, batch.history.look_times[0]  # (F, n)
+    last_true = np.full(batch.num_furniture, NEVER)
+    if row >= 0:
+        own = np.flatnonzero(edges["object"] == row)
+        np.maximum.at(last_true, edges["furniture"][own], edges["last_true"][own])
+    return np.where(looked > last_true[:, None], now - looked, np.inf)

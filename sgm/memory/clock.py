@@ -1,0 +1,125 @@
+"""Local time: where in the week the time steps of a home lie."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Any
+
+import numpy as np
+
+from sgm.messages import shorten
+
+HOUR_SECONDS = 3600.0
+DAY_SECONDS = 24 * HOUR_SECONDS
+WEEK_SECONDS = 7 * DAY_SECONDS
+DEFAULT_STEP_SECONDS = HOUR_SECONDS
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """What time it is at every time step of a home, step t at `start` + t `step_seconds`.
+
+    The clock runs evenly: there is no daylight saving time.
+
+    Attributes:
+        start: local date and time of step 0, without a time zone.
+        step_seconds: length of a step.
+    """
+
+    start: datetime
+    step_seconds: float = DEFAULT_STEP_SECONDS
+
+    def __post_init__(self) -> None:
+        """Check both.
+
+        Raises:
+            TypeError: if the start is no date and time.
+            ValueError: if it has a time zone, or the step is no number of seconds above 0.
+        """
+        if not isinstance(self.start, datetime):
+            raise TypeError(
+                f"start must be a datetime, got {shorten(self.start)}. Write datetime(2026, 11, "
+                "16, 7, 30), or datetime.now()."
+            )
+        if self.start.tzinfo is not None:
+            raise ValueError(
+                "start must be local time, got the time zone of "
+                f"{shorten(self.start.isoformat())}. Leave the zone out."
+            )
+        seconds = self.step_seconds
+        if isinstance(seconds, bool) or not isinstance(seconds, (int, float)):
+            raise TypeError(f"step_seconds must be a number, got {shorten(seconds)}. Take 3600.")
+        if not (math.isfinite(seconds) and seconds > 0):
+            raise ValueError(f"step_seconds must be a number > 0, got {seconds}. Take 3600.")
+
+    @classmethod
+    def of_rules(cls, start_time: str, step_seconds: float) -> Clock:
+        """Make the clock of rules that say when step 0 is, in ISO 8601, and how long a step is.
+
+        Raises:
+            ValueError: if they do not.
+        """
+        try:
+            return cls(datetime.fromisoformat(start_time), step_seconds)
+        except (TypeError, ValueError) as error:
+            raise ValueError(
+                "start_time and step_seconds must be a date and time and a number of seconds, got "
+                f"{shorten(start_time)} and {shorten(step_seconds)}: {error}"
+            ) from None
+
+    @property
+    def row(self) -> tuple[float, float]:
+        """Seconds from Monday 00:00 to step 0, and seconds per step: a row of `clock` arrays."""
+        start = self.start
+        midnight = datetime(start.year, start.month, start.day)
+        since_midnight = (start - midnight).total_seconds()
+        return start.weekday() * DAY_SECONDS + since_midnight, float(self.step_seconds)
+
+    def shift(self, seconds: float) -> Clock:
+        """Return the clock of somebody who starts so many seconds later.
+
+        Raises:
+            ValueError: if that is no date any more.
+        """
+        try:
+            return Clock(self.start + timedelta(seconds=seconds), self.step_seconds)
+        except OverflowError:
+            raise ValueError(
+                f"time must be a date before the year 10000, got {seconds:g} s after {self.start}. "
+                "Count time_s in seconds from start."
+            ) from None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return JSON values, from which `from_json` makes the same clock."""
+        return {"start": self.start.isoformat(), "step_seconds": self.step_seconds}
+
+    @classmethod
+    def from_json(cls, data: Any) -> Clock:
+        """Read JSON values.
+
+        Raises:
+            KeyError: if a part is missing.
+            TypeError, ValueError: if a part is none of a clock.
+        """
+        return cls(datetime.fromisoformat(data["start"]), data["step_seconds"])
+
+
+def make_clock_rows(clocks: Sequence[Clock | None]) -> np.ndarray | None:
+    """Return the rows of homes, float64 (H, 2), nan for those without; None if all are without."""
+    if all(clock is None for clock in clocks):
+        return None
+    unknown = (math.nan, math.nan)
+    return np.array([unknown if clock is None else clock.row for clock in clocks])
+
+
+def compute_week_seconds(clock: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Return the seconds since Monday 00:00 at time steps, float64 (n,) in [0, 604800).
+
+    Args:
+        clock: of the home of each step, (n, 2).
+        time: time steps, (n,).
+    """
+    return np.mod(clock[:, 0] + time * clock[:, 1], WEEK_SECONDS)

@@ -1,0 +1,295 @@
+"""What a memory counts of a home as a whole, beside the counters of its nodes and edges."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sgm.arrays.relations import sum_relations
+from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
+from sgm.memory.columns import NEVER
+from sgm.memory.queries import Queries
+from sgm.memory.remembered import Remembered
+
+NUM_LOOKS_KEPT = 8  # of every furniture node; what older ones said has been overtaken by moves
+NUM_HOURS = 12  # bins of a day, two hours each
+# Of more furniture, moves from place to place are not counted: few happen twice, and they would
+# take the square of its number.
+MOST_FURNITURE = 500
+
+# One number per home each.
+HOME_COUNTERS = (
+    "num_asked", "num_found", "num_last_right", "num_common_right", "num_prior_right",
+    "num_moved", "time_followed", "num_missed", "num_refound",
+)  # fmt: skip
+
+_EDGE_HOURS = ("edge_hours", "edge_gone_hours")  # what the rows of `edge_hours` are called in JSON
+
+
+class HomeHistory:
+    """Counts of H homes, updated by every look at the cost of what the look changes.
+
+    Attributes:
+        look_times: time steps of the latest looks at each furniture node, in no order, -1 for
+            none, int32 (H, F, NUM_LOOKS_KEPT).
+        moves: how often an object that was last seen at one furniture node was seen at another
+            next, int32 (H, F, F); all zero in homes of more than `MOST_FURNITURE`.
+        counters: float64 (H,) each. Questions asked and how many the next looks answered; of
+            these, how often the place was where the object was last seen, where it was seen the
+            most often per look, and the prior's first choice. Sightings that found an object
+            moved, and the time steps between the sightings of all objects. Looks that missed an
+            object which later looks found at the same place, and those that found it there,
+            each discounted by how likely it had moved meanwhile.
+        edge_hours: of each edge by hour of day, sightings, and looks that did not show what had
+            been seen there, uint16 (2, E, NUM_HOURS); without edges if no home has a clock.
+    """
+
+    def __init__(self, num_homes: int, num_furniture: int) -> None:
+        """Start with nothing counted."""
+        shape = (num_homes, num_furniture)
+        self.look_times = np.full((*shape, NUM_LOOKS_KEPT), NEVER, dtype=np.int32)
+        self.moves = _make_moves(num_homes, num_furniture)
+        self.counters = {name: np.zeros(num_homes) for name in HOME_COUNTERS}
+        self.edge_hours = np.zeros((2, 0, NUM_HOURS), dtype=np.uint16)
+
+    def add_furniture(self, num_added: int) -> None:
+        """Add columns of furniture that was never looked at."""
+        added = (0, num_added)
+        self.look_times = np.pad(self.look_times, ((0, 0), added, (0, 0)), constant_values=NEVER)
+        before = self.moves
+        self.moves = _make_moves(len(before), before.shape[1] + num_added)
+        if self.counts_moves:
+            self.moves[:, : before.shape[1], : before.shape[1]] = before
+
+    @property
+    def counts_moves(self) -> bool:
+        """Whether moves from place to place are counted."""
+        return self.moves.shape[1] <= MOST_FURNITURE
+
+    def copy(self) -> HomeHistory:
+        """Return the same counts, which can be changed alone."""
+        copied = copy.copy(self)
+        copied.look_times, copied.edge_hours = self.look_times.copy(), self.edge_hours.copy()
+        copied.moves = self.moves.copy() if self.counts_moves else self.moves
+        copied.counters = {name: column.copy() for name, column in self.counters.items()}
+        return copied
+
+    def take(self, furniture: np.ndarray, edges: np.ndarray) -> HomeHistory:
+        """Return a copy that keeps some furniture (F,) and edges (E,), bool."""
+        kept = HomeHistory(0, 0)
+        kept.look_times = self.look_times[:, furniture]
+        kept.moves = _make_moves(len(self.moves), int(furniture.sum()))
+        if self.counts_moves:
+            kept.moves = self.moves[:, furniture][:, :, furniture]
+        kept.counters = {name: column.copy() for name, column in self.counters.items()}
+        hours = self.edge_hours[:, : len(edges)]
+        kept.edge_hours = hours[:, edges[: hours.shape[1]]]
+        return kept
+
+    def compute_miss_rate(self) -> np.ndarray:
+        """Return the share of looks that miss what is there, (H,); 0.2 at first, as of ten."""
+        missed, refound = self.counters["num_missed"], self.counters["num_refound"]
+        return (missed + 2) / (missed + refound + 10)
+
+    def compute_move_rate(self, hours: np.ndarray | float = 1.0) -> np.ndarray:
+        """Return how often an object is found moved, (H,).
+
+        Args:
+            hours: of a time step, (H,), for a rate per hour; 1 for a rate per time step.
+        """
+        return (self.counters["num_moved"] + 0.5) / (self.counters["time_followed"] * hours + 15)
+
+    def note_questions(self, queries: Queries) -> None:
+        """Count questions."""
+        self._count("num_asked", queries.home)
+
+    def note_look(
+        self,
+        memory: Remembered,
+        looked: np.ndarray,
+        is_counted: np.ndarray,
+        is_seen: np.ndarray,
+        seen_again: np.ndarray,
+        asked: Queries | None,
+    ) -> None:
+        """Count one look per home, before the counters of the memory are changed.
+
+        Args:
+            memory: the memory.
+            looked: furniture that each home looks at, -1 for none, (H,).
+            is_counted: whether the look is one at the furniture, having most of it in view, (H,).
+            is_seen: whether each object was detected, bool (O,).
+            seen_again: rows of edges that were known and are found true, (n,).
+            asked: open questions; None if there are none.
+        """
+        objects, time = memory.objects, memory.time
+        if asked is not None:
+            self._note_answers(memory, looked, asked, is_seen[asked.object])
+        home = np.flatnonzero((looked >= 0) & is_counted)
+        column = memory.furniture_num_observed[home, looked[home]] % NUM_LOOKS_KEPT
+        self.look_times[home, looked[home], column] = time
+
+        rows = np.flatnonzero(is_seen)
+        rows = rows[objects["num_observed"][rows] > 0]
+        home, before = objects["home"][rows], objects["last_furniture"][rows]
+        self._count("time_followed", home, time - objects["last_observed"][rows])
+        here = looked[home]
+        has_moved = (before >= 0) & (before != here)
+        home, before, here = home[has_moved], before[has_moved], here[has_moved]
+        self._count("num_moved", home)
+        if self.counts_moves:
+            np.add.at(self.moves, (home, before, here), 1)
+
+        edges = memory.edges
+        again = seen_again[edges["num_true"][seen_again] > 0]
+        is_last = objects["last_furniture"][edges["object"][again]] == edges["furniture"][again]
+        again = again[is_last]
+        home = edges["home"][again]
+        stayed = np.exp(-self.compute_move_rate()[home] * (time - edges["last_true"][again]))
+        np.add.at(self.counters["num_missed"], home, stayed * edges["num_absent"][again])
+        np.add.at(self.counters["num_refound"], home, stayed)
+
+    def note_hours(
+        self, clock: np.ndarray, time: int, edges: np.ndarray, is_seen: np.ndarray, num_edges: int
+    ) -> None:
+        """Count looks by hour of day.
+
+        Args:
+            clock: of the home of each edge, nan where nobody knows, (n, 2).
+            time: time step.
+            edges: rows of the edges that were looked at, each once, (n,).
+            is_seen: whether they were found true, bool (n,).
+            num_edges: rows of edges so far.
+        """
+        num_before = self.edge_hours.shape[1]
+        if num_edges > num_before:
+            added = max(num_edges, 2 * num_before) - num_before
+            self.edge_hours = np.pad(self.edge_hours, ((0, 0), (0, added), (0, 0)))
+        hour = compute_week_seconds(clock, np.full(len(edges), time)) % DAY_SECONDS / HOUR_SECONDS
+        is_known = ~np.isnan(hour)
+        which = np.where(is_seen, 0, 1)[is_known]
+        place = (which, edges[is_known], (hour[is_known] * (NUM_HOURS / 24)).astype(int))
+        count = self.edge_hours[place]
+        self.edge_hours[place] = np.minimum(count, 2**16 - 2) + 1
+
+    def get_edge_hours(self, edges: np.ndarray) -> np.ndarray:
+        """Return `edge_hours` of edges, (n,) -> (2, n, NUM_HOURS)."""
+        num_counted = self.edge_hours.shape[1]
+        if num_counted == 0:
+            return np.zeros((2, len(edges), NUM_HOURS), dtype=np.uint16)
+        return self.edge_hours[:, np.minimum(edges, num_counted - 1)]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return JSON values of one home, from which `from_json` makes the same counts."""
+        counted = self.moves[0] if self.counts_moves else np.zeros((0, 0), dtype=np.int32)
+        moves = np.nonzero(counted)
+        return {
+            "look_times": self.look_times[0].tolist(),
+            "moves": np.stack([*moves, counted[moves]]).tolist(),
+            "counters": {name: float(column[0]) for name, column in self.counters.items()},
+            **{
+                name: np.stack([*np.nonzero(hours), hours[np.nonzero(hours)]]).tolist()
+                for name, hours in zip(_EDGE_HOURS, self.edge_hours, strict=True)
+            },
+        }
+
+    @classmethod
+    def from_json(
+        cls, data: Mapping[str, Any], num_furniture: int, num_edges: int, time: int
+    ) -> HomeHistory:
+        """Read JSON values of a home with F furniture nodes and E edges.
+
+        Raises:
+            ValueError: if they do not fit the home.
+            KeyError, TypeError: if a part is missing or of the wrong kind.
+        """
+        history = cls(1, num_furniture)
+        looks = _read_whole(data["look_times"], (num_furniture, NUM_LOOKS_KEPT), (NEVER, time))
+        history.look_times[0] = looks
+        src, dst, count = _read_whole(data["moves"], (3, None), (0, 2**31 - 1))
+        _check_below("moves", np.append(src, dst), num_furniture)
+        if history.counts_moves:
+            history.moves[0, src, dst] = count
+        for name in HOME_COUNTERS:
+            value = float(data["counters"][name])
+            if not 0 <= value < np.inf:
+                raise ValueError(f"{name} must be a number, 0 or more, got {value}")
+            history.counters[name][0] = value
+        for which, name in enumerate(_EDGE_HOURS):
+            # Only sightings were counted at first.
+            values = data[name] if which == 0 else data.get(name, [[], [], []])
+            edge, hour, count = _read_whole(values, (3, None), (0, 2**31 - 1))
+            _check_below(name, edge, num_edges)
+            _check_below(name, hour, NUM_HOURS)
+            _check_below(name, count, 2**16)
+            if len(edge) and history.edge_hours.shape[1] == 0:
+                history.edge_hours = np.zeros((2, num_edges, NUM_HOURS), dtype=np.uint16)
+            history.edge_hours[which, edge, hour] = count
+        return history
+
+    def _count(self, name: str, home: np.ndarray, number: np.ndarray | None = None) -> None:
+        """Add whole numbers (n,), 1 if left out, to the counts of homes (n,)."""
+        counter = self.counters[name]
+        counter += np.bincount(home, number, minlength=len(counter))
+
+    def _note_answers(
+        self, memory: Remembered, looked: np.ndarray, asked: Queries, is_found: np.ndarray
+    ) -> None:
+        """Count which simple rule would have led to the objects that were asked for and found.
+
+        And whether they still were where they were last seen, if that is where the look was.
+        """
+        objects = memory.objects
+        place = looked[asked.home]  # -1 where a home does not look
+        is_there = (objects["last_furniture"][asked.object] == place) & (place >= 0)
+        np.add.at(objects["num_sought"], asked.object[is_there], 1)
+        np.add.at(objects["num_still"], asked.object[is_there & is_found], 1)
+        if not is_found.any():
+            return
+        found = type(asked)(asked.home[is_found], asked.object[is_found], asked.prior[is_found])
+        here = looked[found.home]
+        self._count("num_found", found.home)
+        is_last = memory.objects["last_furniture"][found.object] == here
+        self._count("num_last_right", found.home, is_last)
+        query, edge = memory.edges_of(found)
+        shape = (len(here), memory.num_furniture)
+        place = np.ravel_multi_index((query, memory.edges["furniture"][edge]), shape)
+        num_true = np.bincount(place, memory.edges["num_true"][edge], minlength=np.prod(shape))
+        rate = num_true.reshape(shape) / (memory.furniture_num_observed[found.home] + 0.5)
+        prior = sum_relations(found.prior)
+        for name, score in (("num_common_right", rate), ("num_prior_right", prior)):
+            is_right = (score.argmax(axis=1) == here) & score.any(axis=1)
+            self._count(name, found.home, is_right)
+
+
+def _make_moves(num_homes: int, num_furniture: int) -> np.ndarray:
+    """Return no moves, (H, F, F); without any memory where they are not counted."""
+    shape = (num_homes, num_furniture, num_furniture)
+    if num_furniture > MOST_FURNITURE:
+        return np.broadcast_to(np.int32(0), shape)
+    return np.zeros(shape, dtype=np.int32)
+
+
+def _read_whole(values: Any, shape: tuple[int, int | None], limits: tuple[int, int]) -> np.ndarray:
+    """Return whole numbers between limits as an int64 array of a shape, None for any length.
+
+    Raises:
+        ValueError: if they are none, or of another shape.
+    """
+    array = np.array(values)
+    if array.size == 0:
+        array = np.zeros([size or 0 for size in shape], dtype=np.int64)
+    fits = array.ndim == 2 and all(b in (None, a) for a, b in zip(array.shape, shape, strict=True))
+    if not fits or array.dtype != np.int64:
+        raise ValueError(f"history must hold whole numbers of shape {shape}")
+    if array.size and not (limits[0] <= array.min() and array.max() <= limits[1]):
+        raise ValueError(f"history must lie in {limits[0]} to {limits[1]}")
+    return array
+
+
+def _check_below(name: str, values: np.ndarray, limit: int) -> None:
+    if values.max(initial=-1) >= limit:
+        raise ValueError(f"{name} must be below {limit}, got {values.max()}")

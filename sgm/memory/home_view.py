@@ -1,0 +1,126 @@
+"""A memory for people: where an object was seen, and rooms > furniture > objects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from sgm.layout.home_layout import HomeLayout
+from sgm.memory.columns import NEVER
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.sighting import RELATIONS, SeenAt
+
+
+def list_places(memory: MemoryBatch, furniture_ids: Sequence[int], row: int) -> list[SeenAt]:
+    """List every place where an object of a home was ever seen, the latest sighting first.
+
+    Args:
+        memory: of one home.
+        furniture_ids: by position, (F,).
+        row: of the object in `memory.objects`.
+    """
+    edges = memory.edges
+    seen = np.flatnonzero((edges["object"] == row) & (edges["num_true"] > 0))
+    return _list_edges(memory, furniture_ids, row, seen)
+
+
+def _list_edges(
+    memory: MemoryBatch, furniture_ids: Sequence[int], row: int, seen: np.ndarray
+) -> list[SeenAt]:
+    """List the places of an object, given its edges that were ever true, (n,)."""
+    edges = memory.edges
+    places = [
+        SeenAt(
+            time=int(edges["last_true"][edge]),
+            steps_ago=memory.time - int(edges["last_true"][edge]),
+            furniture=furniture_ids[edges["furniture"][edge]],
+            relation=RELATIONS[edges["relation"][edge]],
+            is_there=bool(edges["is_true"][edge]),
+            times_seen=int(edges["num_true"][edge]),
+            times_looked=int(edges["num_observed"][edge]),
+        )
+        for edge in seen
+    ]
+    last = int(memory.objects["last_observed"][row])
+    if last != NEVER and all(place.time < last for place in places):
+        places.append(SeenAt(last, memory.time - last, None, None, False, 0, 0))
+    return sorted(places, key=lambda place: -place.time)
+
+
+def list_home(
+    memory: MemoryBatch, layout: HomeLayout, descriptions: Sequence[str]
+) -> dict[str, Any]:
+    """List rooms > furniture > objects as JSON values.
+
+    Args:
+        memory: of one home.
+        layout: its rooms and furniture.
+        descriptions: of its objects, (O,).
+    """
+    objects: dict[int, list[dict[str, Any]]] = {number: [] for number in layout.furniture}
+    unplaced = []
+    furniture_ids = tuple(layout.furniture)
+    # The edges of all objects, sorted once instead of searched for each of them.
+    seen = np.flatnonzero(memory.edges["num_true"] > 0)
+    owner = memory.edges["object"][seen]
+    order = np.argsort(owner, kind="stable")
+    seen_of = np.split(seen[order], np.searchsorted(owner[order], np.arange(1, len(descriptions))))
+    for row, description in enumerate(descriptions):
+        for place in _list_edges(memory, furniture_ids, row, seen_of[row]):
+            if place.furniture is None:
+                unplaced.append({"description": description, "last_seen": place.time})
+                continue
+            objects[place.furniture].append(
+                {
+                    "description": description,
+                    "relation": place.relation,
+                    "is_there": place.is_there,
+                    "last_seen": place.time,
+                    "times_seen": place.times_seen,
+                    "times_looked": place.times_looked,
+                }
+            )
+    last_looked = memory.furniture_last_observed[0].tolist()
+    looked = dict(zip(layout.furniture, last_looked, strict=True))
+    return {
+        "time": memory.time,
+        "rooms": [
+            {
+                "id": room,
+                "label": label,
+                "furniture": [
+                    {
+                        "id": number,
+                        "label": node.label,
+                        "description": node.description,
+                        "last_looked": None if looked[number] == NEVER else looked[number],
+                        "objects": objects[number],
+                    }
+                    for number, node in layout.furniture.items()
+                    if node.room == room
+                ],
+            }
+            for room, label in layout.rooms.items()
+        ],
+        "unplaced": unplaced,
+    }
+
+
+def list_rows(home: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """List what `list_home` gave as one row for each object at each place."""
+    return [
+        {
+            "object": seen["description"],
+            "relation": seen["relation"],
+            "furniture": furniture["description"],
+            "room": room["label"],
+            **{
+                name: seen[name] for name in ("is_there", "last_seen", "times_seen", "times_looked")
+            },
+        }
+        for room in home["rooms"]
+        for furniture in room["furniture"]
+        for seen in furniture["objects"]
+    ]

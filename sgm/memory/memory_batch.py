@@ -1,0 +1,406 @@
+"""The scene graph memories of many homes, as flat arrays."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+
+import numpy as np
+
+from sgm.arrays.grouped import join_groups, mark_rows
+from sgm.memory.candidates import propose_places
+from sgm.memory.change import Change
+from sgm.memory.columns import NEVER, make_edge_table, make_object_table
+from sgm.memory.home_history import HomeHistory
+from sgm.memory.look_weights import LookWeights
+from sgm.memory.queries import Queries
+from sgm.prior.place_prior import PlacePrior
+
+
+class MemoryBatch:
+    """Scene graph memories of H homes with up to R rooms and F furniture nodes each.
+
+    One graph per home holds everything ever observed: nodes and edges with counters. A look at
+    a furniture node updates every remembered edge of it: seen ones become true, the others
+    false. An edge is remembered once it was observed, true or false: a hypothetical edge of the
+    current query that is looked at and found false is remembered, too.
+
+    A look that had only a part of the furniture in view is a part of a look for what it did not
+    show. These parts are added up in `missed`; whenever their sum, since the edge was last true,
+    passes 1/2, 3/2, 5/2, ..., one look without the object is counted, and the edge is false. Whole
+    looks are counted one by one so. Likewise a sighting of confidence c: from c = 1/2 on it makes
+    the edge true, below it is a part 1 - c of a look that did not show the object.
+
+    Attributes:
+        time: the current time step, the same for all homes.
+        labels: text of every label index.
+        room_label: (H, R). furniture_label, furniture_room: (H, F). Rows of homes with fewer rooms
+            or less furniture end with -1.
+        is_furniture: which columns are furniture of a home, bool (H, F).
+        home_num_rooms, home_num_furniture: rooms and furniture nodes of each home, the first
+            columns of its rows, (H,).
+        furniture_num_observed, furniture_last_observed: looks so far and the last one, (H, F).
+        objects: table of object nodes (home, key, label, type, num_observed, last_observed,
+            num_moved, last_moved, last_furniture, first_observed, num_at_once, num_sought,
+            num_still); `key` is the description, `type` the prior's object type or -1;
+            `num_at_once` is the most things of this description that a robot has seen in one time
+            step (0 in simulated homes); `num_sought` counts the looks for it where it was last
+            seen, while it was asked for, `num_still` those that found it (0 without `history`).
+        edges: table of object-furniture edges (home, object, furniture, relation, prior,
+            num_observed, num_true, num_changed, last_observed, last_changed, last_true,
+            is_true, num_absent, time_true, missed, confidence); relation 0 "in", 1 "onTop";
+            `num_absent` is the number of looks at the furniture since the edge was last true, all
+            of them if it never was, `missed` the sum of their parts; `time_true` the time steps
+            from looks that found it true to the next one each; `confidence` that of the last
+            sighting, 0 without one.
+        place_prior: the prior for these layouts.
+        history: what is counted of each home as a whole, where somebody asked for it.
+        clock: where in the week step 0 of each home is, and how long its steps are
+            (`Clock.row`), float64 (H, 2), nan for a home without; None if no home has one.
+
+    Source: paper section 4.2, appendix B; docs/design.md, ruling 12. Differs: negative evidence
+    is counted (the released code does not), so that what was not seen there counts, too.
+    """
+
+    def __init__(
+        self,
+        labels: Sequence[str],
+        room_label: np.ndarray,
+        furniture_label: np.ndarray,
+        furniture_room: np.ndarray,
+        place_prior: PlacePrior,
+        threshold: float = 0.0,
+        clock: np.ndarray | None = None,
+    ) -> None:
+        """Create empty memories of known layouts.
+
+        Args:
+            labels: text per label index.
+            room_label: -1 beyond the rooms of a home, (H, R).
+            furniture_label: -1 beyond the furniture of a home, (H, F).
+            furniture_room: room index within the home, -1 beyond its furniture, (H, F).
+            place_prior: the prior for these layouts.
+            threshold: prior weight above which a place gets a hypothetical edge.
+            clock: of every home, (H, 2); None if nobody knows what time it is.
+        """
+        self.time = 0
+        self.clock = clock
+        self.labels = list(labels)
+        self.room_label = room_label
+        self.furniture_label = furniture_label
+        self.furniture_room = furniture_room
+        self.place_prior = place_prior
+        self._count_layout()
+        self.threshold = threshold
+        self.furniture_num_observed = np.zeros(furniture_label.shape, dtype=np.int32)
+        self.furniture_last_observed = np.full(furniture_label.shape, NEVER, dtype=np.int32)
+        self.objects, self.edges = make_object_table(), make_edge_table()
+        self._history: HomeHistory | None = None
+        self._row_of_key = np.full((len(furniture_label), 64), -1, dtype=np.int32)
+        self._pending: Queries | None = None
+
+    @property
+    def history(self) -> HomeHistory:
+        """What is counted of each home as a whole.
+
+        Raises:
+            ValueError: if nobody asked for it in time.
+        """
+        if self._history is None:
+            raise ValueError(
+                "history must be counted before it is read, got a memory that does not count it. "
+                "Call `count_history` before the first look."
+            )
+        return self._history
+
+    @property
+    def counts_history(self) -> bool:
+        """Whether `history` is counted."""
+        return self._history is not None
+
+    def count_history(self, so_far: HomeHistory | None = None) -> None:
+        """Count `history`, too, from the first look on: a tenth more work a look.
+
+        Policies that read it ask for it in `Policy.reset`.
+
+        Args:
+            so_far: counts to go on with; None for none yet.
+
+        Raises:
+            ValueError: if there are none, and looks that were not counted.
+        """
+        if so_far is None and self._history is None:
+            if self.furniture_num_observed.any():
+                raise ValueError(
+                    "history must be counted from the first look on, got a memory of "
+                    f"{self.furniture_num_observed.sum()} looks. Call `count_history` earlier."
+                )
+            so_far = HomeHistory(*self.furniture_label.shape)
+        self._history = self._history if so_far is None else so_far
+
+    @property
+    def num_homes(self) -> int:
+        """Number of homes, H."""
+        return len(self.furniture_label)
+
+    @property
+    def num_furniture(self) -> int:
+        """Furniture nodes of the largest home, F."""
+        return self.furniture_label.shape[1]
+
+    def copy(self) -> MemoryBatch:
+        """Return the same memories without open questions, which can be changed alone."""
+        copied = copy.copy(self)
+        copied.labels = list(self.labels)
+        copied.furniture_num_observed = self.furniture_num_observed.copy()
+        copied.furniture_last_observed = self.furniture_last_observed.copy()
+        copied.objects, copied.edges = self.objects.copy(), self.edges.copy()
+        copied._history = None if self._history is None else self._history.copy()
+        copied._row_of_key = self._row_of_key.copy()
+        copied._pending = None
+        return copied
+
+    def set_layout(
+        self,
+        room_label: np.ndarray,
+        furniture_label: np.ndarray,
+        furniture_room: np.ndarray,
+        place_prior: PlacePrior,
+    ) -> None:
+        """Take over a layout that has grown; known furniture keeps its index and history.
+
+        Args:
+            room_label: (H, R).
+            furniture_label: (H, F), F at least as before.
+            furniture_room: (H, F).
+            place_prior: the prior for the new layout.
+        """
+        num_added = furniture_label.shape[1] - self.num_furniture
+        added = ((0, 0), (0, num_added))
+        if self._history is not None:
+            self._history.add_furniture(num_added)
+        self.furniture_num_observed = np.pad(self.furniture_num_observed, added)
+        self.furniture_last_observed = np.pad(
+            self.furniture_last_observed, added, constant_values=NEVER
+        )
+        self.room_label = room_label
+        self.furniture_label = furniture_label
+        self.furniture_room = furniture_room
+        self.place_prior = place_prior
+        self._count_layout()
+        self._pending = None
+        edges = self.edges
+        edges["prior"][:] = self._get_prior(edges["object"], edges["furniture"], edges["relation"])
+
+    def _count_layout(self) -> None:
+        self.is_furniture = self.furniture_label >= 0
+        self.home_num_rooms = np.count_nonzero(self.room_label >= 0, axis=1)
+        self.home_num_furniture = np.count_nonzero(self.is_furniture, axis=1)
+
+    def step(self) -> None:
+        """Let one time step pass; hypothetical edges end with it."""
+        self.time += 1
+        self._pending = None
+
+    def ensure_objects(
+        self, home: np.ndarray, key: np.ndarray, label: np.ndarray, object_type: np.ndarray
+    ) -> np.ndarray:
+        """Return the rows of object nodes, adding those that are new.
+
+        Args:
+            home: (n,).
+            key: number of the description, non-negative, (n,).
+            label: label index of each description, (n,).
+            object_type: the prior's object type, -1 for unknown ones, (n,).
+
+        Returns:
+            (n,) rows of `objects`.
+        """
+        num_keys = self._row_of_key.shape[1]
+        if key.max(initial=0) >= num_keys:
+            grow = max(int(key.max()) + 1 - num_keys, num_keys)
+            self._row_of_key = np.pad(self._row_of_key, ((0, 0), (0, grow)), constant_values=-1)
+        is_new = np.flatnonzero(self._row_of_key[home, key] < 0)
+        if len(is_new):
+            pairs = home[is_new].astype(np.int64) * self._row_of_key.shape[1] + key[is_new]
+            is_new = is_new[np.unique(pairs, return_index=True)[1]]
+            self._row_of_key[home[is_new], key[is_new]] = self.objects.append(
+                len(is_new), home=home[is_new], key=key[is_new], label=label[is_new],
+                type=object_type[is_new], last_observed=NEVER, last_moved=NEVER,
+                last_furniture=NEVER, first_observed=NEVER,
+            )  # fmt: skip
+        return self._row_of_key[home, key]
+
+    def query(
+        self, home: np.ndarray, key: np.ndarray, label: np.ndarray, object_type: np.ndarray
+    ) -> Queries:
+        """Ask for objects by description; arguments as in `ensure_objects`, (Q,) each."""
+        rows = self.ensure_objects(home, key, label, object_type)
+        self._pending = Queries(home, rows, self.place_prior.rows(home, object_type))
+        if self._history is not None:
+            self._history.note_questions(self._pending)
+        return self._pending
+
+    def compute_candidates(self, queries: Queries) -> np.ndarray:
+        """Mark the places that a query edge leads to, bool (Q, F, 2).
+
+        The remembered edges of the query object and its hypothetical edges.
+        """
+        candidates = self.propose_places(queries)
+        query, edge = self.edges_of(queries)
+        candidates[query, self.edges["furniture"][edge], self.edges["relation"][edge]] = True
+        return candidates
+
+    def propose_places(self, queries: Queries) -> np.ndarray:
+        """Mark the hypothetical edges of queries, bool (Q, F, 2); see `candidates`."""
+        return propose_places(queries.prior, self.threshold, self.is_furniture[queries.home])
+
+    def edges_of(self, queries: Queries) -> tuple[np.ndarray, np.ndarray]:
+        """Find the remembered edges of the query objects.
+
+        Returns:
+            (k,) query numbers and (k,) rows of `edges`.
+        """
+        return join_groups(queries.object, self.edges["object"], len(self.objects))
+
+    def observe(
+        self,
+        home: np.ndarray,
+        furniture: np.ndarray,
+        seen_object: np.ndarray,
+        seen_relation: np.ndarray,
+        coverage: np.ndarray | None = None,
+        confidence: np.ndarray | None = None,
+    ) -> Change:
+        """Fold one look per home into the memories.
+
+        Every remembered edge of the furniture looked at is updated: seen -> true, else false, as
+        far as it was in view. A look that had less than half of the furniture in view is not
+        counted as a look at it, and makes no hypothetical edge false.
+
+        Args:
+            home: homes that looked, each once, (n,).
+            furniture: the furniture index that each looked at, (n,).
+            seen_object: rows of `objects` that were detected there, (m,).
+            seen_relation: 0 "in", 1 "onTop", (m,).
+            coverage: share of the furniture that was in view, in (0, 1], (n,); None for all of it.
+            confidence: probability that each detection is right, in [0, 1], (m,); None for 1.
+
+        Returns:
+            The rows that changed.
+
+        Source: paper section 4.2, appendix B.
+        """
+        looked = np.full(self.num_homes, -1, dtype=np.int32)
+        looked[home] = furniture
+        look = LookWeights(self, home, coverage)
+        if confidence is not None and (confidence < 1).any():
+            seen_object, seen_relation = look.sort_out(seen_object, seen_relation, confidence)
+        edges = self.edges
+        touched = np.flatnonzero(looked.take(edges["home"]) == edges["furniture"])
+        touched_key = edges["object"][touched] * 2 + edges["relation"][touched]
+        num_keys = 2 * len(self.objects)
+        is_seen_key = mark_rows(seen_object * 2 + seen_relation, num_keys)
+        is_seen = is_seen_key[touched_key]
+        again = touched[is_seen]
+        has_changed = mark_rows(seen_object, len(self.objects))
+        if self._history is not None:
+            self._history.note_look(
+                self, looked, look.is_counted, has_changed, again, self._pending
+            )
+        self._update_edges(touched, is_seen, look.weigh(touched_key))
+        edges["confidence"][again] = look.get_confidence(touched_key[is_seen])
+        is_new_false = self._mark_looked_up(looked, num_keys) & ~is_seen_key
+        is_new_true = is_seen_key
+        is_new_true[touched_key] = is_new_false[touched_key] = False
+        new_true, new_false = np.flatnonzero(is_new_true), np.flatnonzero(is_new_false)
+        missed = look.weigh(new_false)
+        new_false, missed = new_false[missed >= 0.5], missed[missed >= 0.5]
+        added = self._add_edges(looked, np.concatenate([new_true, new_false]), len(new_true))
+        edges["confidence"][added[: len(new_true)]] = look.get_confidence(new_true)
+        false = added[len(new_true) :]
+        edges["missed"][false] = edges["num_absent"][false] - 1 + missed
+        if self._history is not None and self.clock is not None:
+            gone = touched[~is_seen & look.is_counted[edges["home"][touched]]]
+            gone = gone[edges["num_true"][gone] > 0]
+            rows = np.concatenate([again, added[: len(new_true)], gone])
+            is_true = np.arange(len(rows)) < len(rows) - len(gone)
+            clock = self.clock[edges["home"][rows]]
+            self._history.note_hours(clock, self.time, rows, is_true, len(edges))
+
+        is_counted = look.is_counted[home]
+        self.furniture_num_observed[home, furniture] += is_counted
+        self.furniture_last_observed[home[is_counted], furniture[is_counted]] = self.time
+        self._update_objects(np.flatnonzero(has_changed), looked)
+        has_changed[edges["object"][added]] = True
+        return Change(
+            home, furniture, np.flatnonzero(has_changed), np.concatenate([touched, added]),
+            np.concatenate([is_seen, np.arange(len(added)) < len(new_true)]), look.coverage[home],
+        )  # fmt: skip
+
+    def _update_edges(self, rows: np.ndarray, is_seen: np.ndarray, weight: np.ndarray) -> None:
+        """Update edges that are true, or were looked at for some part of a look, (n,) each."""
+        edges = self.edges
+        before = edges["missed"][rows]
+        after = (before + weight).astype(np.float32)
+        edges["missed"][rows] = after * ~is_seen
+        is_counted = is_seen | (np.floor(after + 0.5) > np.floor(before + 0.5))
+        if not is_counted.all():
+            rows, is_seen = rows[is_counted], is_seen[is_counted]
+        was_true = edges["is_true"][rows]
+        has_changed = was_true != is_seen
+        edges["time_true"][rows] += was_true * (self.time - edges["last_observed"][rows])
+        edges["num_observed"][rows] += 1
+        edges["num_true"][rows] += is_seen
+        edges["num_changed"][rows] += has_changed
+        edges["last_observed"][rows] = self.time
+        edges["last_changed"][rows[has_changed]] = self.time
+        edges["last_true"][rows[is_seen]] = self.time
+        edges["is_true"][rows] = is_seen
+        edges["num_absent"][rows] = (edges["num_absent"][rows] + 1) * ~is_seen
+
+    def _mark_looked_up(self, looked: np.ndarray, num_keys: int) -> np.ndarray:
+        """Mark hypothetical edges (object * 2 + relation) that were looked at, bool (num_keys,)."""
+        if self._pending is None:
+            return np.zeros(num_keys, dtype=bool)
+        queries = self._pending
+        place = looked[queries.home]
+        proposed = self.propose_places(queries)
+        proposed = proposed[np.arange(len(place)), place] & (place >= 0)[:, None]  # (Q, 2)
+        query, relation = np.nonzero(proposed)
+        return mark_rows(queries.object[query] * 2 + relation, num_keys)
+
+    def _add_edges(self, looked: np.ndarray, keys: np.ndarray, num_true: int) -> np.ndarray:
+        """Add first-time edges to the furniture looked at; the first `num_true` are true."""
+        rows, relation = np.divmod(keys, 2)
+        home = self.objects["home"][rows]
+        is_true = np.arange(len(keys)) < num_true
+        return self.edges.append(
+            len(keys), home=home, object=rows, furniture=looked[home], relation=relation,
+            prior=self._get_prior(rows, looked[home], relation), num_observed=1, num_true=is_true,
+            last_observed=self.time, last_changed=NEVER,
+            last_true=np.where(is_true, self.time, NEVER), is_true=is_true,
+            num_absent=np.where(
+                is_true, 0, self.furniture_num_observed[home, looked[home]] + 1
+            ),
+        )  # fmt: skip
+
+    def _get_prior(
+        self, rows: np.ndarray, furniture: np.ndarray, relation: np.ndarray
+    ) -> np.ndarray:
+        """Return the prior weight of edges of object nodes; 0 for unknown types."""
+        home, types = self.objects["home"][rows], self.objects["type"][rows]
+        prior = self.place_prior.weights[home, np.maximum(types, 0), furniture, relation]
+        return np.where(types >= 0, prior, 0)
+
+    def _update_objects(self, rows: np.ndarray, looked: np.ndarray) -> None:
+        objects = self.objects
+        here = looked[objects["home"][rows]]
+        before = objects["last_furniture"][rows]
+        objects["first_observed"][rows[objects["num_observed"][rows] == 0]] = self.time
+        has_moved = rows[(before != NEVER) & (before != here)]
+        objects["num_observed"][rows] += 1
+        objects["last_observed"][rows] = self.time
+        objects["num_moved"][has_moved] += 1
+        objects["last_moved"][has_moved] = self.time
+        objects["last_furniture"][rows] = here

@@ -1,0 +1,333 @@
+"""What a memory of one home holds, and how looks, questions and changes of the layout enter."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sgm.layout.home_layout import HomeLayout
+from sgm.memory.asking import Asked, Looks, list_looks_before
+from sgm.memory.clock import Clock, make_clock_rows
+from sgm.memory.columns import FURNITURE_COUNTERS
+from sgm.memory.home_view import list_places
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.memory_content import (
+    EDGE_COLUMNS,
+    HOME_LABELS,
+    OBJECT_COLUMNS,
+    MemoryContent,
+)
+from sgm.memory.queries import Queries
+from sgm.memory.sighting import RELATIONS, SeenAt, Sighting
+from sgm.memory.step_log import StepLog, StepLook
+from sgm.names.names import read_name
+from sgm.names.vocabulary import Vocabulary
+from sgm.names.words import read_words
+from sgm.prior.prior_graph import PriorGraph
+
+_HOME = np.zeros(1, dtype=np.int64)  # the number of the only home of the batch
+
+
+class MemoryState:
+    """The state of a `SceneGraphMemory`: one home as a batch, and what it is called.
+
+    Attributes:
+        prior: where things tend to be.
+        clock: what time it is at every time step; None if nobody knows.
+        layout: rooms and furniture.
+        descriptions: of the objects, (O,).
+        step: looks of the present time step.
+        sought: as in `MemoryContent`.
+        asked: row of the object whose hypothetical edges are open.
+    """
+
+    clock: Clock | None
+    layout: HomeLayout
+    step: StepLog
+    sought: dict[tuple[str, int], tuple[float, int]]
+    asked: int | None
+    _batch: MemoryBatch
+    _is_layout_new: bool  # whether the batch has yet to take it over
+
+    def __init__(self, prior: PriorGraph, clock: Clock | None) -> None:
+        """Start with an empty home."""
+        self.prior = prior
+        self.set_content(MemoryContent.empty(prior.checksum, clock))
+
+    @property
+    def batch(self) -> MemoryBatch:
+        """The memory as a batch of one home, which policies read, in the order of `furniture_ids`.
+
+        It takes over rooms and furniture that were added when it is read, all at once.
+        """
+        if self._is_layout_new:
+            self.update_layout()
+        return self._batch
+
+    @property
+    def time(self) -> int:
+        """Steps since the start; known without taking over a new layout."""
+        return self._batch.time
+
+    @property
+    def furniture_ids(self) -> tuple[int, ...]:
+        """Ids of the furniture nodes in the order of the batch, (F,)."""
+        return tuple(self.layout.furniture)
+
+    def look(self, furniture: int, seen: Sequence[Sighting], coverage: float) -> None:
+        """Fold one look at a furniture node in; see `SceneGraphMemory.observe`."""
+        self.step.begin(self.batch)
+        rows = [self.ensure_object(sighting.description) for sighting in seen]
+        self.batch.observe(
+            _HOME,
+            np.array([self.furniture_ids.index(furniture)]),
+            np.array(rows, dtype=np.int64),
+            np.array([RELATIONS.index(sighting.relation) for sighting in seen], dtype=np.int64),
+            np.array([coverage], dtype=float),
+            np.array([sighting.confidence for sighting in seen], dtype=float),
+        )
+        self.step.add(StepLook(furniture, tuple(seen), coverage), Counter(rows))
+        at_once = self.batch.objects["num_at_once"]
+        for row in set(rows):
+            at_once[row] = max(at_once[row], self.step.count_at_once(row))
+            if self.sought:
+                words = read_words("description", self.descriptions[row])
+                self.sought.pop((words, furniture), None)
+
+    def note_absent(self, furniture: int, words: str, coverage: float) -> None:
+        """Note that a look for one thing, by its words, did not find it."""
+        count, time = self.sought.get((words, furniture), (0.0, self.batch.time))
+        if time < self.batch.time:  # from now on: what was in vain before is long ago
+            count = 0.0
+        self.sought[words, furniture] = (count + coverage, self.batch.time)
+
+    def let_pass(self, num_steps: int) -> None:
+        """Let time steps pass; questions end with the first of them."""
+        self.forget_questions()
+        self.batch.step()
+        self.batch.time += num_steps - 1
+        self.asked = None
+        self.step = StepLog()
+
+    def ask(self, descriptions: Sequence[str], before_looks: bool, later: int = 0) -> Asked:
+        """Ask for objects, and change nothing; see `SceneGraphMemory.ask`."""
+        words = [read_words("description", description) for description in descriptions]
+        current, step = self.batch.copy(), self.step
+        current.time += later
+        if before_looks and step.before is not None and not later:
+            origin, num_known = step.before, step.num_objects
+            batch = origin.copy()
+        else:
+            origin, num_known = self.batch, len(self.descriptions)
+            batch = current.copy()
+        known = np.array([self.find_row(description) for description in descriptions])
+        vocabulary = self.vocabulary.with_labels(batch.labels)
+        kinds = np.array([vocabulary.find_type(description) for description in descriptions])
+        batch.labels = vocabulary.labels
+        new = num_known + np.arange(len(words))
+        keys = np.where((known >= 0) & (known < num_known), known, new)
+        queries = batch.query(np.zeros(len(words), dtype=np.int64), keys, kinds[:, 0], kinds[:, 1])
+        ids = self.furniture_ids
+        at_once = np.append(current.objects["num_at_once"], 0)
+        return Asked(
+            batch=batch,
+            origin=origin,
+            queries=queries,
+            current=current,
+            rows=known,
+            descriptions=tuple(self.descriptions),
+            looks=tuple(
+                self.list_looks(batch, key if key < num_known else -1, row, own, current.time)
+                for key, row, own in zip(keys.tolist(), known.tolist(), words, strict=True)
+            ),
+            num_instances=np.maximum(at_once[known], 1),
+            sightings=tuple(
+                sorted(
+                    (seen for row in known if row >= 0 for seen in self.list_places(row)),
+                    key=lambda seen: -seen.time,
+                )
+            ),
+            furniture_ids=ids,
+            furniture_names=tuple(map(self.layout.describe, ids)),
+        )
+
+    def ensure_object(self, description: str) -> int:
+        """Return the row of an object node, adding the node if it is new."""
+        known = self._rows_as_written.get(description)
+        if known is not None:  # most things are called the same every time
+            return known
+        row = self._rows.setdefault(read_name(description), len(self.descriptions))
+        if row == len(self.descriptions):
+            self.descriptions.append(description)
+        label, object_type = self.vocabulary.find_type(description)
+        rows = self.batch.ensure_objects(
+            _HOME, np.array([row]), np.array([label]), np.array([object_type])
+        )
+        assert rows[0] == row
+        self._rows_as_written[description] = row
+        return row
+
+    def find_row(self, description: str) -> int:
+        """Return the row of an object node, -1 if there is none of that name."""
+        return self._rows.get(read_name(description), -1)
+
+    def list_places(self, row: int) -> list[SeenAt]:
+        """List every place where the object of a row was ever seen, the latest first."""
+        return list_places(self.batch, self.furniture_ids, row)
+
+    def list_looks(self, batch: MemoryBatch, row: int, row_now: int, words: str, now: int) -> Looks:
+        """List what all looks say about an object.
+
+        Args:
+            batch: the memory before the looks of this step.
+            row: of the object in it, -1 for what was not seen until then.
+            row_now: its row now.
+            words: of its description.
+            now: the time step that is asked about.
+        """
+        in_vain, seen = np.zeros((2, len(self.layout.furniture)))
+        steps_ago = list_looks_before(batch, row, now)
+        is_remembered = np.zeros(len(self.layout.furniture), dtype=bool)
+        is_remembered[batch.edges["furniture"][batch.edges["object"] == row]] = row >= 0
+        sought_ago = np.full(len(self.layout.furniture), np.inf)
+        sought = np.zeros(len(self.layout.furniture))
+        position = {number: index for index, number in enumerate(self.furniture_ids)}
+        if self.step.before is not None and batch.time == now == self.batch.time:
+            for furniture, count in self.step.sum_in_vain(row_now).items():
+                in_vain[position[furniture]] += count
+        edges = self.batch.edges
+        is_now = (edges["object"] == row_now) & (edges["last_true"] == now)
+        np.maximum.at(seen, edges["furniture"][is_now], edges["confidence"][is_now])
+        for (name, furniture), (count, time) in self.sought.items():
+            if name == words and time == now:
+                in_vain[position[furniture]] += count
+            elif name == words:
+                sought[position[furniture]] = count
+                sought_ago[position[furniture]] = now - time
+        return Looks(
+            in_vain=in_vain,
+            steps_ago=steps_ago,
+            sought=sought,
+            sought_ago=sought_ago,
+            seen=seen,
+            is_remembered=is_remembered,
+        )
+
+    def forget_questions(self) -> None:
+        """Leave out objects that were asked for in this step and neither seen nor looked for.
+
+        Nothing of them stays, nor of what they are called.
+        """
+        is_there = self.batch.objects["num_observed"] > 0
+        is_there[self.batch.edges["object"]] = True
+        never = np.flatnonzero(~is_there)
+        if len(never):
+            batch, label = self.batch, self.batch.objects["label"]
+            used = np.concatenate([label[is_there], batch.room_label[0], batch.furniture_label[0]])
+            gone = {batch.labels[index] for index in np.setdiff1d(label[never], used)}
+            content = self.get_content().remove(objects=never.tolist())
+            labels = HOME_LABELS + tuple(
+                text for text in content.labels[len(HOME_LABELS) :] if text not in gone
+            )
+            self.set_content(replace(content, labels=labels))
+
+    def query_row(self, row: int) -> Queries:
+        """Open the hypothetical edges of an object node by its row."""
+        objects = self.batch.objects
+        return self.batch.query(
+            _HOME, np.array([row]), objects["label"][[row]], objects["type"][[row]]
+        )
+
+    def note_new(self, label: str | None = None) -> None:
+        """Note that the layout has changed, perhaps by something with a label."""
+        if label is not None:
+            self.vocabulary.number(label)  # now: labels are numbered in the order they come up
+        self._is_layout_new = True
+        self.asked = None
+        self.step = StepLog()  # what was looked at in another home says nothing of this one
+
+    def remove(
+        self,
+        rooms: Collection[int] = (),
+        furniture: Collection[int] = (),
+        objects: Collection[int] = (),
+    ) -> None:
+        """Forget rooms and furniture by id and objects by row, with all their edges."""
+        self.set_content(self.get_content().remove(rooms, furniture, objects))
+
+    def query(self, description: str) -> Queries:
+        """Open the hypothetical edges of an object until the next step."""
+        row = self.asked = self.ensure_object(description)
+        return self.query_row(row)
+
+    def update_layout(self) -> None:
+        """Let the batch take over rooms and furniture, and look up the prior again."""
+        arrays = self.layout.make_arrays(self.vocabulary, self.prior)
+        self._batch.set_layout(
+            arrays.room_label, arrays.furniture_label, arrays.furniture_room, arrays.place_prior
+        )
+        self._is_layout_new = False
+
+    def get_content(self, batch: MemoryBatch | None = None) -> MemoryContent:
+        """Return what the memory holds, or held when a copy of its batch was made."""
+        batch = self.batch if batch is None else batch
+        return MemoryContent(
+            time=batch.time,
+            prior=self.prior.checksum,
+            labels=tuple(batch.labels),
+            layout=self.layout,
+            descriptions=tuple(self.descriptions[: len(batch.objects)]),
+            furniture_counters={
+                name: getattr(batch, f"furniture_{name}")[0] for name in FURNITURE_COUNTERS
+            },
+            objects={name: batch.objects[name] for name in OBJECT_COLUMNS},
+            edges={name: batch.edges[name] for name in EDGE_COLUMNS},
+            history=batch.history,
+            asked=self.asked,
+            clock=self.clock,
+            sought=dict(self.sought),
+        )
+
+    def get_content_to_save(self) -> MemoryContent:
+        """Return the content before the looks of this step, and these looks."""
+        if self.step.before is None:
+            return self.get_content()
+        return replace(self.get_content(self.step.before), looks=tuple(self.step.looks))
+
+    def set_content(self, content: MemoryContent) -> None:
+        """Become a memory of that content; prior weights are looked up again."""
+        self.vocabulary = Vocabulary(self.prior, content.labels)
+        self.layout = content.layout
+        self.descriptions: list[str] = []
+        self._rows: dict[tuple[str, ...], int] = {}  # by `read_name` of the description
+        self._rows_as_written: dict[str, int] = {}
+        arrays = self.layout.make_arrays(self.vocabulary, self.prior)
+        self.clock = content.clock
+        batch = self._batch = MemoryBatch(
+            [], arrays.room_label, arrays.furniture_label, arrays.furniture_room,
+            arrays.place_prior,
+            clock=make_clock_rows([content.clock]),
+        )  # fmt: skip
+        self._is_layout_new = False
+        batch.labels = self.vocabulary.labels  # one list: grows with the vocabulary
+        batch.time = content.time
+        for name, column in content.furniture_counters.items():
+            getattr(batch, f"furniture_{name}")[0] = column
+        for description in content.descriptions:
+            self.ensure_object(description)
+        for name, column in content.objects.items():
+            batch.objects[name][:] = column
+        batch.edges.append(len(content.edges["object"]), **content.edges)
+        self.update_layout()  # the batch looks up the prior of every edge
+        self.asked = content.asked
+        if content.asked is not None:
+            self.query_row(content.asked)
+        batch.count_history(content.history)  # now: to ask again is no new question
+        self.sought = {}
+        self.step = StepLog()
+        for look in content.looks:
+            self.look(look.furniture, look.seen, look.coverage)
+        self.sought = dict(content.sought)  # as it is after these looks

@@ -1,0 +1,30 @@
+"""What the parts of a memory read of it."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from sgm.arrays.table import Table
+from sgm.memory.queries import Queries
+
+
+class Remembered(Protocol):
+    """The state of H homes that a look is weighed and counted against; see `MemoryBatch`."""
+
+    time: int
+    objects: Table
+    edges: Table
+    furniture_num_observed: np.ndarray
+
+    @property
+    def num_homes(self) -> int:
+        """H."""
+
+    @property
+    def num_furniture(self) -> int:
+        """F of the largest home."""
+
+    def edges_of(self, queries: Queries) -> tuple[np.ndarray, np.ndarray]:
+        """Return query and row of every remembered edge of the objects asked for, (n,) each."""

@@ -1,0 +1,124 @@
+"""A memory as it was: the changes of a log made again, one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from typing import Any
+
+from sgm.memory.look_log import LogLine
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
+from sgm.prior.prior_graph import PriorGraph
+
+
+def replay(
+    lines: Sequence[LogLine], prior: PriorGraph | None = None
+) -> Iterator[tuple[SceneGraphMemory, LogLine, Mapping[int, int]]]:
+    """Yield the memory before each line of a log, the line, and ids of furniture.
+
+    The memory is one and grows. The ids are those of the memory, by those of the log.
+
+    What was asked is in no log, so that the memory is that of a robot that looked and never asked.
+    Where a memory was started again, in a home that may differ, it goes on with what it knows.
+
+    Args:
+        lines: from `read_log`, the first a "start".
+        prior: of the memory; None for the household prior.
+
+    Raises:
+        ValueError: if there is no line, or one names a room or furniture that there is not.
+    """
+    if not lines:
+        raise ValueError("log must have a line, got none. Look around with it first.")
+    replayer = Replayer(SceneGraphMemory(prior, clock=lines[0].values["clock"]))
+    for line in lines:
+        yield replayer.memory, line, replayer.furniture
+        replayer.apply(line)
+
+
+class Replayer:
+    """Makes the changes of lines in a memory, whose ids may be others than those of the log.
+
+    Attributes:
+        memory: what is changed.
+        furniture: ids in the memory by those in the log.
+    """
+
+    def __init__(self, memory: SceneGraphMemory) -> None:
+        """Begin with an empty memory."""
+        self.memory = memory
+        self._rooms: dict[int, int] = {}  # id in the memory by id in the log
+        self.furniture: dict[int, int] = {}
+
+    def copy(self) -> Replayer:
+        """Return one that goes on alone."""
+        other = Replayer(self.memory.copy())
+        other._rooms, other.furniture = dict(self._rooms), dict(self.furniture)
+        return other
+
+    def apply(self, line: LogLine) -> None:
+        """Make a change.
+
+        Raises:
+            ValueError: if it names a room or furniture that was never added.
+        """
+        try:
+            self._apply(line)
+        except KeyError as error:
+            raise ValueError(
+                f"every {line.kind} of a log must be of what was added, got {error.args[0]} at "
+                f"time step {line.time}. Mend the line, or take it out."
+            ) from None
+
+    def _apply(self, line: LogLine) -> None:
+        memory, values = self.memory, line.values
+        if line.kind == "start":
+            self._start(line)
+        elif line.kind == "room":
+            self._rooms[values["room"]] = memory.add_room(values["label"])
+        elif line.kind == "furniture":
+            self._add(values["furniture"], values["label"], values["room"], values)
+        elif line.kind == "move":
+            position = values["position"]
+            memory.move_furniture(
+                self.furniture[values["furniture"]], self._rooms[values["room"]],
+                None if position is None else tuple(position),
+            )  # fmt: skip
+        elif line.kind == "remove_room":
+            memory.remove_room(self._rooms.pop(values["room"]))
+        elif line.kind == "remove_furniture":
+            memory.remove_furniture(self.furniture.pop(values["furniture"]))
+        elif line.kind == "remove_object":
+            with suppress(KeyError):  # it was asked for, and never seen
+                memory.remove_object(values["description"])
+        elif line.kind == "look":
+            seen = [Sighting(*one) for one in values["seen"]]
+            memory.observe(self.furniture[values["furniture"]], seen, values["coverage"])
+        elif line.kind == "absent":
+            place = self.furniture[values["furniture"]]
+            memory.note_absent(place, values["description"], values["coverage"])
+        else:
+            memory.step(values["num_steps"])
+
+    def _start(self, line: LogLine) -> None:
+        rooms, furniture = line.values["rooms"], line.values["furniture"]
+        for number in [number for number in self.furniture if number not in furniture]:
+            self.memory.remove_furniture(self.furniture.pop(number))
+        for number in [number for number in self._rooms if number not in rooms]:
+            self.memory.remove_room(self._rooms.pop(number))
+        for number, label in rooms.items():
+            if number not in self._rooms:
+                self._rooms[number] = self.memory.add_room(label)
+        for number, row in furniture.items():
+            if number not in self.furniture:
+                values = {"description": row.description, "position": row.position}
+                self._add(number, row.label, row.room, values)
+        self.memory.step(max(line.time - self.memory.time, 0))
+
+    def _add(self, number: int, label: str, room: int, values: Mapping[str, Any]) -> None:
+        position = values["position"]
+        self.furniture[number] = self.memory.add_furniture(
+            label, self._rooms[room], values["description"],
+            None if position is None else tuple(position),
+        )  # fmt: skip

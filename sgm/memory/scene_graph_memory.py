@@ -1,0 +1,569 @@
+"""The memory of one home, for use with or without the simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import deepcopy
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from threading import RLock
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sgm.layout.home_layout import HomeLayout
+from sgm.memory.asking import Asked, Scorer
+from sgm.memory.clock import Clock
+from sgm.memory.home_view import list_home, list_rows
+from sgm.memory.look_log import LookLog
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.memory_state import MemoryState
+from sgm.memory.queries import Queries
+from sgm.memory.sighting import SeenAt, Sighting, read_coverage, read_sightings
+from sgm.memory.spark_graph import make_spark_graph
+from sgm.memory.storage import load_content, save_content
+from sgm.memory.time_steps import MAX_TIME, count_steps
+from sgm.messages import shorten
+from sgm.names.names import NameIndex, Resolution, Similarity
+from sgm.names.words import read_words
+from sgm.prior.prior_graph import PriorGraph, find_shipped
+
+if TYPE_CHECKING:  # pandas is an extra
+    from pandas import DataFrame
+
+
+_HOME = np.zeros(1, dtype=np.int64)  # the number of the only home of the batch
+
+
+class SceneGraphMemory:
+    """One graph that holds everything ever observed in a home.
+
+    Object nodes are told apart by the words of their description, and one description may be
+    seen at several places at once: one node then has several true edges. Looking at furniture
+    updates every remembered edge of it: seen -> true, not seen -> false. Rooms, furniture and
+    objects may be added and removed at any time; ids of rooms and furniture never change and are
+    never given twice.
+
+    Names are compared as `read_words` says: case, spaces and "_" make no difference. Words that
+    the prior does not know are welcome: an object without a prior may be at all furniture.
+
+    Example:
+        >>> memory = SceneGraphMemory()
+        >>> kitchen = memory.add_room("kitchen")
+        >>> fridge = memory.add_furniture("fridge", room=kitchen, description="white fridge")
+        >>> memory.observe(fridge, seen=[Sighting("milk", relation="in")])
+        >>> memory.step(3)
+        >>> memory.last_seen("milk").steps_ago
+        3
+
+    Source: paper section 4.2, appendix B; docs/design.md, rulings 12 and 13.
+    """
+
+    def __init__(
+        self,
+        prior: PriorGraph | None = None,
+        clock: Clock | None = None,
+        log: str | Path | None = None,
+    ) -> None:
+        """Start with an empty home.
+
+        Args:
+            prior: where things tend to be; None for `PriorGraph.household()`, which knows some 800
+                things of homes that people live in (docs/priors.md).
+            clock: what time it is now, and how long a step is, for networks that were trained with
+                `features.clock`; the shipped one reads none.
+            log: file to which every look and every change is appended, such as "looks.jsonl", from
+                which `python -m simulator.trace from-log` makes a trace; None for no log. Asking
+                writes nothing.
+
+        Raises:
+            TypeError: if the prior or the clock is something else.
+            ValueError: if the log is another file.
+            OSError: if the log cannot be written, here or with any later change; a change that
+                could not be written was made.
+        """
+        for name, value, kind in (("prior", prior, PriorGraph), ("clock", clock, Clock)):
+            if value is not None and not isinstance(value, kind):
+                raise TypeError(
+                    f"{name} must be a {kind.__name__}, got {shorten(value)}. Leave it out for the "
+                    "default."
+                )
+        self._prior = prior if prior is not None else PriorGraph.household()
+        self._lock = RLock()
+        self._names = NameIndex(row.label for row in self._prior.objects)
+        self._state = MemoryState(self._prior, clock)
+        self._log: LookLog | None = None
+        self._start_log(log)
+
+    @classmethod
+    def load(
+        cls,
+        path: str | Path,
+        prior: PriorGraph | None = None,
+        clock: Clock | None = None,
+        log: str | Path | None = None,
+    ) -> SceneGraphMemory:
+        """Go on with a memory that was saved: every later answer is what it would have been.
+
+        Args:
+            path: written by `save`.
+            prior: None for the one that the memory was saved with, which must then be one that
+                ships. A prior that is given is taken, whether it is the same or not; another one
+                changes what is said about places, and nothing of what was observed.
+            clock: of step 0, for a memory that was saved without one, or to replace its own; None
+                to keep what was saved.
+            log: where changes from now on are written, as in the constructor; a file of the same
+                home is gone on with.
+
+        Raises:
+            ValueError: if there is no such file, it was altered or cut short, comes from another
+                version, or was saved with another prior than those that ship and none is given.
+        """
+        content = load_content(path)
+        prior = prior if prior is not None else find_shipped(content.prior)
+        if prior is None:
+            raise ValueError(
+                f"prior must be the one of the memory, {content.prior[:12]}..., got no shipped one "
+                f"of that checksum for {path}. Give its own prior, or PriorGraph.default() to go "
+                "on with that one."
+            )
+        memory = cls(prior)
+        memory._state.set_content(content if clock is None else replace(content, clock=clock))
+        memory._start_log(log)
+        return memory
+
+    def copy(self) -> SceneGraphMemory:
+        """Return a memory of the same content that goes its own way; it writes no log."""
+        with self._lock:
+            content = deepcopy(self._state.get_content_to_save())
+        memory = type(self)(self._prior)
+        memory._state.set_content(content)
+        return memory
+
+    def save(self, path: str | Path) -> None:
+        """Write the memory to a file, from which `load` goes on; it holds no code.
+
+        Args:
+            path: such as "home.sgm".
+
+        Raises:
+            OSError: if the folder does not exist, or the disk does not take the file; an older
+                file is left as it was.
+        """
+        with self._lock:
+            save_content(path, self._state.get_content_to_save())
+
+    @property
+    def batch(self) -> MemoryBatch:
+        """The memory as a batch of one home, which policies read, in the order of `furniture_ids`.
+
+        It takes over rooms and furniture that were added when it is read, all at once.
+        """
+        return self._state.batch
+
+    @property
+    def clock(self) -> Clock | None:
+        """What time it is at every time step; None if it was not given."""
+        return self._state.clock
+
+    @property
+    def time(self) -> int:
+        """Steps since the start."""
+        return self.batch.time
+
+    @property
+    def layout(self) -> HomeLayout:
+        """Rooms and furniture by id, to be read; the methods below change them."""
+        return self._state.layout
+
+    @property
+    def num_furniture(self) -> int:
+        """Number of furniture nodes, F."""
+        return len(self._state.layout.furniture)
+
+    @property
+    def furniture_ids(self) -> tuple[int, ...]:
+        """Ids of the furniture nodes in the order of `batch`, (F,)."""
+        return tuple(self._state.layout.furniture)
+
+    @property
+    def descriptions(self) -> tuple[str, ...]:
+        """Descriptions of all objects seen or asked for, in the order of `batch`, (O,)."""
+        return tuple(self._state.descriptions)
+
+    def add_room(self, label: str) -> int:
+        """Add a room such as "kitchen" and return its id.
+
+        Raises:
+            ValueError: if the label is no name (`read_words`).
+        """
+        with self._lock:
+            room = self._state.layout.add_room(label)
+            self._state.note_new(label)
+            self._write("room", room=room, label=label)
+        return room
+
+    def add_furniture(
+        self,
+        label: str,
+        room: int,
+        description: str | None = None,
+        position: tuple[float, float] | None = None,
+    ) -> int:
+        """Add a furniture node and return its id.
+
+        Args:
+            label: what it is, such as "fridge".
+            room: id from `add_room`.
+            description: for people, such as "white fridge"; the label if left out.
+            position: where one stands to look at it, in metres; with positions of all furniture,
+                searches and plans need no `distance`.
+
+        Raises:
+            KeyError: if `room` is not a room of this memory.
+            ValueError: if the label or the description is no name (`read_words`), or the position
+                no two numbers.
+        """
+        with self._lock:
+            layout = self._state.layout
+            furniture = layout.add_furniture(label, room, description, position)
+            self._state.note_new(label)
+            node = layout.furniture[furniture]
+            self._write(
+                "furniture", furniture=furniture, label=label, room=room,
+                description=node.description, position=node.position,
+            )  # fmt: skip
+        return furniture
+
+    def move_furniture(
+        self,
+        furniture: int,
+        room: int | None = None,
+        position: tuple[float, float] | None = None,
+    ) -> None:
+        """Note that a furniture node was moved; what was seen there moves with it.
+
+        Args:
+            furniture: id from `add_furniture`.
+            room: where it stands now; None for the same room.
+            position: as in `add_furniture`; None if it is as it was, or, in another room, unknown.
+
+        Raises:
+            KeyError: if there is no such furniture node or room.
+            ValueError: if the position is no two numbers.
+        """
+        with self._lock:
+            self._state.layout.move_furniture(furniture, room, position)
+            self._state.note_new()
+            node = self._state.layout.furniture[furniture]
+            self._write("move", furniture=furniture, room=node.room, position=node.position)
+
+    def get_position(self, furniture: int) -> tuple[float, float] | None:
+        """Return the position of a furniture node; None if it was not given.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+        """
+        self._state.layout.check_furniture(furniture)
+        return self._state.layout.furniture[furniture].position
+
+    def list_furniture(self, room: int) -> tuple[int, ...]:
+        """Return the ids of the furniture of a room, to leave out a closed one, for example.
+
+        Raises:
+            KeyError: if `room` is not a room of this memory.
+        """
+        self._state.layout.check_room(room)
+        furniture = self._state.layout.furniture.items()
+        return tuple(number for number, node in furniture if node.room == room)
+
+    def remove_room(self, room: int) -> None:
+        """Remove a room with all its furniture and what is remembered of it; objects stay.
+
+        Raises:
+            KeyError: if `room` is not a room of this memory.
+        """
+        self._state.layout.check_room(room)
+        with self._lock:
+            self._state.remove(rooms=[room])
+            self._write("remove_room", room=room)
+
+    def remove_furniture(self, furniture: int) -> None:
+        """Remove a furniture node and all its edges; the objects that were seen there stay.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+        """
+        self._state.layout.check_furniture(furniture)
+        with self._lock:
+            self._state.remove(furniture=[furniture])
+            self._write("remove_furniture", furniture=furniture)
+
+    def remove_object(self, description: str) -> None:
+        """Forget an object with all its edges, as if it had never been seen or asked for.
+
+        Raises:
+            KeyError: if this memory has no object of that description.
+            ValueError: if the description is no name (`read_words`).
+        """
+        row = self._state.find_row(description)
+        if row < 0:
+            raise KeyError(
+                f"description must be one that was seen or asked for, got {shorten(description)}; "
+                f"there are {len(self._state.descriptions)} objects. Check its words."
+            )
+        with self._lock:
+            self._state.remove(objects=[row])
+            self._write("remove_object", description=description)
+
+    def describe(self, furniture: int) -> str:
+        """Return the description and room of a furniture node, "white fridge in kitchen".
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+        """
+        return self._state.layout.describe(furniture)
+
+    def observe(self, furniture: int, seen: Sequence[Sighting], coverage: float = 1.0) -> None:
+        """Fold one look at a furniture node into the memory.
+
+        Every remembered edge of `furniture` is updated: seen ones become true, the others false.
+        What was not in view is not counted as absent: the parts of looks that do not show an object
+        are added up until they make most of a look (`MemoryBatch`).
+        A look at another furniture node leaves them alone: an object that was seen at two places
+        is believed at both until one of them is looked at again.
+
+        Args:
+            furniture: id from `add_furniture`.
+            seen: what was detected there; detection may have missed objects. Sightings of the
+                same description are several things of a kind.
+            coverage: share of the furniture that was in view, above 0 and at most 1; the detector
+                may have missed what was in view.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+            TypeError: if `seen` holds something else than sightings.
+            ValueError: if the coverage is out of range.
+
+        Source: paper section 4.2, appendix B. Differs: negative evidence is counted (released
+        code does not).
+        """
+        self._state.layout.check_furniture(furniture)
+        seen = read_sightings(seen, self.describe(furniture))
+        coverage = read_coverage(coverage, self.describe(furniture))
+        furniture = int(furniture)  # of any kind of number
+        with self._lock:
+            self._state.look(furniture, seen, coverage)
+            rows = [[one.description, one.relation, one.confidence] for one in seen]
+            self._write("look", furniture=furniture, coverage=coverage, seen=rows)
+
+    def note_absent(self, furniture: int, description: str, coverage: float = 1.0) -> None:
+        """Note that a look for one thing did not find it, and say nothing of all others there.
+
+        Args:
+            furniture: id from `add_furniture`.
+            description: what was looked for, seen before or not.
+            coverage: share of the furniture that was in view.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+            ValueError: if the description is no name, or the coverage out of range.
+        """
+        self._state.layout.check_furniture(furniture)
+        words = read_words("description", description)
+        coverage = read_coverage(coverage, self.describe(furniture))
+        furniture = int(furniture)
+        with self._lock:
+            self._state.note_absent(furniture, words, coverage)
+            self._write("absent", furniture=furniture, description=words, coverage=coverage)
+
+    def step(self, num_steps: int = 1) -> None:
+        """Let time pass.
+
+        Args:
+            num_steps: time steps, 0 or more. The shipped network was trained on homes where one
+                object in twenty moves in a step.
+
+        Raises:
+            ValueError: if it is negative, no whole number, or time would exceed `MAX_TIME`.
+        """
+        if not isinstance(num_steps, (int, np.integer)) or num_steps < 0:
+            raise ValueError(
+                f"num_steps must be a whole number, 0 or more, got {shorten(num_steps)}. Time only "
+                "goes forward."
+            )
+        if self.time + num_steps > MAX_TIME:
+            raise ValueError(
+                f"time must be at most {MAX_TIME}, got {num_steps} steps at time {self.time}. "
+                "Choose a longer time step."
+            )
+        if num_steps:
+            with self._lock:
+                self._state.let_pass(int(num_steps))
+                self._write("step", num_steps=int(num_steps))
+
+    def step_to(self, time: datetime) -> None:
+        """Let time pass until a date and time: the last step that has begun by then.
+
+        Args:
+            time: local, not before the present step.
+
+        Raises:
+            ValueError: if the memory has no clock, or the time lies before the present step.
+        """
+        self.step(count_steps(time, self.time, self.clock))
+
+    def query(self, description: str) -> Queries:
+        """Ask for an object; until the next `step` its hypothetical edges are in the graph.
+
+        A place that is looked at meanwhile, and does not show it, is remembered as one where it
+        was not.
+
+        Args:
+            description: what to look for, whether it was seen before or not.
+
+        Returns:
+            One query, for `Policy.scores(memory.batch, query)`, which gives (1, F).
+
+        Raises:
+            ValueError: if the description is no name (`read_words`), or there is no furniture yet.
+        """
+        read_words("description", description)
+        self._check_furniture()
+        return self._state.query(description)
+
+    def rank(self, policy: Scorer, description: str) -> list[tuple[int, float]]:
+        """Order all furniture by how likely it holds an object, the best first.
+
+        Args:
+            policy: who judges, for example `sgm.policies.heuristics.Bayesian()`.
+            description: what to look for.
+
+        Returns:
+            (furniture id, score) for every furniture node; -inf where there is no opinion.
+        """
+        asked = self.ask([description], before_looks=False)
+        scores = policy.scores(asked.batch, asked.queries)[0]
+        order = np.argsort(-scores, kind="stable")
+        return [(asked.furniture_ids[place], float(scores[place])) for place in order]
+
+    def resolve(self, description: str, similarity: Similarity | None = None) -> Resolution:
+        """Say which of the things that were seen a name means; `NameIndex` has the rules.
+
+        Args:
+            description: such as "the red mug".
+            similarity: how alike labels are; None to go by words alone.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`).
+        """
+        with self._lock:
+            self._names.update(self._state.descriptions)
+            return self._names.resolve(description, similarity)
+
+    def find_furniture(self, name: str) -> tuple[int, ...]:
+        """Return the ids of the furniture that a name means, such as "the fridge".
+
+        Raises:
+            ValueError: if the name is none (`read_words`).
+        """
+        index = NameIndex(node.label for node in self._state.layout.furniture.values())
+        index.update([node.description for node in self._state.layout.furniture.values()])
+        matches = set(index.resolve(name).matches)
+        return tuple(
+            number
+            for number, node in self._state.layout.furniture.items()
+            if node.description in matches
+        )
+
+    def ask(
+        self,
+        descriptions: Sequence[str],
+        before_looks: bool = True,
+        at: datetime | int | None = None,
+    ) -> Asked:
+        """Ask for objects, and leave the memory as it is; safe beside a thread that observes.
+
+        Args:
+            descriptions: one or more, seen before or not; each means the object of that name.
+            before_looks: whether policies are asked of the memory before the looks of this step,
+                which then say for themselves what they say.
+            at: when: a time step, or a date and time by the clock; not before the present step,
+                None for it.
+
+        Raises:
+            ValueError: if a description is no name (`read_words`), there is no furniture yet, or
+                the time has passed.
+        """
+        self._check_furniture()
+        later = 0 if at is None else count_steps(at, self.time, self.clock)
+        with self._lock:
+            return self._state.ask(descriptions, before_looks, later)
+
+    def places_of(self, description: str) -> list[SeenAt]:
+        """Return every place where an object was ever seen, the latest sighting first.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`).
+        """
+        matches = self.resolve(description).matches
+        rows = [self._state.find_row(match) for match in matches]
+        found = [seen for row in rows for seen in self._state.list_places(row)]
+        return sorted(found, key=lambda seen: -seen.time)
+
+    def last_seen(self, description: str) -> SeenAt | None:
+        """Return where and when an object was last seen; None if it never was.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`).
+        """
+        return next(iter(self.places_of(description)), None)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return rooms > furniture > objects as JSON values.
+
+        Under each furniture node stand the objects that were ever seen there: "is_there" says
+        whether the last look at it found them. "unplaced" lists objects that were last seen at
+        furniture that was removed.
+        """
+        return list_home(self.batch, self._state.layout, self._state.descriptions)
+
+    def to_frame(self) -> DataFrame:
+        """Return a table of every object at every place where it was ever seen (needs pandas).
+
+        Columns: object, relation, furniture, room, is_there, last_seen, times_seen, times_looked.
+        """
+        from pandas import DataFrame  # an extra: only this needs it
+
+        return DataFrame(list_rows(self.to_dict()))
+
+    def to_spark_dsg(self) -> Any:
+        """Return what is there by the last looks as a graph of spark_dsg, the format of Hydra.
+
+        Example:
+            >>> memory.to_spark_dsg().save("home.json")
+
+        Raises:
+            ModuleNotFoundError: if spark_dsg is not installed.
+        """
+        number = self.batch.objects["label"]
+        kinds = [self.batch.labels[index] for index in number]
+        labels = dict(zip(self.descriptions, kinds, strict=True))
+        return make_spark_graph(self.to_dict(), self.layout, labels)
+
+    def _check_furniture(self) -> None:
+        if not self._state.layout.furniture:
+            raise ValueError(
+                "memory must have furniture before a query, got none. Call add_furniture first."
+            )
+
+    def _start_log(self, path: str | Path | None) -> None:
+        if path is not None:
+            self._log = LookLog(path)
+            self._log.start(self.time, self._state.layout, self.clock)
+
+    def _write(self, kind: str, **values: Any) -> None:
+        """Append a change to the log, if there is one."""
+        if self._log is not None:
+            self._log.write(kind, self._state.time, self.clock, values)

@@ -1,0 +1,128 @@
+"""What was seen where: input and answers of a scene graph memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from numbers import Real
+
+from sgm.messages import shorten
+from sgm.names.words import read_words
+
+RELATIONS = ("in", "onTop")
+_SPELLINGS = {"in": "in", "inside": "in", "ontop": "onTop", "on": "onTop", "": "onTop"}
+
+
+def read_relation(relation: str) -> str:
+    """Return "in" or "onTop", however it is written: "IN", "inside", "on", "on top", "onTop".
+
+    Raises:
+        ValueError: if it is none of these.
+    """
+    known = None
+    if isinstance(relation, str):
+        known = _SPELLINGS.get(relation.casefold().replace(" ", "").replace("_", ""))
+    if known is None:
+        raise ValueError(
+            f"relation must be one of {', '.join(RELATIONS)}, got {shorten(relation)}. Choose one "
+            "of these; empty means onTop."
+        )
+    return known
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """An object that was detected on a furniture node.
+
+    Attributes:
+        description: what it is, such as "large red mug"; objects are told apart by its words alone.
+        relation: "in" or "onTop" the furniture, spelled as `read_relation` reads it.
+        confidence: probability that it is right. Below one half it counts as if the object had
+            not been seen, the more so the lower it is.
+    """
+
+    description: str
+    relation: str = "onTop"
+    confidence: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`), the relation unknown, or the
+                confidence no probability.
+        """
+        read_words("description", self.description)
+        object.__setattr__(self, "relation", read_relation(self.relation))
+        if not isinstance(self.confidence, Real) or not 0 <= self.confidence <= 1:
+            raise ValueError(
+                f"confidence must lie in [0, 1], got {shorten(self.confidence)} for "
+                f"{shorten(self.description)}. Give a probability."
+            )
+        object.__setattr__(self, "confidence", float(self.confidence))  # of any kind of number
+
+
+@dataclass(frozen=True, slots=True)
+class SeenAt:
+    """A place where an object was seen.
+
+    Attributes:
+        time: time step of the last sighting there.
+        steps_ago: time steps since.
+        furniture: furniture id; None if it was removed from the memory since.
+        relation: "in" or "onTop" the furniture; None with the furniture.
+        is_there: whether the last look at this furniture found it; False if it was absent then.
+        times_seen: looks at this furniture that found it.
+        times_looked: looks at this furniture since it was first seen or looked for there.
+    """
+
+    time: int
+    steps_ago: int
+    furniture: int | None
+    relation: str | None
+    is_there: bool
+    times_seen: int
+    times_looked: int
+
+
+def read_sightings(seen: Iterable[Sighting], place: str) -> tuple[Sighting, ...]:
+    """Return what a look showed.
+
+    Args:
+        seen: sightings.
+        place: where, for the message.
+
+    Raises:
+        TypeError: if it holds something else.
+    """
+    if not isinstance(seen, Iterable):
+        raise TypeError(
+            f"seen must hold Sighting objects, got {shorten(seen)} at {place}. Write [] where "
+            "nothing was detected."
+        )
+    seen = tuple(seen)
+    for sighting in seen:
+        if not isinstance(sighting, Sighting):
+            raise TypeError(
+                f"seen must hold Sighting objects, got {shorten(sighting)} at {place}. Write "
+                "Sighting('milk', relation='in')."
+            )
+    return seen
+
+
+def read_coverage(coverage: float, place: str) -> float:
+    """Return which share of a furniture node was in view.
+
+    Args:
+        coverage: of any kind of number.
+        place: where, for the message.
+
+    Raises:
+        ValueError: if it is no share above 0.
+    """
+    if not isinstance(coverage, Real) or not 0 < coverage <= 1:
+        raise ValueError(
+            f"coverage must be above 0 and at most 1, got {shorten(coverage)} at {place}. Give the "
+            "share in view, or leave out the look."
+        )
+    return float(coverage)

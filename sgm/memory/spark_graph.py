@@ -1,0 +1,117 @@
+"""A memory as a 3D scene graph of spark_dsg, the format of Hydra."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from sgm.layout.home_layout import HomeLayout
+
+_SPACING = 3.0  # metres between what has no position
+_BESIDE = 0.3  # metres from the middle of furniture to what lies on it
+
+# Names in the metadata of edges, and of nodes.
+RELATION = "relation"
+FURNITURE, HAS_POSITION = "is_furniture", "has_position"
+
+
+def import_spark_dsg() -> Any:
+    """Return the package.
+
+    Raises:
+        ModuleNotFoundError: if it is not installed.
+    """
+    try:
+        return import_module("spark_dsg")
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            "scene graphs must be read and written by the package spark_dsg, got none. "
+            "Install it with `pip install 'scene-graph-memory[spark]'`."
+        ) from error
+
+
+def make_spark_graph(home: Mapping[str, Any], layout: HomeLayout, labels: Mapping[str, str]) -> Any:
+    """Return what a memory holds as a `spark_dsg.DynamicSceneGraph`.
+
+    Rooms are of the layer of rooms; furniture, and every object that the last look at its place
+    showed, of that of objects, with the label space of the graph. Links lead from rooms to
+    furniture, and from furniture to what is there, with "relation" in their metadata; what counts
+    sightings is in the metadata of the objects. What has no position stands in rows.
+
+    Args:
+        home: what `list_home` gives.
+        layout: rooms and furniture.
+        labels: what each object is, by its description.
+
+    Raises:
+        ModuleNotFoundError: if spark_dsg is not installed.
+    """
+    writer = _GraphWriter(import_spark_dsg())
+    for number, room in enumerate(home["rooms"]):
+        at = [layout.furniture[row["id"]].position for row in room["furniture"]]
+        known = [position for position in at if position is not None]
+        middle = np.mean(known, axis=0) if known else np.array([_SPACING * number, 0.0])
+        node = writer.add_room(room["id"], room["label"], middle)
+        for turn, (row, own) in enumerate(zip(room["furniture"], at, strict=True)):
+            place = middle + np.array([0.0, _SPACING * turn]) if own is None else np.array(own)
+            about = {FURNITURE: True, HAS_POSITION: own is not None}
+            holder = writer.add_object(row["label"], row["description"], place, about)
+            writer.link(node, holder)
+            there = [seen for seen in row["objects"] if seen["is_there"]]
+            for angle, seen in zip(np.arange(len(there)) * 2.4, there, strict=True):
+                beside = place + _BESIDE * np.array([np.cos(angle), np.sin(angle)])
+                about = {name: seen[name] for name in ("last_seen", "times_seen", "times_looked")}
+                name = seen["description"]
+                item = writer.add_object(labels[name], name, beside, {FURNITURE: False, **about})
+                writer.link(holder, item, seen["relation"])
+    return writer.finish()
+
+
+class _GraphWriter:
+    """Adds nodes to a graph; labels are numbered as they come."""
+
+    def __init__(self, spark_dsg: Any) -> None:
+        self._package = spark_dsg
+        self._graph = spark_dsg.DynamicSceneGraph()
+        self._numbers: dict[str, int] = {}
+        self._num_objects = 0
+
+    def add_room(self, number: int, label: str, at: np.ndarray) -> Any:
+        """Add a room and return its symbol."""
+        attributes = self._package.RoomNodeAttributes()
+        attributes.name, attributes.position = label, np.append(at, 0.0)
+        return self._add(self._package.DsgLayers.ROOMS, "R", number, attributes)
+
+    def add_object(
+        self, label: str, description: str, at: np.ndarray, metadata: dict[str, Any]
+    ) -> Any:
+        """Add furniture or an object and return its symbol."""
+        attributes = self._package.ObjectNodeAttributes()
+        attributes.name, attributes.position = description, np.append(at, 0.0)
+        attributes.semantic_label = self._numbers.setdefault(label, len(self._numbers) + 1)
+        attributes.metadata.set(metadata)
+        self._num_objects += 1
+        return self._add(self._package.DsgLayers.OBJECTS, "O", self._num_objects, attributes)
+
+    def link(self, above: Any, below: Any, relation: str | None = None) -> None:
+        """Link two nodes."""
+        attributes = self._package.EdgeAttributes()
+        if relation is not None:
+            attributes.metadata.set({RELATION: relation})
+        self._graph.insert_edge(above, below, attributes)
+
+    def finish(self) -> Any:
+        """Return the graph, with its label space."""
+        names = {number: label for label, number in self._numbers.items()}
+        key = self._graph.get_layer_key(self._package.DsgLayers.OBJECTS)
+        space = self._package.Labelspace(names)
+        self._graph.set_labelspace(space, key.layer, key.partition)
+        return self._graph
+
+    def _add(self, layer: str, category: str, number: int, attributes: Any) -> Any:
+        symbol = self._package.NodeSymbol(category, number)
+        self._graph.add_node(layer, symbol, attributes)
+        return symbol

@@ -1,0 +1,93 @@
+"""The looks of the present time step, and the memory as it was before them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.sighting import Sighting
+from sgm.messages import shorten
+
+
+@dataclass(frozen=True, slots=True)
+class StepLook:
+    """One look of the present time step.
+
+    Attributes:
+        furniture: its id.
+        seen: what was detected there.
+        coverage: share of it that was in view.
+    """
+
+    furniture: int
+    seen: tuple[Sighting, ...]
+    coverage: float = 1.0
+
+    def to_json(self) -> list[Any]:
+        """Return JSON values, from which `from_json` makes the same look."""
+        seen = [
+            [sighting.description, sighting.relation, sighting.confidence] for sighting in self.seen
+        ]
+        return [self.furniture, self.coverage, seen]
+
+    @classmethod
+    def from_json(cls, data: Any) -> StepLook:
+        """Read JSON values.
+
+        Raises:
+            TypeError, ValueError: if they are none of a look.
+        """
+        furniture, coverage, seen = data
+        if not isinstance(furniture, int) or not 0 < float(coverage) <= 1:
+            raise ValueError(f"look at {shorten(furniture)} with coverage {shorten(coverage)}")
+        return cls(furniture, tuple(Sighting(*one) for one in seen), float(coverage))
+
+
+@dataclass(slots=True)
+class StepLog:
+    """What was looked at in this time step.
+
+    A belief is updated by these looks with Bayes' rule, from what the memory said before them.
+
+    Attributes:
+        before: the memory before the first of them; None without any.
+        num_labels, num_objects: labels and objects that there were then.
+        looks: in order.
+        counts: things seen, by object row and furniture id.
+    """
+
+    before: MemoryBatch | None = None
+    num_labels: int = 0
+    num_objects: int = 0
+    looks: list[StepLook] = field(default_factory=list)
+    counts: dict[int, dict[int, int]] = field(default_factory=dict)
+
+    def begin(self, batch: MemoryBatch) -> None:
+        """Keep the memory as it is, before the first look."""
+        if self.before is None:
+            self.before = batch.copy()
+            self.num_labels = len(batch.labels)
+            self.num_objects = len(batch.objects)
+
+    def add(self, look: StepLook, seen: Mapping[int, int]) -> None:
+        """Note a look; `seen` counts the things seen by object row."""
+        self.looks.append(look)
+        for row, count in seen.items():
+            here = self.counts.setdefault(row, Counter())
+            here[look.furniture] = max(here.get(look.furniture, 0), count)
+
+    def count_at_once(self, row: int) -> int:
+        """Return how many things of an object row were seen in this step."""
+        return sum(self.counts.get(row, {}).values())
+
+    def sum_in_vain(self, row: int) -> dict[int, float]:
+        """Return the coverage of the looks that did not show an object, by furniture id."""
+        found = self.counts.get(row, {})
+        in_vain: dict[int, float] = {}
+        for look in self.looks:
+            if look.furniture not in found:  # a sighting that is not sure says for itself
+                in_vain[look.furniture] = in_vain.get(look.furniture, 0.0) + look.coverage
+        return in_vain

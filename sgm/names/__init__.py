@@ -1,0 +1,1 @@
+"""What a name of a thing or a place means."""

@@ -1,0 +1,63 @@
+"""The labels of a memory's nodes, and the type that a description names."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+
+from sgm.names.words import read_words
+from sgm.prior.prior_graph import PriorGraph
+
+
+class Vocabulary:
+    """Labels by index; a label that the prior knows is spelled as in the prior.
+
+    Attributes:
+        labels: text of every label index, in the order in which they came up.
+    """
+
+    def __init__(self, prior: PriorGraph, labels: Sequence[str]) -> None:
+        """Start from the labels that came up so far.
+
+        Args:
+            prior: whose names are known.
+            labels: text per label index.
+        """
+        names = [*prior.rooms, *(row.label for row in prior.furniture)]
+        objects = {read_words("label", row.label): row.label for row in prior.objects}
+        self._known = {read_words("label", name): name for name in names} | objects
+        self._known_objects = objects
+        self._type_of = {row.label: index for index, row in enumerate(prior.objects)}
+        self._index = {label: index for index, label in enumerate(labels)}
+        self.labels = list(self._index)
+
+    def with_labels(self, labels: Sequence[str]) -> Vocabulary:
+        """Return the vocabulary of the same prior after other labels came up."""
+        other = copy.copy(self)
+        other._index = {label: index for index, label in enumerate(labels)}
+        other.labels = list(other._index)
+        return other
+
+    def number(self, label: str) -> int:
+        """Return the index of a label, giving it one if it is new."""
+        words = read_words("label", label)
+        label = self._known.get(words, words)
+        if label not in self._index:
+            self._index[label] = len(self.labels)
+            self.labels.append(label)
+        return self._index[label]
+
+    def get_text(self, label: str) -> str:
+        """Return a label as the prior spells it, its words if the prior does not know it."""
+        return self.labels[self.number(label)]
+
+    def find_type(self, description: str) -> tuple[int, int]:
+        """Return the label index and the prior's object type (-1: none) of a description.
+
+        Its label is the longest known type that it ends with, else its last word.
+        """
+        words = read_words("description", description).split()
+        endings = (" ".join(words[start:]) for start in range(len(words)))
+        known = next((words for words in endings if words in self._known_objects), words[-1])
+        label = self.number(known)
+        return label, self._type_of.get(self.labels[label], -1)

@@ -1,0 +1,56 @@
+"""A filter per object that knows no rules of the home and learns them from its own counts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from sgm.evidence.adaptive_filter import (
+    TASKS_ASK_MOVED,
+    FilterSettings,
+    Rates,
+    compute_beliefs,
+    compute_destinations,
+)
+from sgm.evidence.expected import Expected
+from sgm.evidence.object_counts import ObjectCounts
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+from sgm.policies.policy import Policy, mask_furniture
+
+
+class Adaptive(Policy):
+    """Believes what the counters of the memory say, with the prior as one sighting.
+
+    How fast an object leaves, where it goes, whether it stays in its room and how often a look
+    misses it are estimated from what was seen in this home. It keeps no state: a question follows
+    the looks since the object was last seen (`compute_beliefs`).
+    """
+
+    looks_counted = 1.0
+
+    def __init__(self, settings: FilterSettings | None = None) -> None:
+        """Choose the filter; None for rates of the home's own, and half of all questions moved."""
+        self._settings = settings or FilterSettings(asks_moved=TASKS_ASK_MOVED)
+
+    def for_questions(self, asks_moved: float) -> Adaptive:
+        """Return the same filter for such questions."""
+        return type(self)(replace(self._settings, asks_moved=asks_moved))
+
+    def reset(self, memory: MemoryBatch) -> None:
+        """Ask the memory to count what the rates are estimated from."""
+        memory.count_history()
+
+    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return the probability of each furniture node, (Q, F)."""
+        belief = self.follow(memory, queries)[:, :-1]
+        return mask_furniture(memory, queries, belief)
+
+    def follow(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return the probability of each furniture node, and last of elsewhere, (Q, F + 1)."""
+        counts = ObjectCounts.gather(memory, queries)
+        rates = Rates.estimate(memory, queries, counts)
+        expected = Expected.by_prior(memory, queries)
+        goes = compute_destinations(memory, queries, counts, expected, self._settings.hours)
+        return compute_beliefs(memory, queries, rates, goes, [self._settings])[:, 0]

@@ -1,0 +1,1 @@
+"""Where things are kept: P(furniture | room) and P(object, relation | furniture, room)."""

@@ -1,0 +1,75 @@
+"""docs/robot.md: its numbers hold, its loop runs, and it names every field of every answer."""
+
+import re
+from dataclasses import fields
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from sgm.belief import SEEN_NOW, Detector
+from sgm.finder.ranking import Place, Ranking
+from sgm.finder.search_plan import EXACT_PLACES, Look, SearchPlan
+from sgm.memory.clock import Clock
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import SeenAt, Sighting
+
+PAGE = (Path(__file__).resolve().parents[3] / "docs" / "robot.md").read_text(encoding="utf-8")
+
+
+class Robot:
+    """Drives about a home of four places; a minute a metre."""
+
+    position = "door"
+
+    def __init__(self, at):
+        self._at = at
+        self._now = datetime(2026, 11, 20, 8)
+        self.been = []
+
+    def distance(self, start, furniture):
+        return 1.0 if start == "door" else 2.0
+
+    def go_to(self, furniture):
+        self.been.append(furniture)
+        self._now += timedelta(minutes=10)
+
+    def detect(self):
+        return [Sighting(thing) for thing, place in self._at.items() if place == self.been[-1]]
+
+    def now(self):
+        return self._now
+
+
+def test_numbers_of_the_page():
+    assert EXACT_PLACES == 9
+    assert PAGE.count("nine") == 2
+    assert f"{SEEN_NOW:.0%}".replace("%", " %") in PAGE
+
+
+@pytest.mark.parametrize("thing", ["the red mug", "scissors", "keys"])
+def test_the_loop_of_the_page_finds_things(thing):
+    (block,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    names = {}
+    exec(compile(block, "docs/robot.md", "exec"), names)  # our own text
+    memory = SceneGraphMemory(clock=Clock(datetime(2026, 11, 20, 8), 600))
+    room = memory.add_room("kitchen")
+    for label in ("fridge", "counter top", "dining table", "sink"):
+        memory.add_furniture(label, room)
+    memory.observe(1, [Sighting("large red mug")])
+    robot = Robot({"large red mug": 2, "scissors": 3})
+    outcome = names["fetch"](robot, memory, thing)
+    if thing == "keys":
+        assert outcome.startswith("keys: all that can be reached was looked at, elsewhere ")
+        assert set(robot.been) == {0, 1, 2, 3}
+    else:
+        assert re.match(rf"{thing}: found at .* in kitchen after \d looks?$", outcome)
+        assert len(robot.been) == len(set(robot.been))
+
+
+@pytest.mark.parametrize("answer", [Sighting, SeenAt, Place, Ranking, Look, SearchPlan, Detector])
+def test_every_field_is_named(answer):
+    hidden = {"description", "places", "looks"}  # what they hold is said, not their names
+    missing = [field.name for field in fields(answer) if f"`{field.name}`" not in PAGE]
+    missing = [name for name in missing if not re.search(rf"\b{name}=", PAGE)]
+    assert set(missing) <= hidden

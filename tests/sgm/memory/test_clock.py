@@ -1,0 +1,136 @@
+"""What time it is in a home: seconds of the week by hand, and memories that keep their clock."""
+
+import hashlib
+import json
+from datetime import datetime, timedelta, timezone
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sgm.memory.clock import compute_week_seconds, make_clock_rows
+from simulator import Clock, PriorGraph, SceneGraphMemory, Sighting
+from simulator.snapshots.snapshots import forget, take_snapshots
+
+MONDAY = datetime(2026, 11, 16, 7, 30)
+HOUR = 3600
+
+
+def test_seconds_of_the_week_by_hand():
+    # Monday 07:30 is 7.5 h into the week; Thursday 00:00:01 is 3 x 86400 + 1 s.
+    assert Clock(MONDAY, 600).row == (7.5 * HOUR, 600)
+    assert Clock(datetime(2026, 11, 19, 0, 0, 1)).row == (259_201, HOUR)
+    rows = make_clock_rows([Clock(MONDAY, 600), None, Clock(datetime(2026, 11, 22, 23), HOUR)])
+    # 27000 + 6 x 600; unknown; Sunday 23:00 and one hour is Monday 00:00, two hours 01:00.
+    found = compute_week_seconds(rows[[0, 1, 2, 2]], np.array([6, 6, 1, 2]))
+    np.testing.assert_array_equal(found, [30_600, np.nan, 0, HOUR])
+    assert make_clock_rows([None, None]) is None
+
+
+@given(
+    st.datetimes(datetime(1990, 1, 1), datetime(2100, 1, 1)),
+    st.integers(1, 10**5),
+    st.integers(0, 10**5),
+)
+def test_every_step_is_what_a_calendar_says(start, step_seconds, time):
+    start = start.replace(microsecond=0)
+    clock = Clock(start, step_seconds)
+    now = start + timedelta(seconds=time * step_seconds)
+    expected = ((now.weekday() * 24 + now.hour) * 60 + now.minute) * 60 + now.second
+    assert compute_week_seconds(make_clock_rows([clock]), np.array([time])) == [expected]
+    shifted = clock.shift(time * step_seconds)
+    assert shifted.row == (expected, step_seconds)
+    assert Clock.from_json(json.loads(json.dumps(shifted.to_json()))) == shifted
+
+
+@pytest.mark.parametrize(
+    ("values", "error", "message"),
+    [
+        (("07:30",), TypeError, r"start must be a datetime, got '07:30'. Write datetime\(2026"),
+        ((MONDAY.date(),), TypeError, r"start must be a datetime, got datetime.date\(2026, 11, 16"),
+        ((MONDAY.replace(tzinfo=timezone.utc),), ValueError, r"got the time zone of .*\+00:00'"),
+        ((MONDAY, 0), ValueError, "step_seconds must be a number > 0, got 0. Take 3600"),
+        ((MONDAY, float("nan")), ValueError, "step_seconds must be a number > 0, got nan"),
+        ((MONDAY, "60"), TypeError, "step_seconds must be a number, got '60'"),
+    ],
+)
+def test_what_is_no_clock(values, error, message):
+    with pytest.raises(error, match=message):
+        Clock(*values)
+
+
+def test_a_date_that_is_none_any_more():
+    with pytest.raises(ValueError, match=r"before the year 10000, got 1e\+12 s after 2026-11-16"):
+        Clock(MONDAY).shift(1e12)
+
+
+@pytest.fixture
+def memory() -> SceneGraphMemory:
+    """A desk on which a mug was seen at Monday 08:30, half an hour ago."""
+    memory = SceneGraphMemory(clock=Clock(MONDAY, 1800))
+    desk = memory.add_furniture("desk", room=memory.add_room("study"))
+    memory.step(2)
+    memory.observe(desk, [Sighting("mug")])
+    memory.step()
+    return memory
+
+
+def test_a_memory_keeps_its_clock(memory, tmp_path):
+    expected = [[7.5 * HOUR, 1800]]
+    memory.add_furniture("shelf", room=memory.add_room("hall"))
+    memory.remove_room(1)
+    assert memory.batch.clock.tolist() == expected
+    memory.save(tmp_path / "home.sgm")
+    copy = SceneGraphMemory.load(tmp_path / "home.sgm")
+    assert copy.clock == memory.clock == Clock(MONDAY, 1800)
+    assert copy.batch.clock.tolist() == expected
+    assert SceneGraphMemory().batch.clock is None
+
+
+def test_a_file_from_before_there_were_clocks(memory, tmp_path):
+    """Version 1 has no clock; one can be given."""
+    path = tmp_path / "old.sgm"
+    SceneGraphMemory().save(path)
+    file = json.loads(path.read_text())
+    del file["content"]["clock"]
+    text = json.dumps(file["content"], sort_keys=True)
+    file |= {"version": 1, "checksum": hashlib.sha256(text.encode()).hexdigest()}
+    path.write_text(json.dumps(file))
+    assert SceneGraphMemory.load(path).clock is None
+    assert SceneGraphMemory.load(path, clock=Clock(MONDAY)).batch.clock.tolist() == [[27_000, 3600]]
+    memory.save(path)
+    assert SceneGraphMemory.load(path, clock=Clock(MONDAY, 60)).clock.step_seconds == 60
+
+
+@pytest.mark.parametrize(
+    "clock",
+    [7, {}, {"start": "noon", "step_seconds": 60}, {"start": "2026-11-16", "step_seconds": -1},
+     {"start": 5, "step_seconds": 60}, {"start": "2026-11-16", "step_seconds": "60"},
+     {"start": "2026-11-16T07:30+01:00", "step_seconds": 60}],
+)  # fmt: skip
+def test_a_forged_clock_is_refused(memory, tmp_path, clock):
+    path = tmp_path / "home.sgm"
+    memory.save(path)
+    file = json.loads(path.read_text())
+    file["content"]["clock"] = clock
+    text = json.dumps([file["version"], file["content"]], sort_keys=True)
+    file["checksum"] = hashlib.sha256(text.encode()).hexdigest()
+    path.write_text(json.dumps(file))
+    with pytest.raises(
+        ValueError, match=r"must be as it was saved, got (?!another checksum).*home\.sgm"
+    ):
+        SceneGraphMemory.load(path)
+
+
+def test_snapshots_know_what_time_it_is(memory):
+    """Whoever has forgotten everything still knows that it is Monday 09:00."""
+    snapshots = take_snapshots(memory.batch, memory.query("mug"))
+    assert snapshots.clock.tolist() == [[27_000, 1800]]
+    assert snapshots.time.tolist() == [3]
+    assert compute_week_seconds(snapshots.clock, snapshots.time).tolist() == [9 * HOUR]
+    forgotten = forget(snapshots)
+    assert compute_week_seconds(forgotten.clock, forgotten.time).tolist() == [9 * HOUR]
+    other = SceneGraphMemory(PriorGraph.default())
+    other.add_furniture("desk", room=other.add_room("study"))
+    assert take_snapshots(other.batch, other.query("mug")).clock is None

@@ -1,0 +1,125 @@
+"""What a question is taken for: the table of docs/robot.md, rule by rule."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from sgm.names.names import NameIndex, compute_singular, count_mistakes, read_name
+
+SEEN = (
+    "kettle", "large red mug", "blue mug", "remote control", "umbrella", "cell phone",
+    "salt shaker", "sneakers", "Anna's keys", "knife", "scissors", "desk lamp",
+)  # fmt: skip
+TYPES = ("mug", "remote control", "cell phone", "salt shaker", "kettle", "desk lamp", "knife")
+PAGE = Path(__file__).resolve().parents[3].joinpath("docs", "robot.md").read_text("utf-8")
+
+
+@pytest.fixture
+def index():
+    names = NameIndex(TYPES)
+    names.update(SEEN)
+    return names
+
+
+@pytest.mark.parametrize(
+    ("question", "matches", "how"),
+    [
+        ("kettle", ["kettle"], "exact"),
+        ("Anna's keys", ["Anna's keys"], "exact"),
+        ("the kettle", ["kettle"], "same words"),
+        ("Where is my kettle?", ["kettle"], "same words"),
+        ("red large mug", ["large red mug"], "same words"),
+        ("RED_LARGE_MUG", ["large red mug"], "same words"),
+        ("salt shakers", ["salt shaker"], "same words"),
+        ("knives", ["knife"], "same words"),
+        ("scissor", ["scissors"], "same words"),
+        ("mug", ["large red mug", "blue mug"], "any of the kind"),
+        ("red mugs", ["large red mug"], "any of the kind"),
+        ("keys", ["Anna's keys"], "any of the kind"),
+        ("remote", ["remote control"], "part of the name"),
+        ("my phone", ["cell phone"], "part of the name"),
+        ("umbrela", ["umbrella"], "typo"),
+        ("umbrealla", ["umbrella"], "typo"),
+        ("larg red mug", [], "unknown"),  # "larg" is too short to be mended
+        ("green mug", [], "unknown"),
+        ("mig", [], "unknown"),
+        ("lamp desk", ["desk lamp"], "part of the name"),
+        ("wrench", [], "unknown"),
+    ],
+)
+def test_a_question_is_taken_for(index, question, matches, how):
+    resolution = index.resolve(question)
+    assert (list(resolution.matches), resolution.how) == (matches, how)
+
+
+def test_other_things_of_the_kind_are_offered(index):
+    assert index.resolve("green mug").alternatives == ("large red mug", "blue mug")
+    assert index.resolve("red mug").alternatives == ("blue mug",)
+    line = str(index.resolve("red mug"))
+    assert line == "red mug (taken for large red mug: any of the kind) (did you mean blue mug?)"
+    assert str(index.resolve("kettle")) == "kettle"
+
+
+def test_kinds_that_mean_the_same_by_their_vectors(index):
+    alike = {("cup", "mug"): 0.96, ("plate", "knif"): 0.85}  # compared as keys: singular
+
+    def compare(label, others):
+        return [alike.get((label, other), 0.0) for other in others]
+
+    assert index.resolve("red cup", compare).matches == ("large red mug",)
+    assert index.resolve("cup", compare).how == "synonym"
+    assert index.resolve("green cup", compare).matches == ()
+    plate = index.resolve("plate", compare)
+    assert (plate.matches, plate.alternatives) == ((), ("knife",))
+
+
+def test_removed_and_new_descriptions_are_noticed(index):
+    index.update([*SEEN[1:], "red kettle"])
+    assert index.resolve("kettle").matches == ("red kettle",)
+    index.update([])
+    assert index.resolve("kettle").how == "unknown"
+
+
+def test_what_tells_one_thing_from_another():
+    assert read_name("The large, red mug!") == read_name("red large MUG")
+    assert read_name("desk lamp") != read_name("lamp desk")
+    assert read_name("plates") != read_name("plate")
+    assert read_name("my") == ("my",)
+    assert read_name("?!") == ("?!",)
+
+
+@pytest.mark.parametrize(
+    ("plural", "singular"),
+    [
+        ("mugs", "mug"), ("dishes", "dish"), ("boxes", "box"), ("glasses", "glass"),
+        ("cherries", "cherry"), ("shelves", "shelf"), ("bus", "bus"), ("glass", "glass"),
+        ("chassis", "chassis"), ("watches", "watch"),
+    ],
+)  # fmt: skip
+def test_plurals(plural, singular):
+    assert compute_singular(plural) == singular
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "mistakes"),
+    [("mug", "mug", 0), ("umbrela", "umbrella", 1), ("kettel", "kettle", 1), ("abc", "", 3)],
+)
+def test_mistakes_counted_by_hand(one, other, mistakes):
+    assert count_mistakes(one, other) == count_mistakes(other, one) == mistakes
+
+
+def test_the_examples_of_the_page_hold():
+    """Rows of the table of names: question, what was seen, how it is taken."""
+    rows = re.findall(r"^\| `([^`]+)` \| `([^`]+)` \| ([^|]+) \|$", PAGE, re.MULTILINE)
+    assert len(rows) >= 8
+    for question, seen, how in rows:
+        names = NameIndex(TYPES)
+        names.update([seen])
+        resolution = names.resolve(question, lambda label, others: [0.96] * len(others))
+        assert (resolution.matches, resolution.how) == ((seen,), how.strip()), question
+
+
+def test_names_are_checked():
+    with pytest.raises(ValueError, match="description must be a non-empty text, got ' '"):
+        NameIndex().resolve(" ")

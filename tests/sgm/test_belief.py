@@ -1,0 +1,153 @@
+"""Bayes' rule over places and elsewhere, by hand and by its laws."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sgm.belief import SEEN_NOW, Detector, join_beliefs, update_belief
+from sgm.memory.asking import Looks
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
+
+NOTHING = np.zeros(3)
+
+
+def make_looks(
+    in_vain=NOTHING,
+    ago=(np.inf,) * 3,
+    sought=NOTHING,
+    sought_ago=(np.inf,) * 3,
+    seen=NOTHING,
+    remembered=(True,) * 3,
+) -> Looks:
+    """One earlier look at each place at most, `ago` steps ago."""
+    columns = (in_vain, np.array(ago, dtype=float)[:, None], sought, sought_ago, seen)
+    return Looks(*(np.array(values, dtype=float) for values in columns), np.array(remembered))
+
+
+def test_a_look_in_vain_by_hand():
+    # .6 x .25 = .15 at the place looked at; .3 and elsewhere .1 stay; all over .55.
+    places, elsewhere = update_belief(
+        np.array([0.6, 0.3, 0.0]), 0.1, make_looks([1, 0, 0]), Detector(miss_rate=0.25)
+    )
+    assert places == pytest.approx([0.15 / 0.55, 0.3 / 0.55, 0])
+    assert elsewhere == pytest.approx(0.1 / 0.55)
+
+
+def test_a_detector_is_what_the_memory_has_counted():
+    memory = SceneGraphMemory()
+    desk = memory.add_furniture("desk", memory.add_room("study"))
+    at_first = Detector.estimate(memory)
+    assert at_first == Detector(2 / 10, 0.5 / 15)
+    shown = [Sighting("mug")]
+    for is_seen in (True, *[True] * 30, *[False, True] * 10):
+        memory.observe(desk, shown if is_seen else [])
+        memory.step()
+    found = Detector.estimate(memory)
+    # Of fifty looks ten missed it; a mug that is found where it was has hardly been away.
+    assert 0.1 < found.miss_rate <= 12 / 60
+    assert found.leave_rate < at_first.leave_rate
+    steady = SceneGraphMemory()
+    desk = steady.add_furniture("desk", steady.add_room("study"))
+    for _ in range(50):
+        steady.observe(desk, shown)
+        steady.step()
+    assert Detector.estimate(steady).miss_rate < 0.05
+
+
+def test_half_a_view_is_half_a_look():
+    places, _ = update_belief(
+        np.array([0.5, 0.5, 0.0]), 0.0, make_looks([0.5, 0, 0]), Detector(miss_rate=0.25)
+    )
+    assert places[0] / places[1] == pytest.approx(0.25**0.5)
+
+
+def test_an_old_look_says_less():
+    # One look in vain: 1 - .75 x .9^s.
+    belief = np.array([0.5, 0.5, 0.0])
+    for ago in (1, 5, 50):
+        looks = make_looks(ago=[ago, np.inf, np.inf])
+        places, _ = update_belief(belief, 0.0, looks, Detector(0.25, leave_rate=0.1))
+        assert places[0] / places[1] == pytest.approx(1 - 0.75 * 0.9**ago)
+        # Whoever made the belief has counted it: all of it, or half.
+        same, _ = update_belief(belief, 0.0, looks, Detector(0.25, 0.1), looks_counted=1)
+        assert same == pytest.approx(belief)
+        half, _ = update_belief(belief, 0.0, looks, Detector(0.25, 0.1), looks_counted=0.5)
+        assert half[0] / half[1] == pytest.approx((1 - 0.75 * 0.9**ago) ** 0.5)
+        # Nobody has counted it where the thing was never seen.
+        never = make_looks(ago=[ago, np.inf, np.inf], remembered=[False] * 3)
+        all_of_it, _ = update_belief(belief, 0.0, never, Detector(0.25, 0.1), looks_counted=0.5)
+        assert all_of_it == pytest.approx(places)
+
+
+def test_who_was_looked_for_alone_is_likelier_elsewhere():
+    # Half a look two steps ago at each of two places: 1 - (1 - .25^.5) x .9^2 of .45 each.
+    belief, detector = np.array([0.45, 0.45, 0.0]), Detector(0.25, leave_rate=0.1)
+    looks = make_looks(sought=[0.5, 0.5, 0], sought_ago=[2, 2, np.inf])
+    left = 0.9 * (1 - 0.5 * 0.81)
+    for counts in (False, True):  # that belief cannot know of such looks
+        places, elsewhere = update_belief(belief, 0.1, looks, detector, elsewhere_counts=counts)
+        assert elsewhere == pytest.approx(0.1 / (0.1 + left))
+        assert places == pytest.approx([0.5 * left / (0.1 + left)] * 2 + [0])
+
+
+def test_looks_that_elsewhere_counts_already_only_shift_places():
+    belief, looks = np.array([0.6, 0.3, 0.0]), make_looks(ago=[1, np.inf, np.inf])
+    detector = Detector(0.25, leave_rate=0.0)
+    places, elsewhere = update_belief(belief, 0.1, looks, detector, elsewhere_counts=True)
+    assert elsewhere == pytest.approx(0.1)  # .15 to .3, of .9
+    assert places == pytest.approx([0.3, 0.6, 0])
+    places, elsewhere = update_belief(belief, 0.1, looks, detector)
+    assert elsewhere == pytest.approx(0.1 / 0.55)
+
+
+def test_seen_now_is_known_now():
+    places, elsewhere = update_belief(
+        np.array([0.01, 0.09, 0.0]), 0.9, make_looks(seen=[1, 0, 0]), Detector()
+    )
+    assert places[0] == SEEN_NOW >= 0.95
+    # The rest keeps its proportions, .09 to .9.
+    assert places[1] == pytest.approx(0.03 * 0.09 / 0.99)
+    assert elsewhere == pytest.approx(0.03 * 0.9 / 0.99)
+    doubtful, _ = update_belief(
+        np.array([0.2, 0.3, 0.4]), 0.1, make_looks(seen=[0.6, 0, 0]), Detector()
+    )
+    assert doubtful[0] == pytest.approx(0.6)
+
+
+def test_any_of_two_by_hand():
+    # At least one of two at the first place: 1 - .5 x .8; none anywhere: .1 x .2.
+    places, elsewhere = join_beliefs(np.array([[0.5, 0.4], [0.2, 0.6]]), np.array([0.1, 0.2]))
+    assert places == pytest.approx([0.6, 1 - 0.6 * 0.4])
+    assert elsewhere == pytest.approx(0.02)
+
+
+SHARE = st.floats(0, 1)
+ROW = st.lists(SHARE, min_size=3, max_size=3)
+
+
+@given(ROW, SHARE, ROW, ROW, st.floats(0, 0.99), st.floats(0, 0.99), st.booleans())
+def test_probabilities_sum_to_one(
+    places, elsewhere, in_vain, sought, miss_rate, leave_rate, counts
+):
+    total = sum(places) + elsewhere
+    if total < 1e-6:
+        return
+    belief = np.array(places) / total
+    looks = make_looks(in_vain, [3, np.inf, 7], sought, [2, 5, np.inf])
+    detector = Detector(miss_rate, leave_rate)
+    new, gone = update_belief(belief, elsewhere / total, looks, detector, elsewhere_counts=counts)
+    assert (new >= 0).all()
+    if new.sum() + gone > 0:  # a detector that never misses can rule everything out
+        assert new.sum() + gone == pytest.approx(1)
+    order = update_belief(belief, elsewhere / total, make_looks(), Detector())[0]
+    assert order == pytest.approx(belief)
+
+
+@pytest.mark.parametrize("value", [-0.1, 1.0, float("nan")])
+def test_bad_rates_are_named(value):
+    with pytest.raises(ValueError, match=r"miss_rate must lie in \[0, 1\), got"):
+        Detector(miss_rate=value)
+    with pytest.raises(ValueError, match=r"leave_rate must lie in \[0, 1\), got"):
+        Detector(leave_rate=value)

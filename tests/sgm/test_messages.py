@@ -1,0 +1,48 @@
+"""Values in messages are cut; nothing makes it fail."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from sgm.messages import shorten, shorten_values
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (3, "3"),
+        ("a", "'a'"),
+        ("x" * 300, "'" + "x" * 196 + "..."),
+        ([0] * 300, "a list of 300"),
+        ({"a": "y" * 500}, "{'a': '" + "y" * 190 + "..."),
+    ],
+)
+def test_a_value_has_at_most_200_characters(value, text):
+    assert shorten(value) == text
+    assert len(text) <= 200
+
+
+def test_a_number_that_python_refuses_to_write_is_described():
+    assert shorten(10**5000) == "a number of about 5000 digits"
+
+
+def test_values_within_a_message_are_cut_and_the_rest_stays():
+    message = f"time must be a number, got '{'x y ' * 100}' and {'z' * 300} here. Mend it."
+    assert shorten_values(message) == (
+        f"time must be a number, got '{'x y ' * 50}...' and {'z' * 200}... here. Mend it."
+    )
+    assert shorten_values("short, got 'a b' here") == "short, got 'a b' here"
+
+
+def test_no_message_repeats_a_whole_value():
+    """What is no message is written by `repr`."""
+    root = Path(__file__).parents[2]
+    found = [
+        f"{path.relative_to(root)}: {line.strip()}"
+        for package in ("simulator", "datamodules", "nep")
+        for path in (root / package).rglob("*.py")
+        for line in path.read_text(encoding="utf-8").splitlines()
+        if re.search(r"\{[^{}]+!r\}", line)
+    ]
+    assert found == [], "write {shorten(value)} instead of {value!r}"
