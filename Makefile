@@ -8,6 +8,7 @@
 #   make check | make bench                  ruff and mypy | benchmarks
 #   make fuzz                                changed files, odd calls and options, kills, full disks (minutes)
 #   make docs                                pages of the API, built from the docstrings
+#   make core-wheel                          the package `sgm` for robots, into dist/
 #   make fit PYTHON=/path/to/python3.11      choose the Python that .venv is made from
 
 VENV := .venv
@@ -19,10 +20,10 @@ SEEDS ?= 0
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help install fit any-home reproduce test quick check bench fuzz docs clean
+.PHONY: help install fit any-home reproduce test quick check bench fuzz docs core-wheel core-test clean
 
 help:
-	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 11
+	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 12
 
 install: $(STAMP)
 
@@ -69,14 +70,21 @@ fuzz: $(EXTRAS)
 docs: $(STAMP)
 	$(PY) docs/make_api.py $(ARGS)
 
+core-wheel: $(STAMP)
+	$(PY) -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist ./core
+
+# The wheel in a fresh environment of the newest supported Python, without torch: README's lines and the tests of sgm.
+core-test: core-wheel
+	$(PY) tests/core_wheel.py $(ARGS)
+
 clean:
-	rm -rf $(VENV) build *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build dist core/build *.egg-info core/*.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
 
 # dgl has wheels up to Python 3.11, so an environment of any other Python is made anew. Every folder of PATH is
 # tried, not only the first hit: version managers put commands there that answer "not installed".
 SUPPORTED := import ensurepip, sys, venv; sys.exit(sys.version_info[:2] not in ((3, 10), (3, 11)))
 
-$(STAMP): setup.cfg pyproject.toml constraints.txt
+$(STAMP): setup.cfg core/setup.cfg pyproject.toml constraints.txt
 	@set -e; \
 	if ! $(PY) -c '$(SUPPORTED)' 2>/dev/null; then \
 	  python=; \
@@ -99,12 +107,12 @@ $(STAMP): setup.cfg pyproject.toml constraints.txt
 	fi
 	@echo "Installing the packages of constraints.txt into $(VENV): a few minutes the first time"
 	@$(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
-	  --editable '.[dev,igridson,priors,view]'
+	  --editable ./core --editable '.[dev,igridson,priors,view]'
 	@touch $@
 
 # What tests and benchmarks use besides: every extra that has wheels.
 $(EXTRAS): $(STAMP)
 	@echo "Installing all extras for the tests: Ray, Stable-Baselines3, spark_dsg, ..."
 	@$(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
-	  --editable '.[dev,all]'
+	  --editable ./core --editable '.[dev,all]'
 	@touch $@

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from sgm.policies import Adaptive, Bayesian, Policy
     from sgm.prior.prior_graph import PriorGraph
 
+__version__ = "0.1.0"
+
 _MODULES = {
     "Adaptive": "sgm.policies",
     "Bayesian": "sgm.policies",

@@ -1,6 +1,7 @@
 import multiprocessing
 import os
 import shlex
+import signal
 import socket
 import sys
 from pathlib import Path
@@ -14,6 +15,10 @@ os.environ.setdefault("DGLBACKEND", "pytorch")
 os.environ.setdefault("MPLBACKEND", "Agg")
 
 pytest_plugins = ["tests.homes"]
+
+# A shell that starts the tests in its background ignores Ctrl-C, and commands would inherit that.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The same examples on every run, and no time limit per example: a busy machine is not a failure.
 settings.register_profile("repeatable", derandomize=True, deadline=None)
