@@ -12,9 +12,9 @@ from nep.layers.gelu import gelu
 from sgm.evidence.columns import CLOCK_GROUPS, PLACE_COLUMNS, QUESTION_COLUMNS
 
 _LEAST_VARIANCE = 4e-4  # of a column, so that one that hardly varies is not blown up
-_BELIEFS = tuple(name for name in PLACE_COLUMNS if name.startswith("filters.log_belief_"))
-_FIRST_BELIEF = "filters.log_belief_asked"  # what an untrained network answers, all but noise
-_MOST = 8.0  # standard deviations
+BELIEFS = tuple(name for name in PLACE_COLUMNS if name.startswith("filters.log_belief_"))
+FIRST_BELIEF = "filters.log_belief_asked"  # what an untrained network answers, all but noise
+MOST_DEVIATIONS = 8.0  # from the mean, of a column
 
 
 class EvidenceEmbedding(nn.Module):
@@ -44,10 +44,10 @@ class EvidenceEmbedding(nn.Module):
         self.place = nn.Linear(EVIDENCE_DIM, members * units)
         self.question = nn.Linear(QUESTION_DIM, members * units, bias=False)
         self.second = make_linear(units, units, members)
-        self.shortcut = nn.Linear(len(_BELIEFS), members, bias=False)
+        self.shortcut = nn.Linear(len(BELIEFS), members, bias=False)
         with torch.no_grad():
-            self.shortcut.weight.zero_()[:, _BELIEFS.index(_FIRST_BELIEF)] = 1
-        beliefs = torch.tensor([PLACE_COLUMNS.index(name) for name in _BELIEFS])
+            self.shortcut.weight.zero_()[:, BELIEFS.index(FIRST_BELIEF)] = 1
+        beliefs = torch.tensor([PLACE_COLUMNS.index(name) for name in BELIEFS])
         self.register_buffer("belief_columns", beliefs, persistent=False)
         for name, columns in (("place", PLACE_COLUMNS), ("question", QUESTION_COLUMNS)):
             is_clock = [column.partition(".")[0] in CLOCK_GROUPS for column in columns]
@@ -70,8 +70,8 @@ class EvidenceEmbedding(nn.Module):
             hides = torch.rand(len(question), 1, device=question.device) < self.clock_dropout
             question = question.masked_fill(hides & self.question_has_clock, 0)
             place = place.masked_fill(hides[snapshot] & self.place_has_clock, 0)
-        place = self.place_scale(place).clamp(-_MOST, _MOST)
-        question = self.question_scale(question).clamp(-_MOST, _MOST)
+        place = self.place_scale(place).clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS)
+        question = self.question_scale(question).clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS)
         hidden = self.place(place) + self.question(question).index_select(0, snapshot)
         return gelu(self.second(gelu(split_members(hidden, self.members))))
 
@@ -79,5 +79,5 @@ class EvidenceEmbedding(nn.Module):
         """Return what logits of furniture nodes are more by, (NF, M), and ln(belief), (NF, 1)."""
         assert graph.evidence is not None
         beliefs = graph.evidence.index_select(1, self.belief_columns)
-        first = _BELIEFS.index(_FIRST_BELIEF)
+        first = BELIEFS.index(FIRST_BELIEF)
         return self.shortcut(beliefs), beliefs[:, first : first + 1]

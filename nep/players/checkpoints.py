@@ -24,17 +24,16 @@ from datamodules.batch import (
 from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep.model.module import NEPModule
-from nep.players.calibration import Calibration
 from nep.players.shipped import CONFIG, find_trained
 from nep.players.stored_network import (
     build_network,
     check_archive,
     check_weights,
-    read_calibration,
     read_features,
 )
 from sgm.files import compute_checksum, read_json, write_whole
 from sgm.messages import shorten
+from sgm.network.calibration import Calibration, read_calibration
 
 FORMAT = "node edge predictor"
 FORMAT_VERSION = 2

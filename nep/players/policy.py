@@ -13,21 +13,17 @@ from nep.layers.flat_graph import FlatGraph
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.checkpoints import checksum_trained, load_trained
-from nep.players.step_answers import StepAnswers
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
-from sgm.evidence.features import Features, compute_features
+from sgm.evidence.features import compute_features
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from sgm.policies.probabilities import compute_probabilities
+from sgm.network.sharing import DECIMALS, mix_answers
+from sgm.network.step_answers import StepAnswers
 from simulator.policies import Policy
 from simulator.policies.home_filter import HomeFilter
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.world.homes import Homes
-
-_TRUSTED = 9.0  # times `prior_share` more for who goes by a prior that tells well
-_HEEDED = 0.4  # of what Bayes' rule says of other questions, docs/any_home.md
-_DECIMALS = 6  # of a logit; what float64 rounds differently is nine orders of magnitude below
 
 
 class NEPPolicy(Policy):
@@ -164,26 +160,14 @@ class NEPPolicy(Policy):
         else:  # a DGL graph of a single home takes longer to make than to read
             graph = FlatGraph.from_arrays(arrays)
         graph = graph.to(next(predictor.parameters()).device, torch.float64)
-        logits = predictor.score(graph).cpu().numpy().round(_DECIMALS)
+        logits = predictor.score(graph).cpu().numpy().round(DECIMALS)
         scores = np.full((len(queries.home), memory.num_furniture, 2), -np.inf)
         scores[arrays.query_snapshot, arrays.query_furniture, arrays.query_relation] = logits
-        return scores if evidence is None else self._hear_others(scores, evidence)
-
-    def _hear_others(self, scores: np.ndarray, evidence: Features) -> np.ndarray:
-        """Share the answers with who goes by the prior or by the hour, and heed who asks."""
-        asked = evidence.asked
-        if self._module.prior_share > 0:
-            trust, belief = evidence.follow_prior()
-            shares = np.minimum(self._module.prior_share * (1 + _TRUSTED * trust), 1)
-            scores = _share_answers(scores, belief, shares, asked.is_place)
-        if self._module.hours_share > 0 and asked.memory.clock is not None:
-            keeping, belief = evidence.follow_hours()
-            shares = self._module.hours_share * keeping
-            scores = _share_answers(scores, belief, shares, asked.is_place)
-        if self._asks_moved != TASKS_ASK_MOVED:
-            heeded = _HEEDED * (1 - self._asks_moved / TASKS_ASK_MOVED)
-            scores = (scores + heeded * evidence.compare_asked()[..., None]).round(_DECIMALS)
-        return scores
+        if evidence is None:
+            return scores
+        return mix_answers(
+            scores, evidence, self._module.prior_share, self._module.hours_share, self._asks_moved
+        )
 
     def _take_predictor(self) -> NodeEdgePredictor:
         """Return the network in float64, as it was at the last reset or first question."""
@@ -194,21 +178,3 @@ class NEPPolicy(Policy):
             copy = deepcopy(self._module.predictor).requires_grad_(False)
             self._predictor = copy.to(device, torch.float64).eval()
         return self._predictor
-
-
-def _share_answers(
-    scores: np.ndarray, belief: np.ndarray, share: np.ndarray, is_place: np.ndarray
-) -> np.ndarray:
-    """Mix the probabilities of the places with a belief; both relations of a place keep their odds.
-
-    Args:
-        scores: logits of places and relations, (Q, F, 2).
-        belief: of each place, (Q, F); it need not sum to one.
-        share: of the belief, (Q,).
-        is_place: which columns are furniture of the home, bool (Q, F).
-    """
-    own = compute_probabilities(scores.max(axis=2), "logits", is_place)
-    other, share = compute_probabilities(belief, "weights", is_place), share[:, None]
-    mixed = (1 - share) * own + share * other
-    gain = np.log(np.divide(mixed, own, out=np.ones_like(own), where=own > 0))
-    return (scores + gain[..., None]).round(_DECIMALS)

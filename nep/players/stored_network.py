@@ -16,7 +16,6 @@ from torch import Tensor
 from datamodules.features import FeatureConfig
 from nep.encoders import Encoder
 from nep.model.module import NEPModule
-from nep.players.calibration import Calibration
 from sgm.messages import shorten, shorten_text
 from simulator.text import PAPER_PIPELINE, is_text_known
 
@@ -90,26 +89,6 @@ def read_features(data: Any) -> FeatureConfig:
             "in a module that --encoders names, for example."
         )
     return config
-
-
-def read_calibration(data: Any) -> Calibration | None:
-    """Read a calibration; None if there is none.
-
-    Raises:
-        TypeError, ValueError: if a value is no number, or out of range.
-    """
-    if data is None:
-        return None
-    for name, value in data.items():  # also of what only older networks say
-        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not is_number or math.isnan(value) or value == math.inf:
-            raise TypeError(f"{name} of the calibration is {shorten(value)}")
-    calibration = Calibration.from_json(data)
-    if not 0 < calibration.temperature < math.inf or not 0 <= calibration.elsewhere_share <= 1:
-        raise TypeError("temperature or elsewhere_share of the calibration is out of range")
-    if abs(calibration.best_slope) > 100 or abs(calibration.best_mean) > 100:
-        raise TypeError("best_slope or best_mean of the calibration is out of range")
-    return calibration
 
 
 def check_archive(path: Path) -> None:

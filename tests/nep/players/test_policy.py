@@ -8,11 +8,12 @@ from datamodules.features import FeatureConfig, compute_belief_features
 from datamodules.graph import GraphBuilder
 from nep.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.model.module import NEPModule
-from nep.players.policy import NEPPolicy, _share_answers
+from nep.players.policy import NEPPolicy
 from sgm.evidence.adaptive_filter import follow_prior, trust_prior
 from sgm.evidence.columns import QUESTION_COLUMNS
 from sgm.evidence.expected import Expected
 from sgm.evidence.features import compute_features
+from sgm.network.sharing import share_answers
 from sgm.policies.probabilities import compute_probabilities
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
 from simulator.policies import make_policy
@@ -193,7 +194,7 @@ def test_answers_shared_with_the_prior_by_hand():
     scores = np.stack([logit, logit - 1], axis=2)
     scores = np.append(scores, np.full((1, 1, 2), -np.inf), axis=1)  # of a larger home beside it
     belief = np.array([[0.0, 0.3, 0.1, 0.0]])
-    found = _share_answers(scores, belief, np.array([0.2]), np.array([[True, True, True, False]]))
+    found = share_answers(scores, belief, np.array([0.2]), np.array([[True, True, True, False]]))
     assert np.isneginf(found[0, 3]).all()
     probability = compute_probabilities(found.max(axis=2), "logits")
     np.testing.assert_allclose(probability, [[0.48, 0.39, 0.13, 0]], atol=1e-5)

@@ -1,0 +1,245 @@
+"""Trained networks as ONNX graphs; exporting one needs the package `onnx`, running it does not."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from datamodules.batch import NODE_TEMPORAL_DIM, NODE_TYPES, RELATIONS, TEXT_DIM
+from datamodules.features import FeatureConfig
+from nep.encoders import MLP, Sets
+from nep.layers.ensemble_linear import EnsembleLinear
+from nep.model.evidence_embedding import FIRST_BELIEF, MOST_DEVIATIONS
+from nep.model.module import NEPModule
+from nep.model.node_edge_predictor import NodeEdgePredictor
+from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
+from sgm.network.network import INPUTS, OUTPUT
+
+_OPSET, _IR_VERSION = 20, 9  # the first with Gelu; ONNX Runtime reads them from 1.17 on
+_FAR = 1e30  # above every logit: what is subtracted where there is no place
+_GRID = 2.0**30  # means over places are of whole numbers of 1 / _GRID, equal in any order
+_PRIOR = 8  # column of the edge features
+_WANTED = {
+    "memory": True, "absence": True, "temporal": False, "semantic": False, "candidates": "all",
+    "belief": False, "clock": False, "evidence": True, "text_pipeline": None,
+}  # fmt: skip
+
+
+def is_exportable(module: NEPModule, features: FeatureConfig) -> bool:
+    """Tell whether a network reads evidence and the prior of places, and compares them as a set."""
+    return (
+        all(getattr(features, name) == value for name, value in _WANTED.items())
+        and type(module.predictor.encoder) in (MLP, Sets)
+        and module.predictor.query_attention is None
+    )
+
+
+def make_onnx(module: NEPModule, features: FeatureConfig) -> bytes:
+    """Write a network as an ONNX model of the same answers.
+
+    Each member of an ensemble is a chain of its own. The answer is the logarithm of the mean of
+    their probabilities, as in `NodeEdgePredictor.join_answers`. Products are in float32: ONNX
+    Runtime computes their rows alike whoever shares the batch. What is added to them and the
+    softmax are in float64.
+
+    Args:
+        module: a network that `is_exportable`.
+        features: that it was trained with.
+    """
+    from onnx import TensorProto, checker, helper
+
+    graph = _Graph()
+    with torch.no_grad():
+        _add_network(graph, module.predictor, features)
+    model = helper.make_model(
+        helper.make_graph(
+            graph.nodes,
+            "node_edge_predictor",
+            [
+                helper.make_tensor_value_info(name, TensorProto.FLOAT, axes)
+                for name, axes in INPUTS.items()
+            ],
+            [helper.make_tensor_value_info(OUTPUT, TensorProto.DOUBLE, INPUTS["is_place"])],
+            graph.constants,
+        ),
+        opset_imports=[helper.make_opsetid("", _OPSET)],
+        ir_version=_IR_VERSION,
+        producer_name="scene-graph-memory",
+    )
+    checker.check_model(model, full_check=True)
+    content: bytes = model.SerializeToString(deterministic=True)
+    return content
+
+
+class _Graph:
+    """Nodes and constants of an ONNX graph; a method returns the name of what it computes."""
+
+    def __init__(self) -> None:
+        self.nodes: list[Any] = []
+        self.constants: list[Any] = []
+
+    def add(self, operator: str, *inputs: str, name: str = "", **attributes: Any) -> str:
+        """Apply an operator."""
+        from onnx import helper
+
+        name = name or f"{operator}_{len(self.nodes)}"
+        self.nodes.append(helper.make_node(operator, inputs, [name], **attributes))
+        return name
+
+    def constant(self, values: Any, dtype: type = np.float32) -> str:
+        """Keep numbers in the file."""
+        from onnx import numpy_helper
+
+        name = f"constant_{len(self.constants)}"
+        array = np.ascontiguousarray(values, dtype).reshape(np.shape(values))
+        self.constants.append(numpy_helper.from_array(array, name))
+        return name
+
+    def cast(self, values: str, dtype: type) -> str:
+        """Turn float32 into float64, or back."""
+        from onnx import TensorProto
+
+        kind = TensorProto.DOUBLE if dtype is np.float64 else TensorProto.FLOAT
+        return self.add("Cast", values, to=kind)
+
+    def linear(self, values: str, weight: Tensor, bias: Tensor | None = None) -> str:
+        """Multiply rows by a matrix of (in, out), and add a vector."""
+        product = self.add("MatMul", values, self.constant(weight))
+        return product if bias is None else self.add("Add", product, self.constant(bias))
+
+    def gelu(self, values: str) -> str:
+        """Apply the activation of `nep.layers.gelu`."""
+        return self.add("Gelu", values, approximate="tanh")
+
+
+def _add_network(graph: _Graph, predictor: NodeEdgePredictor, features: FeatureConfig) -> None:
+    evidence, encoder = predictor.evidence_embedding, predictor.encoder
+    assert evidence is not None
+    place = _hide(graph, "place", PLACE_COLUMNS, features)
+    question = _hide(graph, "question", QUESTION_COLUMNS, features)
+    beliefs = graph.cast(place, np.float64)
+    place = _standardise(graph, place, evidence.place_scale)
+    question = _standardise(graph, question, evidence.question_scale)
+    one, axis = graph.constant(1.0), graph.constant([1], np.int64)
+    is_place = graph.cast("is_place", np.float64)
+    far = graph.add("Mul", graph.add("Sub", "is_place", one), graph.constant(_FAR))
+    far64 = graph.cast(far, np.float64)
+    count = graph.add("Max", graph.add("ReduceSum", "is_place", axis), one)
+    grid = graph.constant(_GRID, np.float64)
+    share = predictor.filter_share
+    own_share = graph.constant(1 - share, np.float64)
+
+    def pool(hidden: str) -> tuple[str, str]:
+        """Return mean and maximum over the places, (Q, 1, D) each."""
+        scaled = graph.add("Mul", graph.cast(hidden, np.float64), grid)
+        whole = graph.add("Mul", graph.add("Round", scaled), is_place)
+        total = graph.add("Div", graph.add("ReduceSum", whole, axis), grid)
+        mean = graph.add("Div", graph.cast(total, np.float32), count)
+        return mean, graph.add("ReduceMax", graph.add("Add", hidden, far), axis)
+
+    def embed(member: int) -> str:
+        """Return the evidence of the places, (Q, F, D), of a node of their type."""
+        first, bias = _take(evidence.place, member, encoder.members)
+        about, _ = _take(evidence.question, member, encoder.members)
+        asked = graph.linear(question, about, bias)
+        hidden = graph.gelu(graph.add("Add", graph.linear(place, first), asked))
+        hidden = graph.gelu(graph.linear(hidden, *_take(evidence.second, member)))
+        node = _embed_node(predictor, "furniture", member)
+        return graph.add("Add", hidden, graph.constant(node))
+
+    def compare(hidden: str, member: int) -> str:
+        """Apply `Sets`."""
+        if not isinstance(encoder, Sets):
+            return hidden
+        first = hidden
+        for own, shared, update in zip(encoder.own, encoder.shared, encoder.update, strict=True):
+            mean, most = pool(hidden)
+            weight, bias = _take(own, member)
+            of_mean, of_most = _take(shared, member)[0].chunk(2)
+            both = graph.add(
+                "Add", graph.linear(mean, of_mean, bias), graph.linear(most, of_most)
+            )  # (Q, 1, D)
+            hidden = graph.gelu(graph.add("Add", graph.linear(hidden, weight), both))
+            hidden = graph.gelu(graph.linear(hidden, *_take(update, member)))
+        return graph.add("Add", hidden, first)
+
+    def embed_edge(member: int) -> str:
+        """Return the embedding of the query edges, (Q, F, D)."""
+        embedding = predictor.edge_embedding
+        weight, bias = _take(embedding.first, member, encoder.members)  # (13, D)
+        relation = weight[-len(RELATIONS) :]
+        inside, on_top = (relation[RELATIONS.index(name)] for name in ("in", "onTop"))
+        prior = weight[_PRIOR] * features.prior
+        hidden = graph.linear("edge", torch.stack([prior, on_top - inside]), bias + inside)
+        hidden = graph.linear(graph.add("Relu", hidden), *_take(embedding.second, member))
+        return graph.add("Relu", hidden)
+
+    def answer(member: int) -> str:
+        """Return the logits of one member, float64 (Q, F, 1)."""
+        node, edge = compare(embed(member), member), embed_edge(member)
+        weight, bias = _take(predictor.head[0], member)
+        of_node, of_edge = weight.chunk(2)
+        asked = _embed_node(predictor, "object", member)
+        hidden = graph.add(
+            "Add",
+            graph.linear(node, of_node / 2, bias + asked @ of_node / 2),
+            graph.linear(edge, of_edge),
+        )
+        for layer in (predictor.head[2], predictor.head[4]):
+            hidden = graph.linear(graph.add("Relu", hidden), *_take(layer, member))
+        logits = graph.add("Mul", graph.cast(hidden, np.float64), own_share)
+        shortcut = torch.zeros(len(PLACE_COLUMNS), 1, dtype=torch.float64)
+        shortcut[evidence.belief_columns, 0] = (1 - share) * evidence.shortcut.weight[
+            member
+        ].double()
+        shortcut[PLACE_COLUMNS.index(FIRST_BELIEF), 0] += share
+        by_place = graph.add("MatMul", beliefs, graph.constant(shortcut, np.float64))
+        return graph.add("Add", logits, by_place)
+
+    answers = [answer(member) for member in range(encoder.members)]
+    if encoder.members == 1:
+        graph.add("Mul", answers[0], graph.constant(1.0, np.float64), name=OUTPUT)
+        return
+    shares = [graph.add("Softmax", graph.add("Add", own, far64), axis=1) for own in answers]
+    total = shares[0]
+    for own in shares[1:]:
+        total = graph.add("Add", total, own)
+    mean = graph.add("Div", total, graph.constant(float(encoder.members), np.float64))
+    least = graph.constant(np.finfo(np.float64).tiny, np.float64)
+    graph.add("Log", graph.add("Max", mean, least), name=OUTPUT)
+
+
+def _take(layer: nn.Module, member: int, shared: int = 1) -> tuple[Tensor, Tensor | None]:
+    """Return matrix (in, out) and vector of one member, of `shared` side by side in one layer."""
+    weight, bias = layer.weight.double(), layer.bias
+    if isinstance(layer, EnsembleLinear):
+        return weight[member], None if bias is None else bias[member, 0].double()
+    weight = weight.t().chunk(shared, dim=1)[member]
+    return weight, None if bias is None else bias.double().chunk(shared)[member]
+
+
+def _embed_node(predictor: NodeEdgePredictor, node_type: str, member: int) -> Tensor:
+    """Return the embedding of nodes of a type, which have neither text nor counters, (D,)."""
+    embedding, members = predictor.node_embedding, predictor.encoder.members
+    weight, bias = _take(embedding.first, member, members)
+    first = torch.relu(weight[TEXT_DIM + NODE_TEMPORAL_DIM + NODE_TYPES.index(node_type)] + bias)
+    weight, bias = _take(embedding.second, member)
+    return torch.relu(first @ weight + bias)
+
+
+def _hide(graph: _Graph, name: str, columns: tuple[str, ...], features: FeatureConfig) -> str:
+    """Return an input without the groups that are switched off."""
+    is_on = [column.partition(".")[0] not in features.evidence_without for column in columns]
+    return name if all(is_on) else graph.add("Mul", name, graph.constant(is_on))
+
+
+def _standardise(graph: _Graph, values: str, scale: nn.BatchNorm1d) -> str:
+    assert scale.running_mean is not None
+    assert scale.running_var is not None
+    factor = (scale.running_var.double() + scale.eps) ** -0.5
+    centred = graph.add("Sub", values, graph.constant(scale.running_mean))
+    most = [graph.constant(sign * MOST_DEVIATIONS) for sign in (-1, 1)]
+    return graph.add("Clip", graph.add("Mul", centred, graph.constant(factor)), *most)

@@ -1,0 +1,116 @@
+"""Probabilities from logits, with the possibility that the object is at no known place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from sgm.belief import Detector
+from sgm.finder.finder import check_share
+from sgm.messages import shorten
+from sgm.policies.probabilities import compute_probabilities
+
+# What older exported networks say of looks in the present time step: the finder applies Bayes'
+# rule to these now.
+_FORMER = ("absent_logit", "elsewhere_logit", "elsewhere_slope")
+
+_MISS_RATE = Detector().miss_rate  # of the homes that are searched
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """What turns logits of places into probabilities that mean what they say.
+
+    Before any look of a time step, with p = softmax(logit / temperature):
+
+        odds(elsewhere) = odds(elsewhere_share) * (exp(best_mean) / max(p)) ** best_slope
+        places          = (1 - elsewhere) * p
+
+    so that what the network has no good place for is more likely to be at none.
+
+    Each look of the step that does not show the object multiplies its place by the miss rate of
+    the detector, and all is normalised: Bayes' rule, as in `sgm.belief`.
+
+    Attributes:
+        temperature: above 1 where the network is too sure of itself.
+        elsewhere_share: share of the searches it was fitted to whose object was at no known place;
+            0 where nothing was fitted.
+        best_slope: how much "elsewhere" depends on the probability of the best place; 0: not.
+        best_mean: a mean of ln max(p) in first looks of the searches it was fitted to: with it,
+            the odds are on average those of the share.
+
+    Source: Guo et al. 2017 (temperature).
+    """
+
+    temperature: float = 1.0
+    elsewhere_share: float = 0.0
+    best_slope: float = 0.0
+    best_mean: float = 0.0
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Calibration:
+        """Read what an exported network says; what only older ones say is left out.
+
+        Raises:
+            TypeError: if it says something else.
+        """
+        return cls(**{name: value for name, value in data.items() if name not in _FORMER})
+
+    def compute_probabilities(
+        self, scores: np.ndarray, is_absent: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return the probability of each place and, last, of "elsewhere", (Q, F + 1).
+
+        Each row sums to one; places without a score have probability 0, and where no place has
+        one, the object is elsewhere.
+
+        Args:
+            scores: logits before any look, -inf where there is no candidate edge, (Q, F).
+            is_absent: places where a look of this step did not show it, bool (Q, F); None for none.
+        """
+        places = compute_probabilities(scores / self.temperature, "logits")
+        is_known = np.isfinite(scores).any(axis=1)
+        best = np.log(np.where(is_known, places.max(axis=1), 1.0))
+        weight = self.elsewhere_share * np.exp(self.best_slope * (self.best_mean - best))
+        elsewhere = np.where(is_known, weight / (weight + 1 - self.elsewhere_share), 1.0)
+        places = places * (1 - elsewhere[:, None])
+        if is_absent is not None:
+            places = places * np.where(is_absent, _MISS_RATE, 1.0)
+        both = np.column_stack([places, elsewhere])
+        return both / both.sum(axis=1, keepdims=True)
+
+    def with_share(self, share: float) -> Calibration:
+        """Return the calibration for a user who asks for things elsewhere more or less often.
+
+        Args:
+            share: of searches whose object is at no known place, above 0 and below 1.
+
+        Raises:
+            ValueError: if the share is out of range.
+        """
+        check_share(share)
+        return replace(self, elsewhere_share=share)
+
+
+def read_calibration(data: Any) -> Calibration | None:
+    """Read a calibration; None if there is none.
+
+    Raises:
+        TypeError, ValueError: if a value is no number, or out of range.
+    """
+    if data is None:
+        return None
+    for name, value in data.items():  # also of what only older networks say
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not is_number or math.isnan(value) or value == math.inf:
+            raise TypeError(f"{name} of the calibration is {shorten(value)}")
+    calibration = Calibration.from_json(data)
+    if not 0 < calibration.temperature < math.inf or not 0 <= calibration.elsewhere_share <= 1:
+        raise TypeError("temperature or elsewhere_share of the calibration is out of range")
+    if abs(calibration.best_slope) > 100 or abs(calibration.best_mean) > 100:
+        raise TypeError("best_slope or best_mean of the calibration is out of range")
+    return calibration

@@ -1,0 +1,175 @@
+"""A network in an exported folder: `network.onnx`, and what `config.json` says of it."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sgm.evidence.columns import EVIDENCE_VERSION, PLACE_COLUMNS, QUESTION_COLUMNS
+from sgm.files import read_json
+from sgm.messages import shorten, shorten_text
+from sgm.network.calibration import Calibration, read_calibration
+from sgm.network.onnx_check import check_onnx
+from simulator.text import load_text
+
+CONFIG = "config.json"
+ONNX = "network.onnx"
+EDGE_COLUMNS = ("prior", "is_on_top")
+OUTPUT = "logits"
+INPUTS: dict[str, list[int | str]] = {  # axes of each; a text stands for any number
+    "place": ["questions", "places", len(PLACE_COLUMNS)],
+    "question": ["questions", 1, len(QUESTION_COLUMNS)],
+    "edge": ["questions", "places", len(EDGE_COLUMNS)],
+    "is_place": ["questions", "places", 1],
+}
+
+_MOST_BYTES = 64 * 2**20  # of network.onnx; the one that ships has less than one MB
+
+
+@dataclass(frozen=True, slots=True)
+class Network:
+    """A network that reads evidence alone, ready to answer.
+
+    Attributes:
+        session: ONNX Runtime's, on the CPU.
+        calibration: what turns its logits into probabilities; None if it was never fitted.
+        prior_share: share of a filter of the prior in its answers, see `mix_answers`.
+        hours_share: likewise of a filter of the hour of day.
+        checksum: SHA-256 of network.onnx and the shares.
+    """
+
+    session: Any
+    calibration: Calibration | None
+    prior_share: float
+    hours_share: float
+    checksum: str
+
+    @classmethod
+    def load(cls, folder: Path, threads: int = 1) -> Network:
+        """Load a folder that `python -m nep.export` wrote; nothing in the files is executed.
+
+        Args:
+            folder: with config.json and network.onnx.
+            threads: of ONNX Runtime; answers are the same for any number of them.
+
+        Raises:
+            ValueError: if a file is missing or damaged, or was made for other evidence or text
+                vectors than those installed.
+        """
+        try:
+            config = read_json(folder / CONFIG, allow_nan=True)
+            about = config["onnx"]
+            shares = [_read_share(config["model"], name) for name in ("prior_share", "hours_share")]
+            calibration = read_calibration(config["calibration"])
+            text, evidence = config["schema"]["text"], about["evidence"]
+            checksum = about["sha256"]
+            content = _read_file(folder / ONNX)
+        except OSError as error:
+            raise ValueError(
+                f"exported folder must have {CONFIG} and {ONNX}, got {shorten(error.strerror)} in "
+                f"{folder}. Export again with `python -m nep.export`."
+            ) from error
+        except (KeyError, TypeError, AttributeError) as error:
+            raise ValueError(
+                f"exported folder must be one that nep.export wrote, got {type(error).__name__} "
+                f"in {folder}. Export again with `python -m nep.export`."
+            ) from error
+        if evidence != EVIDENCE_VERSION:
+            raise ValueError(
+                f"network must read version {EVIDENCE_VERSION} of the evidence, got "
+                f"{shorten(evidence)} in {folder}. Install the version of the package that "
+                "exported it, or train again."
+            )
+        if load_text().name != text:
+            raise ValueError(
+                f"text vectors must be {shorten(text)}, got {load_text().name} for {folder}. "
+                "Install the version of the package that trained it, or train again."
+            )
+        found = hashlib.sha256(content).hexdigest()
+        if found != checksum:
+            raise ValueError(
+                f"{ONNX} must be that of {CONFIG}, got another in {folder}: the export was "
+                "interrupted, or files of two were mixed. Export again."
+            )
+        session = _open(content, threads, folder)
+        identity = hashlib.sha256(f"{found} {shares}".encode()).hexdigest()
+        return cls(session, calibration, *shares, identity)
+
+    def compute_logits(
+        self, place: np.ndarray, question: np.ndarray, edge: np.ndarray, is_place: np.ndarray
+    ) -> np.ndarray:
+        """Answer questions: float64 (Q, F); what stands where there is no place means nothing.
+
+        Args:
+            place: evidence of each place, float32 (Q, F, D).
+            question: evidence of each question, float32 (Q, C).
+            edge: `EDGE_COLUMNS` of each place, float32 (Q, F, 2).
+            is_place: bool (Q, F).
+        """
+        inputs = {
+            "place": place,
+            "question": question[:, None],
+            "edge": edge,
+            "is_place": is_place[..., None].astype(np.float32),
+        }
+        logits: np.ndarray = self.session.run([OUTPUT], inputs)[0]
+        return logits[..., 0]
+
+
+def has_onnx(folder: Path) -> bool:
+    """Tell whether a folder has a network that ONNX Runtime can run."""
+    return (folder / ONNX).is_file()
+
+
+def _read_file(path: Path) -> bytes:
+    """Read a file of no more than `_MOST_BYTES`.
+
+    Raises:
+        ValueError: if it is larger.
+    """
+    with path.open("rb") as file:
+        content = file.read(_MOST_BYTES + 1)
+    if len(content) > _MOST_BYTES:
+        raise ValueError(
+            f"{ONNX} must have at most {_MOST_BYTES} bytes, got more in {path.parent}. Export again."
+        )
+    return content
+
+
+def _read_share(model: Any, name: str) -> float:
+    value = model.get(name, 0.0)
+    if type(value) not in (int, float) or not 0 <= value <= 1:
+        raise TypeError(f"{name} of the network is {shorten(value)}")
+    return float(value)
+
+
+def _open(content: bytes, threads: int, folder: Path) -> Any:
+    """Open a session for a network that was checked.
+
+    Raises:
+        ValueError: if it is no network of ours.
+    """
+    import onnxruntime  # here, so that what asks no network does not wait for it
+
+    try:
+        check_onnx(content)
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = threads
+        options.inter_op_num_threads = 1
+        options.log_severity_level = 3  # errors are raised; warnings are about speed
+        # Waiting threads sleep: spinning ones take a core from the robot.
+        options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+        session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+        found = {given.name: given.shape for given in session.get_inputs()}
+        if found != INPUTS or [given.name for given in session.get_outputs()] != [OUTPUT]:
+            raise ValueError(f"inputs {found}")
+    except Exception as error:  # ONNX Runtime's are of many kinds
+        raise ValueError(
+            f"{ONNX} must be as nep.export wrote it, got {type(error).__name__}: "
+            f"{shorten_text(str(error))} in {folder}. Export again with `python -m nep.export`."
+        ) from error
+    return session

@@ -1,0 +1,122 @@
+"""A trained network as one more policy, without torch."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
+from sgm.evidence.features import compute_features
+from sgm.memory.change import Change
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+from sgm.network.network import Network
+from sgm.network.sharing import DECIMALS, mix_answers
+from sgm.network.step_answers import StepAnswers
+from sgm.policies.policy import Policy
+
+
+class NetworkPolicy(Policy):
+    """Asks a network about all queries of all homes at once, each place one row of an array.
+
+    A home's scores do not depend on the homes beside it, nor on threads, to the last bit: ONNX
+    Runtime computes every row in the same order whoever shares the batch, sums over places are sums
+    of whole numbers, and what the last sums round differently is rounded away.
+
+    The answers of a time step stay, but for what looks have shown since (`StepAnswers`).
+    """
+
+    score_kind = "logits"
+    reads_clock = False
+
+    def __init__(self, network: Network, asks_moved: float = TASKS_ASK_MOVED) -> None:
+        """Ask a network; `load` reads one from disk.
+
+        Args:
+            network: which reads evidence alone.
+            asks_moved: share of the questions that are about what has just moved.
+        """
+        self.network = network
+        self._asks_moved = asks_moved
+        self._answers: StepAnswers | None = None
+
+    @classmethod
+    def load(cls, source: str | Path, threads: int = 1) -> NetworkPolicy:
+        """Load an exported folder; see `Network.load`.
+
+        Raises:
+            ValueError: as `Network.load` does.
+        """
+        return cls(Network.load(Path(source), threads))
+
+    @classmethod
+    def identify(cls, source: str | Path) -> str:
+        """Return the checksum of what `load` reads.
+
+        Raises:
+            ValueError: as `load` does.
+        """
+        return Network.load(Path(source)).checksum
+
+    def for_questions(self, asks_moved: float) -> NetworkPolicy:
+        """Return the same network for such questions."""
+        if asks_moved == self._asks_moved:
+            return self
+        return NetworkPolicy(self.network, asks_moved)
+
+    def reset(self, memory: MemoryBatch) -> None:
+        """Forget earlier homes, and ask for what features are computed from."""
+        memory.count_history()
+        self._answers = StepAnswers(memory)
+
+    def observe(self, memory: MemoryBatch, change: Change) -> None:
+        """Use a look in the answers of this step."""
+        if self._answers is not None and memory is self._answers.memory:
+            self._answers.note_look(change)
+
+    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return logits, (Q, F), -inf where there is no place."""
+
+        def ask(asked: Queries) -> np.ndarray:
+            return self.score_places(memory, asked)
+
+        if self._answers is None or memory is not self._answers.memory:
+            return ask(queries)
+        return self._answers.answer(queries, ask)
+
+    def score_places(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Ask the network anew: logits (Q, F), -inf where there is no place."""
+        evidence = compute_features(memory, queries)
+        is_place = evidence.asked.is_place
+        logits = self.network.compute_logits(
+            evidence.place, evidence.question, _gather_edges(memory, queries), is_place
+        )
+        scores = np.where(is_place, logits.round(DECIMALS), -np.inf)
+        return mix_answers(
+            scores[..., None],
+            evidence,
+            self.network.prior_share,
+            self.network.hours_share,
+            self._asks_moved,
+        )[..., 0]
+
+
+def _gather_edges(memory: MemoryBatch, queries: Queries) -> np.ndarray:
+    """Return prior weight and relation, 0 "in", 1 "onTop", of each place, float32 (Q, F, 2).
+
+    The relation in which the object was seen there the most often; else the likelier one.
+    """
+    num_true = np.full(queries.prior.shape, -1)
+    prior = queries.prior.copy()
+    query, edge = memory.edges_of(queries)
+    at = (query, memory.edges["furniture"][edge], memory.edges["relation"][edge])
+    num_true[at] = memory.edges["num_true"][edge]
+    prior[at] = memory.edges["prior"][edge]
+    is_on_top = np.where(
+        num_true.max(axis=2) >= 0,
+        num_true[..., 1] > num_true[..., 0],
+        queries.prior[..., 0] <= queries.prior[..., 1],
+    )
+    of_relation = np.where(is_on_top, prior[..., 1], prior[..., 0])
+    return np.stack([of_relation, is_on_top], axis=2).astype(np.float32)
