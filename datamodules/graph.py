@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from datamodules.batch import MAX_ENTERING, NODE_TEMPORAL_DIM, TEXT_DIM, SGMBatch
@@ -150,14 +148,6 @@ class GraphBuilder:
             self._labels = labels
             self._table = (vectors, self._text.cosines(labels))
         return self._table
-
-    def compute_cosines(self, labels: Sequence[str]) -> np.ndarray:
-        """Return the cosine of the text vectors of every pair of labels, float32 (L, L)."""
-        return self._get_text(tuple(labels))[1]
-
-    def compare_labels(self, label: str, others: Sequence[str]) -> np.ndarray:
-        """Return the cosines of a label's text vector with those of others, float32 (n,)."""
-        return self._text.cosines([label, *others])[0, 1:]
 
     @property
     def reads_asked_alone(self) -> bool:

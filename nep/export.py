@@ -34,6 +34,7 @@ from nep.report.results import list_versions
 from sgm.checks import check_at_least
 from sgm.files import compute_checksum, write_whole
 from sgm.messages import shorten
+from sgm.network.network import ONNX, has_onnx
 from simulator.command_line import (
     add_home_arguments,
     make_parser,
@@ -261,7 +262,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = make_parser(
         "python -m nep.export",
         f"Write a trained network as {WEIGHTS} and {CONFIG}, without pickle, with calibrated "
-        f"probabilities and a {CARD}. `ObjectFinder.load(DIR)` reads it.",
+        f"probabilities and a {CARD}; and as {ONNX}, if it reads evidence alone. "
+        "`ObjectFinder.load(DIR)` reads it.",
     )
     parser.add_argument(
         "checkpoint",
@@ -300,7 +302,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 _write_command(parser, options, arguments),
                 lambda what: progress.update(bar, advance=1, description=what),
             )
-    print(f"{options.folder}: {CONFIG}, {WEIGHTS}, {CARD}")
+    names = [CONFIG, WEIGHTS, *([ONNX] if has_onnx(options.folder) else []), CARD]
+    print(f"{options.folder}: {', '.join(names)}")
 
 
 def _write_command(parser: ArgumentParser, options: Namespace, arguments: Sequence[str]) -> str:

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import torch
 
+from nep.players.contestants import load_player
 from nep.players.own_encoders import import_encoders
-from nep.players.policy import NEPPolicy
 from sgm.checks import check_at_least
 from simulator.igridson import command
 from simulator.igridson.find_object import Searcher
@@ -46,7 +46,7 @@ class NetworkOptions:
         if self.checkpoint is None:
             return {}
         import_encoders(self.encoders)
-        return {"nep": Searcher(NEPPolicy.load(self.checkpoint).play_in)}
+        return {"nep": Searcher(load_player(self.checkpoint).play_in)}
 
 
 def main(args: Sequence[str] | None = None) -> int:

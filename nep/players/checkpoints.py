@@ -24,6 +24,7 @@ from datamodules.batch import (
 from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep.model.module import NEPModule
+from nep.players.onnx_export import is_exportable, make_onnx
 from nep.players.shipped import CONFIG, find_trained
 from nep.players.stored_network import (
     build_network,
@@ -34,6 +35,7 @@ from nep.players.stored_network import (
 from sgm.files import compute_checksum, read_json, write_whole
 from sgm.messages import shorten
 from sgm.network.calibration import Calibration, read_calibration
+from sgm.network.network import ONNX, describe_onnx
 
 FORMAT = "node edge predictor"
 FORMAT_VERSION = 2
@@ -78,7 +80,9 @@ def load_trained(source: str | Path) -> TrainedModel:
 
 
 def checksum_trained(source: str | Path) -> str:
-    """Return the SHA-256 of a checkpoint, or of what an exported folder says but for its notes.
+    """Return the SHA-256 of a checkpoint, or of an exported folder.
+
+    Notes do not count, nor does the ONNX file, which is made of the weights.
 
     Raises:
         ValueError: if there is no such file, or it is damaged.
@@ -86,7 +90,9 @@ def checksum_trained(source: str | Path) -> str:
     path = find_trained(source)
     if not path.is_dir():
         return compute_checksum(path)
-    config = {name: part for name, part in load_config(path).items() if name != "notes"}
+    config = {
+        name: part for name, part in load_config(path).items() if name not in ("notes", "onnx")
+    }
     parts = [compute_checksum(path / WEIGHTS), json.dumps(config, sort_keys=True)]
     return hashlib.sha256("".join(parts).encode()).hexdigest()
 
@@ -151,7 +157,8 @@ def check_resumable(path: Path, module: NEPModule) -> None:
 def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> None:
     """Write weights (safetensors) and config with feature schema (JSON), each whole or not.
 
-    The config names the checksum of its weights, so that other weights are not taken for them.
+    A network that reads evidence alone is written as ONNX, too. The config names the checksums of
+    both, so that other weights are not taken for them.
 
     Args:
         folder: made if needed.
@@ -163,7 +170,7 @@ def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> N
     del hyperparameters["_instantiator"]
     tensors = {name: tensor.contiguous() for name, tensor in model.module.state_dict().items()}
     weights = save_tensors(tensors)
-    config = {
+    config: dict[str, Any] = {
         "format": FORMAT,
         "version": FORMAT_VERSION,
         "weights_sha256": hashlib.sha256(weights).hexdigest(),
@@ -173,6 +180,12 @@ def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> N
         "calibration": asdict(model.calibration) if model.calibration else None,
         "notes": notes,
     }
+    if is_exportable(model.module, model.builder.config):
+        content = make_onnx(model.module, model.builder.config)
+        config["onnx"] = describe_onnx(content)
+        write_whole(folder / ONNX, content)
+    else:  # of another network that was exported here
+        (folder / ONNX).unlink(missing_ok=True)
     write_whole(folder / WEIGHTS, weights)
     write_whole(folder / CONFIG, (json.dumps(config, indent=1) + "\n").encode())
 

@@ -9,17 +9,20 @@ from pathlib import Path
 
 import torch
 
-from nep.players.checkpoints import WEIGHTS, checksum_trained
+from nep.players.checkpoints import WEIGHTS, checksum_trained, load_config
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
-from nep.players.shipped import PRETRAINED, find_trained, split_name
+from nep.players.shipped import CONFIG, PRETRAINED, find_trained, split_name
 from sgm.files import compute_checksum
 from sgm.messages import shorten
+from sgm.network.network import has_onnx
+from sgm.network.policy import NetworkPolicy
 from simulator.policies import POLICIES, Policy, check_policies, make_policy
 from simulator.tasks.registry import TASKS, check_task
 from simulator.world.homes import Homes
 
 MakePolicy = Callable[[Homes], Policy]
+Player = NEPPolicy | NetworkPolicy
 
 _NETWORKS_KEPT = 32  # of a process; a megabyte each
 
@@ -65,14 +68,14 @@ class Checkpoint:
         found = find_trained(source)
         return cls(name, found, task if separator else None, tuple(encoders))
 
-    def load(self) -> NEPPolicy:
+    def load(self) -> Player:
         """Load the network, once in a process as long as the file stays as it is.
 
         Raises:
             ValueError: if it is no fit for this version of the package.
         """
         import_encoders(self.encoders)
-        file = self.path / WEIGHTS if self.path.is_dir() else self.path
+        file = self.path / CONFIG if self.path.is_dir() else self.path
         state = file.stat() if file.exists() else None
         return _load(self.path, state and (state.st_mtime_ns, state.st_size))
 
@@ -165,6 +168,19 @@ def _play_network(point: Checkpoint, threads: int | None, homes: Homes) -> Polic
     return point.load().play_in(homes)
 
 
-@lru_cache(maxsize=_NETWORKS_KEPT)
-def _load(path: Path, version: tuple[int, int] | None) -> NEPPolicy:
+def load_player(source: str | Path) -> Player:
+    """Load a network to play with: by ONNX Runtime where it can be.
+
+    Raises:
+        ValueError: as `load_trained` does.
+    """
+    path = find_trained(source)
+    if path.is_dir() and has_onnx(path):
+        load_config(path)  # says what does not fit this package
+        return NetworkPolicy.load(path)
     return NEPPolicy.load(path)
+
+
+@lru_cache(maxsize=_NETWORKS_KEPT)
+def _load(path: Path, version: tuple[int, int] | None) -> Player:
+    return load_player(path)

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nep.players.contestants import Checkpoint
-from nep.players.policy import NEPPolicy
+from nep.players.contestants import Checkpoint, Player
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -25,7 +24,7 @@ class LeftOutPolicy(Policy):
 
     score_kind = "logits"
 
-    def __init__(self, networks: Sequence[NEPPolicy], network_of_home: np.ndarray) -> None:
+    def __init__(self, networks: Sequence[Player], network_of_home: np.ndarray) -> None:
         """Keep the networks, and the number of that of each home, (H,)."""
         self._networks = networks
         self._network_of_home = network_of_home

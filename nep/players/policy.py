@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from copy import deepcopy
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -131,13 +132,13 @@ class NEPPolicy(Policy):
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return logits, (Q, F), -inf where there is no query edge."""
-
-        def ask(asked: Queries) -> np.ndarray:
-            return self.score_places(memory, asked).max(axis=2)
-
         if self._answers is None or memory is not self._answers.memory:
-            return ask(queries)
-        return self._answers.answer(queries, ask)
+            return self.ask_anew(memory, queries)
+        return self._answers.answer(queries, partial(self.ask_anew, memory))
+
+    def ask_anew(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return what it says whatever it said before in this step, (Q, F)."""
+        return self.score_places(memory, queries).max(axis=2)
 
     @torch.inference_mode()
     def score_places(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
 
 from sgm.files import read_json, write_whole
 from sgm.messages import shorten
@@ -217,6 +216,8 @@ def compute_accuracy(questions: Questions) -> float:
 
 
 def _fit(questions: Questions) -> Adaptation:
+    from scipy.optimize import minimize  # here, as only a fit needs it
+
     num_places = len(questions.furniture)
     is_place = np.isfinite(questions.scores)
     scores = np.where(is_place, questions.scores, 0)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from datamodules.features import require_clock
-from nep.players.calibration import Calibration
-from nep.players.checkpoints import TrainedModel, load_trained
-from nep.players.policy import NEPPolicy
+from nep.players.shipped import find_trained
 from nep.robot.adaptation import Adaptation, AskedAgain, Questions, fit_adaptation
 from sgm.belief import Detector
 from sgm.finder.finder import DEFAULT_SHARE, Finder
@@ -19,7 +18,15 @@ from sgm.memory.look_log import read_log
 from sgm.memory.look_weights import SURE
 from sgm.memory.replay import replay
 from sgm.names.names import Similarity
+from sgm.network.calibration import Calibration
+from sgm.network.network import Network, has_onnx
+from sgm.network.policy import NetworkPolicy
 from sgm.policies.adaptive import Adaptive
+from simulator.text import load_text
+
+if TYPE_CHECKING:
+    from nep.players.checkpoints import TrainedModel
+    from nep.players.policy import NEPPolicy
 
 _MOST_QUESTIONS = 2000  # the latest ones, to adapt to
 
@@ -28,7 +35,8 @@ class ObjectFinder(Finder):
     """Answers where an object is, from a `SceneGraphMemory` alone, on one CPU thread.
 
     A `Finder` whose policy is a trained network. Any words will do: labels of rooms, furniture and
-    objects that no training home had are known by their text vectors.
+    objects that no training home had are known by their text vectors. Networks that read evidence
+    alone, such as "any_home", are run by ONNX Runtime; others need torch.
 
     Example:
         >>> finder = ObjectFinder.load()
@@ -43,7 +51,7 @@ class ObjectFinder(Finder):
 
     def __init__(
         self,
-        model: TrainedModel,
+        model: TrainedModel | Network,
         elsewhere_share: float | None = None,
         detector: Detector | None = None,
         asks_moved: float = 0.0,
@@ -60,19 +68,21 @@ class ObjectFinder(Finder):
             ValueError: if the network reads the belief of a filter, which knows the rules of
                 simulated homes, or the share is out of range.
         """
-        if model.builder.config.belief:
-            raise ValueError(
-                "network must read the memory alone, got one with features.belief: that filter "
-                "knows the rules of simulated homes. Train without, or take the shipped 'heat'."
-            )
-        self._builder = model.builder
-        self.adaptation = Adaptation()
-        self._network = NEPPolicy(model.module.eval(), model.builder, asks_moved=asks_moved)
-        self.calibration = model.calibration or Calibration()
+        calibration = model.calibration or Calibration()
         if elsewhere_share is None:
-            elsewhere_share = self.calibration.elsewhere_share or DEFAULT_SHARE
+            elsewhere_share = calibration.elsewhere_share or DEFAULT_SHARE
+        pipeline = None
+        self._network: NetworkPolicy | NEPPolicy
+        if isinstance(model, Network):
+            self._network = NetworkPolicy(model, asks_moved)
+        else:
+            self._network = _ask_with_torch(model, asks_moved)
+            pipeline = model.builder.config.text_pipeline
+        self._text = load_text(pipeline)
+        self._cosines: tuple[tuple[str, ...], np.ndarray] = ((), np.zeros((0, 0)))
+        self.adaptation = Adaptation()
         super().__init__(self._network, detector, elsewhere_share, asks_moved)
-        self.calibration = self.calibration.with_share(elsewhere_share)
+        self.calibration = calibration.with_share(elsewhere_share)
 
     @classmethod
     def load(
@@ -96,9 +106,16 @@ class ObjectFinder(Finder):
 
         Raises:
             ValueError: if there is no such file, it is damaged, or it was made for another feature
-                schema or other text vectors than those installed.
+                schema or other text vectors than those installed; or if it needs torch, and that
+                is not installed.
         """
-        return cls(load_trained(source), elsewhere_share, detector, asks_moved)
+        path = find_trained(source)
+        model: TrainedModel | Network
+        if path.is_dir() and has_onnx(path):
+            model = Network.load(path)
+        else:
+            model = _load_with_torch(path)
+        return cls(model, elsewhere_share, detector, asks_moved)
 
     def adapt(self, log: str | Path) -> Adaptation:
         """Learn the home that a robot has looked around in, in seconds.
@@ -167,11 +184,13 @@ class ObjectFinder(Finder):
         return self._score_places(asked), belief[:, :-1]
 
     def _score_places(self, asked: Asked) -> np.ndarray:
-        """Return the logit of each place, of its likelier relation, (K, F)."""
-        return self._network.score_places(asked.batch, asked.queries).max(axis=2)
+        """Return the logit of each place, (K, F)."""
+        return self._network.ask_anew(asked.batch, asked.queries)
 
     def _judge(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
-        if self._builder.config.clock:
+        if self._network.reads_clock:
+            from datamodules.features import require_clock  # loads torch
+
             require_clock(asked.batch.clock)
         if self.adaptation.is_used:
             scores = self.adaptation.change(*self._score(asked), asked.furniture_ids)
@@ -183,10 +202,47 @@ class ObjectFinder(Finder):
     def _get_similarity(self) -> Similarity:
         def compare(label: str, others: Sequence[str]) -> Sequence[float]:
             with self._lock:
-                return self._builder.compare_labels(label, others).tolist()
+                return self._text.cosines([label, *others])[0, 1:].tolist()
 
         return compare
 
     def _get_cosines(self, asked: Asked) -> np.ndarray:
+        labels = tuple(asked.batch.labels)
         with self._lock:
-            return self._builder.compute_cosines(asked.batch.labels)
+            if labels != self._cosines[0]:  # a memory in use learns new labels now and then
+                self._cosines = labels, self._text.cosines(labels)
+            return self._cosines[1]
+
+
+def _load_with_torch(path: Path) -> TrainedModel:
+    """Load a network that ONNX Runtime cannot run.
+
+    Raises:
+        ValueError: as `load_trained` does; or if torch or DGL is not installed.
+    """
+    missing = [name for name in ("torch", "dgl", "lightning") if find_spec(name) is None]
+    if missing:
+        raise ValueError(
+            f"network must read evidence alone where {missing[0]} is not installed, got one that "
+            f"needs torch, DGL and Lightning in {path}. Run `pip install scene-graph-memory`, or "
+            "take 'any_home'."
+        )
+    from nep.players.checkpoints import load_trained
+
+    return load_trained(path)
+
+
+def _ask_with_torch(model: TrainedModel, asks_moved: float) -> NEPPolicy:
+    """Make a policy of a network that ONNX Runtime cannot run.
+
+    Raises:
+        ValueError: if the network reads the belief of a filter.
+    """
+    from nep.players.policy import NEPPolicy
+
+    if model.builder.config.belief:
+        raise ValueError(
+            "network must read the memory alone, got one with features.belief: that filter "
+            "knows the rules of simulated homes. Train without, or take the shipped 'heat'."
+        )
+    return NEPPolicy(model.module.eval(), model.builder, asks_moved=asks_moved)

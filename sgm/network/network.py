@@ -120,6 +120,11 @@ class Network:
         return logits[..., 0]
 
 
+def describe_onnx(content: bytes) -> dict[str, Any]:
+    """Return what the config of an exported folder says of its ONNX file, as JSON values."""
+    return {"sha256": hashlib.sha256(content).hexdigest(), "evidence": EVIDENCE_VERSION}
+
+
 def has_onnx(folder: Path) -> bool:
     """Tell whether a folder has a network that ONNX Runtime can run."""
     return (folder / ONNX).is_file()
@@ -135,7 +140,8 @@ def _read_file(path: Path) -> bytes:
         content = file.read(_MOST_BYTES + 1)
     if len(content) > _MOST_BYTES:
         raise ValueError(
-            f"{ONNX} must have at most {_MOST_BYTES} bytes, got more in {path.parent}. Export again."
+            f"{ONNX} must have at most {_MOST_BYTES} bytes, got more in "
+            f"{path.parent}. Export again."
         )
     return content
 

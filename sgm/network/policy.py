@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from sgm.network.network import Network
 from sgm.network.sharing import DECIMALS, mix_answers
 from sgm.network.step_answers import StepAnswers
 from sgm.policies.policy import Policy
+from simulator.world.homes import Homes
 
 
 class NetworkPolicy(Policy):
@@ -59,6 +61,10 @@ class NetworkPolicy(Policy):
         """
         return Network.load(Path(source)).checksum
 
+    def play_in(self, homes: Homes) -> NetworkPolicy:
+        """Return the same network for some homes."""
+        return NetworkPolicy(self.network, self._asks_moved)
+
     def for_questions(self, asks_moved: float) -> NetworkPolicy:
         """Return the same network for such questions."""
         if asks_moved == self._asks_moved:
@@ -77,16 +83,12 @@ class NetworkPolicy(Policy):
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return logits, (Q, F), -inf where there is no place."""
-
-        def ask(asked: Queries) -> np.ndarray:
-            return self.score_places(memory, asked)
-
         if self._answers is None or memory is not self._answers.memory:
-            return ask(queries)
-        return self._answers.answer(queries, ask)
+            return self.ask_anew(memory, queries)
+        return self._answers.answer(queries, partial(self.ask_anew, memory))
 
-    def score_places(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
-        """Ask the network anew: logits (Q, F), -inf where there is no place."""
+    def ask_anew(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return what it says whatever it said before in this step, (Q, F)."""
         evidence = compute_features(memory, queries)
         is_place = evidence.asked.is_place
         logits = self.network.compute_logits(
