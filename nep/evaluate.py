@@ -14,12 +14,12 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from nep.players.contestants import Checkpoint, check_contestants, list_contestants
-from nep.players.shipped import list_shipped
 from nep.report.figures import draw_over_steps
 from nep.report.results import Results, ScoreSummary, list_versions
 from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
 from sgm.checks import check_at_least
 from sgm.files import write_whole
+from sgm.network.shipped import list_shipped
 from simulator.command_line import (
     add_home_arguments,
     add_worker_arguments,

@@ -1,7 +1,8 @@
 """Scene graph memory: what a robot remembers of a home, and where it should look.
 
-`SceneGraphMemory`, `Sighting` and `Clock` remember; `Finder` asks any policy, such as `Bayesian`.
-Needs numpy and numba, no deep learning. The names are loaded when they are first used.
+`SceneGraphMemory`, `Sighting` and `Clock` remember; `ObjectFinder` asks the network that ships,
+`Finder` any policy, such as `Bayesian`. Needs numpy, numba and ONNX Runtime, no deep learning.
+The names are loaded when they are first used.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from sgm.lazy_names import load_lazily
 if TYPE_CHECKING:
     from sgm.belief import Detector
     from sgm.finder.finder import Finder
+    from sgm.finder.object_finder import ObjectFinder
     from sgm.finder.ranking import Place, Ranking
     from sgm.finder.search_plan import Look, SearchPlan
     from sgm.memory.clock import Clock
@@ -30,6 +32,7 @@ _MODULES = {
     "Detector": "sgm.belief",
     "Finder": "sgm.finder.finder",
     "Look": "sgm.finder.search_plan",
+    "ObjectFinder": "sgm.finder.object_finder",
     "Place": "sgm.finder.ranking",
     "Policy": "sgm.policies",
     "PriorGraph": "sgm.prior.prior_graph",
@@ -47,6 +50,7 @@ __all__ = [
     "Detector",
     "Finder",
     "Look",
+    "ObjectFinder",
     "Place",
     "Policy",
     "PriorGraph",

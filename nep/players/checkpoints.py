@@ -25,7 +25,6 @@ from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep.model.module import NEPModule
 from nep.players.onnx_export import is_exportable, make_onnx
-from nep.players.shipped import CONFIG, find_trained
 from nep.players.stored_network import (
     build_network,
     check_archive,
@@ -36,6 +35,7 @@ from sgm.files import compute_checksum, read_json, write_whole
 from sgm.messages import shorten
 from sgm.network.calibration import Calibration, read_calibration
 from sgm.network.network import ONNX, describe_onnx
+from sgm.network.shipped import CONFIG, find_trained
 
 FORMAT = "node edge predictor"
 FORMAT_VERSION = 2

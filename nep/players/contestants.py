@@ -12,11 +12,11 @@ import torch
 from nep.players.checkpoints import WEIGHTS, checksum_trained, load_config
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
-from nep.players.shipped import CONFIG, PRETRAINED, find_trained, split_name
 from sgm.files import compute_checksum
 from sgm.messages import shorten
 from sgm.network.network import has_onnx
 from sgm.network.policy import NetworkPolicy
+from sgm.network.shipped import CONFIG, PRETRAINED, find_trained, split_name
 from simulator.policies import POLICIES, Policy, check_policies, make_policy
 from simulator.tasks.registry import TASKS, check_task
 from simulator.world.homes import Homes

@@ -79,6 +79,11 @@ class NEPPolicy(Policy):
         """Whether the network must know what time it is in the homes it plays in."""
         return self._builder.config.clock
 
+    @property
+    def text_pipeline(self) -> str | None:
+        """Whose text vectors it reads; None for those that ship."""
+        return self._builder.config.text_pipeline
+
     def play_in(self, homes: Homes) -> NEPPolicy:
         """Return the same network for some homes, whose rules it is told if it reads a belief."""
         believer = HomeFilter.make(homes) if self._builder.config.belief else None

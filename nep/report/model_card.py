@@ -15,7 +15,7 @@ REFERENCES = ("priors", "last_seen_prior", "bayesian", "prior_filter", "ceiling"
 
 SCORED_TASKS = ("predict_location", "find_object")
 
-TEMPLATE = Path(__file__).parents[1] / "pretrained" / "card_template.md"
+TEMPLATE = Path(__file__).with_name("card_template.md")
 
 # What is true of networks that were trained in simulated homes, and of those in recorded ones.
 _SIMULATED = {

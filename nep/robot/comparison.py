@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from nep.players.checkpoints import TrainedModel
-from nep.robot.adaptation import Adaptation, compute_accuracy, compute_nll
 from nep.robot.finder import ObjectFinder
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
+from sgm.finder.adaptation import Adaptation, compute_accuracy, compute_nll
 
 
 def compare_in_log(start: TrainedModel, own: TrainedModel, log: str | Path) -> tuple[bool, str]:

@@ -8,8 +8,8 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from nep.players.shipped import find_trained, list_shipped, split_name
 from sgm.finder.finder import Finder
+from sgm.network.shipped import find_trained, list_shipped, split_name
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.policies import POLICIES, find_policy
 from simulator.replay.story import Story

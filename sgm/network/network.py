@@ -14,7 +14,7 @@ from sgm.files import read_json
 from sgm.messages import shorten, shorten_text
 from sgm.network.calibration import Calibration, read_calibration
 from sgm.network.onnx_check import check_onnx
-from simulator.text import load_text
+from sgm.text import load_text
 
 CONFIG = "config.json"
 ONNX = "network.onnx"

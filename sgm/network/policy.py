@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from sgm.network.network import Network
 from sgm.network.sharing import DECIMALS, mix_answers
 from sgm.network.step_answers import StepAnswers
 from sgm.policies.policy import Policy
-from simulator.world.homes import Homes
 
 
 class NetworkPolicy(Policy):
@@ -31,6 +31,7 @@ class NetworkPolicy(Policy):
 
     score_kind = "logits"
     reads_clock = False
+    text_pipeline = None
 
     def __init__(self, network: Network, asks_moved: float = TASKS_ASK_MOVED) -> None:
         """Ask a network; `load` reads one from disk.
@@ -61,7 +62,7 @@ class NetworkPolicy(Policy):
         """
         return Network.load(Path(source)).checksum
 
-    def play_in(self, homes: Homes) -> NetworkPolicy:
+    def play_in(self, homes: Any) -> NetworkPolicy:
         """Return the same network for some homes."""
         return NetworkPolicy(self.network, self._asks_moved)
 

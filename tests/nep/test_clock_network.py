@@ -17,7 +17,7 @@ from nep.model.hits_at_1 import HitsAtOne
 from nep.model.loss import balanced_bce
 from nep.model.module import NEPModule
 from nep.players.checkpoints import load_config, load_trained
-from nep.players.shipped import PRETRAINED
+from sgm.network.shipped import PRETRAINED
 
 HOUR = 3600
 LAYOUT = """{"rooms": ["kitchen", "study"], "furniture": [

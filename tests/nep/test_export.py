@@ -20,8 +20,8 @@ from nep.export import main
 from nep.model.module import NEPModule
 from nep.players.checkpoints import load_config, load_trained
 from nep.players.policy import NEPPolicy
-from nep.players.shipped import PRETRAINED
 from nep.report.model_card import make_card
+from sgm.network.shipped import PRETRAINED
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.policies import make_policy
 from simulator.tasks.predict_location import predict_locations

@@ -12,7 +12,7 @@ from nep.kinds.kinds import deal_placements, list_simulated
 from nep.kinds.play import HOME_COLUMNS, SHARED_COLUMNS, list_players
 from nep.kinds.table import find_best_rule, make_network_table, make_overview, make_table
 from nep.players.contestants import Checkpoint
-from nep.players.shipped import PRETRAINED
+from sgm.network.shipped import PRETRAINED
 from sgm.prior.prior_graph import PriorGraph
 
 

@@ -9,9 +9,9 @@ import pytest
 
 from nep.kinds.kinds import list_benchmark
 from nep.kinds.play import play_kind
-from nep.players.shipped import find_trained
 from nep.recorded import main
 from nep.report.figures import draw_by_hour
+from sgm.network.shipped import find_trained
 from simulator.policies import POLICIES
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.world.streams import Streams

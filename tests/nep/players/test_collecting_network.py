@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from nep.players.shipped import PRETRAINED
+from sgm.network.shipped import PRETRAINED
 from simulator.collect import CollectConfig, collect
 from simulator.snapshots.shards import load_manifest
 from simulator.world.mixture.lived_in_homes import LivedInSource

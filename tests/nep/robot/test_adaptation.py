@@ -7,7 +7,9 @@ import pytest
 import torch
 
 from nep.players.checkpoints import load_trained
-from nep.robot.adaptation import (
+from nep.robot.comparison import compare_in_log
+from nep.robot.finder import ObjectFinder
+from sgm.finder.adaptation import (
     MIN_QUESTIONS,
     Adaptation,
     Questions,
@@ -15,8 +17,6 @@ from nep.robot.adaptation import (
     compute_nll,
     fit_adaptation,
 )
-from nep.robot.comparison import compare_in_log
-from nep.robot.finder import ObjectFinder
 from simulator import SceneGraphMemory, Sighting
 
 PLACES = ("fridge", "cooktop", "sink", "counter", "table")

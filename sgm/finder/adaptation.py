@@ -22,6 +22,8 @@ _SPREAD_SHARPNESS = 0.3
 _SPREAD_WEIGHT = 0.5
 _SPREAD_BIAS = 0.7
 _LEAST = 1e-4  # of a belief, in logarithms
+_MOST_STEPS = 50  # of Newton's method; five are enough as a rule
+_SMALL_GAIN = 1e-9  # of the loss, in nats
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,7 +218,6 @@ def compute_accuracy(questions: Questions) -> float:
 
 
 def _fit(questions: Questions) -> Adaptation:
-    from scipy.optimize import minimize  # here, as only a fit needs it
 
     num_places = len(questions.furniture)
     is_place = np.isfinite(questions.scores)
@@ -226,24 +227,58 @@ def _fit(questions: Questions) -> Adaptation:
     spread = np.append([_SPREAD_SHARPNESS, _SPREAD_WEIGHT], np.full(num_places, _SPREAD_BIAS))
     middle = np.append([1.0, 0.0], np.zeros(num_places))
 
-    def loss(values: np.ndarray) -> tuple[float, np.ndarray]:
+    def weigh(values: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the loss, and the probability of each place, (Q, F)."""
         changed = values[0] * scores + values[1] * belief + values[2:]
         changed = np.where(is_place, changed, -np.inf)
         changed -= changed.max(axis=1, keepdims=True)
         share = np.exp(changed)
         share /= share.sum(axis=1, keepdims=True)
+        right = np.maximum(share[rows, questions.answer], 1e-12)
         off = (values - middle) / spread
-        error = share
-        right = share[rows, questions.answer]
-        total = -(weights * np.log(np.maximum(right, 1e-12))).sum() + 0.5 * (off**2).sum()
-        error[rows, questions.answer] -= 1
-        error *= weights[:, None]
-        slope = np.array([(error * scores).sum(), (error * belief).sum(), *error.sum(axis=0)])
-        return float(total), slope + off / spread
+        return float(-(weights @ np.log(right)) + 0.5 * (off @ off)), share
 
-    found = minimize(loss, middle, jac=True, method="L-BFGS-B").x
-    bias = dict(zip(questions.furniture, found[2:].tolist(), strict=True))
-    return Adaptation(float(found[0]), float(found[1]), bias)
+    # Newton's method: the loss is convex, of a few hundred numbers at most.
+    values = middle
+    loss, share = weigh(values)
+    for _ in range(_MOST_STEPS):
+        slope, curvature = _differentiate(share, np.stack([scores, belief]), questions)
+        slope += (values - middle) / spread**2
+        step = np.linalg.solve(curvature + np.diag(spread**-2), slope)
+        gain = float(slope @ step)  # twice what a parabola would gain
+        if gain < _SMALL_GAIN:
+            break
+        length = 1.0
+        while (found := weigh(values - length * step))[0] > loss - 0.1 * length * gain:
+            length /= 2
+            if length < 1e-6:
+                break
+        values, (loss, share) = values - length * step, found
+    bias = dict(zip(questions.furniture, values[2:].tolist(), strict=True))
+    return Adaptation(float(values[0]), float(values[1]), bias)
+
+
+def _differentiate(
+    share: np.ndarray, values: np.ndarray, questions: Questions
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return slope (2 + F,) and curvature (2 + F, 2 + F) of the negative log likelihood.
+
+    Args:
+        share: probability of each place, (Q, F).
+        values: what sharpness and weight multiply, (2, Q, F).
+        questions: the questions.
+    """
+    weighted = questions.weights[:, None] * share  # (Q, F)
+    error = weighted.copy()
+    error[np.arange(len(questions)), questions.answer] -= questions.weights
+    slope = np.append((error * values).sum(axis=(1, 2)), error.sum(axis=0))
+    centred = values - (share * values).sum(axis=2, keepdims=True)  # (2, Q, F)
+    curvature = np.zeros((len(slope), len(slope)))
+    curvature[:2, :2] = np.einsum("qf,aqf,bqf->ab", weighted, centred, centred)
+    curvature[:2, 2:] = (weighted * centred).sum(axis=1)
+    curvature[2:, :2] = curvature[:2, 2:].T
+    curvature[2:, 2:] = np.diag(weighted.sum(axis=0)) - weighted.T @ share
+    return slope, curvature
 
 
 def _read(data: Any) -> Adaptation:

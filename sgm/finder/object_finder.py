@@ -1,0 +1,234 @@
+"""Where to look for something, asked of a memory and a trained network."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from sgm.belief import Detector
+from sgm.finder.adaptation import Adaptation, AskedAgain, Questions, fit_adaptation
+from sgm.finder.finder import DEFAULT_SHARE, Finder
+from sgm.memory.asking import Asked
+from sgm.memory.look_log import read_log
+from sgm.memory.look_weights import SURE
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+from sgm.memory.replay import replay
+from sgm.names.names import Similarity
+from sgm.network.calibration import Calibration
+from sgm.network.network import Network, has_onnx
+from sgm.network.policy import NetworkPolicy
+from sgm.network.shipped import find_trained
+from sgm.policies.adaptive import Adaptive
+from sgm.text import load_text
+
+_MOST_QUESTIONS = 2000  # the latest ones, to adapt to
+
+
+class Trained(Protocol):
+    """A trained network that was loaded: a `Network`, or in `nep` one that torch runs."""
+
+    @property
+    def calibration(self) -> Calibration | None:
+        """What turns its logits into probabilities; None if it was never calibrated."""
+
+
+class Answering(Protocol):
+    """A policy that asks such a network."""
+
+    @property
+    def text_pipeline(self) -> str | None:
+        """Whose text vectors it reads; None for those that ship."""
+
+    def ask_anew(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return logits of the places, (Q, F), whatever was answered before in this step."""
+
+
+class ObjectFinder(Finder):
+    """Answers where an object is, from a `SceneGraphMemory` alone, on one CPU thread.
+
+    A `Finder` whose policy is a trained network. Any words will do: labels of rooms, furniture and
+    objects that no training home had are known by their text vectors. Networks that read evidence
+    alone, such as "any_home", are run by ONNX Runtime; `nep.ObjectFinder` runs others with torch.
+
+    Example:
+        >>> finder = ObjectFinder.load()
+        >>> for place in finder.rank(memory, "large red mug", k=5):
+        ...     print(place.name, place.probability, place.why)
+
+    Attributes:
+        adaptation: to the home that it was adapted to; none at first.
+        calibration: what turns logits into probabilities before the looks of a time step. A
+            checkpoint that was never calibrated has the softmax of its logits.
+    """
+
+    def __init__(
+        self,
+        model: Trained,
+        elsewhere_share: float | None = None,
+        detector: Detector | None = None,
+        asks_moved: float = 0.0,
+    ) -> None:
+        """Ask a trained network; `load` reads one from disk.
+
+        Args:
+            model: the network.
+            elsewhere_share: as in `load`.
+            detector: as in `load`.
+            asks_moved: as in `Finder`.
+
+        Raises:
+            ValueError: if the network reads the belief of a filter, which knows the rules of
+                simulated homes, or the share is out of range.
+        """
+        calibration = model.calibration or Calibration()
+        if elsewhere_share is None:
+            elsewhere_share = calibration.elsewhere_share or DEFAULT_SHARE
+        policy = self._make_policy(model, asks_moved)
+        self._network: Answering = policy
+        self._text = load_text(policy.text_pipeline)
+        self._cosines: tuple[tuple[str, ...], np.ndarray] = ((), np.zeros((0, 0)))
+        self.adaptation = Adaptation()
+        super().__init__(policy, detector, elsewhere_share, asks_moved)
+        self.calibration = calibration.with_share(elsewhere_share)
+
+    @classmethod
+    def load(
+        cls,
+        source: str | Path = "any_home",
+        elsewhere_share: float | None = None,
+        detector: Detector | None = None,
+        asks_moved: float = 0.0,
+    ) -> ObjectFinder:
+        """Load a trained network; nothing in the files is executed.
+
+        Args:
+            source: "any_home" or "heat", which ship with the package; a folder of
+                `python -m nep.export`; or a checkpoint of `python -m nep.fit`.
+            elsewhere_share: how often what is asked for is at no known place, above 0 and below 1;
+                None for the share that the network was calibrated with, 0.1.
+            detector: how often a look misses what is there, and how fast things leave; None for
+                those of the paper's homes.
+            asks_moved: as in `Finder`; networks without evidence, such as "heat", answer as if it
+                were 0.5.
+
+        Raises:
+            ValueError: if there is no such file, it is damaged, or it was made for another feature
+                schema or other text vectors than those installed; or if it needs torch, and that
+                is not installed.
+        """
+        return cls(cls._read(find_trained(source)), elsewhere_share, detector, asks_moved)
+
+    @classmethod
+    def _read(cls, path: Path) -> Trained:
+        """Read a network.
+
+        Raises:
+            ValueError: if it cannot be read, or not be run here.
+        """
+        if not (path.is_dir() and has_onnx(path)):
+            raise ValueError(
+                "network must read evidence alone to be run without torch, got one without "
+                f"network.onnx in {path}. Take 'any_home', or install scene-graph-memory and ask "
+                "nep.ObjectFinder."
+            )
+        return Network.load(path)
+
+    def _make_policy(self, model: Any, asks_moved: float) -> Any:
+        """Return the policy that asks a network: an `Answering`."""
+        return NetworkPolicy(model, asks_moved)
+
+    def adapt(self, log: str | Path) -> Adaptation:
+        """Learn the home that a robot has looked around in, in seconds.
+
+        The looks are made again in a new memory; whatever one of them showed is asked for just
+        before it, as if nobody knew. The adaptation is kept where it makes looks likelier that it
+        was not fitted to, and left out where it does not; it is returned in both cases.
+
+        Args:
+            log: of a `SceneGraphMemory(log="looks.jsonl")` of this home.
+
+        Returns:
+            The adaptation, whose `save` keeps it beside the memory; `finder.adaptation =
+            Adaptation.load(path)` takes it up again.
+
+        Raises:
+            ValueError: if the file is no log, or shows too little.
+        """
+        self.adaptation = fit_adaptation(self.ask_again(log))
+        return self.adaptation
+
+    def ask_again(self, log: str | Path) -> Questions:
+        """Make the looks of a log again, and ask for what each of them showed just before it.
+
+        Args:
+            log: as in `adapt`.
+
+        Returns:
+            What the network says, without its adaptation; the latest `_MOST_QUESTIONS`.
+
+        Raises:
+            ValueError: if the file is no log.
+        """
+        return Questions.join(list(self._ask_again(log)), self._asks_moved)
+
+    def _ask_again(self, log: str | Path) -> Iterator[AskedAgain]:
+        lines = read_log(log)
+        left = sum(len(line.values["seen"]) for line in lines if line.kind == "look")
+        for memory, line, furniture in replay(lines):
+            if line.kind != "look":
+                continue
+            names = list(
+                dict.fromkeys(name for name, _, sure in line.values["seen"] if sure >= SURE)
+            )
+            left -= len(line.values["seen"])
+            if not names or left > _MOST_QUESTIONS:
+                continue
+            asked = memory.ask(names)
+            with self._lock:
+                scores, belief = self._score(asked)
+            number_of = {own: number for number, own in furniture.items()}
+            numbers = [number_of[own] for own in asked.furniture_ids]
+            here = furniture[line.values["furniture"]]
+            for name, *row in zip(names, scores.tolist(), belief.tolist(), strict=True):
+                places = memory.places_of(name)
+                was_here = any(place.furniture == here and place.is_there for place in places)
+                yield AskedAgain(
+                    dict(zip(numbers, zip(*row, strict=True), strict=True)),
+                    line.values["furniture"],
+                    bool(places) and not was_here,
+                )
+
+    def _score(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
+        """Return logits, and what the adaptive filter believes, (K, F) both."""
+        belief = Adaptive().for_questions(self._asks_moved).follow(asked.batch, asked.queries)
+        return self._score_places(asked), belief[:, :-1]
+
+    def _score_places(self, asked: Asked) -> np.ndarray:
+        """Return the logit of each place, (K, F)."""
+        return self._network.ask_anew(asked.batch, asked.queries)
+
+    def _judge(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
+        if self.adaptation.is_used:
+            scores = self.adaptation.change(*self._score(asked), asked.furniture_ids)
+        else:
+            scores = self._score_places(asked)
+        probability = self.calibration.compute_probabilities(scores)
+        return probability[:, :-1], probability[:, -1]
+
+    def _get_similarity(self) -> Similarity:
+        def compare(label: str, others: Sequence[str]) -> Sequence[float]:
+            with self._lock:
+                return self._text.cosines([label, *others])[0, 1:].tolist()
+
+        return compare
+
+    def _get_cosines(self, asked: Asked) -> np.ndarray:
+        labels = tuple(asked.batch.labels)
+        with self._lock:
+            if labels != self._cosines[0]:  # a memory in use learns new labels now and then
+                self._cosines = labels, self._text.cosines(labels)
+            return self._cosines[1]
