@@ -1,7 +1,8 @@
 """Train the small text pipeline: `python -m simulator.text.train --out DIR`.
 
 The tok2vec of en_core_web_sm (hashed norm, prefix, suffix and shape; width 96; four window encoder
-layers) learns vectors whose cosines are those of the facets in taxonomy.json.
+layers) learns vectors whose cosines are those of the facets in taxonomy.json. Beside the pipeline
+of spaCy its weights and rules are written as one file, which is read without spaCy.
 """
 
 from __future__ import annotations
@@ -29,9 +30,14 @@ from thinc.api import (
 )
 
 from sgm.checks import check_at_least
+from sgm.files import write_whole
+from sgm.prior.prior_graph import PriorGraph
+from sgm.text.spacy_encoder import load_language
+from sgm.text.tok2vec import ENCODER_FILE
 from sgm.text.vectors import TextVectors
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.process import run_main
+from simulator.text.train.convert import convert
 
 FloatArray = NDArray[np.float32]
 
@@ -85,6 +91,15 @@ def load_evaluation() -> dict[str, list[list[str]]]:
     """Load the triples (a, near, far) by kind."""
     sections = json.loads((FOLDER / "evaluation.json").read_text(encoding="utf-8"))
     return {kind: triples for kind, triples in sections.items() if kind != "about"}
+
+
+def list_words() -> list[str]:
+    """List the words whose vectors are stored: of the taxonomy and of the shipped priors."""
+    words = [word for group in load_taxonomy()["groups"] for word in group["words"]]
+    for prior in (PriorGraph.default(), PriorGraph.household()):
+        words += ["house", "floor", *prior.rooms]
+        words += [kind.label for kind in (*prior.furniture, *prior.objects)]
+    return list(dict.fromkeys(words))
 
 
 def compute_plural(phrase: str) -> str:
@@ -239,6 +254,11 @@ def train(
     return nlp
 
 
+def write_encoder(folder: Path) -> None:
+    """Write, for the pipeline in a folder, the file that `TextVectors` reads without spaCy."""
+    write_whole(folder / ENCODER_FILE, convert(load_language(folder), list_words()))
+
+
 def compute_accuracy(text: TextVectors) -> dict[str, float]:
     """Give the share of triples (a, near, far) of each kind whose near word is the nearer one."""
     accuracy = {}
@@ -252,6 +272,11 @@ def main(arguments: list[str] | None = None) -> None:
     """Train, save, and print how many of the evaluation's triples hold."""
     parser = make_parser("python -m simulator.text.train", "Train the small text pipeline.")
     parser.add_argument("--out", type=Path, required=True, help="folder for the pipeline")
+    parser.add_argument(
+        "--convert_only",
+        action="store_true",
+        help=f"write {ENCODER_FILE} anew for the pipeline in the folder, without training",
+    )
     parser.add_argument("--epochs", type=int, default=40)
     parser.add_argument("--batch_size", type=int, default=128)
     parser.add_argument("--learning_rate", type=float, default=5e-3)
@@ -259,6 +284,9 @@ def main(arguments: list[str] | None = None) -> None:
     with one_line_errors(status=2):
         options = parse(parser, arguments)
         check_at_least(1, epochs=options.epochs, batch_size=options.batch_size)
+        if options.convert_only:
+            write_encoder(options.out)
+            return
         options.out.mkdir(parents=True, exist_ok=True)  # before the minutes of training
     logging.basicConfig(format="%(message)s")
     logger.setLevel(logging.INFO)
@@ -272,7 +300,9 @@ def main(arguments: list[str] | None = None) -> None:
         learning_rate=options.learning_rate,
         seed=options.seed,
     )
+    (options.out / ENCODER_FILE).unlink(missing_ok=True)  # never one of other weights
     nlp.to_disk(options.out, exclude=["vocab"])
+    write_encoder(options.out)
     print(
         json.dumps(
             {

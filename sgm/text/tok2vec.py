@@ -1,0 +1,167 @@
+"""The text encoder that ships: a Tok2Vec of spaCy, computed with numpy alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from safetensors import SafetensorError, safe_open
+
+from sgm.files import parse_json
+from sgm.messages import shorten
+from sgm.text.encoder import WIDTH, FloatArray, scale_mean
+from sgm.text.hashing import hash_rows, hash_string
+from sgm.text.tokenizer import Token, Tokenizer
+
+ENCODER_FILE = "encoder.safetensors"
+ATTRIBUTES = ("norm", "prefix", "suffix", "shape")  # of a token, in the order of the tables
+DEPTH = 4  # window layers
+PIECES = 3  # of a maxout
+
+
+class Tok2Vec:
+    """Hash embeddings of a token's attributes, then residual layers over windows of three tokens.
+
+    Everything is computed in float64, one text at a time. So a vector depends on no other text, and
+    what is left of a processor's rounding is seldom seen once a vector is rounded to float32.
+
+    Args:
+        name: language, name and version of the pipeline that was converted.
+        arrays: `table.A` (rows, 96) of each attribute A; `layer.N.weights` (I, 288), `layer.N.bias`
+            (288,), `layer.N.scale` and `layer.N.shift` (96,) of layers 0 to 4, where I is 384 in
+            the first and 288 in the others; `vectors` (W, 96) of known words.
+        words: in lower case; their vectors are not computed, but those of `arrays`, (W,).
+        seeds: of the hash of each attribute.
+        symbols: strings whose id is not their hash.
+        tokenizer: of the texts.
+
+    Raises:
+        KeyError: if an array is missing.
+        ValueError: if one has another shape or is not of float32.
+
+    Source: spaCy's documentation of MultiHashEmbed and MaxoutWindowEncoder.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        arrays: Mapping[str, NDArray[Any]],
+        *,
+        words: Sequence[str],
+        seeds: Mapping[str, int],
+        symbols: Mapping[str, int],
+        tokenizer: Tokenizer,
+    ) -> None:
+        _check_arrays(arrays, len(words))
+        self.name = name
+        self._vector_of = dict(zip(words, arrays["vectors"], strict=True))
+        self._tables = [arrays[f"table.{attribute}"] for attribute in ATTRIBUTES]
+        self._seeds = np.array([seeds[attribute] for attribute in ATTRIBUTES], dtype=np.uint64)
+        self._num_rows = np.array([len(table) for table in self._tables], dtype=np.uint64)
+        self._layers = [
+            [
+                arrays[f"layer.{n}.{part}"].astype(float)
+                for part in ("weights", "bias", "scale", "shift")
+            ]
+            for n in range(1 + DEPTH)
+        ]
+        self._symbols = dict(symbols)
+        self._tokenizer = tokenizer
+
+    def encode(self, texts: Sequence[str]) -> Iterator[FloatArray]:
+        """Give the vector of each text, float32 (96,)."""
+        for text in texts:
+            known = self._vector_of.get(text)
+            yield scale_mean(self.compute_tokens(text)) if known is None else known
+
+    def compute_tokens(self, text: str) -> NDArray[np.float64]:
+        """Compute the vectors of the tokens of a text in lower case, known or not, (T, 96)."""
+        ids = [self._compute_ids(token) for token in self._tokenizer.split(text)]
+        rows = hash_rows(np.array(ids, dtype=np.uint64), self._seeds, self._num_rows)  # (T, A, 4)
+        embedded = [
+            table[rows[:, column]].sum(axis=1, dtype=float)  # (T, 96)
+            for column, table in enumerate(self._tables)
+        ]
+        states = np.zeros((len(ids) + 2 * DEPTH, WIDTH))  # each layer uses up a row at each end
+        states[DEPTH:-DEPTH] = _apply(self._layers[0], np.concatenate(embedded, axis=1))
+        for layer in self._layers[1:]:
+            windows = np.concatenate([states[:-2], states[1:-1], states[2:]], axis=1)
+            states = states[1:-1] + _apply(layer, windows)
+        return states
+
+    def _compute_ids(self, token: Token) -> list[int]:
+        text = token.text
+        names = (token.norm, text[0], text[-3:], compute_shape(text))
+        return [self._symbols.get(name) or hash_string(name) for name in names]
+
+
+def _apply(layer: list[NDArray[np.float64]], inputs: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Maxout, then layer normalisation, (T, I) -> (T, 96)."""
+    weights, bias, scale, shift = layer
+    pieces = (inputs @ weights + bias).reshape(len(inputs), PIECES, WIDTH)
+    most = pieces.max(axis=1)  # (T, 96)
+    centred = most - most.mean(axis=1, keepdims=True)
+    variance = np.mean(centred**2, axis=1, keepdims=True)
+    return centred / np.sqrt(variance + 1e-8) * scale + shift
+
+
+def compute_shape(text: str) -> str:
+    """Give the shape of a token: "xxd" of "ab1"; a run of equal signs is cut at four."""
+    if len(text) >= 100:
+        return "LONG"
+    shape = ""
+    for char in text:
+        if char.isalpha():
+            char = "X" if char.isupper() else "x"
+        elif char.isdigit():
+            char = "d"
+        if shape[-4:] != 4 * char:
+            shape += char
+    return shape
+
+
+def _check_arrays(arrays: Mapping[str, NDArray[Any]], num_words: int) -> None:
+    shapes: dict[str, tuple[int, ...]] = {"vectors": (num_words, WIDTH)}
+    for attribute in ATTRIBUTES:
+        name = f"table.{attribute}"
+        shapes[name] = (max(1, len(arrays[name])), WIDTH)
+    for n in range(1 + DEPTH):
+        num_inputs = (3 if n else len(ATTRIBUTES)) * WIDTH
+        shapes |= {
+            f"layer.{n}.weights": (num_inputs, PIECES * WIDTH),
+            f"layer.{n}.bias": (PIECES * WIDTH,),
+            f"layer.{n}.scale": (WIDTH,),
+            f"layer.{n}.shift": (WIDTH,),
+        }
+    for name, shape in shapes.items():
+        array = arrays[name]
+        if array.shape != shape or array.dtype != np.float32:
+            raise ValueError(f"{array.dtype} {array.shape} where {name} is float32 {shape}")
+
+
+def load_tok2vec(path: Path) -> Tok2Vec:
+    """Load a file that `simulator.text.train` wrote.
+
+    Raises:
+        ValueError: if it is cut short, or holds something else.
+    """
+    try:
+        with safe_open(path, framework="np") as file:
+            metadata = file.metadata() or {}
+            arrays = {name: file.get_tensor(name) for name in file.keys()}
+        return Tok2Vec(
+            metadata["name"],
+            arrays,
+            words=parse_json(metadata["words"]),
+            seeds=parse_json(metadata["seeds"]),
+            symbols=parse_json(metadata["symbols"]),
+            tokenizer=Tokenizer(**parse_json(metadata["tokenizer"])),
+        )
+    except (SafetensorError, LookupError, TypeError, ValueError) as error:
+        raise ValueError(
+            f"text encoder must be a whole file of simulator.text.train, got {shorten(str(error))} "
+            f"for {path}. Write it anew: python -m simulator.text.train --convert_only --out FOLDER"
+        ) from error
