@@ -141,13 +141,10 @@ class Tokenizer:
         end_and_new: dict[int, tuple[int, list[Token]]] = {}  # by start
         is_taken = [False] * len(tokens)
         for start, end in sorted(spans, key=lambda span: (span[0] - span[1], span[0])):
-            word = "".join(token.text + " " * token.has_space for token in tokens[start:end])
-            if (
-                not is_taken[start]
-                and not is_taken[end - 1]
-                and word.strip() in self._special_cases
-            ):
-                end_and_new[start] = end, self._special_cases[word.strip()]
+            parts = (token.text + " " * token.has_space for token in tokens[start:end])
+            new = self._special_cases.get("".join(parts).strip())
+            if new and not is_taken[start] and not is_taken[end - 1]:
+                end_and_new[start] = end, new
             is_taken[start:end] = [True] * (end - start)  # also where a space keeps it apart
         joined: list[Token] = []
         at = 0

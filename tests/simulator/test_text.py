@@ -131,7 +131,7 @@ def test_bad_labels_are_refused(text: TextVectors) -> None:
         text.vectors("mug")
     with pytest.raises(ValueError, match="must contain a word, got ' _'"):
         text.vectors(["mug", " _"])
-    with pytest.raises(ValueError, match="UTF-8 can hold, got 'm.ud800g'"):
+    with pytest.raises(ValueError, match=r"UTF-8 can hold, got 'm.ud800g'"):
         text.vectors(["m\ud800g"])
 
 
