@@ -17,6 +17,7 @@ from sgm.text.hashing import hash_rows, hash_string
 from sgm.text.tokenizer import Token, Tokenizer
 
 ENCODER_FILE = "encoder.safetensors"
+METADATA = "encoder"  # key of the JSON in that file
 ATTRIBUTES = ("norm", "prefix", "suffix", "shape")  # of a token, in the order of the tables
 DEPTH = 4  # window layers
 PIECES = 3  # of a maxout
@@ -150,15 +151,15 @@ def load_tok2vec(path: Path) -> Tok2Vec:
     """
     try:
         with safe_open(path, framework="np") as file:
-            metadata = file.metadata() or {}
+            about = parse_json(file.metadata()[METADATA])
             arrays = {name: file.get_tensor(name) for name in file.keys()}
         return Tok2Vec(
-            metadata["name"],
+            about["name"],
             arrays,
-            words=parse_json(metadata["words"]),
-            seeds=parse_json(metadata["seeds"]),
-            symbols=parse_json(metadata["symbols"]),
-            tokenizer=Tokenizer(**parse_json(metadata["tokenizer"])),
+            words=about["words"],
+            seeds=about["seeds"],
+            symbols=about["symbols"],
+            tokenizer=Tokenizer(**about["tokenizer"]),
         )
     except (SafetensorError, LookupError, TypeError, ValueError) as error:
         raise ValueError(

@@ -5,6 +5,7 @@ import random
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from thinc.api import NumpyOps
 
 from sgm.text.encoder import scale_mean
 from sgm.text.hashing import hash_rows, hash_string
-from sgm.text.tok2vec import ENCODER_FILE, Tok2Vec, compute_shape, load_tok2vec
+from sgm.text.tok2vec import ENCODER_FILE, METADATA, Tok2Vec, compute_shape, load_tok2vec
 from sgm.text.vectors import SHIPPED_PIPELINE
 from simulator.text import TextVectors
 from simulator.text.train import __main__ as train
@@ -141,16 +142,19 @@ def test_known_words_have_the_vectors_of_spacy(encoder: Tok2Vec, nlp: Language) 
     assert np.any(stored != computed)  # so they were not computed
 
 
+def read_about(path: Path) -> dict[str, Any]:
+    with safe_open(path, framework="np") as file:
+        return json.loads(file.metadata()[METADATA])
+
+
 def test_shipped_file_is_what_the_command_makes(nlp: Language, tmp_path: Path) -> None:
     again = tmp_path / ENCODER_FILE
     again.write_bytes(convert(nlp, train.list_words()))
-    metadata = []
-    for path in (SHIPPED_PIPELINE / ENCODER_FILE, again):
-        with safe_open(path, framework="np") as file:
-            metadata.append(file.metadata())
-    symbols = [json.loads(found.pop("symbols")) for found in metadata]
-    assert metadata[0] == metadata[1]
+    assert again.read_bytes() == convert(nlp, train.list_words())
+    about = [read_about(path) for path in (SHIPPED_PIPELINE / ENCODER_FILE, again)]
+    symbols = [found.pop("symbols") for found in about]
     assert symbols[0].items() <= symbols[1].items()  # a later spaCy may know more of them
+    assert about[0] == about[1]
     shipped, made = load_file(SHIPPED_PIPELINE / ENCODER_FILE), load_file(again)
     assert shipped.keys() == made.keys()
     vectors = shipped.pop("vectors"), made.pop("vectors")
@@ -171,8 +175,7 @@ def test_shipped_file_is_what_the_command_makes(nlp: Language, tmp_path: Path) -
 )
 def test_file_of_other_arrays_is_refused(tmp_path: Path, change: dict, message: str) -> None:
     source = SHIPPED_PIPELINE / ENCODER_FILE
-    with safe_open(source, framework="np") as file:
-        metadata = file.metadata()
+    metadata = {METADATA: json.dumps(read_about(source))}
     arrays = {k: v for k, v in (load_file(source) | change).items() if v is not None}
     save_file(arrays, tmp_path / ENCODER_FILE, metadata)
     with pytest.raises(ValueError, match=f"whole file.*{message}.*--convert_only"):
@@ -181,10 +184,13 @@ def test_file_of_other_arrays_is_refused(tmp_path: Path, change: dict, message: 
 
 def test_damaged_file_is_refused(tmp_path: Path) -> None:
     content = (SHIPPED_PIPELINE / ENCODER_FILE).read_bytes()
-    for damaged in (content[:1000], content[:-1], b"", content.replace(b'"words"', b'"Words"')):
+    for damaged in (content[:1000], content[:-1], b"", content.replace(b"words", b"Words", 1)):
         (tmp_path / ENCODER_FILE).write_bytes(damaged)
         with pytest.raises(ValueError, match=r"text encoder must be a whole file.*--convert_only"):
             TextVectors(tmp_path)
+    save_file({}, tmp_path / ENCODER_FILE)
+    with pytest.raises(ValueError, match=r"text encoder must be a whole file.*--convert_only"):
+        TextVectors(tmp_path)
 
 
 def test_only_other_pipelines_need_spacy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from safetensors.numpy import save
-from spacy.lang.norm_exceptions import BASE_NORMS
-from spacy.language import Language
-from spacy.symbols import IDS, NORM, ORTH
 
 from sgm.text.spacy_encoder import SpacyEncoder
-from sgm.text.tok2vec import ATTRIBUTES
+from sgm.text.tok2vec import ATTRIBUTES, METADATA
+
+if TYPE_CHECKING:
+    from spacy.language import Language
 
 
 def convert(nlp: Language, words: Sequence[str]) -> bytes:
     """Give the content of the file: weights, rules of the tokenizer, and vectors of words.
 
     The vectors are those that spaCy computes here. So those of words are equal to the bit wherever
-    the file is read, while spaCy's depend on the processor.
+    the file is read.
 
     Args:
         nlp: a pipeline that `simulator.text.train` made.
@@ -29,19 +29,20 @@ def convert(nlp: Language, words: Sequence[str]) -> bytes:
     Raises:
         ValueError: if the tokenizer has rules that the file has no place for.
     """
+    from spacy.symbols import IDS  # here, as spaCy imports torch where torch is installed
+
     encoder = SpacyEncoder(nlp)
     vectors = np.stack(list(encoder.encode(words)))  # (W, 96)
     arrays, seeds = _collect_weights(nlp)
-    return save(
-        {**arrays, "vectors": vectors},
-        metadata={
-            "name": encoder.name,
-            "words": json.dumps(list(words)),
-            "seeds": json.dumps(seeds),
-            "symbols": json.dumps(IDS),
-            "tokenizer": json.dumps(_collect_rules(nlp.tokenizer)),
-        },
-    )
+    about = {
+        "name": encoder.name,
+        "words": list(words),
+        "seeds": seeds,
+        "symbols": IDS,
+        "tokenizer": _collect_rules(nlp.tokenizer),
+    }
+    # One entry, as several would stand in any order: equal pipelines give equal bytes.
+    return save({**arrays, "vectors": vectors}, metadata={METADATA: json.dumps(about)})
 
 
 def _collect_weights(nlp: Language) -> tuple[dict[str, np.ndarray], dict[str, int]]:
@@ -66,6 +67,9 @@ def _collect_weights(nlp: Language) -> tuple[dict[str, np.ndarray], dict[str, in
 
 def _collect_rules(tokenizer: Any) -> dict[str, Any]:
     """Collect what texts in lower case can meet."""
+    from spacy.lang.norm_exceptions import BASE_NORMS
+    from spacy.symbols import NORM, ORTH
+
     if tokenizer.token_match is not None:
         raise ValueError(
             "tokenizer must have no token_match, got one. Convert pipelines of "
