@@ -2,6 +2,7 @@
 
 import json
 import random
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -22,11 +23,9 @@ from sgm.text.tok2vec import ENCODER_FILE, METADATA, Tok2Vec, compute_shape, loa
 from sgm.text.vectors import SHIPPED_PIPELINE
 from simulator.text import TextVectors
 from simulator.text.train import __main__ as train
-from simulator.text.train.convert import convert
+from simulator.text.train.convert import TOLERANCE, convert
 
 ROOT = Path(__file__).parents[2]
-# Entries go up to 2; spaCy adds up in float32, some of whose roundings make 2e-6.
-TOLERANCE = 1e-5
 
 
 @pytest.fixture(scope="module")
@@ -161,6 +160,19 @@ def test_shipped_file_is_what_the_command_makes(nlp: Language, tmp_path: Path) -
     np.testing.assert_allclose(*vectors, rtol=0, atol=TOLERANCE)  # of two processors, perhaps
     for name, array in shipped.items():
         np.testing.assert_array_equal(array, made[name], err_msg=name)
+
+
+def test_pipeline_that_computes_otherwise_is_not_converted() -> None:
+    other = spacy.load(SHIPPED_PIPELINE)
+    other.tokenizer.infix_finditer = re.compile("u").finditer
+    assert convert(other, ["mug"])  # its rules are in the file
+    model = other.get_pipe("tok2vec").model
+    model.get_ref("encode").attrs["pad"] = 0  # texts of a batch see each other
+    with pytest.raises(ValueError, match=r"spaCy's to 1e-05, got .* for 'mug'.*train alone"):
+        convert(other, ["mug", "cup"])
+    other.tokenizer.token_match = re.compile("mug").match
+    with pytest.raises(ValueError, match="no token_match"):
+        convert(other, ["mug"])
 
 
 @pytest.mark.parametrize(

@@ -98,7 +98,8 @@ def list_words() -> list[str]:
     words = [word for group in load_taxonomy()["groups"] for word in group["words"]]
     for prior in (PriorGraph.default(), PriorGraph.household()):
         words += ["house", "floor", *prior.rooms]
-        words += [kind.label for kind in (*prior.furniture, *prior.objects)]
+        words += [furniture.label for furniture in prior.furniture]
+        words += [thing.label for thing in prior.objects]
     return list(dict.fromkeys(words))
 
 

@@ -9,11 +9,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from safetensors.numpy import save
 
+from sgm.messages import shorten
+from sgm.text.encoder import scale_mean
 from sgm.text.spacy_encoder import SpacyEncoder
-from sgm.text.tok2vec import ATTRIBUTES, METADATA
+from sgm.text.tok2vec import ATTRIBUTES, METADATA, Tok2Vec
+from sgm.text.tokenizer import Tokenizer
 
 if TYPE_CHECKING:
     from spacy.language import Language
+
+# Largest difference of an entry of a vector. Entries go up to 2, and float32 makes some 2e-6.
+TOLERANCE = 1e-5
 
 
 def convert(nlp: Language, words: Sequence[str]) -> bytes:
@@ -27,22 +33,34 @@ def convert(nlp: Language, words: Sequence[str]) -> bytes:
         words: in lower case.
 
     Raises:
-        ValueError: if the tokenizer has rules that the file has no place for.
+        ValueError: if the pipeline has other layers or rules, so that vectors would differ.
     """
-    from spacy.symbols import IDS  # here, as spaCy imports torch where torch is installed
+    # Here, as spaCy imports torch where torch is installed.
+    from spacy.symbols import IDS  # type: ignore[import-not-found]
 
-    encoder = SpacyEncoder(nlp)
-    vectors = np.stack(list(encoder.encode(words)))  # (W, 96)
+    theirs = SpacyEncoder(nlp)
+    vectors = np.stack(list(theirs.encode(words)))  # (W, 96)
     arrays, seeds = _collect_weights(nlp)
+    arrays["vectors"] = vectors
+    rules = _collect_rules(nlp.tokenizer)
+    tokenizer = Tokenizer(**rules)
+    ours = Tok2Vec(theirs.name, arrays, words=words, seeds=seeds, symbols=IDS, tokenizer=tokenizer)
+    for word, vector in zip(words, vectors, strict=True):
+        difference = np.max(np.abs(scale_mean(ours.compute_tokens(word)) - vector))
+        if difference > TOLERANCE:
+            raise ValueError(
+                f"vector must be spaCy's to {TOLERANCE}, got a difference of {difference:.1g} for "
+                f"{shorten(word)}. Convert pipelines of simulator.text.train alone"
+            )
     about = {
-        "name": encoder.name,
+        "name": theirs.name,
         "words": list(words),
         "seeds": seeds,
         "symbols": IDS,
-        "tokenizer": _collect_rules(nlp.tokenizer),
+        "tokenizer": rules,
     }
     # One entry, as several would stand in any order: equal pipelines give equal bytes.
-    return save({**arrays, "vectors": vectors}, metadata={METADATA: json.dumps(about)})
+    return save(arrays, metadata={METADATA: json.dumps(about)})
 
 
 def _collect_weights(nlp: Language) -> tuple[dict[str, np.ndarray], dict[str, int]]:
@@ -73,7 +91,7 @@ def _collect_rules(tokenizer: Any) -> dict[str, Any]:
     if tokenizer.token_match is not None:
         raise ValueError(
             "tokenizer must have no token_match, got one. Convert pipelines of "
-            "simulator.text.train only"
+            "simulator.text.train alone"
         )
     return {
         "prefix": tokenizer.prefix_search.__self__.pattern,
