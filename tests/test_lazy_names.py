@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-PACKAGES = ("simulator", "nep")
+PACKAGES = ("sgm", "simulator", "nep")
 
 
 @pytest.mark.parametrize("name", PACKAGES)
