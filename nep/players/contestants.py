@@ -14,7 +14,7 @@ from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from sgm.files import compute_checksum
 from sgm.messages import shorten
-from sgm.network.network import has_onnx
+from sgm.network.network import ONNX, has_onnx
 from sgm.network.policy import NetworkPolicy
 from sgm.network.shipped import CONFIG, PRETRAINED, find_trained, split_name
 from simulator.policies import POLICIES, Policy, check_policies, make_policy
@@ -75,9 +75,9 @@ class Checkpoint:
             ValueError: if it is no fit for this version of the package.
         """
         import_encoders(self.encoders)
-        file = self.path / CONFIG if self.path.is_dir() else self.path
-        state = file.stat() if file.exists() else None
-        return _load(self.path, state and (state.st_mtime_ns, state.st_size))
+        names = (CONFIG, WEIGHTS, ONNX) if self.path.is_dir() else ("",)
+        states = [file.stat() for name in names if (file := self.path / name).exists()]
+        return _load(self.path, tuple((state.st_mtime_ns, state.st_size) for state in states))
 
     def compute_checksum(self) -> str:
         """Return the SHA-256 of its file, or of what an exported folder says but for its notes."""
@@ -182,5 +182,5 @@ def load_player(source: str | Path) -> Player:
 
 
 @lru_cache(maxsize=_NETWORKS_KEPT)
-def _load(path: Path, version: tuple[int, int] | None) -> Player:
+def _load(path: Path, version: tuple[tuple[int, int], ...]) -> Player:
     return load_player(path)
