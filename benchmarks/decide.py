@@ -17,9 +17,8 @@ import numpy as np
 from _measure import Benchmark, Measure, run
 from _network import make_policy
 
-from nep.players.policy import NEPPolicy
 from sgm.prior.prior_graph import PriorGraph
-from simulator.policies import Bayesian
+from simulator.policies import Bayesian, Policy
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.queries import sample_query
 from simulator.tasks.rollout import Rollout
@@ -28,7 +27,7 @@ from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
 
 
-def prepare(tiny: bool, make: Callable[[], NEPPolicy] = make_policy) -> tuple[Measure, str]:
+def prepare(tiny: bool, make: Callable[[], Policy] = make_policy) -> tuple[Measure, str]:
     """Remember 100 looks; `make` makes the network."""
     num_looks, num_decisions = (5, 3) if tiny else (100, 300)
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", [0]))

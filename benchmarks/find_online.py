@@ -7,18 +7,21 @@ operations at 75 a nanosecond, 0.22 s.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from _measure import Benchmark, Measure, rate, run
 from _network import make_policy
 
+from simulator.policies import Policy
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 
 
-def prepare(tiny: bool) -> tuple[Measure, str]:
+def prepare(tiny: bool, make: Callable[[], Policy] = make_policy) -> tuple[Measure, str]:
     """Make the policy."""
     num_homes, num_episodes = (2, 2) if tiny else (100, 5)
-    policy = make_policy()
+    policy = make()
 
     def work() -> int:
         streams = Streams(0, "val", range(num_homes))

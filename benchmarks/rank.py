@@ -15,10 +15,10 @@ from _robot import Robot
 from nep.robot.finder import ObjectFinder
 
 
-def prepare(tiny: bool) -> tuple[Measure, str]:
-    """Remember 200 objects."""
+def prepare(tiny: bool, source: str = "heat") -> tuple[Measure, str]:
+    """Remember 200 objects; `source` names the network."""
     num_objects, num_decisions = (20, 3) if tiny else (200, 300)
-    robot, finder = Robot(), ObjectFinder.load("heat")
+    robot, finder = Robot(), ObjectFinder.load(source)
     robot.remember(num_objects)
 
     def measure() -> tuple[float, dict[str, float]]:
