@@ -15,9 +15,9 @@ from nep.players.checkpoints import TrainedModel, save_exported
 from nep.players.contestants import load_player
 from nep.players.onnx_export import is_exportable
 from nep.players.policy import NEPPolicy
-from nep.players.shipped import PRETRAINED
 from sgm.network.network import INPUTS, ONNX, Network
 from sgm.network.policy import NetworkPolicy
+from sgm.network.shipped import PRETRAINED
 from sgm.policies.probabilities import compute_probabilities
 from simulator.policies import Policy
 from simulator.tasks.evaluation import play_task
