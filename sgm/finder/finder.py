@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 from datetime import datetime
 from threading import Lock
 from typing import Any
@@ -11,7 +10,7 @@ from weakref import ref
 
 import numpy as np
 
-from sgm.belief import Detector, join_beliefs, update_belief
+from sgm.belief import Belief, Detector
 from sgm.checks import check_shares, is_number
 from sgm.evidence.leaving import Leaving
 from sgm.finder.ranking import Place, Ranking
@@ -29,21 +28,6 @@ from sgm.policies.probabilities import compute_probabilities
 
 DEFAULT_SHARE = 0.1  # of what is asked for is at no known place
 _ANYWHERE = 0.05  # share of the belief that is spread over all furniture: no place is ruled out
-
-
-@dataclass(frozen=True, slots=True)
-class Belief:
-    """Where what was asked for may be.
-
-    Attributes:
-        places: probability of each furniture node, in the order of `memory.furniture_ids`, (F,).
-        elsewhere: that it is at none of them.
-        relation: 0 "in", 1 "onTop", the likelier one at each, (F,).
-    """
-
-    places: np.ndarray
-    elsewhere: float
-    relation: np.ndarray
 
 
 class Finder:
@@ -138,8 +122,9 @@ class Finder:
         check_ids(exclude)
         resolution = self.resolve(memory, description)
         asked = memory.ask(resolution.matches or (description,), at=at)
-        belief = self._compute_belief(asked)
-        order = np.argsort(-belief.places, kind="stable")
+        probabilities, elsewhere = self._compute_belief(asked)
+        relation = asked.choose_relation()
+        order = np.argsort(-probabilities, kind="stable")
         if exclude:
             order = order[[asked.furniture_ids[place] not in exclude for place in order]]
         chosen = order[:k]
@@ -150,13 +135,13 @@ class Finder:
                 Place(
                     furniture=asked.furniture_ids[place],
                     name=asked.furniture_names[place],
-                    relation=RELATIONS[belief.relation[place]],
-                    probability=float(belief.places[place]),
+                    relation=RELATIONS[relation[place]],
+                    probability=float(probabilities[place]),
                     evidence=own,
                 )
                 for place, own in zip(chosen, evidence, strict=True)
             ),
-            elsewhere=belief.elsewhere,
+            elsewhere=elsewhere,
             last_seen=asked.last_seen,
             resolution=resolution,
         )
@@ -226,36 +211,30 @@ class Finder:
             self, memory, description, start, distance, look_cost, frozenset(exclude), give_up_at
         )
 
-    def _compute_belief(self, asked: Asked) -> Belief:
-        """Return where any of the things asked for is."""
+    def _compute_belief(self, asked: Asked) -> tuple[np.ndarray, float]:
+        """Return where any of the things asked for is: at each place, (F,), and at none of them."""
         was_seen = asked.was_seen
         with self._lock:  # policies keep caches
-            places, gone = self._judge(asked)  # (K, F), (K,)
+            belief = self._judge(asked)
             if was_seen.any():
-                here, gone = 1 - gone, np.where(was_seen, self._compute_left(asked), gone)
-                rest = np.divide(1 - gone, here, out=np.zeros(len(here)), where=here > 0)
-                places = places * rest[:, None]
-        num_places = places.shape[1]
-        places = (1 - _ANYWHERE) * places + (_ANYWHERE / num_places) * places.sum(
-            axis=1, keepdims=True
-        )
-        beliefs = []
+                left = np.where(was_seen, self._compute_left(asked), belief.elsewhere)
+                belief = belief.with_elsewhere(left)
+        belief = belief.spread(_ANYWHERE)
+        rows, variants = [], []
         for row, looks in enumerate(asked.looks):
             num_others = asked.num_instances[row] - np.count_nonzero(looks.seen)
-            variants = [looks]
+            own = [looks]
             if looks.seen.any():  # the others are where they were
-                variants += [looks.for_another()] * max(num_others, 0)
-            for own in variants:
-                beliefs.append(
-                    update_belief(
-                        places[row], float(gone[row]), own, self.detector,
-                        self._policy.looks_counted, bool(was_seen[row]),
-                    )
-                )  # fmt: skip
-        joined, elsewhere = join_beliefs(
-            np.stack([own for own, _ in beliefs]), np.array([left for _, left in beliefs])
+                own += [looks.for_another()] * max(num_others, 0)
+            rows += [row] * len(own)
+            variants += own
+        counted = self._policy.looks_counted
+        earlier, since = zip(
+            *(self.detector.compute_log_likelihood(looks, counted) for looks in variants),
+            strict=True,
         )
-        return Belief(joined, elsewhere, asked.choose_relation())
+        belief = Belief(belief.log_weights[rows]).look(np.stack(earlier), was_seen[rows])
+        return belief.look(np.stack(since)).join(np.stack([looks.seen for looks in variants]))
 
     def _compute_left(self, asked: Asked) -> np.ndarray:
         """Return how likely each thing has left, before this step's looks, (K,); see `Leaving`."""
@@ -267,15 +246,14 @@ class Finder:
         odds = left / (1 - left) * _odds(self.elsewhere_share) / _odds(DEFAULT_SHARE)
         return odds / (1 + odds)
 
-    def _judge(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
-        """Return probabilities before this step's looks: of places (K, F), of elsewhere (K,)."""
+    def _judge(self, asked: Asked) -> Belief:
+        """Return the belief before this step's looks about each of the K things."""
         self._policy.reset(asked.batch)
         scores = self._policy.scores(asked.batch, asked.queries)
         places = compute_probabilities(scores, self._policy.score_kind)
         has_opinion = places.sum(axis=1, keepdims=True) > 0
         places = np.where(has_opinion, places, 1 / places.shape[1])
-        elsewhere = np.full(len(places), self.elsewhere_share)
-        return places * (1 - self.elsewhere_share), elsewhere
+        return Belief.of(places).with_elsewhere(self.elsewhere_share)
 
     def _get_similarity(self) -> Similarity | None:
         """Return how alike labels are; None without text vectors."""

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from sgm.belief import Detector
+from sgm.belief import Belief, Detector
 from sgm.finder.adaptation import Adaptation, AskedAgain, Questions, fit_adaptation
 from sgm.finder.finder import DEFAULT_SHARE, Finder
 from sgm.memory.asking import Asked
@@ -211,13 +211,12 @@ class ObjectFinder(Finder):
         """Return the logit of each place, (K, F)."""
         return self._network.ask_anew(asked.batch, asked.queries)
 
-    def _judge(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
+    def _judge(self, asked: Asked) -> Belief:
         if self.adaptation.is_used:
             scores = self.adaptation.change(*self._score(asked), asked.furniture_ids)
         else:
             scores = self._score_places(asked)
-        probability = self.calibration.compute_probabilities(scores)
-        return probability[:, :-1], probability[:, -1]
+        return self.calibration.make_belief(scores)
 
     def _get_similarity(self) -> Similarity:
         def compare(label: str, others: Sequence[str]) -> Sequence[float]:

@@ -9,16 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from sgm.belief import Detector
+from sgm.belief import Belief, Detector
 from sgm.finder.finder import check_share
 from sgm.messages import shorten
-from sgm.policies.probabilities import compute_probabilities
 
 # What older exported networks say of looks in the present time step: the finder applies Bayes'
 # rule to these now.
 _FORMER = ("absent_logit", "elsewhere_logit", "elsewhere_slope")
 
-_MISS_RATE = Detector().miss_rate  # of the homes that are searched
+_DETECTOR = Detector()  # of the homes that are searched: the paper's
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,28 +59,36 @@ class Calibration:
         """
         return cls(**{name: value for name, value in data.items() if name not in _FORMER})
 
+    def make_belief(self, scores: np.ndarray) -> Belief:
+        """Return the belief before any look of the time step.
+
+        Places without a score are ruled out, and where no place has one, the object is elsewhere.
+
+        Args:
+            scores: logits, -inf where there is no candidate edge, (Q, F).
+        """
+        nothing = np.full((len(scores), 1), -np.inf)
+        belief = Belief(np.column_stack([scores, nothing])).temper(self.temperature)
+        best = belief.places.max(axis=1)
+        with np.errstate(divide="ignore"):  # ruled out everywhere: elsewhere
+            weight = self.elsewhere_share * np.exp(
+                self.best_slope * (self.best_mean - np.log(np.where(best > 0, best, 1.0)))
+            )
+        return belief.with_elsewhere(weight / (weight + 1 - self.elsewhere_share))
+
     def compute_probabilities(
         self, scores: np.ndarray, is_absent: np.ndarray | None = None
     ) -> np.ndarray:
         """Return the probability of each place and, last, of "elsewhere", (Q, F + 1).
 
-        Each row sums to one; places without a score have probability 0, and where no place has
-        one, the object is elsewhere.
-
         Args:
-            scores: logits before any look, -inf where there is no candidate edge, (Q, F).
+            scores: as in `make_belief`.
             is_absent: places where a look of this step did not show it, bool (Q, F); None for none.
         """
-        places = compute_probabilities(scores / self.temperature, "logits")
-        is_known = np.isfinite(scores).any(axis=1)
-        best = np.log(np.where(is_known, places.max(axis=1), 1.0))
-        weight = self.elsewhere_share * np.exp(self.best_slope * (self.best_mean - best))
-        elsewhere = np.where(is_known, weight / (weight + 1 - self.elsewhere_share), 1.0)
-        places = places * (1 - elsewhere[:, None])
+        belief = self.make_belief(scores)
         if is_absent is not None:
-            places = places * np.where(is_absent, _MISS_RATE, 1.0)
-        both = np.column_stack([places, elsewhere])
-        return both / both.sum(axis=1, keepdims=True)
+            belief = belief.look(np.log(_DETECTOR.compute_miss(is_absent.astype(float))))
+        return belief.probabilities
 
     def with_share(self, share: float) -> Calibration:
         """Return the calibration for a user who asks for things elsewhere more or less often.

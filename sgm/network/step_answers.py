@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from sgm.arrays.grouped import mark_rows
+from sgm.belief import REPEATED_SHARE, compute_miss
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -18,8 +19,8 @@ class StepAnswers:
 
     Nothing moves within a step. So a look at a place that does not show a thing says of this step
     that it is not there, or was missed, and nothing else: the odds of the place are multiplied by
-    the share of things that such a look misses, those of all others stay. What was seen is no
-    longer known here.
+    the share of things that such a look misses (`sgm.belief.compute_miss`), those of all others
+    stay. What was seen is no longer known here.
 
     Answers are of one memory, and hold for as long as every look at it is told (`note_look`).
     """
@@ -36,6 +37,7 @@ class StepAnswers:
     def _clear(self) -> None:
         self._state = self._read_state()
         self._objects = np.zeros(0, dtype=np.int64)  # that were asked for, (n,)
+        self._looked = np.zeros((self.memory.num_homes, self.memory.num_furniture))
         self._logits = np.zeros((0, self.memory.num_furniture))  # (n, F)
 
     def _read_state(self) -> tuple[int, int, int, PlacePrior]:
@@ -69,8 +71,11 @@ class StepAnswers:
         self._objects, self._logits = self._objects[rest], self._logits[rest]
         place, missed = np.full(memory.num_homes, -1), np.ones(memory.num_homes)
         place[change.home] = change.furniture
+        before = self._looked[change.home, change.furniture]
         miss_rate = memory.history.compute_miss_rate()[change.home]
-        missed[change.home] = 1 - change.coverage * (1 - miss_rate)
+        missed[change.home] = compute_miss(before + change.coverage, miss_rate, REPEATED_SHARE)
+        missed[change.home] /= compute_miss(before, miss_rate, REPEATED_SHARE)
+        self._looked[change.home, change.furniture] += change.coverage
         home = memory.objects["home"][self._objects]
         rows = np.flatnonzero(place[home] >= 0)
         self._logits[rows, place[home[rows]]] += np.log(missed[home[rows]])

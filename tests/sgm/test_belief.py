@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sgm.belief import SEEN_NOW, Detector, join_beliefs, update_belief
+from sgm.belief import SEEN_NOW, Belief, Detector, compute_miss
 from sgm.memory.asking import Looks
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
@@ -26,41 +26,84 @@ def make_looks(
     return Looks(*(np.array(values, dtype=float) for values in columns), np.array(remembered))
 
 
+def update(places, elsewhere, looks, detector, looks_counted=0.0, elsewhere_counts=False):
+    """Fold looks into the belief about one thing, as a finder does."""
+    belief = Belief.of(np.atleast_2d(places), elsewhere)
+    earlier, since = detector.compute_log_likelihood(looks, looks_counted)
+    belief = belief.look(earlier[None], np.array([elsewhere_counts])).look(since[None])
+    return belief.join(looks.seen[None])
+
+
 def test_a_look_in_vain_by_hand():
     # .6 x .25 = .15 at the place looked at; .3 and elsewhere .1 stay; all over .55.
-    places, elsewhere = update_belief(
+    places, elsewhere = update(
         np.array([0.6, 0.3, 0.0]), 0.1, make_looks([1, 0, 0]), Detector(miss_rate=0.25)
     )
     assert places == pytest.approx([0.15 / 0.55, 0.3 / 0.55, 0])
     assert elsewhere == pytest.approx(0.1 / 0.55)
 
 
-def test_a_detector_is_what_the_memory_has_counted():
+def test_an_estimate_joins_counts_with_usual_rates():
     memory = SceneGraphMemory()
     desk = memory.add_furniture("desk", memory.add_room("study"))
     at_first = Detector.estimate(memory)
-    assert at_first == Detector(2 / 10, 0.5 / 15)
+    assert at_first == Detector()
+    own = Detector(0.1, 0.02, 0.5)
+    assert Detector.estimate(memory, own) == own
     shown = [Sighting("mug")]
     for is_seen in (True, *[True] * 30, *[False, True] * 10):
         memory.observe(desk, shown if is_seen else [])
         memory.step()
     found = Detector.estimate(memory)
-    # Of fifty looks ten missed it; a mug that is found where it was has hardly been away.
-    assert 0.1 < found.miss_rate <= 12 / 60
-    assert found.leave_rate < at_first.leave_rate
+    # Of fifty looks ten missed it, with 25 of a hundred usual ones; it never moved in 51 steps,
+    # after which the last look found it: 300 x .05 of 350.
+    assert 25 / 150 < found.miss_rate <= 35 / 140  # looks of long ago count less
+    assert found.leave_rate == pytest.approx(15 / 350)
     steady = SceneGraphMemory()
     desk = steady.add_furniture("desk", steady.add_room("study"))
     for _ in range(50):
         steady.observe(desk, shown)
         steady.step()
-    assert Detector.estimate(steady).miss_rate < 0.05
+    # 25 of 149 looks, each of which counts a little less than one.
+    assert 25 / 149 <= Detector.estimate(steady).miss_rate < 25 / 140
 
 
 def test_half_a_view_is_half_a_look():
-    places, _ = update_belief(
+    # 1 - .5 x .75 = .625 of the things there are missed.
+    places, _ = update(
         np.array([0.5, 0.5, 0.0]), 0.0, make_looks([0.5, 0, 0]), Detector(miss_rate=0.25)
     )
-    assert places[0] / places[1] == pytest.approx(0.25**0.5)
+    assert places[0] / places[1] == pytest.approx(0.625)
+
+
+def test_looks_of_one_step_by_hand():
+    # A fifth of .25 is missed by every look, h = .05, the others by each anew: i = .2 / .95.
+    # Two looks: .05 + .95 (.2 / .95)^2; one and a half: half way from .25 to that.
+    two = 0.05 + 0.04 / 0.95
+    looks = np.array([0, 1, 1.5, 2, 100])
+    expected = [1, 0.25, (0.25 + two) / 2, two, 0.05]
+    assert compute_miss(looks, 0.25, 0.2) == pytest.approx(expected)
+    assert compute_miss(looks, 0.25, 0.0)[3] == pytest.approx(0.25**2)
+    assert compute_miss(looks, 0.25, 1.0)[1:] == pytest.approx(0.25)
+    assert compute_miss(looks, 0.0, 0.5).tolist() == [1, 0, 0, 0, 0]
+
+
+def test_ten_frames_of_one_look_do_not_rule_a_place_out():
+    # .97 x .05 = .0485 to .03 elsewhere: 62 %; independent looks would say .97 x .25^10, nothing.
+    places, _ = update([0.97, 0.0, 0.0], 0.03, make_looks([10, 0, 0]), Detector())
+    assert places[0] == pytest.approx(0.0485 / 0.0785, abs=1e-3)
+    independent, _ = update(
+        [0.97, 0.0, 0.0], 0.03, make_looks([10, 0, 0]), Detector(repeated_share=0.0)
+    )
+    assert independent[0] < 1e-4
+
+
+@given(st.floats(0, 0.99), st.floats(0, 1), st.floats(0, 20), st.floats(0, 20))
+def test_more_looks_never_miss_more(miss_rate, share, some, more):
+    few, many = compute_miss(np.array([some, some + more]), miss_rate, share)
+    assert 0 <= many <= few + 1e-12
+    assert few <= 1
+    assert many >= share * miss_rate - 1e-12
 
 
 def test_an_old_look_says_less():
@@ -68,26 +111,26 @@ def test_an_old_look_says_less():
     belief = np.array([0.5, 0.5, 0.0])
     for ago in (1, 5, 50):
         looks = make_looks(ago=[ago, np.inf, np.inf])
-        places, _ = update_belief(belief, 0.0, looks, Detector(0.25, leave_rate=0.1))
+        places, _ = update(belief, 0.0, looks, Detector(0.25, leave_rate=0.1))
         assert places[0] / places[1] == pytest.approx(1 - 0.75 * 0.9**ago)
         # Whoever made the belief has counted it: all of it, or half.
-        same, _ = update_belief(belief, 0.0, looks, Detector(0.25, 0.1), looks_counted=1)
+        same, _ = update(belief, 0.0, looks, Detector(0.25, 0.1), looks_counted=1)
         assert same == pytest.approx(belief)
-        half, _ = update_belief(belief, 0.0, looks, Detector(0.25, 0.1), looks_counted=0.5)
+        half, _ = update(belief, 0.0, looks, Detector(0.25, 0.1), looks_counted=0.5)
         assert half[0] / half[1] == pytest.approx((1 - 0.75 * 0.9**ago) ** 0.5)
         # Nobody has counted it where the thing was never seen.
         never = make_looks(ago=[ago, np.inf, np.inf], remembered=[False] * 3)
-        all_of_it, _ = update_belief(belief, 0.0, never, Detector(0.25, 0.1), looks_counted=0.5)
+        all_of_it, _ = update(belief, 0.0, never, Detector(0.25, 0.1), looks_counted=0.5)
         assert all_of_it == pytest.approx(places)
 
 
 def test_who_was_looked_for_alone_is_likelier_elsewhere():
-    # Half a look two steps ago at each of two places: 1 - (1 - .25^.5) x .9^2 of .45 each.
+    # Half a look two steps ago, which misses .625, at each of two: 1 - .375 x .9^2 of .45 each.
     belief, detector = np.array([0.45, 0.45, 0.0]), Detector(0.25, leave_rate=0.1)
     looks = make_looks(sought=[0.5, 0.5, 0], sought_ago=[2, 2, np.inf])
-    left = 0.9 * (1 - 0.5 * 0.81)
+    left = 0.9 * (1 - 0.375 * 0.81)
     for counts in (False, True):  # that belief cannot know of such looks
-        places, elsewhere = update_belief(belief, 0.1, looks, detector, elsewhere_counts=counts)
+        places, elsewhere = update(belief, 0.1, looks, detector, elsewhere_counts=counts)
         assert elsewhere == pytest.approx(0.1 / (0.1 + left))
         assert places == pytest.approx([0.5 * left / (0.1 + left)] * 2 + [0])
 
@@ -95,32 +138,48 @@ def test_who_was_looked_for_alone_is_likelier_elsewhere():
 def test_looks_that_elsewhere_counts_already_only_shift_places():
     belief, looks = np.array([0.6, 0.3, 0.0]), make_looks(ago=[1, np.inf, np.inf])
     detector = Detector(0.25, leave_rate=0.0)
-    places, elsewhere = update_belief(belief, 0.1, looks, detector, elsewhere_counts=True)
+    places, elsewhere = update(belief, 0.1, looks, detector, elsewhere_counts=True)
     assert elsewhere == pytest.approx(0.1)  # .15 to .3, of .9
     assert places == pytest.approx([0.3, 0.6, 0])
-    places, elsewhere = update_belief(belief, 0.1, looks, detector)
+    places, elsewhere = update(belief, 0.1, looks, detector)
     assert elsewhere == pytest.approx(0.1 / 0.55)
 
 
 def test_seen_now_is_known_now():
-    places, elsewhere = update_belief(
+    places, elsewhere = update(
         np.array([0.01, 0.09, 0.0]), 0.9, make_looks(seen=[1, 0, 0]), Detector()
     )
     assert places[0] == SEEN_NOW >= 0.95
     # The rest keeps its proportions, .09 to .9.
     assert places[1] == pytest.approx(0.03 * 0.09 / 0.99)
     assert elsewhere == pytest.approx(0.03 * 0.9 / 0.99)
-    doubtful, _ = update_belief(
-        np.array([0.2, 0.3, 0.4]), 0.1, make_looks(seen=[0.6, 0, 0]), Detector()
-    )
+    doubtful, _ = update(np.array([0.2, 0.3, 0.4]), 0.1, make_looks(seen=[0.6, 0, 0]), Detector())
     assert doubtful[0] == pytest.approx(0.6)
 
 
 def test_any_of_two_by_hand():
     # At least one of two at the first place: 1 - .5 x .8; none anywhere: .1 x .2.
-    places, elsewhere = join_beliefs(np.array([[0.5, 0.4], [0.2, 0.6]]), np.array([0.1, 0.2]))
+    belief = Belief.of(np.array([[0.5, 0.4], [0.2, 0.6]]), np.array([0.1, 0.2]))
+    places, elsewhere = belief.join()
     assert places == pytest.approx([0.6, 1 - 0.6 * 0.4])
     assert elsewhere == pytest.approx(0.02)
+
+
+def test_mixing_tempering_and_elsewhere_by_hand():
+    belief = Belief.of(np.array([[0.6, 0.2]]), 0.2)
+    other = Belief.of(np.array([[1.0, 3.0]]))  # weights: .25 and .75
+    mixed = belief.mix(other, 0.5)
+    assert mixed.probabilities[0] == pytest.approx([0.425, 0.475, 0.1])
+    assert belief.with_elsewhere(0.5).probabilities[0] == pytest.approx([0.375, 0.125, 0.5])
+    # A tenth of .8 spread over two places.
+    assert belief.spread(0.1).probabilities[0] == pytest.approx([0.58, 0.22, 0.2])
+    # Square roots of 3 : 1 : 1.
+    root = 3**0.5
+    tempered = belief.temper(2.0).probabilities[0]
+    assert tempered == pytest.approx(np.array([root, 1, 1]) / (root + 2))
+    nowhere = Belief.of(np.zeros((1, 2)))
+    assert nowhere.probabilities[0].tolist() == [0, 0, 0]
+    assert nowhere.with_elsewhere(0.1).probabilities[0].tolist() == [0, 0, 1]
 
 
 SHARE = st.floats(0, 1)
@@ -137,11 +196,11 @@ def test_probabilities_sum_to_one(
     belief = np.array(places) / total
     looks = make_looks(in_vain, [3, np.inf, 7], sought, [2, 5, np.inf])
     detector = Detector(miss_rate, leave_rate)
-    new, gone = update_belief(belief, elsewhere / total, looks, detector, elsewhere_counts=counts)
+    new, gone = update(belief, elsewhere / total, looks, detector, elsewhere_counts=counts)
     assert (new >= 0).all()
     if new.sum() + gone > 0:  # a detector that never misses can rule everything out
         assert new.sum() + gone == pytest.approx(1)
-    order = update_belief(belief, elsewhere / total, make_looks(), Detector())[0]
+    order = update(belief, elsewhere / total, make_looks(), Detector())[0]
     assert order == pytest.approx(belief)
 
 

@@ -1,0 +1,148 @@
+"""How far looks can be believed: the rates of a detector, and the likelihood of what it showed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sgm.checks import is_number
+from sgm.memory.asking import Looks
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.messages import shorten
+
+# How many looks, and how many time steps of a thing, the default rates of a detector count as when
+# a memory's own counts are joined with them. A count cannot tell a miss from a thing that was taken
+# and brought back, so that it must be large to outweigh what is usual.
+_USUAL_LOOKS = 100.0
+_USUAL_STEPS = 300.0
+
+
+# Share of the misses that another look in the same time step repeats. An assumption: what is hidden
+# stays hidden from where the robot stands, and ten frames are not ten looks.
+REPEATED_SHARE = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Detector:
+    """What is known of the robot's eyes, and of how fast the home changes.
+
+    A robot's own, given by its user or counted by its memory (`estimate`); docs/design.md,
+    agreement "Rates", says which rates there are besides.
+
+    Attributes:
+        miss_rate: probability that a look at a place does not show what is there, .25 in the
+            paper's homes.
+        leave_rate: share of the things that leave their place in a time step, .05 in the paper's
+            homes; a negative look of long ago says little.
+        repeated_share: share of the misses that another look in the same time step repeats: the
+            thing is hidden, or the detector has another name for it. 0 where looks are independent,
+            1 where a second look says nothing new.
+    """
+
+    miss_rate: float = 0.25
+    leave_rate: float = 0.05
+    repeated_share: float = REPEATED_SHARE
+
+    @classmethod
+    def estimate(cls, memory: SceneGraphMemory, usual: Detector | None = None) -> Detector:
+        """Return the rates of a memory's own counts, joined with usual ones.
+
+        Counted are looks that missed what later looks found at the same place, and things that
+        were found moved. The usual rates count as a hundred such looks and as three hundred steps
+        of one thing.
+
+        Args:
+            memory: what was seen so far.
+            usual: rates before anything was counted; None for the defaults.
+        """
+        usual = usual or cls()
+        counted = {name: float(column[0]) for name, column in memory.batch.history.counters.items()}
+        looks = counted["num_missed"] + counted["num_refound"]
+        missed = counted["num_missed"] + _USUAL_LOOKS * usual.miss_rate
+        moved = counted["num_moved"] + _USUAL_STEPS * usual.leave_rate
+        return cls(
+            missed / (looks + _USUAL_LOOKS),
+            min(moved / (counted["time_followed"] + _USUAL_STEPS), 0.99),
+            usual.repeated_share,
+        )
+
+    def __post_init__(self) -> None:
+        """Check all of them.
+
+        Raises:
+            ValueError: if one is no probability, or a rate is 1: such looks say nothing.
+        """
+        for name, value in (("miss_rate", self.miss_rate), ("leave_rate", self.leave_rate)):
+            if not is_number(value) or not 0 <= value < 1:
+                raise ValueError(
+                    f"{name} must lie in [0, 1), got {shorten(value)}. Give a probability: the "
+                    "paper's homes have 0.25 and 0.05."
+                )
+        if not is_number(self.repeated_share) or not 0 <= self.repeated_share <= 1:
+            raise ValueError(
+                f"repeated_share must lie in [0, 1], got {shorten(self.repeated_share)}. Give a "
+                "share of the misses: 0 where looks are independent."
+            )
+
+    def compute_miss(self, num_looks: np.ndarray) -> np.ndarray:
+        """Return how likely looks of one time step all miss what is there; see `compute_miss`."""
+        return compute_miss(num_looks, self.miss_rate, self.repeated_share)
+
+    def compute_log_likelihood(
+        self, looks: Looks, looks_counted: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the log likelihood of negative looks if the object is at each place, (F,) both.
+
+        Looks of this step all miss it with `compute_miss`. After one of s steps ago the object may
+        have come, so that its likelihood is 1 - (1 - miss rate) (1 - leave rate)^s.
+
+        Args:
+            looks: at every place.
+            looks_counted: share of what looks of earlier steps say that is in the belief already
+                where the object was ever seen; the rest is that power of their likelihood.
+
+        Returns:
+            That of the looks of earlier steps that were for whatever is there, which the memory
+            keeps for all objects; and that of the others: of this step, and for this object alone.
+        """
+        weight = 1 - looks_counted * looks.is_remembered
+        before = 1 - (1 - self.miss_rate) * self._compute_stay(looks.steps_ago)
+        sought = 1 - (1 - self.compute_miss(looks.sought)) * self._compute_stay(looks.sought_ago)
+        with np.errstate(divide="ignore", invalid="ignore"):  # 0 times -inf: counted already
+            earlier = np.nan_to_num(weight * np.log(before).sum(axis=1), nan=0.0, neginf=-np.inf)
+            own = np.nan_to_num(weight * np.log(sought), nan=0.0, neginf=-np.inf)
+            return earlier, np.log(self.compute_miss(looks.in_vain)) + own
+
+    def _compute_stay(self, steps: np.ndarray) -> np.ndarray:
+        """Return how likely nothing came to a place in some steps; 0 if they are infinite."""
+        stay: np.ndarray = np.where(np.isfinite(steps), (1 - self.leave_rate) ** steps, 0.0)
+        return stay
+
+
+def compute_miss(
+    num_looks: np.ndarray, miss_rate: np.ndarray | float, repeated_share: float
+) -> np.ndarray:
+    """Return how likely n looks at a place in one time step all miss a thing that is there.
+
+    A part h = repeated_share miss_rate of the things is missed by all of them, the others by each
+    look anew:
+
+        miss(n) = h + (1 - h) i^n,  where miss(1) = miss_rate
+
+    A look at a part of a place counts as that part of a look: miss(n) is linear between whole n,
+    so that one look with coverage c has 1 - c (1 - miss_rate).
+
+    Args:
+        num_looks: n, looks at a place weighed by their coverage, any shape.
+        miss_rate: of one look, of that shape or one number.
+        repeated_share: share of the misses that every further look repeats.
+    """
+    hidden = repeated_share * miss_rate
+    anew = (miss_rate - hidden) / (1 - hidden)
+    whole = np.floor(num_looks)
+    here, next_one = (
+        np.where(n > 0, hidden + (1 - hidden) * anew**n, 1.0) for n in (whole, whole + 1)
+    )
+    missed: np.ndarray = here + (num_looks - whole) * (next_one - here)
+    return missed
