@@ -14,6 +14,7 @@ from nep.view.stage import Judges, Stage
 from nep.view.texts import Table, tell_ranking, tell_search
 from sgm.finder.search_plan import plan_search
 from simulator.drawing.history import History
+from simulator.replay.story import Story
 
 SEARCH, TRUTH = "search plan", "truth"  # what may be drawn besides
 _HISTORIES_KEPT = 64
@@ -53,6 +54,7 @@ class Desk:
         options: Collection[str] = (SEARCH, TRUTH),
         view: View | None = None,
         selected: int | None = None,
+        story: Story | None = None,
     ) -> Answer:
         """Ask one judge, and draw what it says.
 
@@ -63,8 +65,12 @@ class Desk:
             options: what is drawn besides, some of `SEARCH` and `TRUTH`.
             view: what is on the screen; None for all.
             selected: furniture that was clicked.
+            story: what is asked about; None for what the stage shows now.
+
+        Raises:
+            ValueError: if the story has no such step.
         """
-        story = self.stage.story
+        story = story or self.stage.story
         memory = story.memory_at(step)
         ranking, search, problem = None, None, ""
         tables: list[Table] = []
@@ -86,7 +92,7 @@ class Desk:
                     memory.furniture_ids[node] for node in is_there[step].nonzero()[0].tolist()
                 ]
         content = MapContent(
-            plan=self.stage.get_plan(step),
+            plan=self.stage.get_plan(step, story),
             memory=memory,
             ranking=ranking,
             search=search,

@@ -7,17 +7,19 @@ from typing import Any
 
 import flask
 from dash import Dash, Input, Output, State, ctx, dcc, html, no_update
+from dash.exceptions import DependencyException, PreventUpdate
 
-from nep.view.answers import SEARCH, TRUTH, Desk
+from nep.view.answers import Desk
+from nep.view.inputs import MOST_BYTES, NOBODY, Inputs, list_options
 from nep.view.map_figure import View
 from nep.view.style import PAGE
 from nep.view.texts import Table, tell_furniture, tell_step
+from simulator.replay.story import Story
 
 _HOSTS = ("127.0.0.1", "localhost")
 _FRAME_MS = 600  # while it plays
 _WATCH_MS = 1000  # between two looks at a story that goes on
 _MAP_CONFIG: Any = {"scrollZoom": True, "displaylogo": False, "displayModeBar": False}
-_NOBODY = "nobody"
 
 
 def make_app(desk: Desk, asked: str = "") -> Dash:
@@ -35,19 +37,34 @@ def make_app(desk: Desk, asked: str = "") -> Dash:
     _answer_questions(app, desk)
     _move_in_time(app, desk)
     _answer_clicks(app, desk)
+    _refuse_forgeries(app, Inputs(desk, app.callback_map))
+    return app
+
+
+def _refuse_forgeries(app: Dash, inputs: Inputs) -> None:
+    """Answer this machine alone, and only what the page itself can send."""
+    app.server.config["MAX_CONTENT_LENGTH"] = MOST_BYTES
 
     @app.server.before_request
-    def refuse_other_hosts() -> None:
-        """Answer this machine alone, under its own names."""
+    def check() -> tuple[str, int, dict[str, str]] | None:
         if flask.request.host.rpartition(":")[0] not in _HOSTS:
             flask.abort(403)
+        if flask.request.method != "POST":
+            return None
+        try:
+            inputs.check(flask.request.get_data())
+        except ValueError as error:
+            return f"{error}\n", 400, {"Content-Type": "text/plain; charset=utf-8"}
+        return None
 
-    return app
+    @app.server.errorhandler(DependencyException)
+    def miss(error: Exception) -> tuple[str, int]:
+        return "no such file\n", 404
 
 
 def _lay_out(desk: Desk, asked: str) -> html.Div:
     story, names = desk.stage.story, desk.judges.names
-    options = [SEARCH] if story.truth is None else [SEARCH, TRUTH]
+    options = list_options(story)
     bar = html.Div(
         [
             dcc.Input(
@@ -58,7 +75,7 @@ def _lay_out(desk: Desk, asked: str) -> html.Div:
             html.Label("says", htmlFor="judge-a"),
             dcc.Dropdown(names, names[0], id="judge-a", clearable=False),
             html.Label("beside", htmlFor="judge-b"),
-            dcc.Dropdown([_NOBODY, *names], _NOBODY, id="judge-b", clearable=False),
+            dcc.Dropdown([NOBODY, *names], NOBODY, id="judge-b", clearable=False),
             dcc.Checklist(options, options, id="options", inline=True),
         ],
         className="bar",
@@ -169,9 +186,10 @@ def _answer_questions(app: Dash, desk: Desk) -> None:
             selected: int | None,
             version: int,
         ) -> tuple[Any, bool, Any]:
-            if judge == _NOBODY:
+            if judge == NOBODY:
                 return no_update, True, None
-            found = desk.answer(step, asked, judge, options, view, selected)
+            story = _get_story(desk, step)
+            found = desk.answer(step, asked, judge, options, view, selected, story)
             tables: list[Any] = [_make_table(table) for table in found.tables]
             if found.problem:
                 tables.append(html.P(found.problem, className="problem"))
@@ -205,7 +223,7 @@ def _move_in_time(app: Dash, desk: Desk) -> None:
         Input("version", "data"),
     )
     def tell(step: int, version: int) -> tuple[str, list[html.Li]]:
-        story = desk.stage.story
+        story = _get_story(desk, step)
         lines = tell_step(story, story.memory_at(step), step)
         return story.get_time(step), [html.Li(line) for line in lines]
 
@@ -240,7 +258,8 @@ def _answer_clicks(app: Dash, desk: Desk) -> None:
     )
     def click(first: Any, second: Any) -> tuple[Any, Any]:
         clicked = first if ctx.triggered_id == "map-a" else second
-        kind, value = clicked["points"][0].get("customdata", (None, None))
+        owner = clicked["points"][0].get("customdata") if clicked else None
+        kind, value = owner or (None, None)
         if kind == "furniture":
             return value, no_update
         return no_update, value if kind == "object" else no_update
@@ -253,7 +272,7 @@ def _answer_clicks(app: Dash, desk: Desk) -> None:
         prevent_initial_call=True,
     )
     def tell(selected: int | None, step: int, version: int) -> Any:
-        story = desk.stage.story
+        story = _get_story(desk, step)
         memory = story.memory_at(step)
         if selected not in memory.furniture_ids:
             return "click one on the map"
@@ -269,10 +288,19 @@ def _answer_clicks(app: Dash, desk: Desk) -> None:
     )
     def trace(clicked: str | None, asked: str, judge: str, step: int, version: int) -> Any:
         description = clicked or asked
+        _get_story(desk, step)
         try:
             return desk.trace(description, judge, step) if description else _EMPTY
         except ValueError:  # said beside the map
             return _EMPTY
+
+
+def _get_story(desk: Desk, step: int) -> Story:
+    """Return the story; without the step, which it may have lost since, nothing is updated."""
+    story = desk.stage.story
+    if not story.first_step <= step <= story.num_steps:
+        raise PreventUpdate
+    return story
 
 
 _EMPTY = {

@@ -9,6 +9,7 @@ from threading import Lock
 from typing import Any
 
 from sgm.finder.finder import Finder
+from sgm.messages import shorten
 from sgm.network.shipped import find_trained, list_shipped, split_name
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.policies import POLICIES, find_policy
@@ -64,9 +65,14 @@ class Stage:
             except (ValueError, OSError) as error:  # in the middle of being written
                 self.problem = str(error)
 
-    def get_plan(self, step: int) -> FloorPlan:
-        """Return the floor plan at a step; made once as long as the layout stays as it is."""
-        story = self._story
+    def get_plan(self, step: int, story: Story | None = None) -> FloorPlan:
+        """Return the floor plan at a step; made once as long as the layout stays as it is.
+
+        Args:
+            step: of the story.
+            story: one that was shown; None for what is shown now.
+        """
+        story = story or self._story
         if story.plan is not None:
             return story.plan
         memory = story.memory_at(step)
@@ -99,11 +105,16 @@ class Judges:
         self._lock = Lock()
 
     def get(self, name: str) -> Finder:
-        """Return the finder of a name.
+        """Return the finder of one of `names`.
 
         Raises:
-            ValueError: if there is none, or its files are damaged.
+            ValueError: if it is none of them, or its files are damaged.
         """
+        if name not in self.names:
+            raise ValueError(
+                f"policy must be one of {', '.join(self.names)}, got {shorten(name)}. Choose one "
+                "of these; --checkpoint adds a network."
+            )
         with self._lock:
             if name not in self._finders:
                 self._finders[name] = self._make(name)
