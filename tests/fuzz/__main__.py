@@ -1,11 +1,18 @@
 """Tries what nobody would: `python tests/fuzz --cases 1000 --seed 0`; prints what was found.
 
 Every case is of a kind and a seed: a file of that kind, changed, is loaded and used; a robot calls
-a memory in any order; a command gets odd options; or whoever writes is killed, or has no disk. It
-runs in a process that may have a gigabyte more than it has at first, and twenty seconds of a
-processor: a busy machine is no finding, and what only waits is stopped later. It ends well, or with
-one clear line: a ValueError or OSError. All else is a finding, printed with the kind and the seed
-that give it again.
+a memory in any order, or several threads do; a command gets odd options; whoever writes is killed,
+or has no disk; a browser sends what the page never offered; or a FIFO, a device or a folder is
+where a file is meant. It ends well, or with one clear line: a ValueError or OSError. All else is a
+finding, printed with the kind and the seed that give it again.
+
+The operating system limits each case. It may take a gigabyte more than the process has before it:
+the largest good case takes a third of that. Counted is memory that can be written and is shared
+with nobody (`RLIMIT_DATA`), whether it is used or not; torch and numba map gigabytes of code, and a
+thread reserves 64 MB of addresses, which cost nothing. Addresses have a wider limit (`RLIMIT_AS`),
+for what is mapped and shared. A case has twenty seconds of a processor, which a signal of Python
+ends, and after sixty the system does; one that waits for twenty seconds without a processor is
+ended, too. A busy machine is no finding.
 
 This process imports everything and does nothing else; a copy of it (fork) tries up to 250 cases, so
 that a case costs what it does and not what importing torch costs. A campaign is shared out or gone
@@ -16,6 +23,8 @@ on with by `--seed` and `--kinds`: cases 0 to 999 are those of `--cases 500 --se
 from __future__ import annotations
 
 import argparse
+import errno
+import math
 import multiprocessing
 import os
 import resource
@@ -23,6 +32,7 @@ import shutil
 import signal
 import sys
 import tempfile
+import time
 import traceback
 from collections import Counter
 from multiprocessing.connection import Connection
@@ -33,15 +43,56 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 _GIGABYTE = 1 << 30
-_SECONDS = 20  # of processor time
-_PATIENCE = 1200  # seconds of waiting for a case
+_SECONDS = 20  # of processor time; the system ends what takes three times that
+_IDLE_SECONDS = 20  # of waiting, without a processor
+_PATIENCE = 60  # seconds; a process that has used no processor in them is ended
 _PER_PROCESS = 250
 KINDS = ("memory", "trace", "prior", "collection", "exported", "checkpoint", "log",
-         "results", "source", "layout", "session", "command", "writing")  # fmt: skip
+         "results", "source", "layout", "session", "command", "writing", "tensor", "pickle",
+         "homer", "yaml", "replay", "page", "threads", "special")  # fmt: skip
 
 
 class Hang(BaseException):
     """A case took too long."""
+
+
+class Watch:
+    """Limits one case after the other: memory, processor time, waiting."""
+
+    def __init__(self) -> None:
+        """Have signals end what takes too long."""
+        self._before = 0.0
+        signal.signal(signal.SIGPROF, self._stop)
+        signal.signal(signal.SIGALRM, self._stop_waiting)
+
+    def begin(self) -> None:
+        """Begin a case."""
+        pages = Path("/proc/self/statm").read_text().split()
+        mapped, private = (int(pages[row]) * resource.getpagesize() for row in (0, 5))
+        _limit(resource.RLIMIT_DATA, private + _GIGABYTE)
+        _limit(resource.RLIMIT_AS, mapped + 4 * _GIGABYTE)
+        _limit(resource.RLIMIT_CPU, math.ceil(time.process_time() + 3 * _SECONDS) + 1)
+        self._before = time.process_time()
+        signal.setitimer(signal.ITIMER_PROF, _SECONDS)
+        signal.setitimer(signal.ITIMER_REAL, _IDLE_SECONDS, _IDLE_SECONDS)
+
+    def end(self) -> None:
+        """End it."""
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.setitimer(signal.ITIMER_REAL, 0)
+
+    def _stop(self, *_: object) -> None:
+        raise Hang
+
+    def _stop_waiting(self, *_: object) -> None:
+        used, self._before = time.process_time() - self._before, time.process_time()
+        if used < 0.01 * _IDLE_SECONDS:
+            raise Hang
+
+
+def _limit(what: int, most: int) -> None:
+    _, hard = resource.getrlimit(what)
+    resource.setrlimit(what, (most, hard))
 
 
 def run_cases(kind: str, first: int, count: int, root: Path, results: Connection) -> None:
@@ -64,40 +115,45 @@ def run_cases(kind: str, first: int, count: int, root: Path, results: Connection
     good.mkdir()
     target.make(good)
     target.use(shutil.copytree(good, root / "warm"))  # loads and compiles the rest
-    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    resource.setrlimit(resource.RLIMIT_AS, (used + _GIGABYTE, used + _GIGABYTE))
-    signal.signal(signal.SIGPROF, _stop)
+    watch = Watch()
     for seed in range(first, first + count):
         results.send((seed, "", ""))
         folder = shutil.copytree(good, root / f"case{seed}")
         target.change(folder, np.random.default_rng(seed))
-        results.send((seed, *_use(target, folder)))
+        results.send((seed, *_use(target, folder, watch)))
         shutil.rmtree(folder)
 
 
-def _stop(*_: object) -> None:
-    raise Hang
-
-
-def _use(target: object, folder: Path) -> tuple[str, str]:
-    signal.setitimer(signal.ITIMER_PROF, _SECONDS)
+def _use(target: object, folder: Path, watch: Watch) -> tuple[str, str]:
     try:
+        watch.begin()
         target.use(folder)
     except (ValueError, OSError) as error:
+        if _is_out_of_memory(error):  # and said to be something else
+            return "memory", traceback.format_exc()[-1500:]
         if "x" * 201 in str(error) or len(str(error)) > 3000:  # a value, or all of many
             return "long message", str(error)[:500]
         if " must " not in str(error) and not isinstance(error, OSError):
             return "unclear message", traceback.format_exc()[-1500:]
         return "refused", ""
     except Hang:
-        return "hang", ""
-    except MemoryError:
-        return "memory", traceback.format_exc()[-1500:]
-    except Exception:
-        return "traceback", traceback.format_exc()[-1500:]
+        return "hang", traceback.format_exc()[-800:]
+    except Exception as error:
+        what = "memory" if _is_out_of_memory(error) else "traceback"
+        return what, traceback.format_exc()[-1500:]
     finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
+        watch.end()
     return "accepted", ""
+
+
+def _is_out_of_memory(error: BaseException | None) -> bool:
+    """Tell whether the system refused memory, in an exception or in what it was raised for."""
+    while error is not None:
+        is_full = isinstance(error, OSError) and error.errno == errno.ENOMEM
+        if is_full or isinstance(error, MemoryError) or "allocate memory" in str(error):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def main() -> None:
@@ -137,7 +193,7 @@ def _run_batch(kind: str, first: int, count: int, counts: Counter[str], findings
         sender.close()
         seed, outcome, how = first - 1, "begun", ""
         try:
-            while receiver.poll(_PATIENCE):
+            while _wait(receiver, process.pid):
                 seed, outcome, text = receiver.recv()
                 if outcome:
                     counts[outcome] += 1
@@ -156,6 +212,19 @@ def _run_batch(kind: str, first: int, count: int, counts: Counter[str], findings
         counts["process ended"] += 1
         _report(findings, f"{kind} --seed {seed}: process {how}: {said}")
     return seed + 1
+
+
+def _wait(receiver: Connection, process: int | None) -> bool:
+    """Wait for a result as long as the process works; tell whether there is one."""
+    before = -1
+    while not receiver.poll(_PATIENCE):
+        # user and system time in hundredths of a second, after the name in brackets
+        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+        used = int(fields[11]) + int(fields[12])
+        if used - before < _PATIENCE:
+            return False
+        before = used
+    return True
 
 
 def _report(findings: list[str], finding: str) -> None:

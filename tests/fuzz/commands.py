@@ -104,8 +104,18 @@ def change_line(folder: Path, rng: Rng) -> None:
 
 
 def use_line(folder: Path) -> None:
-    """Run it in the folder, with what it prints caught."""
-    module, *line = json.loads((folder / "line").read_text())
+    """Run the command line that was chosen."""
+    run_line(folder, json.loads((folder / "line").read_text()))
+
+
+def run_line(folder: Path, words: list[str]) -> None:
+    """Run a command in a folder, with what it prints caught.
+
+    Args:
+        folder: where it runs.
+        words: its module, and what it is called with.
+    """
+    module, *line = words
     try:
         name = f"{module}.__main__"
         command = importlib.import_module(name)
@@ -114,11 +124,12 @@ def use_line(folder: Path) -> None:
     said = io.StringIO()
     back = Path.cwd()
     os.chdir(folder)
+    ended = None
     try:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
             status = command.main(line)
     except SystemExit as error:
-        status = error.code
+        status, ended = error.code, error
     finally:
         os.chdir(back)
     text = status if isinstance(status, str) else said.getvalue()
@@ -126,4 +137,4 @@ def use_line(folder: Path) -> None:
     if status not in (None, 0):
         assert len(text) < 5000, f"{line}: {text[:300]}"
         assert "error" in text, f"{line}: {text[-300:]}"
-        raise ValueError(f"a command must say one line: {text.strip()[-200:]}")
+        raise ValueError(f"a command must say one line: {text.strip()[-200:]}") from ended

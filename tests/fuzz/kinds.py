@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 import commands
+import many_threads
+import page_requests
+import replays
 import sessions
+import special_files
 import targets
+import torch_files
 import writers
+import yaml_files
 
 TARGETS = {
     **targets.TARGETS,
     "session": targets.Target(sessions.make_session, sessions.change_session, sessions.use_session),
     "command": targets.Target(commands.make_inputs, commands.change_line, commands.use_line),
     "writing": targets.Target(writers.make_all, writers.change_plan, writers.use_plan),
+    **torch_files.TARGETS,
+    "yaml": targets.Target(yaml_files.make_good, yaml_files.change, yaml_files.use),
+    "replay": targets.Target(replays.make_seed, replays.change, replays.use),
+    "page": targets.Target(page_requests.make_request, page_requests.change, page_requests.use),
+    "threads": targets.Target(many_threads.make_plan, many_threads.change, many_threads.use),
+    "special": targets.Target(special_files.make_all, special_files.change, special_files.use),
 }

@@ -162,11 +162,14 @@ def use_collection(folder: Path) -> None:
         dataset.__getitems__(list(range(min(len(dataset), 3))))
 
 
-def make_exported(folder: Path) -> None:
+def make_network() -> TrainedModel:
+    """Return a small network, as good as its first random numbers."""
     torch.manual_seed(0)
-    save_exported(
-        folder / "net", TrainedModel(NEPModule(MLP(units=8)), GraphBuilder(FeatureConfig())), {}
-    )
+    return TrainedModel(NEPModule(MLP(units=8)), GraphBuilder(FeatureConfig()))
+
+
+def make_exported(folder: Path) -> None:
+    save_exported(folder / "net", make_network(), {})
 
 
 def change_exported(folder: Path, rng: Rng) -> None:

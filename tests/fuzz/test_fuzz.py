@@ -1,5 +1,6 @@
 """A share of `make fuzz`: some cases of every kind, each ending well or with one line."""
 
+import hashlib
 import importlib.util
 import os
 import signal
@@ -13,7 +14,17 @@ import numpy as np
 import pytest
 
 FUZZ = Path(__file__).parent
-CASES = 20  # of each of thirteen kinds
+CASES = 20  # of each kind
+
+
+def load_fuzz():
+    """The command as a module."""
+    spec = importlib.util.spec_from_file_location("fuzz", FUZZ / "__main__.py")
+    fuzz = importlib.util.module_from_spec(spec)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "path", list(sys.path))
+        spec.loader.exec_module(fuzz)
+    return fuzz
 
 
 @pytest.mark.slow
@@ -23,12 +34,33 @@ def test_nothing_is_found(python):
         command, capture_output=True, text=True, timeout=1200, cwd=FUZZ.parents[1], check=False
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    assert f"{13 * CASES} cases tried, 0 findings" in done.stdout
+    assert f"{len(load_fuzz().KINDS) * CASES} cases tried, 0 findings" in done.stdout
 
 
 def _spin(_):
     while True:
         pass
+
+
+def _wait(folder):
+    os.mkfifo(folder / "fifo")
+    (folder / "fifo").read_bytes()
+
+
+def _wait_outside_python(folder):
+    signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
+    _wait(folder)
+
+
+def _count_outside_python(_):
+    hashlib.pbkdf2_hmac("sha256", b"x", b"x", 10**9)
+
+
+def _hide(_):
+    try:
+        bytearray(4 << 30)
+    except MemoryError:
+        raise ValueError("x must be y, got z. Pass y.") from None
 
 
 def _refuse(_):
@@ -42,16 +74,19 @@ def _refuse(_):
         (_refuse, "refused"),
         (lambda _: {}["x"], "traceback"),
         (lambda _: np.ones(1 << 28), "memory"),  # 2 GB
+        (_hide, "memory"),
         (_spin, "hang"),
+        (_wait, "hang"),
+        (_wait_outside_python, "process ended"),
+        (_count_outside_python, "process ended"),
         (lambda _: os.kill(os.getpid(), signal.SIGKILL), "process ended"),
     ],
 )
 def test_a_fault_is_found(use, outcome, monkeypatch):
-    spec = importlib.util.spec_from_file_location("fuzz", FUZZ / "__main__.py")
-    fuzz = importlib.util.module_from_spec(spec)
-    monkeypatch.setattr(sys, "path", list(sys.path))
-    spec.loader.exec_module(fuzz)
+    fuzz = load_fuzz()
     monkeypatch.setattr(fuzz, "_SECONDS", 0.1)
+    monkeypatch.setattr(fuzz, "_IDLE_SECONDS", 0.3)
+    monkeypatch.setattr(fuzz, "_PATIENCE", 1)
     target = SimpleNamespace(  # only cases have the file "case"
         make=lambda folder: None,
         change=lambda folder, rng: (folder / "case").touch(),
