@@ -6,7 +6,7 @@
 #   make reproduce                           train and play what the paper's tables need; goes on where it stopped
 #   make test | make quick                   all tests | those that are not slow
 #   make check | make bench                  ruff and mypy | benchmarks
-#   make fuzz                                changed files, odd calls and options, kills, full disks (minutes)
+#   make fuzz                                changed files, odd calls and options, kills, threads, forged requests (minutes)
 #   make docs                                pages of the API, built from the docstrings
 #   make core-wheel                          the package `sgm` for robots, into dist/
 #   make fit PYTHON=/path/to/python3.11      choose the Python that .venv is made from
