@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field, TypeAdapter, ValidationError
 from typing_extensions import TypedDict
@@ -13,7 +13,7 @@ from sgm.files import parse_json
 from sgm.messages import shorten, shorten_text
 from simulator.replay.story import Story
 
-NOBODY = "nobody"  # for the second map, no policy at all
+NOBODY: Final = "nobody"  # for the second map, no policy at all
 MOST_BYTES = 1_000_000  # of a request; a click sends a few hundred
 
 _Text = Annotated[str, Field(strict=True)]  # what is no name is said where it is asked for
@@ -22,8 +22,15 @@ _Number = Annotated[float, Field(strict=True, ge=-1e300, le=1e300)]
 _Flag = Annotated[bool, Field(strict=True)]
 _View = tuple[_Number, _Number, _Number, _Number]  # left, right, bottom, top
 _Zoom = TypedDict(
-    "_Zoom", {f"{axis}axis.range[{end}]": _Number for axis in "xy" for end in (0, 1)}, total=False
-)  # type: ignore[misc]
+    "_Zoom",
+    {
+        "xaxis.range[0]": _Number,
+        "xaxis.range[1]": _Number,
+        "yaxis.range[0]": _Number,
+        "yaxis.range[1]": _Number,
+    },
+    total=False,
+)
 _Owner = tuple[Literal["furniture"], _Count] | tuple[Literal["object"], _Text]
 
 
@@ -46,8 +53,9 @@ def list_rules(desk: Desk) -> dict[str, Any]:
     Args:
         desk: whose judges, and whose parts of the map, the page offers.
     """
-    names = tuple(desk.judges.names)
-    options = tuple(list_options(desk.stage.story))
+    names: Any = Literal[tuple(desk.judges.names)]
+    options = list_options(desk.stage.story)
+    option: Any = Literal[tuple(options)]
     clicks = ("ask.n_clicks", "words.n_submit", "play.n_clicks", "tick.n_intervals")
     return {
         **dict.fromkeys((*clicks, "watch.n_intervals"), _Count | None),
@@ -57,9 +65,9 @@ def list_rules(desk: Desk) -> dict[str, Any]:
         "object.data": _Text | None,
         "selected.data": _Count | None,
         "tick.disabled": _Flag,
-        "judge-a.value": Literal[names],
-        "judge-b.value": Literal[(NOBODY, *names)],
-        "options.value": Annotated[list[Literal[options]], Field(max_length=len(options))],
+        "judge-a.value": names,
+        "judge-b.value": names | Literal[NOBODY],
+        "options.value": Annotated[list[option], Field(max_length=len(options))],
         **dict.fromkeys(("view-a.data", "view-b.data"), _View | None),
         **dict.fromkeys(("map-a.relayoutData", "map-b.relayoutData"), _Zoom | None),
         **dict.fromkeys(("map-a.clickData", "map-b.clickData"), _Click | None),
@@ -84,7 +92,7 @@ class Inputs:
         self._rules: dict[str, TypeAdapter[Any]] = {
             key: TypeAdapter(rules[key])
             for callback in callbacks.values()
-            for key in _list_keys([*callback["inputs"], *callback["state"]])
+            for key in map(_get_key, [*callback["inputs"], *callback["state"]])
         }
 
     def check(self, content: bytes) -> None:
@@ -108,13 +116,13 @@ class Inputs:
             raise _refuse("output", "name a callback of the page", output)
         if body.get("outputs") not in _list_outputs(output):
             raise _refuse("outputs", f"be those of {output}", body.get("outputs"))
-        inputs = _list_keys(callback["inputs"])
+        inputs = list(map(_get_key, callback["inputs"]))
         changed = body.get("changedPropIds")
         if not isinstance(changed, list) or not all(key in inputs for key in changed):
             raise _refuse("changedPropIds", f"be some of {inputs}", changed)
         for part in ("inputs", "state"):
-            rows, keys = body.get(part, []), _list_keys(callback[part])
-            if _list_keys(rows) != keys:
+            rows, keys = body.get(part, []), list(map(_get_key, callback[part]))
+            if not _are_rows(rows) or list(map(_get_key, rows)) != keys:
                 raise _refuse(part, f"be {keys}", rows)
             for key, row in zip(keys, rows, strict=True):
                 self._check_value(key, row.get("value"))
@@ -127,13 +135,15 @@ class Inputs:
             raise _refuse(key, f"be what the page offers ({said})", value) from None
 
 
-def _list_keys(rows: object) -> list[str] | None:
-    """Return "id.property" of each row, or None if these are no such rows."""
-    if not isinstance(rows, list):
-        return None
-    if not all(isinstance(row, dict) and {"id", "property"} <= row.keys() for row in rows):
-        return None
-    return [f"{row['id']}.{row['property']}" for row in rows]
+def _get_key(row: Mapping[str, Any]) -> str:
+    return f"{row['id']}.{row['property']}"
+
+
+def _are_rows(rows: object) -> bool:
+    """Tell whether each value comes with the name of what has it."""
+    return isinstance(rows, list) and all(
+        isinstance(row, dict) and {"id", "property"} <= row.keys() for row in rows
+    )
 
 
 def _list_outputs(output: str) -> list[Any]:
