@@ -162,7 +162,7 @@ def rewrite(path: Path, change: Callable[[str, bytes], bytes]) -> None:
 
 def make_call(rng: Rng) -> bytes:
     """Return opcodes of a pickle: a call with odd arguments, or numbers that lie about a length."""
-    numbers = (4 * 10**9, 10**9, 2**40, -1, 3, 2**63 - 1)
+    numbers = (4 * 10**9, 6 * 10**9, 2**40, -1, 3, 2**63 - 1)
     allowed = sorted(_get_allowed_globals())
     called = str(
         rng.choice([
@@ -172,6 +172,8 @@ def make_call(rng: Rng) -> bytes:
             "posix.system", "evilmod.P", "builtins.range", "numpy.zeros",
         ])
     )  # fmt: skip
+    if rng.random() < 0.4:  # what allocates as it is called
+        called = str(rng.choice(["builtins.bytearray", "torch.Tensor", "torch.FloatStorage"]))
     module, _, name = called.rpartition(".")
     values: list[Any] = [int(rng.choice(numbers)) for _ in range(int(rng.integers(1, 4)))]
     if rng.random() < 0.4:
@@ -179,7 +181,8 @@ def make_call(rng: Rng) -> bytes:
     given = pickle.dumps(tuple(values), 2)[2:-1]
     kinds = [
         f"c{module}\n{name}\n".encode() + given + b"R",
-        b"\x81".join([f"c{module}\n{name}\n".encode() + given, b""]),
+        f"c{module}\n{name}\n".encode() + given + b"\x81",
+        b"](" + b"cbuiltins\nbytearray\n(J\0\0\0\x20tR" * 10 + b"e",  # half a gigabyte, ten times
         b"]" * 100_000 + b"a" * 99_999,
         b"(" * 1_000_000,
         b"]" + b"".join(b"q%c(h%ch%cl" % (n, n, n) for n in range(60)),  # doubles sixty times
