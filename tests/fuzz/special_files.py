@@ -43,6 +43,20 @@ def _bind(path: Path) -> None:
         os.chdir(here)
 
 
+def _link_to_device(number: int) -> Callable[[Path], None]:
+    """Return what makes a device of memory and a link to it; never one of the machine's own."""
+
+    def make(path: Path) -> None:
+        device = path.with_name("device")
+        try:
+            os.mknod(device, stat.S_IFCHR | 0o666, os.makedev(1, number))
+        except PermissionError:  # not for this user: the next best that is no file
+            os.mkfifo(device)
+        path.symlink_to(device)
+
+    return make
+
+
 def _link(path: Path) -> None:
     real = path.with_name("real")
     real.write_bytes(b"x")
@@ -53,10 +67,10 @@ def _link(path: Path) -> None:
 THINGS: dict[str, Callable[[Path], None]] = {
     "file": lambda path: path.touch(),
     "fifo": lambda path: os.mkfifo(path),
-    "zero": lambda path: path.symlink_to("/dev/zero"),
-    "null": lambda path: path.symlink_to("/dev/null"),
-    "full": lambda path: path.symlink_to("/dev/full"),
-    "random": lambda path: path.symlink_to("/dev/urandom"),
+    "zero": _link_to_device(5),
+    "null": _link_to_device(3),
+    "full": _link_to_device(7),
+    "random": _link_to_device(9),
     "folder": lambda path: path.mkdir(),
     "socket": _bind,
     "nothing": lambda path: None,
@@ -123,7 +137,7 @@ def use(folder: Path) -> None:
     what, _, ending = what.partition("|")
     if not what:
         return
-    path = folder / f"thing{ending}"
+    path, device = folder / f"thing{ending}", folder / "device"
     THINGS[what](path)
     before = path.lstat() if path.is_symlink() or path.exists() else None
     try:
@@ -133,5 +147,6 @@ def use(folder: Path) -> None:
         if before is not None and found is not None:
             kind = stat.S_IFMT(before.st_mode)
             assert stat.S_IFMT(found.lstat().st_mode) == kind, f"{who}: a {what} was replaced"
+        assert not device.is_file(), f"{who}: the device behind a link was replaced"
     is_odd = what not in ("file", "nothing", "link", "dangling")
     assert not is_odd or who not in WRITERS, f"{who} into a {what} must be refused"
