@@ -77,8 +77,8 @@ def _refuse(_):
         (_hide, "memory"),
         (_spin, "hang"),
         (_wait, "hang"),
-        (_wait_outside_python, "process ended"),
-        (_count_outside_python, "process ended"),
+        pytest.param(_wait_outside_python, "process ended", marks=pytest.mark.slow),
+        pytest.param(_count_outside_python, "process ended", marks=pytest.mark.slow),
         (lambda _: os.kill(os.getpid(), signal.SIGKILL), "process ended"),
     ],
 )
