@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -26,7 +27,8 @@ def write_whole(path: Path, content: bytes) -> None:
     Raises:
         OSError: if the disk is full or not writable; the old file, if any, is untouched.
     """
-    partial = path.with_name(f"{path.name}.{os.getpid()}.part")
+    # No other thread, process or container that writes the same file has this name.
+    partial = path.with_name(f"{path.name}.{secrets.token_hex(8)}.part")
     try:
         with partial.open("wb") as file:
             file.write(content)

@@ -6,7 +6,6 @@ from collections.abc import Collection
 from datetime import datetime
 from threading import Lock
 from typing import Any
-from weakref import ref
 
 import numpy as np
 
@@ -18,7 +17,6 @@ from sgm.finder.reasons import gather_evidence
 from sgm.finder.search import ObjectSearch
 from sgm.finder.search_plan import Distance, SearchPlan, find_distance, plan_search
 from sgm.memory.asking import Asked
-from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten
@@ -33,8 +31,8 @@ _ANYWHERE = 0.05  # share of the belief that is spread over all furniture: no pl
 class Finder:
     """Answers where things are, from a `SceneGraphMemory` and a policy; needs no torch.
 
-    Asking is reading: nothing that was asked stays in the memory. Several threads may ask while one
-    observes.
+    Asking is reading: nothing that was asked stays in the memory. Several threads may ask one
+    finder, and one memory, while others observe.
 
     Example:
         >>> finder = Finder(Bayesian())
@@ -79,8 +77,8 @@ class Finder:
         self._asks_moved = asks_moved
         self._policy = policy.for_questions(asks_moved)
         self._lock = Lock()
-        # What was learnt of which memory, in which state: the same for all questions of a step.
-        self._leaving: tuple[ref[MemoryBatch], tuple[int, ...], Leaving] | None = None
+        # What was learnt of which state of a memory, at which time: the same for all questions.
+        self._leaving: tuple[object, int, Leaving] | None = None
 
     def resolve(self, memory: SceneGraphMemory, description: str) -> Resolution:
         """Say which remembered things a question means; see `NameIndex` for the rules.
@@ -238,10 +236,9 @@ class Finder:
 
     def _compute_left(self, asked: Asked) -> np.ndarray:
         """Return how likely each thing has left, before this step's looks, (K,); see `Leaving`."""
-        batch, origin, known = asked.batch, asked.origin, self._leaving
-        state = (batch.time, len(origin.objects), len(origin.edges), origin.num_furniture)
-        if known is None or known[0]() is not origin or known[1] != state:  # once in a step
-            known = self._leaving = ref(origin), state, Leaving(batch)
+        batch, known = asked.batch, self._leaving
+        if known is None or known[0] is not asked.origin or known[1] != batch.time:
+            known = self._leaving = asked.origin, batch.time, Leaving(batch)
         left = known[2].compute(batch, asked.queries)
         odds = left / (1 - left) * _odds(self.elsewhere_share) / _odds(DEFAULT_SHARE)
         return odds / (1 + odds)

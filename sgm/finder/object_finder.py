@@ -18,6 +18,7 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.memory.replay import replay
 from sgm.names.names import Similarity
+from sgm.names.words import read_words
 from sgm.network.calibration import Calibration
 from sgm.network.network import Network, has_onnx
 from sgm.network.policy import NetworkPolicy
@@ -182,7 +183,11 @@ class ObjectFinder(Finder):
             if line.kind != "look":
                 continue
             names = list(
-                dict.fromkeys(name for name, _, sure in line.values["seen"] if sure >= SURE)
+                dict.fromkeys(
+                    read_words("description", name)
+                    for name, _, sure in line.values["seen"]
+                    if sure >= SURE
+                )
             )
             left -= len(line.values["seen"])
             if not names or left > _MOST_QUESTIONS:

@@ -140,18 +140,22 @@ def plan_search(
 def find_distance(memory: SceneGraphMemory, start: Any) -> Distance | None:
     """Return the straight line in metres, if the start and all furniture have positions.
 
+    There is no way to what has no position: furniture that was added later without one.
+
     Args:
         memory: with the positions of its furniture.
         start: (x, y) in metres, or a furniture id; None for no start.
     """
-    at = {number: memory.get_position(number) for number in memory.furniture_ids}
+    at = {number: node.position for number, node in memory.layout.furniture.items()}
     if start is None or None in at.values():
         return None
 
     def measure(origin: Any, furniture: int) -> float:
+        if furniture not in at:  # added since
+            at.update((number, node.position) for number, node in memory.layout.furniture.items())
         here: Any = at.get(origin, origin) if isinstance(origin, int) else origin
-        there: Any = at[furniture]
-        return math.dist(here, there)
+        there = at.get(furniture)
+        return math.inf if here is None or there is None else math.dist(here, there)
 
     return measure
 

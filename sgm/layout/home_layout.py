@@ -63,24 +63,29 @@ class HomeLayout:
     num_furniture_ever: int = 0
 
     def add_room(self, label: str) -> int:
-        """Add a room and return its id.
-
-        Raises:
-            ValueError: if the label is no name (`read_words`).
-        """
-        read_words("room label", label)
+        """Add a room, whose label was checked, and return its id."""
         self.rooms[self.num_rooms_ever] = label
         self.num_rooms_ever += 1
         return self.num_rooms_ever - 1
 
-    def add_furniture(
+    def add_furniture(self, node: Furniture) -> int:
+        """Add what `make_furniture` made, and return its id."""
+        self.furniture[self.num_furniture_ever] = node
+        self.num_furniture_ever += 1
+        return self.num_furniture_ever - 1
+
+    def copy(self) -> HomeLayout:
+        """Return the same layout, which can be changed alone."""
+        return replace(self, rooms=dict(self.rooms), furniture=dict(self.furniture))
+
+    def make_furniture(
         self,
         label: str,
         room: int,
         description: str | None,
         position: tuple[float, float] | None = None,
-    ) -> int:
-        """Add a furniture node and return its id.
+    ) -> Furniture:
+        """Check what a furniture node is to be, and change nothing.
 
         Raises:
             KeyError: if there is no such room.
@@ -91,16 +96,12 @@ class HomeLayout:
         description = label if description is None else description
         read_words("furniture description", description)
         self.check_room(room)
-        self.furniture[self.num_furniture_ever] = Furniture(
-            label, int(room), description, read_position(position)
-        )
-        self.num_furniture_ever += 1
-        return self.num_furniture_ever - 1
+        return Furniture(label, int(room), description, read_position(position))
 
-    def move_furniture(
+    def make_moved(
         self, furniture: int, room: int | None, position: tuple[float, float] | None
-    ) -> None:
-        """Put a furniture node elsewhere, into another room or at another position.
+    ) -> Furniture:
+        """Return a furniture node as it is in another room or at another position.
 
         Raises:
             KeyError: if there is no such furniture node or room.
@@ -113,7 +114,7 @@ class HomeLayout:
             node = replace(node, room=int(room), position=None)
         if position is not None:
             node = replace(node, position=read_position(position))
-        self.furniture[furniture] = node
+        return node
 
     def describe(self, furniture: int) -> str:
         """Return the description and room of a furniture node.
@@ -176,7 +177,7 @@ def read_position(position: Any = None) -> tuple[float, float] | None:
         return None
     try:
         x, y = (float(value) for value in position)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         x = y = math.nan
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError(

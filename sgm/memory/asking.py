@@ -52,12 +52,13 @@ class Looks:
 class Asked:
     """K objects that are asked for, and all that a memory of F furniture nodes says of them.
 
-    Both memories are copies of the asker's own: nothing that is done to them reaches the memory.
+    Both memories are copies of the asker's own: nothing that is done to them reaches the memory,
+    and what is done to the memory does not reach them.
 
     Attributes:
         batch: the memory as it was before the looks of this time step, which policies are asked of.
-        origin: what `batch` is a copy of: the same object for all questions of a time step that ask
-            of the same state.
+        origin: stands for the state that `batch` is a copy of: the same object for all questions
+            that ask of that state.
         queries: the objects asked for in it, (K,).
         current: the memory as it is now.
         rows: the objects' rows in `current.objects`, -1 for what it does not know, (K,).
@@ -69,7 +70,7 @@ class Asked:
     """
 
     batch: MemoryBatch
-    origin: MemoryBatch
+    origin: object
     queries: Queries
     current: MemoryBatch
     rows: np.ndarray

@@ -92,6 +92,14 @@ class Clock:
                 "Count time_s in seconds from start."
             ) from None
 
+    def get_time(self, step: int) -> datetime:
+        """Return the date and time of a time step.
+
+        Raises:
+            ValueError: if that is no date any more.
+        """
+        return self.shift(step * self.step_seconds).start
+
     def to_json(self) -> dict[str, Any]:
         """Return JSON values, from which `from_json` makes the same clock."""
         return {"start": self.start.isoformat(), "step_seconds": self.step_seconds}

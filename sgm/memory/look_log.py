@@ -10,12 +10,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sgm.layout.home_layout import Furniture, HomeLayout
+from sgm.layout.home_layout import Furniture
 from sgm.memory.clock import Clock
+from sgm.memory.log_lock import LogLock
+from sgm.memory.memory_content import MemoryContent
+from sgm.memory.time_steps import MAX_TIME
 from sgm.messages import shorten
 from sgm.names.words import read_words
 
-LOG_VERSION = 1
+LOG_VERSION = 2
+_FIRST_VERSION = 1  # without the memory that goes on, and without questions
 # What the values of a line must name, by kind.
 _FIELDS: Mapping[str, tuple[str, ...]] = {
     "start": ("version", "clock", "rooms", "furniture"),
@@ -27,6 +31,7 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {
     "remove_object": ("description",),
     "look": ("furniture", "coverage", "seen"),
     "absent": ("furniture", "description", "coverage"),
+    "query": ("description",),
     "step": ("num_steps",),
 }
 
@@ -37,10 +42,11 @@ class LogLine:
 
     Attributes:
         kind: "start": a memory begins, or goes on after it was loaded, with these rooms and
-            furniture and this clock. "room", "furniture", "move", "remove_room",
-            "remove_furniture", "remove_object", "look", "absent", "step": what was called, with
-            its arguments as values. `seen` of a look holds description, relation and confidence of
-            each sighting.
+            furniture and this clock; `memory` is all that it holds then, a `MemoryContent`, None
+            in logs of version 1, which do not say. "room", "furniture", "move", "remove_room",
+            "remove_furniture", "remove_object", "look", "absent", "query", "step": what was called,
+            with its arguments as values. `seen` of a look holds description, relation and
+            confidence of each sighting.
         time: time step of the memory, after the change.
         values: JSON values by name.
     """
@@ -53,9 +59,10 @@ class LogLine:
 class LookLog:
     """Appends every change of a memory to a file.
 
-    A line is written at once and whole, in one call, so that all but the last survive when the
-    program dies. A log is of one home: memories that are started, saved and loaded one after the
-    other may go on in the same file, each with a line that says how the home was then.
+    A line is written before its change is made, at once and whole or not at all, so that all but
+    the last survive when the program dies. A log is of one home: memories that are started, saved
+    and loaded one after the other may go on in the same file, each with a line that says how it was
+    then. One memory at a time writes it (`LogLock`).
 
     Attributes:
         path: of the file.
@@ -68,33 +75,44 @@ class LookLog:
             path: such as "looks.jsonl".
 
         Raises:
-            ValueError: if the file is no log.
+            ValueError: if the file is no log, or another process writes it.
             OSError: if the folder does not exist, or the file cannot be read or written.
         """
         self.path = Path(path)
-        if self.path.exists():
-            whole = _cut_torn_line(self.path)
-            _read_lines(whole, self.path)
-            if len(whole) < self.path.stat().st_size:
-                with self.path.open("r+b") as file:
-                    file.truncate(len(whole))
+        self._lock = LogLock.of(self.path)
+        self._turn = object()  # the one whose turn it is to write
+        with self._lock.turns:
+            if self.path.exists():
+                whole = _cut_torn_line(self.path)
+                _read_lines(whole, self.path)
+                if len(whole) < self.path.stat().st_size:
+                    with self.path.open("r+b") as file:
+                        file.truncate(len(whole))
+            self._lock.turn = self._turn
 
-    def start(self, time: int, layout: HomeLayout, clock: Clock | None) -> None:
+    def start(self, content: MemoryContent, *, is_new: bool) -> None:
         """Note how the home is when a memory begins, or goes on.
+
+        Args:
+            content: what the memory holds.
+            is_new: whether that is nothing yet.
 
         Raises:
             OSError: if the file cannot be written.
         """
+        layout, clock = content.layout, content.clock
         values = {
             "version": LOG_VERSION,
+            "prior": content.prior,
             "clock": None if clock is None else clock.to_json(),
             "rooms": [[number, label] for number, label in layout.rooms.items()],
             "furniture": [
                 [number, row.label, row.room, row.description, row.position]
                 for number, row in layout.furniture.items()
             ],
+            "memory": None if is_new else content.to_json(),
         }
-        self.write("start", time, clock, values)
+        self.write("start", content.time, clock, values)
 
     def write(self, kind: str, time: int, clock: Clock | None, values: Mapping[str, Any]) -> None:
         """Append a line.
@@ -106,16 +124,17 @@ class LookLog:
             values: as in `LogLine`.
 
         Raises:
-            OSError: if the file cannot be written.
+            ValueError: if it is no date of the clock, or another memory or process has the log.
+            OSError: if the file cannot be written; it is left as it was.
         """
         line: dict[str, Any] = {"kind": kind, "time": time}
         if clock is not None:
-            line["at"] = clock.shift(time * clock.step_seconds).start.isoformat()
+            line["at"] = clock.get_time(time).isoformat()
         text = json.dumps(
             {**line, **values}, ensure_ascii=False, separators=(",", ":"), default=_to_number
         )
-        with self.path.open("ab", buffering=0) as file:
-            file.write(f"{text}\n".encode())
+        with self._lock.take(self._turn):
+            _append(self.path, f"{text}\n".encode())
 
 
 def read_log(path: str | Path) -> list[LogLine]:
@@ -146,6 +165,18 @@ def make_furniture(row: list[Any]) -> Furniture:
     """Make the furniture of a row of a "start" line, without its number."""
     _, label, room, description, position = row
     return Furniture(label, room, description, None if position is None else tuple(position))
+
+
+def _append(path: Path, content: bytes) -> None:
+    """Append all of a content to a file, or, on a disk that is full, nothing."""
+    with path.open("ab", buffering=0) as file:
+        size = file.seek(0, os.SEEK_END)
+        try:
+            while content:
+                content = content[file.write(content) :]
+        except OSError:
+            file.truncate(size)
+            raise
 
 
 def _to_number(value: Any) -> Any:
@@ -184,21 +215,46 @@ def _read_lines(content: bytes, path: Path) -> list[LogLine]:
 
 def _read_line(data: Any) -> LogLine:
     kind, time = data["kind"], data["time"]
-    if kind not in _FIELDS or not isinstance(time, int) or time < 0:
+    if kind not in _FIELDS or not _is_time(time):
         raise ValueError(f"kind {shorten(kind)} at time {shorten(time)}")
     values = {name: data[name] for name in _FIELDS[kind]}
+    if kind == "step" and not _is_time(values["num_steps"]):
+        raise ValueError(f"{shorten(values['num_steps'])} steps")
     if kind == "start":
-        if values["version"] != LOG_VERSION:
-            raise ValueError(f"version {shorten(values['version'])} instead of {LOG_VERSION}")
+        if values["version"] not in range(_FIRST_VERSION, LOG_VERSION + 1):
+            raise ValueError(
+                f"version {shorten(values['version'])} instead of {_FIRST_VERSION} to {LOG_VERSION}"
+            )
         clock = values["clock"]
         values["clock"] = None if clock is None else Clock.from_json(clock)
+        values["memory"] = None if values["version"] == 1 else _read_memory(data, values["clock"])
         values["furniture"] = {row[0]: make_furniture(row) for row in values["furniture"]}
         values["rooms"] = {int(number): str(label) for number, label in values["rooms"]}
     elif kind == "look":
         values["seen"] = [
-            (read_words("description", words), str(relation), float(confidence))
-            for words, relation, confidence in values["seen"]
+            (_check_words(description), str(relation), float(confidence))
+            for description, relation, confidence in values["seen"]
         ]
     if "coverage" in values:
         values["coverage"] = float(values["coverage"])
     return LogLine(kind, time, values)
+
+
+def _is_time(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MAX_TIME
+
+
+def _check_words(description: Any) -> str:
+    """Return a description as it is written; later ones of the same words are the same thing."""
+    read_words("description", description)
+    return str(description)
+
+
+def _read_memory(data: Any, clock: Clock | None) -> MemoryContent:
+    """Read what the memory of a "start" line holds, nothing where a new one begins."""
+    if data["memory"] is None:
+        return MemoryContent.empty(str(data["prior"]), clock)
+    content = MemoryContent.from_json(data["memory"])
+    if (content.time, content.clock) != (data["time"], clock):
+        raise ValueError("a memory of another time or clock")
+    return content

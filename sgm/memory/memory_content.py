@@ -53,6 +53,8 @@ class MemoryContent:
         asked: position of the object asked for since the last step, None without one.
         clock: what time it is at every time step; None if nobody knows.
         looks: of the present time step, in order; all else is as it was before them.
+        queries: what was asked for after the first of these looks, in order: how many looks came
+            before it, and its description.
         sought: by words of a description and furniture id, looks that were about this alone and
             did not find it there: how many, weighed by what was in view, and when the last was.
     """
@@ -69,6 +71,7 @@ class MemoryContent:
     asked: int | None
     clock: Clock | None = None
     looks: tuple[StepLook, ...] = ()
+    queries: tuple[tuple[int, str], ...] = ()
     sought: Mapping[tuple[str, int], tuple[float, int]] = field(default_factory=dict)
 
     @classmethod
@@ -135,6 +138,7 @@ class MemoryContent:
             history=self.history.take(keep_furniture, keep_edge),
             asked=None,
             looks=(),
+            queries=(),
             sought={key: value for key, value in self.sought.items() if key[1] in kept},
         )
 
@@ -163,6 +167,7 @@ class MemoryContent:
             "asked": self.asked,
             "clock": None if self.clock is None else self.clock.to_json(),
             "looks": [look.to_json() for look in self.looks],
+            **({"queries": [list(query) for query in self.queries]} if self.queries else {}),
             "sought": [[*key, *value] for key, value in self.sought.items()],
         }
 
@@ -206,6 +211,7 @@ class MemoryContent:
                 asked=data["asked"],
                 clock=None if clock is None else Clock.from_json(clock),
                 looks=tuple(StepLook.from_json(look) for look in data.get("looks", ())),
+                queries=tuple((number, words) for number, words in data.get("queries", ())),
                 sought={
                     (str(words), furniture): (float(count), time)
                     for words, furniture, count, time in data.get("sought", ())
@@ -267,6 +273,9 @@ class MemoryContent:
         for look in self.looks:
             if look.furniture not in layout.furniture:
                 raise ValueError(f"there is no furniture {look.furniture}")
+        _check_between("queries", [number for number, _ in self.queries], 1, len(self.looks))
+        for _, description in self.queries:
+            read_words("description", description)
         for (name, furniture), (count, time) in self.sought.items():
             read_words("description", name)
             _check_between("time of a look", [time], 0, self.time)

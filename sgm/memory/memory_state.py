@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
@@ -51,6 +51,7 @@ class MemoryState:
     asked: int | None
     _batch: MemoryBatch
     _is_layout_new: bool  # whether the batch has yet to take it over
+    _version: object  # another one after each change of the batch
 
     def __init__(self, prior: PriorGraph, clock: Clock | None) -> None:
         """Start with an empty home."""
@@ -79,7 +80,8 @@ class MemoryState:
 
     def look(self, furniture: int, seen: Sequence[Sighting], coverage: float) -> None:
         """Fold one look at a furniture node in; see `SceneGraphMemory.observe`."""
-        self.step.begin(self.batch)
+        self.step.begin(self.batch, self._version, self.asked)
+        self._version = object()
         rows = [self.ensure_object(sighting.description) for sighting in seen]
         self.batch.observe(
             _HOME,
@@ -111,6 +113,7 @@ class MemoryState:
         self.batch.time += num_steps - 1
         self.asked = None
         self.step = StepLog()
+        self._version = object()
 
     def ask(self, descriptions: Sequence[str], before_looks: bool, later: int = 0) -> Asked:
         """Ask for objects, and change nothing; see `SceneGraphMemory.ask`."""
@@ -118,10 +121,10 @@ class MemoryState:
         current, step = self.batch.copy(), self.step
         current.time += later
         if before_looks and step.before is not None and not later:
-            origin, num_known = step.before, step.num_objects
-            batch = origin.copy()
+            origin, num_known = step.origin, step.num_objects
+            batch = step.before.copy()
         else:
-            origin, num_known = self.batch, len(self.descriptions)
+            origin, num_known = self._version, len(self.descriptions)
             batch = current.copy()
         known = np.array([self.find_row(description) for description in descriptions])
         vocabulary = self.vocabulary.with_labels(batch.labels)
@@ -246,6 +249,7 @@ class MemoryState:
         if label is not None:
             self.vocabulary.number(label)  # now: labels are numbered in the order they come up
         self._is_layout_new = True
+        self._version = object()
         self.asked = None
         self.step = StepLog()  # what was looked at in another home says nothing of this one
 
@@ -260,6 +264,8 @@ class MemoryState:
 
     def query(self, description: str) -> Queries:
         """Open the hypothetical edges of an object until the next step."""
+        self.step.note_query(description)
+        self._version = object()
         row = self.asked = self.ensure_object(description)
         return self.query_row(row)
 
@@ -295,7 +301,11 @@ class MemoryState:
         """Return the content before the looks of this step, and these looks."""
         if self.step.before is None:
             return self.get_content()
-        return replace(self.get_content(self.step.before), looks=tuple(self.step.looks))
+        step = self.step
+        return replace(
+            self.get_content(step.before),
+            asked=step.asked, looks=tuple(step.looks), queries=tuple(step.queries),
+        )  # fmt: skip
 
     def set_content(self, content: MemoryContent) -> None:
         """Become a memory of that content; prior weights are looked up again."""
@@ -328,6 +338,10 @@ class MemoryState:
         batch.count_history(content.history)  # now: to ask again is no new question
         self.sought = {}
         self.step = StepLog()
-        for look in content.looks:
+        self._version = object()
+        queries = deque(content.queries)
+        for number, look in enumerate(content.looks):
             self.look(look.furniture, look.seen, look.coverage)
+            while queries and queries[0][0] == number + 1:
+                self.query(queries.popleft()[1])
         self.sought = dict(content.sought)  # as it is after these looks

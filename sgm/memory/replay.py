@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
+from sgm.memory.clock import Clock
 from sgm.memory.look_log import LogLine
+from sgm.memory.memory_content import MemoryContent
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
-from sgm.prior.prior_graph import PriorGraph
+from sgm.prior.prior_graph import PriorGraph, find_shipped
 
 
 def replay(
@@ -17,21 +20,24 @@ def replay(
 ) -> Iterator[tuple[SceneGraphMemory, LogLine, Mapping[int, int]]]:
     """Yield the memory before each line of a log, the line, and ids of furniture.
 
-    The memory is one and grows. The ids are those of the memory, by those of the log.
+    The memory is one and grows; after the last line it is the one that wrote the log, to the bit.
+    The ids are those of the memory, by those of the log.
 
-    What was asked is in no log, so that the memory is that of a robot that looked and never asked.
-    Where a memory was started again, in a home that may differ, it goes on with what it knows.
+    Questions of `ask`, `rank` and finders change no memory and are in no log. Where a memory was
+    started again, it is that one from then on. A log of version 1 does not say what that one held:
+    there the memory goes on with what it knows.
 
     Args:
         lines: from `read_log`, the first a "start".
-        prior: of the memory; None for the household prior.
+        prior: of the memory; None for the one that the log names, if it ships, else the household
+            prior.
 
     Raises:
         ValueError: if there is no line, or one names a room or furniture that there is not.
     """
     if not lines:
         raise ValueError("log must have a line, got none. Look around with it first.")
-    replayer = Replayer(SceneGraphMemory(prior, clock=lines[0].values["clock"]))
+    replayer = Replayer(SceneGraphMemory(prior, clock=lines[0].values["clock"]), prior)
     for line in lines:
         yield replayer.memory, line, replayer.furniture
         replayer.apply(line)
@@ -45,15 +51,28 @@ class Replayer:
         furniture: ids in the memory by those in the log.
     """
 
-    def __init__(self, memory: SceneGraphMemory) -> None:
-        """Begin with an empty memory."""
+    def __init__(
+        self,
+        memory: SceneGraphMemory,
+        prior: PriorGraph | None = None,
+        clock: Clock | None = None,
+    ) -> None:
+        """Begin with an empty memory.
+
+        Args:
+            memory: the memory.
+            prior: of all memories that are started; None for what the log says.
+            clock: of all memories that are started; None for what the log says.
+        """
         self.memory = memory
+        self._prior = prior
+        self._clock = clock
         self._rooms: dict[int, int] = {}  # id in the memory by id in the log
         self.furniture: dict[int, int] = {}
 
     def copy(self) -> Replayer:
         """Return one that goes on alone."""
-        other = Replayer(self.memory.copy())
+        other = Replayer(self.memory.copy(), self._prior, self._clock)
         other._rooms, other.furniture = dict(self._rooms), dict(self.furniture)
         return other
 
@@ -86,11 +105,11 @@ class Replayer:
                 None if position is None else tuple(position),
             )  # fmt: skip
         elif line.kind == "remove_room":
-            memory.remove_room(self._rooms.pop(values["room"]))
+            self._remove_room(values["room"])
         elif line.kind == "remove_furniture":
             memory.remove_furniture(self.furniture.pop(values["furniture"]))
         elif line.kind == "remove_object":
-            with suppress(KeyError):  # it was asked for, and never seen
+            with suppress(KeyError):  # in version 1: it was asked for, and never seen
                 memory.remove_object(values["description"])
         elif line.kind == "look":
             seen = [Sighting(*one) for one in values["seen"]]
@@ -98,15 +117,31 @@ class Replayer:
         elif line.kind == "absent":
             place = self.furniture[values["furniture"]]
             memory.note_absent(place, values["description"], values["coverage"])
+        elif line.kind == "query":
+            memory.query(values["description"])
         else:
             memory.step(values["num_steps"])
 
     def _start(self, line: LogLine) -> None:
+        content: MemoryContent | None = line.values.get("memory")
+        if content is None:
+            self._join(line)
+            return
+        prior = self._prior or find_shipped(content.prior) or PriorGraph.household()
+        if self._clock is not None:
+            content = replace(content, clock=self._clock)
+        self.memory._go_on_from(content, prior)
+        self._rooms = {number: number for number in content.layout.rooms}
+        self.furniture.clear()
+        self.furniture.update((number, number) for number in content.layout.furniture)
+
+    def _join(self, line: LogLine) -> None:
+        """Go on in the home of a line that does not say what the memory held."""
         rooms, furniture = line.values["rooms"], line.values["furniture"]
         for number in [number for number in self.furniture if number not in furniture]:
             self.memory.remove_furniture(self.furniture.pop(number))
         for number in [number for number in self._rooms if number not in rooms]:
-            self.memory.remove_room(self._rooms.pop(number))
+            self._remove_room(number)
         for number, label in rooms.items():
             if number not in self._rooms:
                 self._rooms[number] = self.memory.add_room(label)
@@ -122,3 +157,10 @@ class Replayer:
             label, self._rooms[room], values["description"],
             None if position is None else tuple(position),
         )  # fmt: skip
+
+    def _remove_room(self, number: int) -> None:
+        """Remove a room with its furniture, whose numbers then lead nowhere."""
+        gone = self.memory.list_furniture(self._rooms[number])
+        self.memory.remove_room(self._rooms.pop(number))
+        for key in [key for key, own in self.furniture.items() if own in gone]:
+            del self.furniture[key]

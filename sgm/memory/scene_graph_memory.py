@@ -7,7 +7,7 @@ from copy import deepcopy
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from threading import RLock
+from threading import Lock, RLock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,12 +18,13 @@ from sgm.memory.clock import Clock
 from sgm.memory.home_view import list_home, list_rows
 from sgm.memory.look_log import LookLog
 from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.memory_content import MemoryContent
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
 from sgm.memory.sighting import SeenAt, Sighting, read_coverage, read_sightings
 from sgm.memory.spark_graph import make_spark_graph
 from sgm.memory.storage import load_content, save_content
-from sgm.memory.time_steps import MAX_TIME, count_steps
+from sgm.memory.time_steps import MAX_TIME, check_jump, count_steps
 from sgm.messages import shorten
 from sgm.names.names import NameIndex, Resolution, Similarity
 from sgm.names.words import read_words
@@ -32,8 +33,6 @@ from sgm.prior.prior_graph import PriorGraph, find_shipped
 if TYPE_CHECKING:  # pandas is an extra
     from pandas import DataFrame
 
-
-_HOME = np.zeros(1, dtype=np.int64)  # the number of the only home of the batch
 
 
 class SceneGraphMemory:
@@ -47,6 +46,9 @@ class SceneGraphMemory:
 
     Names are compared as `read_words` says: case, spaces and "_" make no difference. Words that
     the prior does not know are welcome: an object without a prior may be at all furniture.
+
+    Threads may share a memory: every call is made whole, one after the other, and a call that
+    raises changes nothing. What a call returns is the caller's own, but for `batch` and `query`.
 
     Example:
         >>> memory = SceneGraphMemory()
@@ -79,9 +81,10 @@ class SceneGraphMemory:
 
         Raises:
             TypeError: if the prior or the clock is something else.
-            ValueError: if the log is another file.
+            ValueError: if the log is another file, or another process writes it. In one process
+                the latest memory that opened a log has it, and changes of earlier ones raise this.
             OSError: if the log cannot be written, here or with any later change; a change that
-                could not be written was made.
+                could not be written was not made.
         """
         for name, value, kind in (("prior", prior, PriorGraph), ("clock", clock, Clock)):
             if value is not None and not isinstance(value, kind):
@@ -89,11 +92,11 @@ class SceneGraphMemory:
                     f"{name} must be a {kind.__name__}, got {shorten(value)}. Leave it out for the "
                     "default."
                 )
-        self._prior = prior if prior is not None else PriorGraph.household()
-        self._lock = RLock()
-        self._names = NameIndex(row.label for row in self._prior.objects)
-        self._state = MemoryState(self._prior, clock)
+        self._lock = RLock()  # held by every call while it reads or changes the state
+        self._saving = Lock()  # these two are never waited for while the first one is held
+        self._naming = Lock()
         self._log: LookLog | None = None
+        self._begin(prior if prior is not None else PriorGraph.household(), clock)
         self._start_log(log)
 
     @classmethod
@@ -130,7 +133,7 @@ class SceneGraphMemory:
             )
         memory = cls(prior)
         memory._state.set_content(content if clock is None else replace(content, clock=clock))
-        memory._start_log(log)
+        memory._start_log(log, goes_on=True)
         return memory
 
     def copy(self) -> SceneGraphMemory:
@@ -151,46 +154,56 @@ class SceneGraphMemory:
             OSError: if the folder does not exist, or the disk does not take the file; an older
                 file is left as it was.
         """
-        with self._lock:
-            save_content(path, self._state.get_content_to_save())
+        with self._saving:  # of two saves the later one lasts; nobody waits for the disk
+            with self._lock:
+                data = self._state.get_content_to_save().to_json()
+            save_content(path, data)
 
     @property
     def batch(self) -> MemoryBatch:
         """The memory as a batch of one home, which policies read, in the order of `furniture_ids`.
 
-        It takes over rooms and furniture that were added when it is read, all at once.
+        It takes over rooms and furniture that were added when it is read, all at once. It is the
+        memory itself, which changes with it: beside a thread that observes, read `copy().batch`.
         """
-        return self._state.batch
+        with self._lock:
+            return self._state.batch
 
     @property
     def clock(self) -> Clock | None:
         """What time it is at every time step; None if it was not given."""
-        return self._state.clock
+        with self._lock:
+            return self._state.clock
 
     @property
     def time(self) -> int:
         """Steps since the start."""
-        return self.batch.time
+        with self._lock:
+            return self._state.time
 
     @property
     def layout(self) -> HomeLayout:
-        """Rooms and furniture by id, to be read; the methods below change them."""
-        return self._state.layout
+        """Rooms and furniture by id as they are now; the methods below change those of the memory."""
+        with self._lock:
+            return self._state.layout.copy()
 
     @property
     def num_furniture(self) -> int:
         """Number of furniture nodes, F."""
-        return len(self._state.layout.furniture)
+        with self._lock:
+            return len(self._state.layout.furniture)
 
     @property
     def furniture_ids(self) -> tuple[int, ...]:
         """Ids of the furniture nodes in the order of `batch`, (F,)."""
-        return tuple(self._state.layout.furniture)
+        with self._lock:
+            return self._state.furniture_ids
 
     @property
     def descriptions(self) -> tuple[str, ...]:
         """Descriptions of all objects seen or asked for, in the order of `batch`, (O,)."""
-        return tuple(self._state.descriptions)
+        with self._lock:
+            return tuple(self._state.descriptions)
 
     def add_room(self, label: str) -> int:
         """Add a room such as "kitchen" and return its id.
@@ -198,10 +211,12 @@ class SceneGraphMemory:
         Raises:
             ValueError: if the label is no name (`read_words`).
         """
+        read_words("room label", label)
         with self._lock:
-            room = self._state.layout.add_room(label)
+            layout = self._state.layout
+            self._write("room", room=layout.num_rooms_ever, label=label)
+            room = layout.add_room(label)
             self._state.note_new(label)
-            self._write("room", room=room, label=label)
         return room
 
     def add_furniture(
@@ -227,13 +242,13 @@ class SceneGraphMemory:
         """
         with self._lock:
             layout = self._state.layout
-            furniture = layout.add_furniture(label, room, description, position)
-            self._state.note_new(label)
-            node = layout.furniture[furniture]
+            node = layout.make_furniture(label, room, description, position)
             self._write(
-                "furniture", furniture=furniture, label=label, room=room,
+                "furniture", furniture=layout.num_furniture_ever, label=label, room=node.room,
                 description=node.description, position=node.position,
             )  # fmt: skip
+            furniture = layout.add_furniture(node)
+            self._state.note_new(label)
         return furniture
 
     def move_furniture(
@@ -254,10 +269,11 @@ class SceneGraphMemory:
             ValueError: if the position is no two numbers.
         """
         with self._lock:
-            self._state.layout.move_furniture(furniture, room, position)
-            self._state.note_new()
-            node = self._state.layout.furniture[furniture]
+            layout = self._state.layout
+            node = layout.make_moved(furniture, room, position)
             self._write("move", furniture=furniture, room=node.room, position=node.position)
+            layout.furniture[furniture] = node
+            self._state.note_new()
 
     def get_position(self, furniture: int) -> tuple[float, float] | None:
         """Return the position of a furniture node; None if it was not given.
@@ -265,8 +281,9 @@ class SceneGraphMemory:
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
         """
-        self._state.layout.check_furniture(furniture)
-        return self._state.layout.furniture[furniture].position
+        with self._lock:
+            self._state.layout.check_furniture(furniture)
+            return self._state.layout.furniture[furniture].position
 
     def list_furniture(self, room: int) -> tuple[int, ...]:
         """Return the ids of the furniture of a room, to leave out a closed one, for example.
@@ -274,9 +291,10 @@ class SceneGraphMemory:
         Raises:
             KeyError: if `room` is not a room of this memory.
         """
-        self._state.layout.check_room(room)
-        furniture = self._state.layout.furniture.items()
-        return tuple(number for number, node in furniture if node.room == room)
+        with self._lock:
+            self._state.layout.check_room(room)
+            furniture = self._state.layout.furniture.items()
+            return tuple(number for number, node in furniture if node.room == room)
 
     def remove_room(self, room: int) -> None:
         """Remove a room with all its furniture and what is remembered of it; objects stay.
@@ -284,10 +302,10 @@ class SceneGraphMemory:
         Raises:
             KeyError: if `room` is not a room of this memory.
         """
-        self._state.layout.check_room(room)
         with self._lock:
-            self._state.remove(rooms=[room])
+            self._state.layout.check_room(room)
             self._write("remove_room", room=room)
+            self._state.remove(rooms=[room])
 
     def remove_furniture(self, furniture: int) -> None:
         """Remove a furniture node and all its edges; the objects that were seen there stay.
@@ -295,10 +313,10 @@ class SceneGraphMemory:
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
         """
-        self._state.layout.check_furniture(furniture)
         with self._lock:
-            self._state.remove(furniture=[furniture])
+            self._state.layout.check_furniture(furniture)
             self._write("remove_furniture", furniture=furniture)
+            self._state.remove(furniture=[furniture])
 
     def remove_object(self, description: str) -> None:
         """Forget an object with all its edges, as if it had never been seen or asked for.
@@ -307,15 +325,16 @@ class SceneGraphMemory:
             KeyError: if this memory has no object of that description.
             ValueError: if the description is no name (`read_words`).
         """
-        row = self._state.find_row(description)
-        if row < 0:
-            raise KeyError(
-                f"description must be one that was seen or asked for, got {shorten(description)}; "
-                f"there are {len(self._state.descriptions)} objects. Check its words."
-            )
         with self._lock:
-            self._state.remove(objects=[row])
+            row = self._state.find_row(description)
+            if row < 0:
+                raise KeyError(
+                    f"description must be one that was seen or asked for, got "
+                    f"{shorten(description)}; there are {len(self._state.descriptions)} objects. "
+                    "Check its words."
+                )
             self._write("remove_object", description=description)
+            self._state.remove(objects=[row])
 
     def describe(self, furniture: int) -> str:
         """Return the description and room of a furniture node, "white fridge in kitchen".
@@ -323,7 +342,8 @@ class SceneGraphMemory:
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
         """
-        return self._state.layout.describe(furniture)
+        with self._lock:
+            return self._state.layout.describe(furniture)
 
     def observe(self, furniture: int, seen: Sequence[Sighting], coverage: float = 1.0) -> None:
         """Fold one look at a furniture node into the memory.
@@ -349,14 +369,15 @@ class SceneGraphMemory:
         Source: paper section 4.2, appendix B. Differs: negative evidence is counted (released
         code does not).
         """
-        self._state.layout.check_furniture(furniture)
-        seen = read_sightings(seen, self.describe(furniture))
-        coverage = read_coverage(coverage, self.describe(furniture))
+        place = self.describe(furniture)
+        seen = read_sightings(seen, place)  # may take its time: others go on meanwhile
+        coverage = read_coverage(coverage, place)
         furniture = int(furniture)  # of any kind of number
+        rows = [[one.description, one.relation, one.confidence] for one in seen]
         with self._lock:
-            self._state.look(furniture, seen, coverage)
-            rows = [[one.description, one.relation, one.confidence] for one in seen]
+            self._state.layout.check_furniture(furniture)
             self._write("look", furniture=furniture, coverage=coverage, seen=rows)
+            self._state.look(furniture, seen, coverage)
 
     def note_absent(self, furniture: int, description: str, coverage: float = 1.0) -> None:
         """Note that a look for one thing did not find it, and say nothing of all others there.
@@ -370,13 +391,13 @@ class SceneGraphMemory:
             KeyError: if `furniture` is not a furniture node of this memory.
             ValueError: if the description is no name, or the coverage out of range.
         """
-        self._state.layout.check_furniture(furniture)
-        words = read_words("description", description)
-        coverage = read_coverage(coverage, self.describe(furniture))
-        furniture = int(furniture)
         with self._lock:
-            self._state.note_absent(furniture, words, coverage)
+            place = self._state.layout.describe(furniture)
+            words = read_words("description", description)
+            coverage = read_coverage(coverage, place)
+            furniture = int(furniture)
             self._write("absent", furniture=furniture, description=words, coverage=coverage)
+            self._state.note_absent(furniture, words, coverage)
 
     def step(self, num_steps: int = 1) -> None:
         """Let time pass.
@@ -386,39 +407,53 @@ class SceneGraphMemory:
                 object in twenty moves in a step.
 
         Raises:
-            ValueError: if it is negative, no whole number, or time would exceed `MAX_TIME`.
+            ValueError: if it is negative, no whole number, or time would exceed `MAX_TIME` or the
+                dates that the clock can tell.
         """
         if not isinstance(num_steps, (int, np.integer)) or num_steps < 0:
             raise ValueError(
                 f"num_steps must be a whole number, 0 or more, got {shorten(num_steps)}. Time only "
                 "goes forward."
             )
-        if self.time + num_steps > MAX_TIME:
-            raise ValueError(
-                f"time must be at most {MAX_TIME}, got {num_steps} steps at time {self.time}. "
-                "Choose a longer time step."
-            )
-        if num_steps:
-            with self._lock:
+        with self._lock:
+            now, clock = self._state.time, self._state.clock
+            if now + num_steps > MAX_TIME:
+                raise ValueError(
+                    f"time must be at most {MAX_TIME}, got {num_steps} steps at time {now}. "
+                    "Choose a longer time step."
+                )
+            if clock is not None:
+                clock.get_time(now + int(num_steps))
+            if num_steps:
+                self._write("step", now + int(num_steps), num_steps=int(num_steps))
                 self._state.let_pass(int(num_steps))
-                self._write("step", num_steps=int(num_steps))
 
-    def step_to(self, time: datetime) -> None:
+    def step_to(self, time: datetime, *, accept_jump: bool = False) -> None:
         """Let time pass until a date and time: the last step that has begun by then.
+
+        Time never goes back, so that a date that was wrong once would stay. More than `MAX_JUMP`
+        at once is therefore believed only when it is said to be right.
 
         Args:
             time: local, not before the present step.
+            accept_jump: whether the time is right, however far ahead.
 
         Raises:
-            ValueError: if the memory has no clock, or the time lies before the present step.
+            ValueError: if the memory has no clock, the time lies before the present step, or more
+                than `MAX_JUMP` after it and is not accepted.
         """
-        self.step(count_steps(time, self.time, self.clock))
+        with self._lock:
+            now, clock = self._state.time, self._state.clock
+            num_steps = count_steps(time, now, clock)
+            if clock is not None and not accept_jump:
+                check_jump(num_steps, now, clock)
+            self.step(num_steps)
 
     def query(self, description: str) -> Queries:
         """Ask for an object; until the next `step` its hypothetical edges are in the graph.
 
         A place that is looked at meanwhile, and does not show it, is remembered as one where it
-        was not.
+        was not. So this changes the memory, as `rank` and `ask` do not, and is logged.
 
         Args:
             description: what to look for, whether it was seen before or not.
@@ -430,8 +465,10 @@ class SceneGraphMemory:
             ValueError: if the description is no name (`read_words`), or there is no furniture yet.
         """
         read_words("description", description)
-        self._check_furniture()
-        return self._state.query(description)
+        with self._lock:
+            self._check_furniture()
+            self._write("query", description=description)
+            return self._state.query(description)
 
     def rank(self, policy: Scorer, description: str) -> list[tuple[int, float]]:
         """Order all furniture by how likely it holds an object, the best first.
@@ -458,8 +495,9 @@ class SceneGraphMemory:
         Raises:
             ValueError: if the description is no name (`read_words`).
         """
-        with self._lock:
-            self._names.update(self._state.descriptions)
+        descriptions = self.descriptions
+        with self._naming:  # nobody else waits for text vectors
+            self._names.update(descriptions)
             return self._names.resolve(description, similarity)
 
     def find_furniture(self, name: str) -> tuple[int, ...]:
@@ -468,14 +506,11 @@ class SceneGraphMemory:
         Raises:
             ValueError: if the name is none (`read_words`).
         """
-        index = NameIndex(node.label for node in self._state.layout.furniture.values())
-        index.update([node.description for node in self._state.layout.furniture.values()])
+        furniture = self.layout.furniture
+        index = NameIndex(node.label for node in furniture.values())
+        index.update([node.description for node in furniture.values()])
         matches = set(index.resolve(name).matches)
-        return tuple(
-            number
-            for number, node in self._state.layout.furniture.items()
-            if node.description in matches
-        )
+        return tuple(number for number, node in furniture.items() if node.description in matches)
 
     def ask(
         self,
@@ -496,9 +531,9 @@ class SceneGraphMemory:
             ValueError: if a description is no name (`read_words`), there is no furniture yet, or
                 the time has passed.
         """
-        self._check_furniture()
-        later = 0 if at is None else count_steps(at, self.time, self.clock)
         with self._lock:
+            self._check_furniture()
+            later = 0 if at is None else count_steps(at, self._state.time, self._state.clock)
             return self._state.ask(descriptions, before_looks, later)
 
     def places_of(self, description: str) -> list[SeenAt]:
@@ -508,8 +543,9 @@ class SceneGraphMemory:
             ValueError: if the description is no name (`read_words`).
         """
         matches = self.resolve(description).matches
-        rows = [self._state.find_row(match) for match in matches]
-        found = [seen for row in rows for seen in self._state.list_places(row)]
+        with self._lock:
+            rows = [row for match in matches if (row := self._state.find_row(match)) >= 0]
+            found = [seen for row in rows for seen in self._state.list_places(row)]
         return sorted(found, key=lambda seen: -seen.time)
 
     def last_seen(self, description: str) -> SeenAt | None:
@@ -527,7 +563,8 @@ class SceneGraphMemory:
         whether the last look at it found them. "unplaced" lists objects that were last seen at
         furniture that was removed.
         """
-        return list_home(self.batch, self._state.layout, self._state.descriptions)
+        with self._lock:
+            return list_home(self._state.batch, self._state.layout, self._state.descriptions)
 
     def to_frame(self) -> DataFrame:
         """Return a table of every object at every place where it was ever seen (needs pandas).
@@ -547,10 +584,12 @@ class SceneGraphMemory:
         Raises:
             ModuleNotFoundError: if spark_dsg is not installed.
         """
-        number = self.batch.objects["label"]
-        kinds = [self.batch.labels[index] for index in number]
-        labels = dict(zip(self.descriptions, kinds, strict=True))
-        return make_spark_graph(self.to_dict(), self.layout, labels)
+        with self._lock:
+            batch = self._state.batch
+            kinds = [batch.labels[index] for index in batch.objects["label"]]
+            labels = dict(zip(self._state.descriptions, kinds, strict=True))
+            home, layout = self.to_dict(), self.layout
+        return make_spark_graph(home, layout, labels)
 
     def _check_furniture(self) -> None:
         if not self._state.layout.furniture:
@@ -558,12 +597,37 @@ class SceneGraphMemory:
                 "memory must have furniture before a query, got none. Call add_furniture first."
             )
 
-    def _start_log(self, path: str | Path | None) -> None:
+    def _begin(self, prior: PriorGraph, clock: Clock | None) -> None:
+        """Become an empty memory."""
+        self._prior = prior
+        self._names = NameIndex(row.label for row in prior.objects)
+        self._state = MemoryState(prior, clock)
+
+    def _go_on_from(self, content: MemoryContent, prior: PriorGraph) -> None:
+        """Become a memory of that content, as a log says that one went on."""
+        with self._lock:
+            self._begin(prior, content.clock)
+            self._state.set_content(deepcopy(content))
+            self._note_start(goes_on=True)
+
+    def _start_log(self, path: str | Path | None, goes_on: bool = False) -> None:
         if path is not None:
             self._log = LookLog(path)
-            self._log.start(self.time, self._state.layout, self.clock)
+            self._note_start(goes_on)
 
-    def _write(self, kind: str, **values: Any) -> None:
-        """Append a change to the log, if there is one."""
+    def _note_start(self, goes_on: bool) -> None:
+        """Write into the log that a new memory begins, or how the one is that goes on."""
         if self._log is not None:
-            self._log.write(kind, self._state.time, self.clock, values)
+            self._log.start(self._state.get_content_to_save(), is_new=not goes_on)
+
+    def _write(self, kind: str, time: int | None = None, **values: Any) -> None:
+        """Append a change to the log, if there is one, before it is made.
+
+        Args:
+            kind: as in `LogLine`.
+            time: step after the change; None for the present one.
+            values: as in `LogLine`.
+        """
+        if self._log is not None:
+            time = self._state.time if time is None else time
+            self._log.write(kind, time, self._state.clock, values)

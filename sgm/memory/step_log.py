@@ -57,6 +57,9 @@ class StepLog:
         num_labels, num_objects: labels and objects that there were then.
         looks: in order.
         counts: things seen, by object row and furniture id.
+        origin: stands for the state of `before`, as in `Asked`.
+        asked: row of the object whose hypothetical edges were open then.
+        queries: what was asked for since, each with the number of looks before it.
     """
 
     before: MemoryBatch | None = None
@@ -64,13 +67,21 @@ class StepLog:
     num_objects: int = 0
     looks: list[StepLook] = field(default_factory=list)
     counts: dict[int, dict[int, int]] = field(default_factory=dict)
+    origin: object = None
+    asked: int | None = None
+    queries: list[tuple[int, str]] = field(default_factory=list)
 
-    def begin(self, batch: MemoryBatch) -> None:
+    def begin(self, batch: MemoryBatch, origin: object, asked: int | None) -> None:
         """Keep the memory as it is, before the first look."""
         if self.before is None:
-            self.before = batch.copy()
+            self.before, self.origin, self.asked = batch.copy(), origin, asked
             self.num_labels = len(batch.labels)
             self.num_objects = len(batch.objects)
+
+    def note_query(self, description: str) -> None:
+        """Note a question between looks: what it opens is a part of what later looks do."""
+        if self.before is not None:
+            self.queries.append((len(self.looks), description))
 
     def add(self, look: StepLook, seen: Mapping[int, int]) -> None:
         """Note a look; `seen` counts the things seen by object row."""

@@ -18,8 +18,12 @@ _FIRST_VERSION = (
 )
 
 
-def save_content(path: str | Path, content: MemoryContent) -> None:
+def save_content(path: str | Path, data: dict[str, Any]) -> None:
     """Write a memory to a file; an older file is replaced only when the new one is whole.
+
+    Args:
+        path: of the file.
+        data: `MemoryContent.to_json`.
 
     Raises:
         OSError: if the folder does not exist or the disk does not take it.
@@ -32,7 +36,6 @@ def save_content(path: str | Path, content: MemoryContent) -> None:
             f"folder of a memory file must exist, got {shorten(str(path.parent))} for {path}. Make "
             "it."
         )
-    data = content.to_json()
     checksum = _compute_checksum(FORMAT_VERSION, data)
     head = {"format": FORMAT, "version": FORMAT_VERSION, "checksum": checksum}
     text = json.dumps({**head, "content": data}, ensure_ascii=False, separators=(",", ":"))

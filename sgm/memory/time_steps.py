@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,23 @@ from sgm.memory.clock import Clock
 from sgm.messages import shorten
 
 MAX_TIME = 2**31 - 2  # time stamps are 32-bit integers
+# A wall clock that is wrong is wrong by weeks or years (an empty battery, day and month exchanged);
+# a robot that was switched off comes back within a month.
+MAX_JUMP = timedelta(days=31)
+
+
+def check_jump(num_steps: int, now: int, clock: Clock) -> None:
+    """Check that time passes by no more than a robot's clock is believed at once.
+
+    Raises:
+        ValueError: if it is more than `MAX_JUMP`.
+    """
+    if num_steps * clock.step_seconds > MAX_JUMP.total_seconds():
+        raise ValueError(
+            f"time must be at most {MAX_JUMP.days} days after the present step, got "
+            f"{clock.get_time(now + num_steps)} at {clock.get_time(now)}. Check the clock of the "
+            "robot; if it is right, say accept_jump=True."
+        )
 
 
 def count_steps(time: datetime | int, now: int, clock: Clock | None) -> int:
@@ -43,7 +60,7 @@ def count_steps(time: datetime | int, now: int, clock: Clock | None) -> int:
     if not 0 <= num_steps <= MAX_TIME - now:
         present: Any = f"time step {now}"
         if clock is not None and isinstance(time, datetime):
-            present = clock.shift(now * clock.step_seconds).start
+            present = clock.get_time(now)
         raise ValueError(
             f"time must not be before the present step, nor after step {MAX_TIME}, got {time} "
             f"at {present}. Time only goes forward."

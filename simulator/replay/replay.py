@@ -13,12 +13,13 @@ from sgm.memory.clock import Clock
 from sgm.memory.look_log import LogLine
 from sgm.memory.replay import Replayer
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.time_steps import MAX_TIME
 from sgm.prior.prior_graph import PriorGraph
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.replay.story import PastLook, Question, Story
 from simulator.replay.truth import TruePlaces
 
-_KEEP_EVERY = 16  # steps between memories that are kept, to go on from
+_KEEP_EVERY = 64  # lines between memories that are kept, to go on from
 _EDGES_KEPT = 1_000_000  # of all memories that are kept, a hundred bytes each
 _FEWEST_KEPT, _MOST_KEPT = 8, 512  # memories
 
@@ -51,7 +52,8 @@ class Replay(Story):
             plan: of the home.
 
         Raises:
-            ValueError: if a line names a room or furniture that there is not.
+            ValueError: if a line names a room or furniture that there is not, or the log goes on
+                for longer than a memory can.
         """
         self.title = title
         self.truth = truth
@@ -63,8 +65,11 @@ class Replay(Story):
         self._lines = list(_follow_time(lines))
         self._times = [line.time for line in self._lines]
         self.num_steps = self._times[-1] if self._times else 0
+        _check_end(self.num_steps, self.clock)
         self._lock = RLock()
-        self._memories: OrderedDict[int, Replayer] = OrderedDict()
+        # By the number of lines that were played and the step until which time then passed: the
+        # work and what is kept follow the lines, however many steps lie between them.
+        self._memories: OrderedDict[tuple[int, int], Replayer] = OrderedDict()
         self.looks = tuple(self._list_looks())
 
     def memory_at(self, step: int) -> SceneGraphMemory:
@@ -77,22 +82,22 @@ class Replay(Story):
             raise ValueError(
                 f"step must lie in 0 to {self.num_steps}, got {step}. Choose one of these."
             )
+        key = bisect_right(self._times, step), step
         with self._lock:
-            known = self._memories.get(step)
-            if known is None:
-                earlier = [number for number in self._memories if number < step]
-                begin = max(earlier, default=-1)
-                player = Replayer(SceneGraphMemory(self._prior, self.clock))
-                if earlier:
-                    player = self._memories[begin].copy()
-                for stop in [*range(begin - begin % _KEEP_EVERY, step, _KEEP_EVERY), step]:
-                    if stop > begin:
-                        self._play(player, begin, stop)
-                        begin = stop
-                        self._keep(stop, player if stop == step else player.copy())
-                known = player
-            self._memories.move_to_end(step)
-            return known.memory
+            if key not in self._memories:
+                earlier = [own for own in self._memories if own[0] <= key[0] and own[1] <= key[1]]
+                begin = max(earlier, default=(0, 0))
+                player = self._memories[begin].copy() if earlier else self._make_player()
+                first = begin[0]
+                for stop in range(first - first % _KEEP_EVERY + _KEEP_EVERY, key[0], _KEEP_EVERY):
+                    self._play(player, first, stop)
+                    self._keep((stop, player.memory.time), player.copy())
+                    first = stop
+                self._play(player, first, key[0])
+                _go_to(player.memory, step)
+                self._keep(key, player)
+            self._memories.move_to_end(key)
+            return self._memories[key].memory
 
     def write_log(self, path: str | Path, step: int) -> None:
         """Write the log that a memory would have written by the end of a step.
@@ -104,19 +109,24 @@ class Replay(Story):
         Raises:
             OSError: if the file cannot be written.
         """
-        memory = SceneGraphMemory(self._prior, self.clock, log=path)
-        self._play(Replayer(memory), -1, step)
+        player = self._make_player(log=path)
+        self._play(player, 0, bisect_right(self._times, step))
+        _go_to(player.memory, step)
 
-    def _play(self, player: Replayer, begin: int, end: int) -> None:
-        """Apply what happened after step `begin` until the end of step `end`."""
-        for line in self._lines[bisect_right(self._times, begin) : bisect_right(self._times, end)]:
+    def _make_player(self, log: str | Path | None = None) -> Replayer:
+        memory = SceneGraphMemory(self._prior, self.clock, log=log)
+        return Replayer(memory, self._prior, self.clock)
+
+    def _play(self, player: Replayer, first: int, end: int) -> None:
+        """Apply the lines from number `first` to before `end`, each at its time."""
+        for line in self._lines[first:end]:
             _go_to(player.memory, line.time)
             if line.kind != "step":
                 player.apply(line)
-        _go_to(player.memory, end)
+            _go_to(player.memory, line.time)  # what was started again may begin earlier
 
-    def _keep(self, step: int, player: Replayer) -> None:
-        self._memories[step] = player
+    def _keep(self, key: tuple[int, int], player: Replayer) -> None:
+        self._memories[key] = player
         num_edges = max(len(player.memory.batch.edges), 1)
         most = min(max(_EDGES_KEPT // num_edges, _FEWEST_KEPT), _MOST_KEPT)
         while len(self._memories) > most:
@@ -124,7 +134,7 @@ class Replay(Story):
 
     def _list_looks(self) -> Iterator[PastLook]:
         """List all looks, with the ids that the replayed memory gives."""
-        player = Replayer(SceneGraphMemory(self._prior))
+        player = self._make_player()
         for line in self._lines:
             values = line.values
             if line.kind in ("look", "absent") and values["furniture"] in player.furniture:
@@ -142,8 +152,23 @@ class Replay(Story):
                 yield PastLook(
                     line.time, furniture, seen, missed, sought, float(values["coverage"])
                 )
-            elif line.kind != "step":  # a look at furniture that there is not is an error
+            elif line.kind not in ("step", "query"):  # a look at no furniture is an error
                 player.apply(line)
+
+
+def _check_end(num_steps: int, clock: Clock | None) -> None:
+    """Check that a memory can go on for so many steps.
+
+    Raises:
+        ValueError: if it cannot.
+    """
+    if num_steps > MAX_TIME:
+        raise ValueError(
+            f"log must end by time step {MAX_TIME}, got {num_steps}. Take the lines that are too "
+            "far ahead out."
+        )
+    if clock is not None:
+        clock.get_time(num_steps)
 
 
 def _go_to(memory: SceneGraphMemory, step: int) -> None:
@@ -164,7 +189,10 @@ def _follow_time(lines: Sequence[LogLine]) -> Iterator[LogLine]:
             first_clock = first_clock or clock
             if clock is not None and first_clock is not None:
                 seconds = (clock.start - first_clock.start).total_seconds()
-                shift = round(seconds / first_clock.step_seconds)
+                steps = seconds / first_clock.step_seconds
+                shift = round(min(max(steps, -MAX_TIME), MAX_TIME + 1))
+                if line.values.get("memory") is not None:
+                    shift = max(shift, 0)  # it knows what time it is
             if line.time + shift < last:
                 shift = last + 1 - line.time
         last = max(last, line.time + shift)

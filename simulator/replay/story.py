@@ -96,7 +96,7 @@ class Story(ABC):
         """Say what time it is at a step: "Mon 06 May 07:30", or "step 12" without a clock."""
         if self.clock is None:
             return f"step {step}"
-        return f"{self.clock.shift(step * self.clock.step_seconds).start:%a %d %b %H:%M}"
+        return f"{self.clock.get_time(step):%a %d %b %H:%M}"
 
     def trace_object(
         self,

@@ -261,7 +261,7 @@ class _LogReader:
         for description, relation, confidence in values["seen"]:
             if confidence >= _COUNTED:
                 name = read_name(description)
-                self.descriptions.setdefault(name, description)
+                self.descriptions.setdefault(name, read_words("description", description))
                 seen[name].append(RELATIONS.index(read_relation(relation)))
         self._add_look(place, values["coverage"], seen)
 

@@ -1,0 +1,90 @@
+"""Who may write a log: one process at a time, and in it one memory."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Lock
+from weakref import WeakValueDictionary
+
+from filelock import FileLock, Timeout
+
+ENDING = ".lock"  # of the file beside a log by which it is locked; it stays, and locks nobody out
+
+
+class LogLock:
+    """Has a log for this process, as long as a memory that opened it lives.
+
+    Within the process the log is handed on: the memory that opened it last has the turn. So a
+    memory that is saved and loaded again goes on in its log, and the one that it was before, which
+    may still be around, no longer mixes its lines with those that follow.
+
+    Attributes:
+        turns: held while a line is written, or the turn goes to another memory.
+        turn: of the memory that writes; None before the first one.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Lock a log, on this machine and where the file system tells others of locks.
+
+        Raises:
+            ValueError: if another process has it.
+            OSError: if there is no such folder, or it cannot be written to.
+        """
+        if not path.parent.is_dir():
+            raise FileNotFoundError(
+                f"folder of a log must exist, got none for {path}. Make it first."
+            )
+        self._path = path
+        self._process = os.getpid()
+        self.turns = Lock()
+        self.turn: object = None
+        # Of the process, not of the thread that opened it.
+        self._lock = FileLock(path.with_name(path.name + ENDING), thread_local=False)
+        try:
+            self._lock.acquire(timeout=0)
+        except Timeout:
+            raise ValueError(
+                f"log must be written by one process at a time, got another one at work for {path}."
+                " End it, or choose another log."
+            ) from None
+
+    @classmethod
+    def of(cls, path: Path) -> LogLock:
+        """Return the lock of a log: that of this process, if it has one.
+
+        Raises:
+            ValueError, OSError: as the constructor.
+        """
+        key = str(path.resolve())
+        with _OPENING:
+            known = _HELD.get(key)
+            if known is None or known._process != os.getpid():  # of the process before a fork
+                known = _HELD[key] = cls(path)
+            return known
+
+    @contextmanager
+    def take(self, turn: object) -> Iterator[None]:
+        """Write a line while no other is written.
+
+        Raises:
+            ValueError: if it is the turn of another memory, or the log is of another process.
+        """
+        if self._process != os.getpid():
+            raise ValueError(
+                f"log must be written by the process that opened it, got a fork of it for "
+                f"{self._path}. Copy the memory there: a copy writes no log."
+            )
+        with self.turns:
+            if turn is not self.turn:
+                raise ValueError(
+                    f"log must be written by one memory at a time, got one that is not the latest "
+                    f"to open {self._path}. Go on with that one, or give this one a log of its own."
+                )
+            yield
+
+
+_OPENING = Lock()
+_HELD: WeakValueDictionary[str, LogLock] = WeakValueDictionary()
