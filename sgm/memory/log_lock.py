@@ -66,8 +66,12 @@ class LogLock:
             return known
 
     @contextmanager
-    def take(self, turn: object) -> Iterator[None]:
+    def take(self, turn: object, *, is_new: bool) -> Iterator[None]:
         """Write a line while no other is written.
+
+        Args:
+            turn: of the memory that writes.
+            is_new: whether the turn becomes its own with this line.
 
         Raises:
             ValueError: if it is the turn of another memory, or the log is of another process.
@@ -78,12 +82,13 @@ class LogLock:
                 f"{self._path}. Copy the memory there: a copy writes no log."
             )
         with self.turns:
-            if turn is not self.turn:
+            if turn is not self.turn and not is_new:
                 raise ValueError(
                     f"log must be written by one memory at a time, got one that is not the latest "
                     f"to open {self._path}. Go on with that one, or give this one a log of its own."
                 )
             yield
+            self.turn = turn
 
 
 _OPENING = Lock()

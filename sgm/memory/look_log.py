@@ -88,16 +88,16 @@ class LookLog:
                 if len(whole) < self.path.stat().st_size:
                     with self.path.open("r+b") as file:
                         file.truncate(len(whole))
-            self._lock.turn = self._turn
 
     def start(self, content: MemoryContent, *, is_new: bool) -> None:
-        """Note how the home is when a memory begins, or goes on.
+        """Note how the home is when a memory begins, or goes on; from now on it has the log.
 
         Args:
             content: what the memory holds.
             is_new: whether that is nothing yet.
 
         Raises:
+            ValueError: as `write`.
             OSError: if the file cannot be written.
         """
         layout, clock = content.layout, content.clock
@@ -133,7 +133,7 @@ class LookLog:
         text = json.dumps(
             {**line, **values}, ensure_ascii=False, separators=(",", ":"), default=_to_number
         )
-        with self._lock.take(self._turn):
+        with self._lock.take(self._turn, is_new=kind == "start"):
             _append(self.path, f"{text}\n".encode())
 
 

@@ -1,0 +1,64 @@
+"""What may be done to a memory, for tests of laws that hold for any session."""
+
+from __future__ import annotations
+
+import json
+from datetime import timedelta
+
+from hypothesis import strategies as st
+
+from sgm.memory.memory_content import MemoryContent
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
+
+ROOMS = ("kitchen", "Living_Room", "Küche")
+FURNITURE = ("fridge", "counter top", "hammock", "本棚")
+THINGS = ("large red mug", "Milk", "the flux_capacitor", "氷", "small mug", "MUG")
+
+sightings = st.lists(
+    st.builds(
+        Sighting, st.sampled_from(THINGS), st.sampled_from(("in", "onTop")),
+        st.sampled_from((1.0, 0.8, 0.3, 0.1 + 0.2)),
+    ),
+    max_size=4,
+)  # fmt: skip
+places = st.integers(0, 4)  # ids of rooms and furniture, some of which there are
+positions = st.none() | st.tuples(st.floats(-9, 9), st.integers(-9, 9))
+coverages = st.sampled_from((1.0, 0.5, 0.3, 1 / 3))
+
+# Every call that writes, with arguments of which some are refused.
+CALLS = {
+    "add_room": st.tuples(st.sampled_from((*ROOMS, ""))),
+    "add_furniture": st.tuples(
+        st.sampled_from((*FURNITURE, "\n")), places, st.none() | st.just("old thing"),
+        positions | st.just((1, "x")),
+    ),
+    "move_furniture": st.tuples(places, st.none() | places, positions | st.just("here")),
+    "remove_room": st.tuples(places),
+    "remove_furniture": st.tuples(places),
+    "remove_object": st.tuples(st.sampled_from((*THINGS, "unicorn", ""))),
+    "observe": st.tuples(places, sightings | st.just(["mug"]), coverages | st.just(0)),
+    "note_absent": st.tuples(places, st.sampled_from((*THINGS, "")), coverages | st.just(2)),
+    "query": st.tuples(st.sampled_from((*THINGS, ""))),
+    "step": st.tuples(st.integers(-1, 3) | st.just(2**31)),
+    "step_to": st.tuples(st.integers(0, 12) | st.sampled_from((10**9, 2**40))),
+}  # fmt: skip
+
+
+def call(memory: SceneGraphMemory, name: str, arguments: tuple) -> Exception | None:
+    """Make a call, and return what it raised, if it may."""
+    if name == "step_to" and memory.clock is not None:
+        seconds = arguments[0] * memory.clock.step_seconds
+        if seconds < timedelta(days=999).total_seconds():
+            arguments = (memory.clock.start + timedelta(seconds=seconds),)
+    try:
+        getattr(memory, name)(*arguments)
+    except (ValueError, KeyError, TypeError, OSError) as error:
+        return error
+    return None
+
+
+def dump(memory: SceneGraphMemory) -> str:
+    """Return all that a memory holds, to the bit; as `save` writes it."""
+    content: MemoryContent = memory._state.get_content_to_save()
+    return json.dumps(content.to_json())

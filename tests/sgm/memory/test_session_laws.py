@@ -1,0 +1,264 @@
+"""Laws of any session: its log makes the memory again to the bit; a call that raises changes nothing."""
+
+import inspect
+import random
+import sys
+import tempfile
+import warnings
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path
+from threading import Thread
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.simulator.memory.sessions import CALLS, FURNITURE, THINGS, call, dump
+
+from sgm.memory.look_log import read_log
+from sgm.memory.replay import replay
+from simulator import Clock, PriorGraph, SceneGraphMemory, Sighting
+
+CLOCK = Clock(datetime(2026, 11, 20, 8), 600)
+calls = st.sampled_from((*sorted(CALLS), "observe", "observe", "add_furniture")).flatmap(
+    lambda name: st.tuples(st.just(name), CALLS[name])
+)
+# How a session goes on after some calls: nothing; the memory is saved; it is loaded as it was saved
+# last (what was done since is lost), with the log; or another memory begins in the log.
+turns = st.sampled_from(("", "", "save", "load", "save and load", "torn", "other clock", "new"))
+sessions = st.lists(st.tuples(st.lists(calls, max_size=12), turns), min_size=1, max_size=5)
+
+
+@pytest.fixture(autouse=True)
+def no_disk(monkeypatch):
+    monkeypatch.setattr("os.fsync", lambda file: None)  # hundreds of saves, no crash to survive
+
+
+def play(folder, session, memory):
+    """Play a session; return the memory that it ends with."""
+    log, file = folder / "looks.jsonl", folder / "home.sgm"
+    memory.save(file)
+    for own, turn in session:
+        for name, arguments in own:
+            call(memory, name, arguments)
+        if turn in ("save", "save and load"):
+            memory.save(file)
+        if turn == "torn":
+            with log.open("a") as lines:
+                lines.write('{"kind":"look","ti')
+        if turn in ("load", "save and load", "torn", "other clock"):
+            clock = Clock(datetime(2026, 11, 19), 3600) if turn == "other clock" else None
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # the line that was cut off
+                with suppress(ValueError):  # by that clock its time may be no date
+                    memory = SceneGraphMemory.load(file, clock=clock, log=log)
+        elif turn == "new":
+            memory = SceneGraphMemory(PriorGraph.default(), log=log)
+    return memory
+
+
+def make_again(log):
+    *_, (memory, _, _) = replay(read_log(log))
+    return memory
+
+
+@pytest.mark.slow
+@settings(max_examples=40, deadline=None)
+@given(sessions, st.sampled_from((None, CLOCK)))
+def test_the_log_of_a_session_makes_the_memory_again_to_the_bit(session, clock):
+    with tempfile.TemporaryDirectory() as folder:
+        log = Path(folder) / "looks.jsonl"
+        memory = SceneGraphMemory(clock=clock, log=log)
+        memory.add_furniture("fridge", memory.add_room("kitchen"))
+        memory.add_furniture("desk", memory.add_room("study"))
+        memory = play(Path(folder), session, memory)
+        again = make_again(log)
+        assert dump(again) == dump(memory)
+        for each in (memory, again):  # and they go on alike
+            each.step()
+            for furniture in each.furniture_ids:
+                each.observe(furniture, [Sighting("Milk")])
+        assert dump(again) == dump(memory)
+
+
+@pytest.mark.slow
+@settings(max_examples=30, deadline=None)
+@given(sessions, st.sampled_from((None, CLOCK)))
+def test_a_saved_memory_goes_on_as_it_would_have(session, clock):
+    with tempfile.TemporaryDirectory() as folder:
+        log, file = Path(folder) / "looks.jsonl", Path(folder) / "home.sgm"
+        memory = SceneGraphMemory(clock=clock, log=log)
+        memory.add_furniture("fridge", memory.add_room("kitchen"))
+        memory = play(Path(folder), session, memory)
+        memory.save(file)
+        again = SceneGraphMemory.load(file)
+        for own, _ in session:
+            for name, arguments in own:
+                assert str(call(again, name, arguments)) == str(call(memory, name, arguments))
+        assert dump(again) == dump(memory)
+
+
+def test_a_room_with_furniture_that_was_removed(tmp_path):
+    log = tmp_path / "looks.jsonl"
+    memory = SceneGraphMemory(log=log)
+    study = memory.add_room("study")
+    memory.add_furniture("desk", study)
+    memory.remove_room(study)
+    memory.save(tmp_path / "home.sgm")
+    memory = SceneGraphMemory.load(tmp_path / "home.sgm", log=log)
+    assert dump(make_again(log)) == dump(memory)
+
+
+def test_a_log_of_version_1_with_such_a_room_replays(tmp_path):
+    log = tmp_path / "looks.jsonl"
+    log.write_text(
+        '{"kind":"start","time":0,"version":1,"clock":null,"rooms":[],"furniture":[]}\n'
+        '{"kind":"room","time":0,"room":0,"label":"study"}\n'
+        '{"kind":"furniture","time":0,"furniture":0,"label":"desk","room":0,'
+        '"description":"desk","position":null}\n'
+        '{"kind":"remove_room","time":0,"room":0}\n'
+        '{"kind":"start","time":4,"version":1,"clock":null,"rooms":[],"furniture":[]}\n'
+    )
+    memory = make_again(log)
+    assert (memory.time, memory.num_furniture) == (4, 0)
+
+
+def test_a_question_between_looks_is_saved(tmp_path):
+    memory = SceneGraphMemory()
+    desk = memory.add_furniture("desk", memory.add_room("study"))
+    memory.observe(desk, [Sighting("pen")])
+    memory.query("lamp")
+    memory.save(tmp_path / "home.sgm")
+    again = SceneGraphMemory.load(tmp_path / "home.sgm")
+    for each in (memory, again):
+        each.observe(desk, [])  # it did not show the lamp that was asked for
+    assert dump(again) == dump(memory)
+    assert "lamp" in again.descriptions
+
+
+@pytest.mark.slow
+@settings(max_examples=40, deadline=None)
+@given(sessions, st.lists(calls, min_size=8, max_size=30), st.sampled_from((None, CLOCK)))
+def test_a_call_that_raises_changes_nothing(session, last, clock):
+    with tempfile.TemporaryDirectory() as folder:
+        log = Path(folder) / "looks.jsonl"
+        memory = SceneGraphMemory(clock=clock, log=log)
+        memory.add_furniture("fridge", memory.add_room("kitchen"))
+        memory = play(Path(folder), session, memory)
+        for name, arguments in last:
+            before = dump(memory), log.read_bytes()
+            if call(memory, name, arguments) is not None:
+                assert (dump(memory), log.read_bytes()) == before, (name, arguments)
+
+
+@pytest.mark.slow
+@settings(max_examples=20, deadline=None)
+@given(st.lists(calls, max_size=12), st.lists(calls, min_size=8, max_size=20))
+def test_a_call_whose_line_cannot_be_written_changes_nothing(first, last):
+    with tempfile.TemporaryDirectory() as folder:
+        log = Path(folder) / "looks.jsonl"
+        memory = SceneGraphMemory(log=log)
+        memory.add_furniture("fridge", memory.add_room("kitchen"))
+        for name, arguments in first:
+            call(memory, name, arguments)
+        log.rename(log.with_suffix(".old"))
+        log.mkdir()  # no file any more
+        before, time = dump(memory), memory.time
+        for name, arguments in last:
+            error = call(memory, name, arguments)
+            stays = name in ("step", "step_to") and arguments[0] in (0, time)
+            assert error is not None or stays, name
+            assert dump(memory) == before
+
+
+def test_all_calls_that_write_are_tried():
+    """A new method is either tried here or among the readers of test_threads.py."""
+    from tests.simulator.memory.test_threads import READERS
+
+    public = {name for name in vars(SceneGraphMemory) if not name.startswith("_")}
+    assert public == {*CALLS, *READERS, "load"}
+    assert all(callable(getattr(SceneGraphMemory, name)) for name in CALLS)
+    assert inspect.ismethod(SceneGraphMemory.load)
+
+
+def test_a_step_that_no_date_is_at_is_refused(tmp_path):
+    log = tmp_path / "looks.jsonl"
+    for memory in (
+        SceneGraphMemory(clock=Clock(datetime(2026, 11, 20)), log=log),
+        SceneGraphMemory(clock=Clock(datetime(2026, 11, 20))),
+    ):
+        for call in (memory.step, lambda time: memory.step_to(time, accept_jump=True)):
+            with pytest.raises(ValueError, match="must be a date before the year 10000"):
+                call(10**9)
+        assert memory.time == 0
+        memory.step()
+        assert memory.time == 1
+    assert [line.kind for line in read_log(log)] == ["start", "step"]
+
+
+def test_a_line_that_is_written_in_part_is_taken_back(tmp_path):
+    resource = pytest.importorskip("resource", reason="limits of files are POSIX")
+    log = tmp_path / "looks.jsonl"
+    memory = SceneGraphMemory(log=log)
+    memory.add_furniture("desk", memory.add_room("study"))
+    before = dump(memory), log.read_bytes()
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (len(before[1]) + 20, limits[1]))
+    try:
+        with pytest.raises(OSError, match="File too large"):
+            memory.observe(0, [Sighting("pen")])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert (dump(memory), log.read_bytes()) == before
+    memory.observe(0, [Sighting("pen")])
+    assert dump(make_again(log)) == dump(memory)
+
+
+@pytest.mark.slow
+def test_the_log_of_several_threads_makes_the_memory_again_to_the_bit(tmp_path):
+    log = tmp_path / "looks.jsonl"
+    memory = SceneGraphMemory(log=log)
+    for room in ("kitchen", "study"):
+        number = memory.add_room(room)
+        for label in FURNITURE:
+            memory.add_furniture(label, number)
+    problems = []
+
+    def work(seed):
+        rng = random.Random(seed)
+        try:
+            for _ in range(250):
+                name, arguments = draw(rng)
+                error = call(memory, name, arguments)
+                if error is not None and not isinstance(error, (KeyError, ValueError)):
+                    raise error
+        except BaseException as error:
+            problems.append(error)
+
+    def draw(rng):
+        number = rng.choice([*memory.furniture_ids, 99])  # gone a moment later, perhaps
+        room, thing = rng.choice([*memory.layout.rooms, 99]), rng.choice(THINGS)
+        seen = [Sighting(rng.choice(THINGS)) for _ in range(rng.randrange(3))]
+        return rng.choices(
+            [
+                ("observe", (number, seen)), ("note_absent", (number, thing)), ("step", (1,)),
+                ("query", (thing,)), ("remove_object", (thing,)), ("remove_furniture", (number,)),
+                ("remove_room", (room,)), ("add_room", ("hall",)),
+                ("add_furniture", ("shelf", room)), ("move_furniture", (number, room)),
+            ],
+            (24, 6, 6, 4, 4, 2, 1, 3, 9, 4),
+        )[0]  # fmt: skip
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    try:
+        threads = [Thread(target=work, args=(seed,)) for seed in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        sys.setswitchinterval(interval)
+    assert not problems
+    assert len(read_log(log)) > 400
+    assert dump(make_again(log)) == dump(memory)

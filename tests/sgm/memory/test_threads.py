@@ -1,0 +1,362 @@
+"""Threads that share a memory: every reading call beside one that writes, and files and logs."""
+
+import json
+import random
+import subprocess
+import sys
+from datetime import datetime
+from importlib.util import find_spec
+from threading import Barrier, Thread
+
+import numpy as np
+import pytest
+
+from sgm.belief import Detector
+from sgm.files import write_whole
+from sgm.finder.finder import Finder
+from sgm.memory.look_log import read_log
+from simulator import Bayesian, Clock, SceneGraphMemory, Sighting
+
+PAIR = ("cup", "saucer")  # always seen together, at the same places
+FINDER = Finder(Bayesian())  # one for all threads
+
+
+def see_pair(home):
+    """Check that a home was not read in the middle of a change."""
+    for room in home["rooms"]:
+        for furniture in room["furniture"]:
+            cup, saucer = (
+                [row for row in furniture["objects"] if row["description"] == name] for name in PAIR
+            )
+            for row in (*cup, *saucer):
+                del row["description"]
+            assert cup == saucer
+
+
+def search(memory):
+    look = FINDER.search(memory, "cup", start=(0.0, 0.0)).next()
+    assert look is None or 0 <= look.place.probability <= 1
+
+
+def rank(memory, **options):
+    ranking = FINDER.rank(memory, "cup", **options)
+    values = np.array([ranking.elsewhere, *(place.probability for place in ranking)])
+    assert ((values >= 0) & (values <= 1)).all()
+    assert sorted(place.furniture for place in ranking) == sorted({p.furniture for p in ranking})
+
+
+def save(memory, folder, name):
+    memory.save(folder / "home.sgm")  # all threads save to one path
+    see_pair(SceneGraphMemory.load(folder / "home.sgm").to_dict())
+
+
+def compare_layout(memory):
+    layout = memory.layout
+    assert {node.room for node in layout.furniture.values()} <= set(layout.rooms)
+
+
+# Every public call of a memory that reads; `n` is a number of furniture or rooms that there may be.
+READERS = {
+    "ask": lambda memory, n: memory.ask(["cup", "unicorn"], before_looks=n % 2 == 0),
+    "batch": lambda memory, n: memory.batch.num_furniture,
+    "clock": lambda memory, n: memory.clock.step_seconds,
+    "copy": lambda memory, n: see_pair(memory.copy().to_dict()),
+    "describe": lambda memory, n: memory.describe(n),
+    "descriptions": lambda memory, n: memory.descriptions,
+    "find_furniture": lambda memory, n: memory.find_furniture("shelf"),
+    "furniture_ids": lambda memory, n: memory.furniture_ids,
+    "get_position": lambda memory, n: memory.get_position(n),
+    "last_seen": lambda memory, n: memory.last_seen("cup"),
+    "layout": lambda memory, n: compare_layout(memory),
+    "list_furniture": lambda memory, n: memory.list_furniture(n),
+    "num_furniture": lambda memory, n: memory.num_furniture,
+    "places_of": lambda memory, n: memory.places_of("large mug"),
+    "rank": lambda memory, n: memory.rank(Bayesian(), "cup"),
+    "resolve": lambda memory, n: memory.resolve("mug"),
+    "save": None,  # needs a folder
+    "time": lambda memory, n: memory.time,
+    "to_dict": lambda memory, n: see_pair(memory.to_dict()),
+    "to_frame": lambda memory, n: memory.to_frame(),
+    "to_spark_dsg": lambda memory, n: memory.to_spark_dsg(),
+}
+FINDER_READERS = {
+    "rank": lambda memory, n: rank(memory),
+    "rank later": lambda memory, n: rank(memory, at=memory.time + 10**6),
+    "resolve": lambda memory, n: FINDER.resolve(memory, "mug"),
+    "search": lambda memory, n: search(memory),
+    "search_plan": lambda memory, n: FINDER.search_plan(memory, "cup", start=(0.0, 0.0), k=6),
+    "detector": lambda memory, n: Detector.estimate(memory.copy()),
+}
+NEEDED = {"to_frame": "pandas", "to_spark_dsg": "spark_dsg"}
+
+
+def write(memory, rng, num_calls):
+    """Make calls of all kinds that write."""
+    for _ in range(num_calls):
+        rooms, furniture = list(memory.layout.rooms), memory.furniture_ids
+        place, thing = rng.choice(furniture), rng.choice(("large mug", "pen", "red mug", "box"))
+        pair = [Sighting(name) for name in PAIR] if rng.random() < 0.5 else []
+        kind = rng.random()
+        if kind < 0.5:
+            memory.observe(place, [*pair, Sighting(thing)], rng.choice((1.0, 0.4)))
+        elif kind < 0.6:
+            memory.note_absent(place, thing)
+        elif kind < 0.7:
+            memory.step()
+        elif kind < 0.75:
+            memory.query(thing)
+        elif kind < 0.8 and thing in memory.descriptions:
+            memory.remove_object(thing)
+        elif kind < 0.85 and len(furniture) > 5:
+            memory.remove_furniture(place)
+        elif kind < 0.88 and len(rooms) > 2 and len(furniture) > 9:
+            memory.remove_room(rng.choice(rooms))
+            if not memory.furniture_ids:
+                memory.add_furniture("shelf", memory.add_room("hall"), position=(1.0, 1.0))
+        elif kind < 0.92:
+            memory.move_furniture(place, rng.choice(rooms), (rng.random(), rng.random()))
+        elif len(furniture) < 14:
+            room = memory.add_room("hall") if rng.random() < 0.3 else rng.choice(rooms)
+            memory.add_furniture("shelf", room, f"shelf {rng.randrange(9)}", (rng.random(), 2.0))
+
+
+@pytest.fixture
+def quick_switches():
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    yield
+    sys.setswitchinterval(interval)
+
+
+def run_all(works):
+    """Run functions, each in a thread; return what they raised."""
+    problems, start = [], Barrier(len(works))
+
+    def run(work):
+        start.wait()
+        try:
+            work()
+        except BaseException as error:
+            problems.append(error)
+
+    threads = [Thread(target=run, args=(work,)) for work in works]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return problems
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("of", ["memory", "finder"])
+def test_every_reading_call_beside_one_that_writes(of, tmp_path, quick_switches, monkeypatch):
+    monkeypatch.setattr("os.fsync", lambda file: None)  # no crash to survive
+    memory = SceneGraphMemory(clock=Clock(datetime(2026, 11, 20), 60), log=tmp_path / "log.jsonl")
+    for room in ("kitchen", "study", "hall"):
+        number = memory.add_room(room)
+        for turn in range(3):
+            memory.add_furniture("shelf", number, position=(turn, number))
+    memory.observe(0, [Sighting(name) for name in PAIR])
+    calls = FINDER_READERS
+    if of == "memory":
+        calls = {name: call for name, call in READERS.items() if call is not None}
+        calls["save"] = lambda memory, n: save(memory, tmp_path, n)
+        calls = {name: own for name, own in calls.items() if _is_installed(name)}
+    is_over, num_read = [], dict.fromkeys(calls, 0)
+
+    def work():
+        try:
+            write(memory, random.Random(1), 1500)
+        finally:
+            is_over.append(True)
+
+    def read(seed):
+        rng = random.Random(seed)
+        while not is_over or not all(num_read.values()):
+            name = rng.choice(list(calls))
+            try:
+                calls[name](memory, rng.randrange(12))
+            except KeyError as error:  # a number that is not there, or no longer
+                assert name in ("describe", "get_position", "list_furniture"), name
+                assert "must be an id" in str(error)
+            num_read[name] += 1
+
+    assert not run_all([work, *(lambda seed=seed: read(seed) for seed in range(3))])
+    assert min(num_read.values()) > 5
+
+
+def _is_installed(name):
+    return name not in NEEDED or find_spec(NEEDED[name]) is not None
+
+
+def test_what_was_asked_is_not_changed_by_what_is_seen_later():
+    memory = SceneGraphMemory()
+    shelf = memory.add_furniture("shelf", memory.add_room("hall"))
+    memory.observe(shelf, [Sighting("cup")])
+    asked, layout = memory.ask(["cup"]), memory.layout
+    before = asked.current.edges["num_true"].tolist()
+    memory.observe(shelf, [Sighting("cup"), Sighting("pen")])
+    memory.remove_room(0)
+    assert asked.current.edges["num_true"].tolist() == before
+    assert list(layout.furniture) == [shelf]
+
+
+def test_a_later_time_is_asked_of_the_looks_so_far():
+    """What a finder has learnt of a state is not that of the next one with as many edges."""
+    memory = SceneGraphMemory()
+    hall = memory.add_room("hall")
+    shelves = [memory.add_furniture("shelf", hall, f"shelf {number}") for number in range(3)]
+    for _ in range(6):
+        memory.step()
+        memory.observe(shelves[0], [Sighting("cup"), Sighting("pen")])
+    memory.step()
+    finder = Finder(Bayesian())
+    for shelf in shelves:
+        finder.rank(memory, "cup", at=memory.time + 40)
+        memory.observe(shelf, [])
+        found = finder.rank(memory, "cup", at=memory.time + 40)
+        assert found == Finder(Bayesian()).rank(memory, "cup", at=memory.time + 40)
+
+
+def test_furniture_that_is_added_during_a_search():
+    memory = SceneGraphMemory()
+    hall = memory.add_room("hall")
+    memory.add_furniture("shelf", hall, position=(1.0, 0.0))
+    search = FINDER.search(memory, "cup", start=(0.0, 0.0))
+    near = memory.add_furniture("table", hall, position=(0.5, 0.0))
+    unknown = memory.add_furniture("chair", hall)  # no way is known to it
+    visited = []
+    while (look := search.next()) is not None:
+        visited.append(look.place.furniture)
+        search.not_found()
+    assert near in visited
+    assert unknown not in visited
+
+
+def test_threads_that_write_one_file(tmp_path, quick_switches):
+    path = tmp_path / "home.sgm"
+    contents = [bytes([number]) * 20_000 for number in range(4)]
+
+    def work(content):
+        for _ in range(150):
+            write_whole(path, content)
+            assert path.read_bytes() in contents
+
+    assert not run_all([lambda content=content: work(content) for content in contents])
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+
+
+def test_memories_that_are_saved_to_one_file(tmp_path, quick_switches):
+    path = tmp_path / "home.sgm"
+    memories = []
+    for label in ("kitchen", "study"):
+        memory = SceneGraphMemory()
+        memory.add_furniture("shelf", memory.add_room(label))
+        memories.append(memory)
+
+    def work(memory):
+        for _ in range(60):
+            memory.save(path)
+            assert SceneGraphMemory.load(path).num_furniture == 1
+
+    assert not run_all([lambda memory=memory: work(memory) for memory in memories])
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+
+
+OTHER = """
+import sys
+from simulator import SceneGraphMemory
+try:
+    memory = SceneGraphMemory(log=sys.argv[1])
+    memory.add_room("attic")
+except ValueError as error:
+    print(error)
+else:
+    print("written")
+"""
+
+
+def open_elsewhere(log):
+    """Let another process write a log; return what it says."""
+    run = subprocess.run(
+        [sys.executable, "-c", OTHER, str(log)], capture_output=True, text=True, check=True
+    )
+    return run.stdout.strip()
+
+
+def test_a_log_is_written_by_one_process_at_a_time(tmp_path):
+    log = tmp_path / "looks.jsonl"
+    memory = SceneGraphMemory(log=log)
+    memory.add_room("kitchen")
+    before = log.read_bytes()
+    assert open_elsewhere(log) == (
+        f"log must be written by one process at a time, got another one at work for {log}. End it, "
+        "or choose another log."
+    )
+    assert log.read_bytes() == before
+    assert len(read_log(log)) == 2  # reading is free
+    del memory
+    assert open_elsewhere(log) == "written"
+    assert [line.kind for line in read_log(log)] == ["start", "room", "start", "room"]
+    SceneGraphMemory(log=log).add_room("hall")  # and free again
+
+
+def test_in_a_process_the_latest_memory_has_the_log(tmp_path):
+    log = tmp_path / "looks.jsonl"
+    first = SceneGraphMemory(log=log)
+    first.add_room("kitchen")
+    first.save(tmp_path / "home.sgm")
+    second = SceneGraphMemory.load(tmp_path / "home.sgm", log=tmp_path / "." / "looks.jsonl")
+    second.add_room("study")
+    before = log.read_bytes()
+    with pytest.raises(ValueError, match=r"one memory at a time, .* latest to open .*looks\.jsonl"):
+        first.add_room("bathroom")
+    assert (list(first.layout.rooms.values()), log.read_bytes()) == (["kitchen"], before)
+    del first
+    assert open_elsewhere(log).startswith("log must be written by one process")
+    second.add_room("hall")
+
+
+def test_a_memory_that_cannot_start_takes_no_turn(tmp_path):
+    log = tmp_path / "looks.jsonl"
+    memory = SceneGraphMemory(log=log)
+    whole = log.read_bytes()
+    log.write_text("milk\n")
+    with pytest.raises(ValueError, match="line 1 of a log must be one"):
+        SceneGraphMemory(log=log)
+    log.write_bytes(whole)
+    memory.add_room("kitchen")
+    memory.step(10**9)
+    memory.save(tmp_path / "home.sgm")
+    with pytest.raises(ValueError, match="must be a date before the year 10000"):
+        SceneGraphMemory.load(tmp_path / "home.sgm", clock=Clock(datetime(2026, 11, 20)), log=log)
+    memory.step()
+    assert [line.kind for line in read_log(log)] == ["start", "room", "step", "step"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="forks are asked for here on Linux alone")
+def test_a_fork_does_not_write_the_log(tmp_path):
+    code = """
+import os, sys
+from simulator import SceneGraphMemory
+memory = SceneGraphMemory(log=sys.argv[1])
+child = os.fork()
+if child == 0:
+    for write in (lambda: memory.add_room("attic"), lambda: SceneGraphMemory(log=sys.argv[1])):
+        try:
+            write()
+        except ValueError as error:
+            print(str(error).partition(", got")[0], flush=True)
+    os._exit(0)
+os.waitpid(child, 0)
+memory.add_room("kitchen")
+"""
+    log = tmp_path / "looks.jsonl"
+    run = subprocess.run(
+        [sys.executable, "-c", code, str(log)], capture_output=True, text=True, check=True
+    )
+    assert run.stdout.splitlines() == [
+        "log must be written by the process that opened it",
+        "log must be written by one process at a time",
+    ]
+    assert [json.loads(line)["kind"] for line in log.read_text().splitlines()] == ["start", "room"]
