@@ -62,9 +62,13 @@ class Replay(Story):
         self._prior = prior
         clocks = [line.values["clock"] for line in lines if line.kind == "start"]
         self.clock = clock or next(filter(None, clocks), None)
-        self._lines = list(_follow_time(lines))
+        # Every line says when it was: those that only let time pass are needed for the end alone.
+        self.num_steps, self._lines = 0, list[LogLine]()
+        for line in _follow_time(lines):
+            self.num_steps = line.time
+            if line.kind != "step":
+                self._lines.append(line)
         self._times = [line.time for line in self._lines]
-        self.num_steps = self._times[-1] if self._times else 0
         _check_end(self.num_steps, self.clock)
         self._lock = RLock()
         # By the number of lines that were played and the step until which time then passed: the
@@ -121,8 +125,7 @@ class Replay(Story):
         """Apply the lines from number `first` to before `end`, each at its time."""
         for line in self._lines[first:end]:
             _go_to(player.memory, line.time)
-            if line.kind != "step":
-                player.apply(line)
+            player.apply(line)
             _go_to(player.memory, line.time)  # what was started again may begin earlier
 
     def _keep(self, key: tuple[int, int], player: Replayer) -> None:
@@ -152,7 +155,7 @@ class Replay(Story):
                 yield PastLook(
                     line.time, furniture, seen, missed, sought, float(values["coverage"])
                 )
-            elif line.kind not in ("step", "query"):  # a look at no furniture is an error
+            elif line.kind != "query":  # a look at no furniture is an error
                 player.apply(line)
 
 

@@ -134,3 +134,23 @@ def test_snapshots_know_what_time_it_is(memory):
     other = SceneGraphMemory(PriorGraph.default())
     other.add_furniture("desk", room=other.add_room("study"))
     assert take_snapshots(other.batch, other.query("mug")).clock is None
+
+
+def test_a_clock_that_jumps_far_ahead_is_asked_about(memory):
+    """The memory is at Monday 09:00; 31 days later is Thursday, 17 December, 09:00."""
+    before = memory.to_dict()
+    for wrong in (MONDAY.replace(year=2066), datetime(2026, 12, 17, 9, 30), 31 * 48 + 3 + 1):
+        with pytest.raises(
+            ValueError,
+            match=r"time must be at most 31 days after the present step, got .* at 2026-11-16 "
+            r"09:00:00\. Check the clock of the robot; if it is right, say accept_jump=True\.",
+        ):
+            memory.step_to(wrong)
+    assert memory.to_dict() == before
+    memory.step_to(datetime(2026, 12, 17, 9, 29))
+    assert memory.time == 3 + 31 * 48
+    memory.step_to(datetime(2027, 11, 16), accept_jump=True)
+    assert memory.clock.get_time(memory.time) == datetime(2027, 11, 16)
+    other = SceneGraphMemory()
+    other.step_to(10**6)  # steps of no known length
+    assert other.time == 10**6

@@ -7,6 +7,7 @@ import pytest
 
 from sgm.finder.finder import Finder
 from sgm.memory.look_log import LogLine, read_log
+from sgm.memory.replay import replay as make_again
 from simulator import (
     Bayesian,
     Clock,
@@ -19,6 +20,7 @@ from simulator import (
 from simulator.replay.record import record_run
 from simulator.replay.replay import Replay
 from simulator.replay.still import StillMemory
+from simulator.trace.from_log import make_trace
 from simulator.world.routine.dynamics import RoutineDynamics
 
 
@@ -196,3 +198,96 @@ def test_searches_on_the_grid():
     for step, question in last.items():
         # A search ends when it is found, or after ten looks.
         assert question.is_right or looks[step] == 10
+
+
+def test_work_and_memory_follow_the_lines_not_the_steps(log, monkeypatch):
+    memory = SceneGraphMemory(log=log)
+    shelf = memory.add_furniture("shelf", memory.add_room("hall"))
+    for num_steps in (1, 2_000_000_000, 1, 1_000_000):
+        memory.observe(shelf, [Sighting("mug"), Sighting(f"cup {memory.time}")])
+        memory.step(num_steps)
+    copied = []
+    copy = SceneGraphMemory.copy
+    monkeypatch.setattr(SceneGraphMemory, "copy", lambda own: copied.append(own) or copy(own))
+    replay = Replay(read_log(log), "home")
+    assert replay.num_steps == memory.time == 2_001_000_002
+    assert replay.memory_at(replay.num_steps).to_dict() == memory.to_dict()
+    assert not copied  # there was none to go on from
+    middle = replay.memory_at(1_000_000_000)
+    assert [seen.steps_ago for seen in middle.places_of("mug")] == [999_999_999]
+    asked = replay.trace_object("mug", Finder(Bayesian()), num_points=9)
+    assert asked.belief.shape == (9, 1)
+    assert len(copied) <= 9  # one for each step that is asked about
+    assert len(replay._memories) <= 2 + 9
+    assert make_trace(read_log(log)).end_s == (2_000_000_002) * 3600
+
+
+def test_a_robot_that_steps_every_second(log, monkeypatch):
+    """Lines that let time pass alone cost nothing; of the others every 64th memory is kept."""
+    lines = [LogLine("start", 0, {"clock": None, "rooms": {0: "hall"}, "furniture": {}})]
+    lines.append(LogLine("furniture", 0, dict.fromkeys(("position", "description"), None)
+                         | {"furniture": 0, "room": 0, "label": "shelf"}))  # fmt: skip
+    for second in range(1, 30_001):
+        lines.append(LogLine("step", second, {"num_steps": 1}))
+        if second % 100 == 0:
+            seen = [(f"mug {second % 7}", "in", 1.0)]
+            lines.append(LogLine("look", second, {"furniture": 0, "coverage": 1.0, "seen": seen}))
+    copied = []
+    copy = SceneGraphMemory.copy
+    monkeypatch.setattr(SceneGraphMemory, "copy", lambda own: copied.append(own) or copy(own))
+    replay = Replay(lines, "home")
+    assert replay.memory_at(30_000).last_seen("mug 5").time == 30_000
+    assert len(copied) == 302 // 64
+    assert replay.memory_at(29_999).last_seen("mug 5").time == 29_300
+    assert len(copied) == 302 // 64 + 1
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        '{"kind": "step", "time": 3000000000, "num_steps": 3000000000}',
+        '{"kind": "step", "time": 5, "num_steps": 3000000000}',
+        '{"kind": "step", "time": 5, "num_steps": -1}',
+        '{"kind": "step", "time": 5, "num_steps": 1e9}',
+    ],
+)
+def test_more_steps_than_a_memory_has_are_refused(log, line):
+    SceneGraphMemory(log=log)
+    with log.open("a") as file:
+        file.write(line + "\n")
+    with pytest.raises(ValueError, match=r"line 2 of a log must be one .* got ValueError: .* in "):
+        read_log(log)
+
+
+def test_logs_that_end_after_all_time_are_refused(log):
+    start = datetime(2026, 11, 16)
+    for hour in (start, start.replace(year=9000)):  # clocks that say 7,000 years later
+        SceneGraphMemory(clock=Clock(hour, 60), log=log)
+    with pytest.raises(ValueError, match=r"log must end by time step 2147483646, got 2147483647"):
+        Replay(read_log(log), "home")
+    end = LogLine("step", 10**9, {"num_steps": 10**9})
+    with pytest.raises(ValueError, match="must be a date before the year 10000"):
+        Replay([end], "home", clock=Clock(start))
+
+
+def test_a_memory_that_goes_on_is_shown_as_it_was(log, tmp_path):
+    """What was done after it was saved is lost with a crash, and so it is on the page."""
+    memory = SceneGraphMemory(log=log)
+    shelf = memory.add_furniture("shelf", memory.add_room("hall"))
+    memory.observe(shelf, [Sighting("mug")])
+    memory.step(2)
+    memory.save(tmp_path / "home.sgm")
+    memory.step(3)
+    memory.observe(shelf, [Sighting("bowl")])
+    memory = SceneGraphMemory.load(tmp_path / "home.sgm", log=log)
+    memory.step()
+    memory.observe(shelf, [Sighting("plate")])
+    replay = Replay(read_log(log), "home")
+    assert replay.memory_at(5).descriptions == ("mug", "bowl")
+    # The second begins a step after the first one's last, 5, with its own step 2.
+    assert replay.num_steps == 7
+    assert replay.memory_at(6).descriptions == ("mug",)
+    assert replay.memory_at(7).descriptions == memory.descriptions == ("mug", "plate")
+    replay.write_log(tmp_path / "again.jsonl", 7)
+    *_, (again, _, _) = make_again(read_log(tmp_path / "again.jsonl"))
+    assert again.to_dict() == replay.memory_at(7).to_dict()
