@@ -9,8 +9,6 @@ from pathlib import Path
 from threading import Lock
 from weakref import WeakValueDictionary
 
-from filelock import FileLock, Timeout
-
 ENDING = ".lock"  # of the file beside a log by which it is locked; it stays, and locks nobody out
 
 
@@ -33,7 +31,10 @@ class LogLock:
             ValueError: if another process has it.
             OSError: if there is no such folder, or it cannot be written to.
         """
-        if not path.parent.is_dir():
+        from filelock import FileLock, Timeout  # here, as only a memory with a log needs it
+
+        beside = path.resolve()  # of a link: beside the file that it leads to
+        if not beside.parent.is_dir():
             raise FileNotFoundError(
                 f"folder of a log must exist, got none for {path}. Make it first."
             )
@@ -42,7 +43,7 @@ class LogLock:
         self.turns = Lock()
         self.turn: object = None
         # Of the process, not of the thread that opened it.
-        self._lock = FileLock(path.with_name(path.name + ENDING), thread_local=False)
+        self._lock = FileLock(beside.with_name(beside.name + ENDING), thread_local=False)
         try:
             self._lock.acquire(timeout=0)
         except Timeout:

@@ -183,7 +183,7 @@ class SceneGraphMemory:
 
     @property
     def layout(self) -> HomeLayout:
-        """Rooms and furniture by id as they are now; the methods below change those of the memory."""
+        """Rooms and furniture by id, as they are now; the methods below change the memory's own."""
         with self._lock:
             return self._state.layout.copy()
 

@@ -14,6 +14,8 @@ import mutate
 import numpy as np
 
 from sgm.finder.finder import Finder
+from sgm.memory.look_log import read_log
+from sgm.memory.replay import replay
 from sgm.policies.heuristics import Frequentist, Priors
 from simulator import Bayesian, Clock, SceneGraphMemory, Sighting
 
@@ -46,10 +48,19 @@ def use_session(folder: Path) -> None:
         for label in LABELS[:2]:
             memory.add_furniture(label, number)
     for _ in range(STEPS):
-        memory = _act(memory, folder, rng)
+        memory = _act(memory, folder, rng, log)
+    if log is not None:
+        *_, (again, _, _) = replay(read_log(log))
+        assert _dump(again, folder) == _dump(memory, folder)
 
 
-def _act(memory: SceneGraphMemory, folder: Path, rng: Rng) -> SceneGraphMemory:
+def _dump(memory: SceneGraphMemory, folder: Path) -> bytes:
+    """Return all that a memory holds."""
+    memory.save(folder / "dumped.sgm")
+    return (folder / "dumped.sgm").read_bytes()
+
+
+def _act(memory: SceneGraphMemory, folder: Path, rng: Rng, log: Path | None) -> SceneGraphMemory:
     rooms, furniture = sorted(memory.layout.rooms), memory.furniture_ids
     if rng.random() < 0.2:
         rooms, furniture = np.array(rooms, dtype=np.int32), np.array(furniture, dtype=np.int64)
@@ -81,6 +92,7 @@ def _act(memory: SceneGraphMemory, folder: Path, rng: Rng) -> SceneGraphMemory:
         (memory.observe, (take(furniture), see())),
         (memory.note_absent, (take(furniture), take(THINGS), share())),
         (memory.step, (int(rng.integers(4)),)),
+        *([(memory.query, (take(THINGS),))] if len(furniture) else []),
         (memory.find_furniture, (take(LABELS),)),
         (memory.places_of, (take(THINGS),)),
         (memory.resolve, (take(THINGS),)),
@@ -96,17 +108,18 @@ def _act(memory: SceneGraphMemory, folder: Path, rng: Rng) -> SceneGraphMemory:
         assert again.to_dict() == memory.to_dict()
         again.save(folder / "again.sgm")
         assert (folder / "again.sgm").read_bytes() == (folder / "home.sgm").read_bytes()
-        return again
+        return again if log is None else SceneGraphMemory.load(folder / "home.sgm", log=log)
     elif kind < 0.5:  # one argument is odd
         call, arguments = take(acts[:-3])
         arguments = list(arguments)
         arguments[int(rng.integers(len(arguments)))] = take(ODD)
-        before = json.dumps(memory.to_dict())
+        before = _dump(memory, folder), log and log.read_bytes()
         try:
             call(*arguments)
         except (ValueError, KeyError, TypeError) as error:
             _check_message(call.__name__, error)
-            assert json.dumps(memory.to_dict()) == before, call.__name__
+            after = _dump(memory, folder), log and log.read_bytes()
+            assert after == before, call.__name__
     else:
         call, arguments = take(acts)
         try:
