@@ -38,6 +38,10 @@ class LogLock:
             raise FileNotFoundError(
                 f"folder of a log must exist, got none for {path}. Make it first."
             )
+        if beside.is_dir():
+            raise IsADirectoryError(
+                f"log must be a file, got a folder: {path}. Name it looks.jsonl."
+            )
         self._path = path
         self._process = os.getpid()
         self.turns = Lock()

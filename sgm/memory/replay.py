@@ -56,6 +56,8 @@ class Replayer:
         memory: SceneGraphMemory,
         prior: PriorGraph | None = None,
         clock: Clock | None = None,
+        *,
+        gives_new_ids: bool = False,
     ) -> None:
         """Begin with an empty memory.
 
@@ -63,16 +65,21 @@ class Replayer:
             memory: the memory.
             prior: of all memories that are started; None for what the log says.
             clock: of all memories that are started; None for what the log says.
+            gives_new_ids: whether no id is given twice, even where a new memory begins, so that its
+                furniture is told from what was there before.
         """
         self.memory = memory
         self._prior = prior
         self._clock = clock
+        self._gives_new_ids = gives_new_ids
         self._rooms: dict[int, int] = {}  # id in the memory by id in the log
         self.furniture: dict[int, int] = {}
 
     def copy(self) -> Replayer:
         """Return one that goes on alone."""
-        other = Replayer(self.memory.copy(), self._prior, self._clock)
+        other = Replayer(
+            self.memory.copy(), self._prior, self._clock, gives_new_ids=self._gives_new_ids
+        )
         other._rooms, other.furniture = dict(self._rooms), dict(self.furniture)
         return other
 
@@ -130,6 +137,9 @@ class Replayer:
         prior = self._prior or find_shipped(content.prior) or PriorGraph.household()
         if self._clock is not None:
             content = replace(content, clock=self._clock)
+        if self._gives_new_ids and not content.layout.num_rooms_ever:  # a new memory
+            layout = replace(self.memory.layout, rooms={}, furniture={})
+            content = replace(content, layout=layout)
         self.memory._go_on_from(content, prior)
         self._rooms = {number: number for number in content.layout.rooms}
         self.furniture.clear()

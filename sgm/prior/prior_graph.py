@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sgm.files import parse_json
+from sgm.files import parse_json, write_whole
 from sgm.messages import shorten
 from sgm.prior.household import build_household
 from sgm.prior.prior_check import PARTS, RELATIONS, VERSION, check_prior
@@ -161,10 +161,7 @@ class PriorGraph:
 
     def save(self, path: str | Path) -> None:
         """Write the prior as JSON, one row per line; equal graphs give equal bytes."""
-        target = Path(path)
-        partial = target.with_name(f"{target.name}.part")
-        partial.write_text(_format(self.to_dict()), encoding="utf-8")
-        partial.replace(target)
+        write_whole(Path(path), _format(self.to_dict()).encode())
 
     @cached_property
     def checksum(self) -> str:

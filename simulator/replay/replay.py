@@ -119,7 +119,7 @@ class Replay(Story):
 
     def _make_player(self, log: str | Path | None = None) -> Replayer:
         memory = SceneGraphMemory(self._prior, self.clock, log=log)
-        return Replayer(memory, self._prior, self.clock)
+        return Replayer(memory, self._prior, self.clock, gives_new_ids=True)
 
     def _play(self, player: Replayer, first: int, end: int) -> None:
         """Apply the lines from number `first` to before `end`, each at its time."""

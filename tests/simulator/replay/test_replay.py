@@ -88,6 +88,20 @@ def test_a_new_memory_goes_on_where_the_old_one_ended(log):
     assert replay.memory_at(9).num_furniture == 1
 
 
+def test_furniture_of_a_new_memory_is_told_from_that_of_the_one_before(log):
+    for labels in (("shelf", "table"), ("table", "shelf")):
+        memory = SceneGraphMemory(log=log)
+        hall = memory.add_room("hall")
+        for label in labels:
+            memory.observe(memory.add_furniture(label, hall), [Sighting(f"mug of the {label}")])
+            memory.step()
+    replay = Replay(read_log(log), "home")
+    for look in replay.looks:
+        now = replay.memory_at(look.step)
+        assert look.seen == (f"mug of the {now.layout.furniture[look.furniture].label}",)
+    assert len({look.furniture for look in replay.looks}) == 4
+
+
 def test_with_clocks_a_new_memory_begins_when_its_clock_says(log):
     for hour in (7, 17):
         memory = SceneGraphMemory(clock=Clock(datetime(2026, 11, 16, hour)), log=log)
