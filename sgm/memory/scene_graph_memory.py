@@ -34,7 +34,6 @@ if TYPE_CHECKING:  # pandas is an extra
     from pandas import DataFrame
 
 
-
 class SceneGraphMemory:
     """One graph that holds everything ever observed in a home.
 

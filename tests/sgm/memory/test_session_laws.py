@@ -13,11 +13,11 @@ from threading import Thread
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.simulator.memory.sessions import CALLS, FURNITURE, THINGS, call, dump
 
 from sgm.memory.look_log import read_log
 from sgm.memory.replay import replay
 from simulator import Clock, PriorGraph, SceneGraphMemory, Sighting
+from tests.sgm.memory.sessions import CALLS, FURNITURE, THINGS, call, dump
 
 CLOCK = Clock(datetime(2026, 11, 20, 8), 600)
 calls = st.sampled_from((*sorted(CALLS), "observe", "observe", "add_furniture")).flatmap(
@@ -173,7 +173,7 @@ def test_a_call_whose_line_cannot_be_written_changes_nothing(first, last):
 
 def test_all_calls_that_write_are_tried():
     """A new method is either tried here or among the readers of test_threads.py."""
-    from tests.simulator.memory.test_threads import READERS
+    from tests.sgm.memory.test_threads import READERS
 
     public = {name for name in vars(SceneGraphMemory) if not name.startswith("_")}
     assert public == {*CALLS, *READERS, "load"}
