@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import torch
-from jsonargparse import ArgumentParser
+from jsonargparse import ArgumentParser, Namespace
 
-from nep.kinds.command import add_table_options, make_command
-from nep.kinds.kinds import choose_kinds, list_recorded, list_simulated
+from nep.kinds.command import add_table_options, describe_made, list_names, make_command
+from nep.kinds.comparisons import compare_with_rules, count_decided, make_overview
+from nep.kinds.kinds import Kind, choose_kinds, list_recorded, list_simulated
 from nep.kinds.play import play_all
-from nep.kinds.played import find_scores
-from nep.kinds.table import make_network_table, make_overview, make_table
+from nep.kinds.played import Played, find_scores
+from nep.kinds.table import make_network_table, make_table
 from nep.players.checkpoints import CONFIG, load_config
 from nep.players.contestants import Checkpoint
 from nep.report.model_card import make_card
@@ -65,6 +66,14 @@ def _make_parser() -> ArgumentParser:
     return parser
 
 
+def _list_kinds(options: Namespace) -> Mapping[str, Kind]:
+    known = dict(list_simulated(options.num_homes, options.steps, options.searches))
+    if options.recorded:
+        seeds = tuple(range(_RECORDED_SEEDS))
+        known |= list_recorded(options.recorded, _RECORDED_SEARCHES, seeds, options.called)
+    return choose_kinds(known, options.kinds)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
     parser = _make_parser()
@@ -77,33 +86,33 @@ def main(arguments: Sequence[str] | None = None) -> None:
         path = find_scores(options.out)
         if options.card is not None:
             load_config(options.card)  # before hours of playing
-        checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
-        known = dict(list_simulated(options.num_homes, options.steps, options.searches))
-        if options.recorded:
-            known |= list_recorded(
-                options.recorded, _RECORDED_SEARCHES, tuple(range(_RECORDED_SEEDS))
-            )
-        kinds = choose_kinds(known, options.kinds)
-        scores = play_all(kinds, checkpoints, path)
-        titles = {name: kind.title for name, kind in kinds.items()}
-        command = make_command(parser, options, checkpoints)
-        networks = [point.name for point in checkpoints]
-        overview = make_overview(titles, scores, networks[0])
+        if options.play:
+            checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
+            networks = [point.name for point in checkpoints]
+            played = play_all(_list_kinds(options), checkpoints, path)
+        else:
+            networks = list_names(options.checkpoint)
+            played = Played.load_all(path, options.kinds, networks)
+        about = {name: played.about[name] for name in options.kinds or played.about}
+        titles = {name: own["title"] for name, own in about.items()}
+        scores = {name: played.scores[name] for name in about}
+        command = make_command(parser, options, networks)
+        overview = make_overview(about, scores, networks[0])
         parts = [
             "# One network in homes of every kind",
-            f"`{command}`. Differences are paired over homes, with 95 % bootstrap intervals; a "
-            "rule is any policy that does not know the true home. NLL, calibration error and "
-            "looks: less is better.",
-            overview,
+            f"`{command}`. NLL, calibration error and looks: less is better.",
+            f"## `{networks[0]}` beside the best rule\n\n{overview}",
         ]
         if len(networks) > 1:
             beside = make_network_table(titles, scores, networks)
             parts.append(f"## The networks\n\n{_ABOUT_NETWORKS}\n\n{beside}")
         for name, title in titles.items():
             parts.append(f"## {title}\n\n{make_table(scores[name])}")
+        parts.append(describe_made(played, list(about), networks))
         write_whole(options.out, ("\n\n".join(part.strip() for part in parts) + "\n").encode())
         if options.card is not None:
             note_kinds(options.card, overview)
+        print(count_decided(about, compare_with_rules(about, scores, networks[0])))
         print(options.out)
 
 

@@ -14,8 +14,10 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from nep.players.contestants import Checkpoint, check_contestants, list_contestants
+from nep.players.shipped import list_shipped
+from nep.report.code_version import list_versions
 from nep.report.figures import draw_over_steps
-from nep.report.results import Results, ScoreSummary, list_versions
+from nep.report.results import Results, ScoreSummary
 from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
 from sgm.checks import check_at_least
 from sgm.files import write_whole
@@ -135,10 +137,13 @@ def evaluate(
     return results
 
 
-def summarise(scores: Scores) -> Summaries:
-    """Compute what tables and figures need."""
+def summarise(scores: Scores, homes: HomeSource) -> Summaries:
+    """Compute what tables and figures need of what was scored in the first homes of a source."""
     return {
-        task: {name: ScoreSummary.of(own) for name, own in players.items()}
+        task: {
+            name: ScoreSummary.of(own, homes.list_units(range(len(own.values))))
+            for name, own in players.items()
+        }
         for task, players in scores.items()
     }
 
@@ -278,7 +283,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             progress.update(bar, advance=1, description=f"{name}: {TASKS[task].title}")
 
         scores = evaluate(config, advance, options.workers, options.backend, options.threads)
-    summaries = summarise(scores)
+    summaries = summarise(scores, config.homes)
     tables = compute_tables(summaries)
     command = shlex.join(["python", "-m", "nep.evaluate", *arguments])
     save_results(config, summaries, tables, options.out, command)

@@ -141,13 +141,16 @@ class OnlineEvaluation(pl.Callback):
         streams = Streams(config.seed, config.split, range(self.num_homes))
         return evaluate_policy(make, self.homes, streams, self.steps, task=config.task)
 
+    def _compute(self, played: TaskScores) -> ScoreSummary:
+        return ScoreSummary.of(played, self.homes.list_units(range(self.num_homes)))
+
     def _play_heuristics(self, trainer: pl.Trainer) -> None:
         """Let the heuristics and oracles play, once, as late as possible: it takes seconds."""
         policies = [name for name in self.policies if find_policy(name).needs <= self.homes.knows]
         if policies and trainer.progress_bar_callback is not None:
             print(f"{len(policies)} heuristics and oracles play {self.num_homes} validation homes.")
         for name in policies:
-            self.scores[name] = ScoreSummary.of(self._play(trainer, partial(make_policy, name)))
+            self.scores[name] = self._compute(self._play(trainer, partial(make_policy, name)))
 
     def _evaluate_model(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         assert isinstance(pl_module, NEPModule)
@@ -155,7 +158,7 @@ class OnlineEvaluation(pl.Callback):
             self._play_heuristics(trainer)
         player = NEPPolicy(pl_module, _get_datamodule(trainer).builder)
         played = self._play(trainer, player.play_in)
-        scores = self.scores[self.name] = ScoreSummary.of(played)
+        scores = self.scores[self.name] = self._compute(played)
         metrics = {
             f"online/{self._metric}": float(scores.home_values.mean()),
             "online/candidate_recall": scores.metrics["candidate_recall"],

@@ -8,10 +8,12 @@ from pathlib import Path
 
 from jsonargparse import ArgumentParser, Namespace
 
-from nep.players.contestants import Checkpoint
+from nep.kinds.played import Played
+from nep.players.shipped import split_name
 
+_NOT_KEPT = "a commit that was not kept"
 _FOLDERS = ("trace", "recorded")
-_UNSAID = ("out", "card", "config")
+_UNSAID = ("out", "card", "config", "play")
 
 
 def add_table_options(
@@ -32,11 +34,51 @@ def add_table_options(
         default=checkpoints,
         help=f"[NAME=]SOURCE of networks{about}; may be given several times",
     )
+    parser.add_argument(
+        "--play",
+        type=bool,
+        default=True,
+        help="false: write the table of what has been played; homes and networks are only named",
+    )
+    parser.add_argument(
+        "--called",
+        type=str,
+        default="Recorded homes",
+        help="what recorded homes are, in the words of the table: 'Scripted households (HOMER)'",
+    )
 
 
-def make_command(
-    parser: ArgumentParser, options: Namespace, checkpoints: Sequence[Checkpoint]
-) -> str:
+def list_names(sources: Sequence[str]) -> list[str]:
+    """Return the names of networks that have played, from what `--checkpoint` was given."""
+    names = map(split_name, sources)
+    return [source if name is None else name for name, source in names]
+
+
+def describe_made(played: Played, kinds: Sequence[str], networks: Sequence[str]) -> str:
+    """Say what the scores of a table were played with, as far as it was kept.
+
+    Args:
+        played: the scores.
+        kinds: names of the games in the table.
+        networks: names of the networks in it.
+    """
+    code: dict[str, list[str]] = {}
+    for kind in kinds:
+        code.setdefault(played.made.get(kind, _NOT_KEPT), []).append(kind)
+    lines = [f"- Played with {made}: {', '.join(names)}." for made, names in code.items()]
+    lines += [
+        f"- Network `{name}`: SHA-256 `{played.networks[name]}`."
+        for name in networks
+        if played.networks.get(name)
+    ]
+    lines += [
+        f"- Homes of `{kind}`: SHA-256 of all rules and seeds `{played.games[kind]}`."
+        for kind in kinds
+    ]
+    return "## Made with\n\n" + "\n".join(lines)
+
+
+def make_command(parser: ArgumentParser, options: Namespace, networks: Sequence[str]) -> str:
     """Return the command that plays the same: without the folders of a machine, nor defaults."""
     listed = parser.prog.split()
     for name, value in vars(options).items():
@@ -45,7 +87,7 @@ def make_command(
         if name in _FOLDERS:
             value = ["DIR"]
         elif name == "checkpoint":
-            value = [point.name for point in checkpoints]
+            value = list(networks)
         elif name == "left_out":
             value = [f"{text.partition('=')[0]}=DIR" for text in value]
         listed += [f"--{name}", *(map(str, value) if isinstance(value, list | tuple) else [value])]

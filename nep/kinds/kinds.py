@@ -45,6 +45,25 @@ class Kind:
     seeds: tuple[int, ...] = (0,)
     num_warm_up: int = 0
 
+    @property
+    def is_recorded(self) -> bool:
+        """Whether its homes are households that are played from recordings."""
+        return any(source.list_units([0]) is not None for source in self.sources)
+
+    def list_units(self) -> list[str]:
+        """Name what each score of a player is of: a home that was drawn, or a household.
+
+        A household that is played with several seeds, or several times, is one unit.
+        """
+        units = []
+        for number, source in enumerate(self.sources):
+            homes = range(source.num_homes or self.num_homes)
+            known = source.list_units(homes)
+            for seed in self.seeds:
+                drawn = [f"home {home} of source {number}, seed {seed}" for home in homes]
+                units += drawn if known is None else known
+        return units
+
     def describe(self) -> dict[str, Any]:
         """Return everything that scores depend on but the player, as JSON values."""
         numbers = (self.num_homes, self.num_steps, self.num_searches, self.num_warm_up)
@@ -102,7 +121,7 @@ def deal_placements(prior: PriorGraph, seed: int = 0) -> PriorGraph:
 
 
 def list_recorded(
-    folders: Sequence[str], num_searches: int, seeds: tuple[int, ...]
+    folders: Sequence[str], num_searches: int, seeds: tuple[int, ...], called: str
 ) -> Mapping[str, Kind]:
     """List the kinds that are recorded, by name: with both shipped priors and with a counted one.
 
@@ -110,6 +129,7 @@ def list_recorded(
         folders: traces, or folders of traces.
         num_searches: searches of Find Object in each home.
         seeds: of questions and misses.
+        called: what these homes are, in titles.
 
     Raises:
         ValueError: if there is no trace, one is broken, or there is only one.
@@ -132,10 +152,10 @@ def list_recorded(
     kinds = {}
     for name, (knowing, own) in priors.items():
         for num_steps in (200, 1000):
-            title = f"Recorded, {num_steps:,} hourly steps{knowing}"
+            title = f"{called}, {num_steps:,} hourly steps{knowing}"
             kinds[f"{name}-hour-{num_steps}"] = record(title, num_steps, 3600.0, own)
         for num_steps in (200, 1000) if name != "counted" else ():
-            title = f"Recorded, {num_steps:,} steps of ten minutes{knowing}"
+            title = f"{called}, {num_steps:,} steps of ten minutes{knowing}"
             kinds[f"{name}-10min-{num_steps}"] = record(title, num_steps, 600.0, own)
     return kinds
 

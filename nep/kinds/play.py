@@ -12,6 +12,7 @@ import numpy as np
 from nep.kinds.kinds import Kind
 from nep.kinds.played import Played
 from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
+from nep.report.code_version import describe_code
 from simulator.policies.registry import list_policies
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.metrics import METRICS, compute_accuracy_among, compute_nll
@@ -62,7 +63,7 @@ def play_all(
     path: Path,
     others: Mapping[str, MakePolicy] = MappingProxyType({}),
     checksums: Mapping[str, str] = MappingProxyType({}),
-) -> Scores:
+) -> Played:
     """Let everybody play what has not been played yet, and say who is done.
 
     Args:
@@ -73,7 +74,7 @@ def play_all(
         checksums: of those among them that are networks.
 
     Returns:
-        The scores of these kinds, whatever else has been played.
+        All that has been played, of these kinds and of others.
 
     Raises:
         ValueError: if the file is damaged, or has scores of other games.
@@ -83,12 +84,19 @@ def play_all(
     played = Played.load(path, games, {**networks, **checksums})
     scores: Scores = played.scores
     for name, kind in kinds.items():
+        played.about[name] = {
+            "title": kind.title,
+            "is_recorded": kind.is_recorded,
+            "units": kind.list_units(),
+        }
         for player, make in {**list_players(kind, checkpoints), **others}.items():
             if player not in scores[name]:
                 scores[name][player] = play_kind(kind, make)
+                played.made[name] = describe_code()
                 played.save()
             print(f"{name}: {player}")
-    return {name: scores[name] for name in kinds}
+    played.save()
+    return played
 
 
 def _play(kind: Kind, make: MakePolicy, task: str, num_steps: int) -> TaskScores:

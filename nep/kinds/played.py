@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from sgm.files import read_json, write_whole
+from sgm.messages import shorten
 
 
 def find_scores(table: Path) -> Path:
@@ -32,12 +33,16 @@ class Played:
         games: checksum of the homes, questions and options of each game, by name.
         networks: checksum of each network that has played, by name.
         scores: of each game and player; players called "NAME" or "NAME more" are network NAME's.
+        about: title of each game, and what each of its scores is of (`Kind.list_units`), by name.
+        made: version of the package and commit that each game was last played with, by name.
     """
 
     path: Path
     games: dict[str, str] = field(default_factory=dict)
     networks: dict[str, str] = field(default_factory=dict)
     scores: dict[str, dict[str, Any]] = field(default_factory=dict)
+    about: dict[str, dict[str, Any]] = field(default_factory=dict)
+    made: dict[str, str] = field(default_factory=dict)
 
     @classmethod
     def load(cls, path: Path, games: Mapping[str, Any], networks: Mapping[str, str]) -> Played:
@@ -54,7 +59,7 @@ class Played:
         Raises:
             ValueError: if the file is damaged, or one of its games is of that name only.
         """
-        played = cls._read(path)
+        played = cls._read(path, may_be_missing=True)
         for name, game in games.items():
             checksum = hashlib.sha256(json.dumps(game, sort_keys=True).encode()).hexdigest()
             if played.games.setdefault(name, checksum) != checksum:
@@ -77,14 +82,50 @@ class Played:
         return player == network or more
 
     @classmethod
-    def _read(cls, path: Path) -> Played:
+    def load_all(cls, path: Path, names: Sequence[str] | None, players: Sequence[str]) -> Played:
+        """Read all that has been played, without the homes and networks themselves.
+
+        Args:
+            path: the file.
+            names: of games; None for all.
+            players: who must have played them.
+
+        Raises:
+            ValueError: if the file is missing or damaged, does not say what a game is, or lacks a
+                game or a player.
+        """
+        played = cls._read(path)
+        for name in names or played.scores:
+            if name not in played.scores:
+                raise ValueError(
+                    f"games must be some of {', '.join(played.scores)}, got {shorten(name)}, which "
+                    f"is not in {path}. Play it first."
+                )
+            if name not in played.about:
+                raise ValueError(
+                    f"scores must say what they are of, got nothing for {name} in {path}. Run the "
+                    "command with its homes once; what has been played stays."
+                )
+            for player in players:
+                if player not in played.scores[name]:
+                    raise ValueError(
+                        f"checkpoint must be one that has played, got {shorten(player)}, which has "
+                        f"not played {name} in {path}. Play it, or leave it out."
+                    )
+        return played
+
+    @classmethod
+    def _read(cls, path: Path, may_be_missing: bool = False) -> Played:
         try:
             found = read_json(path, allow_nan=True)
             parts = [found[name] for name in ("games", "networks", "scores")]
+            parts += [found.get(name, {}) for name in ("about", "made")]  # older files have none
             if not all(isinstance(part, dict) for part in (*parts, *parts[2].values())):
                 raise ValueError("something else")
-        except FileNotFoundError:
-            return cls(path)
+        except FileNotFoundError as error:
+            if may_be_missing:
+                return cls(path)
+            raise ValueError(f"scores must be a file, got none at {path}. Play first.") from error
         except (KeyError, TypeError, ValueError) as error:
             raise ValueError(
                 f"scores must be a JSON object of games, networks and scores, got {error} in "
@@ -95,5 +136,5 @@ class Played:
     def save(self) -> None:
         """Write the file, whole or not at all, making the folder if needed."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        parts = {"games": self.games, "networks": self.networks, "scores": self.scores}
+        parts = {field.name: getattr(self, field.name) for field in fields(self)[1:]}
         write_whole(self.path, f"{json.dumps(parts, indent=1)}\n".encode())

@@ -1,4 +1,4 @@
-"""Tables of kinds of homes: every player, what a network is better or worse by, and networks."""
+"""Tables of kinds of homes: every player, and networks beside each other."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from nep.kinds.play import Scores
-from nep.report.tables import Difference, format_difference, join_table
+from nep.report.tables import join_table
 from simulator.policies.registry import ORACLES, POLICIES
 
 # Policies that a robot could follow: they do not know the true home.
 RULES = tuple(name for name in POLICIES if name not in ORACLES)
 
 # Column, heading, format, and whether a high value is a good one.
-_COLUMNS = (
+COLUMNS = (
     ("accuracy", "first guess", ".3f", True),
     ("nll", "NLL", ".2f", False),
     ("calibration_error", "calibration error", ".3f", False),
@@ -22,37 +22,9 @@ _COLUMNS = (
     ("away_accuracy", "right if away", ".3f", True),
     ("out_of_place_accuracy", "right if out of place", ".3f", True),
 )
-_COMPARED = tuple(column for column in _COLUMNS if column[0] in ("accuracy", "nll", "looks"))
 _BESIDE = tuple(
-    column for column in _COLUMNS if column in _COMPARED or column[0] == "calibration_error"
+    column for column in COLUMNS if column[0] in ("accuracy", "nll", "calibration_error", "looks")
 )
-
-
-def make_overview(titles: Mapping[str, str], scores: Scores, network: str) -> str:
-    """Return a Markdown table with one row per kind: a network beside the best rule.
-
-    Args:
-        titles: of the kinds, by name.
-        scores: of all players.
-        network: which one.
-    """
-    header = ["homes"]
-    for _, heading, _, _ in _COMPARED:
-        header += [heading, "best rule", "difference [95 %]"]
-    rows = []
-    for kind, title in titles.items():
-        cells = [title]
-        for column in _COMPARED:
-            own = np.array(scores[kind][network][column[0]])
-            rule = find_best_rule(scores[kind], column)
-            other = np.array(scores[kind][rule][column[0]])
-            cells += [
-                format(own.mean(), column[2]),
-                f"{other.mean():{column[2]}} {rule}",
-                format_difference(Difference.of(own - other), column[2]),
-            ]
-        rows.append(cells)
-    return join_table(header, rows)
 
 
 def make_network_table(titles: Mapping[str, str], scores: Scores, networks: Sequence[str]) -> str:
@@ -76,7 +48,7 @@ def make_table(scores: Mapping[str, Mapping[str, Sequence[float]]]) -> str:
 
     Columns that some player lacks are left out, such as looks where nobody searches.
     """
-    shown = [column for column in _COLUMNS if all(column[0] in own for own in scores.values())]
+    shown = [column for column in COLUMNS if all(column[0] in own for own in scores.values())]
     means = {
         player: {name: float(np.mean(columns[name])) for name, *_ in shown}
         for player, columns in scores.items()

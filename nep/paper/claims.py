@@ -15,7 +15,8 @@ from nep.paper.readings import ReadingScores
 from nep.paper.stages import Job
 from nep.paper.stored_scores import Evaluation
 from nep.paper.training import Training, collect_data
-from nep.report.results import Results, ScoreSummary, list_versions
+from nep.report.code_version import list_versions
+from nep.report.results import Results, ScoreSummary
 from sgm.files import read_json, write_whole
 from simulator.policies import POLICIES
 from simulator.policies.informed import Informed

@@ -13,7 +13,7 @@ from nep.paper.claims_known import make_known
 from nep.paper.claims_networks import NetworkSections
 from nep.paper.claims_open import make_readings, make_rooms
 from nep.paper.claims_scores import ClaimsScores
-from nep.report.results import list_versions
+from nep.report.code_version import list_versions
 
 
 def make_report(plan: ClaimsPlan) -> dict[str, bytes]:

@@ -23,7 +23,8 @@ from nep.paper.paper_tables import Provenance
 from nep.paper.stages import Job
 from nep.paper.stored_scores import Evaluation
 from nep.paper.training import Training, collect_data, find_config
-from nep.report.results import ScoreSummary, list_versions
+from nep.report.code_version import list_versions
+from nep.report.results import ScoreSummary
 from sgm.checks import check_at_least, check_seed
 from sgm.messages import shorten
 from simulator.policies import POLICIES

@@ -8,7 +8,8 @@ from typing import Any
 
 from nep.paper.experiments import Setting
 from nep.players.contestants import Checkpoint
-from nep.report.results import Results, ScoreSummary, list_versions
+from nep.report.code_version import list_versions
+from nep.report.results import Results, ScoreSummary
 from sgm.files import compute_checksum
 from sgm.prior.prior_graph import PriorGraph
 from simulator.home_options import import_source

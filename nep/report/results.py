@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +19,6 @@ from simulator.tasks.scores import TaskScores
 
 RESULTS_VERSION = 2
 _DIGITS = 6  # of the scores of single steps
-_PACKAGES = ("scene-graph-memory", "numpy", "scipy", "torch", "dgl")
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,17 +30,20 @@ class ScoreSummary:
         metrics: what was computed of its answers, by name in `METRICS`.
         trainings: mean score of each home, of every training, (S, H); None for one, or for a policy
             that needs none.
+        units: what each home is a play of, (H,): replays of a recording have one name; None if all
+            homes were drawn independently.
     """
 
     values: np.ndarray
     metrics: Mapping[str, float]
     trainings: np.ndarray | None = None
+    units: tuple[str, ...] | None = None
 
     @classmethod
-    def of(cls, scores: TaskScores) -> ScoreSummary:
-        """Compute every metric of what a policy scored."""
+    def of(cls, scores: TaskScores, units: tuple[str, ...] | None = None) -> ScoreSummary:
+        """Compute every metric of what a policy scored in homes that are plays of `units`."""
         metrics = {name: metric.compute(scores) for name, metric in METRICS.items()}
-        return cls(scores.values, metrics)
+        return cls(scores.values, metrics, units=units)
 
     @classmethod
     def join(cls, parts: Sequence[ScoreSummary]) -> ScoreSummary:
@@ -52,6 +52,7 @@ class ScoreSummary:
             np.mean([part.values for part in parts], axis=0),
             {name: float(np.mean([p.metrics[name] for p in parts])) for name in parts[0].metrics},
             np.concatenate([part.by_training for part in parts]),
+            parts[0].units,
         )
 
     @property
@@ -139,20 +140,11 @@ class Results:
             ) from error
 
 
-def list_versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages that scores depend on."""
-    versions = {"python": platform.python_version()}
-    for package in _PACKAGES:
-        try:
-            versions[package] = version(package)
-        except PackageNotFoundError:  # run from a checkout that is not installed
-            versions[package] = "not installed"
-    return versions
-
-
 def _pack(summary: ScoreSummary) -> dict[str, Any]:
     """Return JSON values, which have None for nan."""
+    units = {} if summary.units is None else {"units": list(summary.units)}
     return {
+        **units,
         "mean": float(summary.home_values.mean()),
         "std": float(summary.home_values.std()),
         "metrics": {name: None if math.isnan(x) else x for name, x in summary.metrics.items()},
@@ -166,4 +158,7 @@ def _unpack(packed: Mapping[str, Any]) -> ScoreSummary:
         raise ValueError(f"values must be (homes, steps), got {values.ndim} axes")
     nan = float("nan")
     metrics = {name: nan if x is None else float(x) for name, x in packed["metrics"].items()}
-    return ScoreSummary(values, metrics)
+    units = packed.get("units")
+    if units is not None and len(units) != len(values):
+        raise ValueError(f"units must name {len(values)} homes, got {len(units)} names")
+    return ScoreSummary(values, metrics, units=None if units is None else tuple(units))

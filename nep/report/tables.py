@@ -14,7 +14,14 @@ from rich.markup import escape
 from rich.table import Table
 
 from nep.report.results import ScoreSummary
-from nep.report.statistics import compute_bootstrap_interval, compute_gap_closed
+from nep.report.statistics import (
+    average_units,
+    compute_detectable,
+    compute_gap_closed,
+    compute_interval,
+    compute_p_value,
+)
+from sgm.messages import shorten
 from simulator.tasks.metrics import METRICS, STEP_METRICS
 from simulator.tasks.task import Task
 
@@ -25,21 +32,36 @@ FLOOR, TOP = "bayesian", "ceiling"
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """A policy's score minus that of another one, paired over homes.
+    """A policy's score minus that of another one, paired over homes; nan of a single home.
 
     Attributes:
         mean: over homes.
-        low, high: 95 % bootstrap interval; nan of a single home.
+        low, high: 95 % interval (`nep.report.statistics`).
+        p: that of the t test, not corrected.
+        detectable: the smallest true difference that would be found with 80 % power.
     """
 
     mean: float
     low: float
     high: float
+    p: float
+    detectable: float
 
     @classmethod
-    def of(cls, values: np.ndarray) -> Difference:
-        """Summarise differences home by home, (H,), or by training and home, (S, H)."""
-        return cls(float(values.mean()), *compute_bootstrap_interval(values))
+    def of(cls, values: np.ndarray, units: Sequence[str] | None = None) -> Difference:
+        """Summarise differences.
+
+        Args:
+            values: home by home, (H,), or by training and home, (S, H).
+            units: which home or household each of them is of, (H,); None if all differ.
+        """
+        values = average_units(values, units)
+        return cls(
+            float(values.mean()),
+            *compute_interval(values),
+            compute_p_value(values),
+            compute_detectable(values),
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +89,14 @@ def compute_difference(own: ScoreSummary, other: ScoreSummary) -> Difference:
     """Compare two policies home by home, and training by training where there are several.
 
     Raises:
-        ValueError: if both were trained several times, but not equally often.
+        ValueError: if both were trained several times, but not equally often, or they played in
+            other homes.
     """
+    if own.units != other.units:
+        raise ValueError(
+            f"policies must play in the same homes to be paired, got {shorten(own.units)} and "
+            f"{shorten(other.units)}. Evaluate both in the same."
+        )
     counts = {len(own.by_training), len(other.by_training)} - {1}
     if len(counts) > 1:
         raise ValueError(
@@ -76,7 +104,7 @@ def compute_difference(own: ScoreSummary, other: ScoreSummary) -> Difference:
             f"{min(counts)} trainings. Train as many of both."
         )
     delta = own.by_training - other.by_training  # (S, H)
-    return Difference.of(delta if counts else delta[0])
+    return Difference.of(delta if counts else delta[0], own.units)
 
 
 def compute_rows(

@@ -158,6 +158,11 @@ class RecordedSource(HomeSource):
             return super().knows
         return frozenset((TRUE_TRANSITIONS,))
 
+    def list_units(self, homes: Sequence[int]) -> tuple[str, ...] | None:
+        """Name the recording of each home: its days and replays are of one household."""
+        traces = (self.episodes[home].trace for home in homes)
+        return tuple(f"{trace.name} {trace.checksum[:8]}" for trace in traces)
+
     def check_clock(self) -> None:
         """Check that it is known of all homes what time it is.
 

@@ -88,6 +88,13 @@ class HomeSource(ABC):
         """What is known of the true homes, of what policies may need."""
         return frozenset((TRUE_TRANSITIONS, TRUE_PLACE_WEIGHTS))
 
+    def list_units(self, homes: Sequence[int]) -> tuple[str, ...] | None:
+        """Name what each home is a play of; None if all of them were drawn independently.
+
+        Homes of one name, such as replays of a recording, count as one in statistics.
+        """
+        return None
+
     @property
     @abstractmethod
     def labels(self) -> Sequence[str]:

@@ -1,0 +1,165 @@
+"""A network beside the best rule in every kind of homes: what is decided, and how surely."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from nep.kinds.play import Scores
+from nep.kinds.table import COLUMNS, find_best_rule
+from nep.report.statistics import LEVEL, correct_holm
+from nep.report.tables import Difference, format_difference, format_number, join_table
+
+_COMPARED = tuple(column for column in COLUMNS if column[0] in ("accuracy", "nll", "looks"))
+_ABOUT = """\
+A rule is any policy that does not know the true home; the one that does best in these homes is
+compared, which favours the rule. Units are homes, or households: all plays of one are averaged
+first. Intervals are bootstrapped over units, t intervals where there are fewer than ten. *Detectable*
+is the smallest true difference that would be found with 80 % power; *p* is that of a paired t test,
+*Holm* the same corrected for all comparisons of these tables. Bold: decided after the correction."""
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A network and the best rule in one kind of homes, by one column.
+
+    Attributes:
+        kind: name of the homes.
+        column: name, heading, format, and whether a high value is a good one.
+        own: mean of the network.
+        rule: which one is the best.
+        other: its mean.
+        num_units: homes or households.
+        difference: network minus rule.
+        corrected: p after Holm's correction; nan if this is the same play as `same_as`.
+        same_as: kind of an earlier comparison of the very same scores; it counts once.
+    """
+
+    kind: str
+    column: tuple[str, str, str, bool]
+    own: float
+    rule: str
+    other: float
+    num_units: int
+    difference: Difference
+    corrected: float = float("nan")
+    same_as: str | None = None
+
+    @property
+    def is_ahead(self) -> bool:
+        """Whether the network is the better one, by however little."""
+        return (self.difference.mean > 0) == self.column[3] and self.difference.mean != 0
+
+
+def compare_with_rules(
+    about: Mapping[str, Mapping[str, Any]], scores: Scores, network: str
+) -> list[Comparison]:
+    """Compare a network with the best rule in every kind of homes, by every column.
+
+    Args:
+        about: of each kind, by name: "units", what each score is of.
+        scores: of all players, by kind.
+        network: which one.
+    """
+    found: list[Comparison] = []
+    for column in _COMPARED:
+        seen: dict[tuple[bytes, str, bytes], str] = {}
+        for kind, own in about.items():
+            rule = find_best_rule(scores[kind], column)
+            first, second = (np.array(scores[kind][who][column[0]]) for who in (network, rule))
+            same_as = seen.setdefault((first.tobytes(), rule, second.tobytes()), kind)
+            found.append(
+                Comparison(
+                    kind, column, float(first.mean()), rule, float(second.mean()),
+                    len(set(own["units"])), Difference.of(first - second, own["units"]),
+                    same_as=None if same_as == kind else same_as,
+                )
+            )  # fmt: skip
+    counted = [row for row in found if row.same_as is None]
+    corrected = iter(correct_holm([row.difference.p for row in counted]))
+    return [
+        replace(row, corrected=next(corrected)) if row.same_as is None else row for row in found
+    ]
+
+
+def count_decided(about: Mapping[str, Mapping[str, Any]], rows: Sequence[Comparison]) -> str:
+    """Say in how many comparisons a network, or a rule, is ahead, and in how many by chance."""
+    counted = [row for row in rows if row.same_as is None]
+    parts = {
+        "all": counted,
+        "in simulated homes": [row for row in counted if not about[row.kind]["is_recorded"]],
+        "in households": [row for row in counted if about[row.kind]["is_recorded"]],
+    }
+    lines = []
+    for name, part in parts.items():
+        if not part or (name != "all" and len(part) == len(counted)):
+            continue
+        decided = [[row for row in part if row.difference.p < 1 - LEVEL]]
+        decided.append([row for row in part if row.corrected < 1 - LEVEL])
+        ahead = [sum(row.is_ahead for row in group) for group in decided]
+        behind = [len(group) - num for group, num in zip(decided, ahead, strict=True)]
+        chance = len(part) * (1 - LEVEL) / 2
+        lines.append(
+            [name, *map(str, (len(part), ahead[0], behind[0])), f"{chance:.1f}",
+             *map(str, (ahead[1], behind[1]))]
+        )  # fmt: skip
+    header = [
+        "comparisons", "number", "network ahead, p < .05", "rule ahead, p < .05",
+        "of either by chance", "network ahead, Holm", "rule ahead, Holm",
+    ]  # fmt: skip
+    text = join_table(header, lines)
+    if again := len(rows) - len(counted):
+        text += f"\n{again} more rows are the very plays of another row, and count once.\n"
+    return text
+
+
+def make_overview(about: Mapping[str, Mapping[str, Any]], scores: Scores, network: str) -> str:
+    """Return Markdown tables with one row per kind, a table per column, and what is decided.
+
+    Args:
+        about: of each kind, by name: "title", "units", and "is_recorded".
+        scores: of all players, by kind.
+        network: which one is compared with the best rule.
+    """
+    rows = compare_with_rules(about, scores, network)
+    parts = [_ABOUT, count_decided(about, rows).strip()]
+    header = [
+        "homes",
+        "units",
+        network,
+        "best rule",
+        "difference [95 %]",
+        "detectable",
+        "p",
+        "Holm",
+    ]
+    for column in _COMPARED:
+        lines = [_make_row(about, row) for row in rows if row.column == column]
+        better = "more" if column[3] else "less"
+        title = column[1][:1].upper() + column[1][1:]
+        parts.append(f"### {title}\n\n{title}: {better} is better.\n\n{join_table(header, lines)}")
+    return "\n\n".join(part.strip() for part in parts) + "\n"
+
+
+def _make_row(about: Mapping[str, Mapping[str, Any]], row: Comparison) -> list[str]:
+    form = row.column[2]
+    difference = format_difference(row.difference, form)
+    mark = "**" if row.corrected < 1 - LEVEL else ""
+    tests = ["the same plays", f"as {about[row.same_as]['title']}"] if row.same_as else []
+    return [
+        about[row.kind]["title"],
+        str(row.num_units),
+        format(row.own, form),
+        f"{row.other:{form}} {row.rule}",
+        f"{mark}{difference}{mark}",
+        format_number(row.difference.detectable, form),
+        *(tests or [format_p(row.difference.p), format_p(row.corrected)]),
+    ]
+
+
+def format_p(p: float) -> str:
+    """Return a p as a cell."""
+    return "< .001" if p < 0.001 else format_number(p, ".3f")
