@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Literal
 
 from jsonargparse import ArgumentParser, Namespace
@@ -17,7 +18,7 @@ from nep.paper.experiments import (
     list_claimed_order,
     list_full_models,
 )
-from nep.paper.paper_tables import make_table_1, make_table_2
+from nep.paper.paper_tables import load_table_1, make_table_1, make_table_2
 from nep.paper.plan import TABLES, Plan, plan_stages
 from nep.paper.stages import run_stages
 from nep.paper.work import add_work_options, make_console, stop_if_failed, work_in, write_files
@@ -114,6 +115,11 @@ def _make_parser() -> ArgumentParser:
         "over homes and trainings",
     )
     parser.add_argument(
+        "--stored",
+        type=Path | None,
+        help="table_1.json: write Table 1 again from its scores, and train and play nothing",
+    )
+    parser.add_argument(
         "--tiny", type=bool, default=False, help="everything as small as can be, to try the command"
     )
     return parser
@@ -170,6 +176,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     console = make_console()
     with one_line_errors(status=2):
         options = parse(_make_parser(), arguments)
+        if options.stored is not None:
+            results, provenance = load_table_1(options.stored)
+            options.out.mkdir(parents=True, exist_ok=True)
+            write_files(options.out, make_table_1(results, provenance), console)
+            return
         plan = _make_plan(options)
         for folder in (plan.runs, plan.data, options.out):
             folder.mkdir(parents=True, exist_ok=True)

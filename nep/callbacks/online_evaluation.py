@@ -21,6 +21,7 @@ from nep.report.results import ScoreSummary
 from nep.report.searches import draw_searches, play_searches
 from nep.report.statistics import compute_gap_closed
 from nep.report.tables import (
+    BOUNDED,
     Row,
     compute_rows,
     format_number,
@@ -224,6 +225,8 @@ class OnlineEvaluation(pl.Callback):
 
     def _compute_gaps(self) -> dict[str, float]:
         """Return the share of the gap from Bayesian that is closed, for each oracle that played."""
+        if self._metric not in BOUNDED:
+            return {}
         means = {name: float(own.home_values.mean()) for name, own in self.scores.items()}
         return {
             top: compute_gap_closed(means[self.name], means["bayesian"], means[top])

@@ -11,7 +11,13 @@ import numpy as np
 from nep.kinds.play import Scores
 from nep.kinds.table import COLUMNS, find_best_rule
 from nep.report.statistics import LEVEL, correct_holm
-from nep.report.tables import Difference, format_difference, format_number, join_table
+from nep.report.tables import (
+    Difference,
+    format_difference,
+    format_number,
+    format_p,
+    join_table,
+)
 
 _COMPARED = tuple(column for column in COLUMNS if column[0] in ("accuracy", "nll", "looks"))
 _ABOUT = """\
@@ -140,7 +146,7 @@ def make_overview(about: Mapping[str, Mapping[str, Any]], scores: Scores, networ
         lines = [_make_row(about, row) for row in rows if row.column == column]
         better = "more" if column[3] else "less"
         title = column[1][:1].upper() + column[1][1:]
-        parts.append(f"### {title}\n\n{title}: {better} is better.\n\n{join_table(header, lines)}")
+        parts.append(f"### {title} ({better} is better)\n\n{join_table(header, lines)}")
     return "\n\n".join(part.strip() for part in parts) + "\n"
 
 
@@ -158,8 +164,3 @@ def _make_row(about: Mapping[str, Mapping[str, Any]], row: Comparison) -> list[s
         format_number(row.difference.detectable, form),
         *(tests or [format_p(row.difference.p), format_p(row.corrected)]),
     ]
-
-
-def format_p(p: float) -> str:
-    """Return a p as a cell."""
-    return "< .001" if p < 0.001 else format_number(p, ".3f")

@@ -12,12 +12,22 @@ import numpy as np
 from nep.paper.claims import LOCATION, ORDER, RATES, SOURCES, SWITCHES
 from nep.paper.claims_scores import ClaimsScores, list_homes, round_all
 from nep.paper.paper_numbers import PAPER_TABLE_1
-from nep.paper.paper_tables import Claim
+from nep.paper.paper_tables import Claim, correct_claims
 from nep.report.results import ScoreSummary
-from nep.report.tables import Difference, compute_difference, format_difference, join_table
+from nep.report.statistics import LEVEL, correct_holm
+from nep.report.tables import (
+    Difference,
+    compute_difference,
+    format_difference,
+    format_number,
+    format_p,
+    join_table,
+)
 
 _WITH_MESSAGES = ("gcn", "heat")
-_CLAIMS_HEADER = ("claim", "trainings", "difference [95 %]", "verdict")
+_CLAIMS_HEADER = (
+    "claim", "trainings", "difference [95 %]", "detectable", "Holm's p", "verdict",
+)  # fmt: skip
 _OUTSIDE = 40  # of so many 95 % intervals, one lies above what is true by chance, and one below
 
 
@@ -51,7 +61,8 @@ class NetworkSections:
 
     def make_orders(self) -> tuple[str, Any]:
         """HEAT before GCN before MLP: all trainings."""
-        cells, lines = [], []
+        cells: list[list[str]] = []
+        lines: list[tuple[str, int, Claim]] = []
         kept: dict[str, Any] = {}
         for source, where in SOURCES.items():
             for nodes in LOCATION:
@@ -66,7 +77,7 @@ class NetworkSections:
                     name: {seed: list_homes(own) for seed, own in by_seed.items()}
                     for name, by_seed in scores.items()
                 }
-                lines += [[title, *claim] for claim in self._compare(title, scores)]
+                lines += [(title, *found) for found in self._compare(title, scores)]
         paper = [
             [f"the paper, {nodes}"]
             + [f"{PAPER_TABLE_1[LOCATION[nodes].name][title][0]:.3f}" for title in ORDER.values()]
@@ -78,9 +89,10 @@ class NetworkSections:
             "brackets those of seed 0, 1, ... as far as they were run. *On* and *off* say "
             "whether objects come and go.\n",
             join_table(["homes", *ORDER.values()], [*cells, *paper]),
-            "A training draws its homes, weights and batches by its seed. Holds or reversed: "
-            "the interval excludes zero.\n",
-            join_table(["homes", *_CLAIMS_HEADER], lines, 2),
+            "A training draws its homes, weights and batches by its seed. Detectable: the "
+            "smallest true difference that would be found with 80 % power. Holds or reversed: p, "
+            f"corrected by Holm's method for all {len(lines)} rows, is below .05.\n",
+            join_table(["homes", *_CLAIMS_HEADER], _format_claims(lines), 2),
         ]
         return "\n".join(text), kept
 
@@ -99,7 +111,8 @@ class NetworkSections:
             "## Why: one change at a time\n",
             f"32 places, on, one training each (seed {seed}), so that intervals are over homes "
             "alone. In brackets: minus the same network without the change. Where a change "
-            "concerns one of two networks, the last columns compare with the other as it is.\n",
+            "concerns one of two networks, the last columns compare with the other as it is. How "
+            "much trainings differ is left out.\n",
             join_table(header, lines),
             "Configs: `mlp_equal.yaml` and `gcn_equal.yaml` (wider embeddings), `no_absence.yaml` "
             "(edges count sightings alone), `no_prior.yaml` (as in Table 2), `homes_400.yaml` "
@@ -140,7 +153,7 @@ class NetworkSections:
                 line.append(f"{mark}{known[name][rate]:.3f}{mark}")
                 line.append(f"{mark}{tested[name][rate].home_values.mean():.3f}{mark}")
             lines.append(line)
-        claims = []
+        claims: list[tuple[str, int, Claim]] = []
         for title, by_network in {
             **{rate: dict.fromkeys(ORDER, rate) for rate, configs in RATES.items() if configs},
             "best of three": chosen,
@@ -151,7 +164,8 @@ class NetworkSections:
                 else {}
                 for name in ORDER
             }
-            claims += [[title, *claim] for claim in self._compare(f"learning rate {title}", scores)]
+            found = self._compare(f"learning rate {title}", scores)
+            claims += [(title, *row) for row in found]
         header = [f"{title}, {part}" for title in ORDER.values() for part in ("validation", "test")]
         text = [
             "## Learning rates\n",
@@ -160,7 +174,7 @@ class NetworkSections:
             "nor of the test, after the last epoch. The rate that is best there is bold; test "
             "scores chose nothing.\n",
             join_table(["learning rate", *header], lines),
-            join_table(["learning rate", *_CLAIMS_HEADER], claims, 2),
+            join_table(["learning rate", *_CLAIMS_HEADER], _format_claims(claims), 2),
         ]
         return "\n".join(text), {
             "validation": {name: round_all(by_rate) for name, by_rate in known.items()},
@@ -175,14 +189,18 @@ class NetworkSections:
         """Whether messages pay anywhere in the sections before."""
         once = {row.difference: row for row in reversed(self._compared)}  # best may be of one rate
         rows = sorted(once.values(), key=lambda row: row.difference.mean, reverse=True)
-        better = [row for row in rows if row.difference.low > 0]
-        worse = [row for row in rows if row.difference.high < 0]
+        corrected = correct_holm([row.difference.p for row in rows])
+        decided = [row for row in rows if row.difference.p < 1 - LEVEL]
+        better = [row for row in decided if row.difference.mean > 0]
+        worse = [row for row in decided if row.difference.mean < 0]
+        num_left = sum(p < 1 - LEVEL for p in corrected)
         text = [
             "## Do messages pay?\n",
             f"Of {len(rows)} comparisons of GCN or HEAT with NEP-MLP in the tables above, "
-            f"{len(better)} {'lies' if len(better) == 1 else 'lie'} above zero with the whole "
-            f"interval, {len(worse)} below. By chance alone, one of {_OUTSIDE} does, and one of "
-            f"{_OUTSIDE} below.\n",
+            f"{len(better)} {'has' if len(better) == 1 else 'have'} p below .05 in favour of "
+            f"messages, {len(worse)} against them. By chance alone, one of {_OUTSIDE} has, and one "
+            f"of {_OUTSIDE} against. After Holm's correction {num_left} "
+            f"{'is' if num_left == 1 else 'are'} left.\n",
         ]
         if better or worse:
             named = [f"- better: {row}" for row in better] + [f"- worse: {row}" for row in worse]
@@ -200,9 +218,9 @@ class NetworkSections:
 
     def _compare(
         self, where: str, scores: Mapping[str, Mapping[int, ScoreSummary]]
-    ) -> list[list[str]]:
-        """Compare every two networks over the seeds that both have: cells of `_CLAIMS_HEADER`."""
-        lines = []
+    ) -> list[tuple[int, Claim]]:
+        """Compare every two networks over the seeds that both have, and say how many these are."""
+        found = []
         for worse, better in combinations(ORDER, 2):
             seeds = sorted(scores[better].keys() & scores[worse].keys())
             if not seeds:
@@ -215,15 +233,8 @@ class NetworkSections:
             if worse == "mlp":
                 self._compared.append(Comparison(where, better, difference))
             claim = Claim(LOCATION["on"], ORDER[better], ORDER[worse], difference)
-            lines.append(
-                [
-                    f"{claim.better} better than {claim.worse}",
-                    str(len(seeds)),
-                    format_difference(difference, ".3f"),
-                    claim.verdict,
-                ]
-            )
-        return lines
+            found.append((len(seeds), claim))
+        return found
 
     def _count_parameters(self) -> str:
         """Say how many parameters the networks have, and those that were made equal."""
@@ -233,6 +244,23 @@ class NetworkSections:
             if training.is_done():
                 counts.append(f"`{configs[0]}` {training.count_parameters():,}")
         return f"Parameters: {', '.join(counts)}.\n" if counts else ""
+
+
+def _format_claims(rows: Sequence[tuple[str, int, Claim]]) -> list[list[str]]:
+    """Make the cells of a table of claims, of where, trainings and claim: `_CLAIMS_HEADER`."""
+    corrected = correct_claims([claim for _, _, claim in rows])
+    return [
+        [
+            where,
+            f"{claim.better} better than {claim.worse}",
+            str(num_trainings),
+            format_difference(claim.difference, ".3f"),
+            format_number(claim.difference.detectable, ".3f"),
+            format_p(claim.corrected),
+            claim.verdict,
+        ]
+        for (where, num_trainings, _), claim in zip(rows, corrected, strict=True)
+    ]
 
 
 def _make_switch_row(

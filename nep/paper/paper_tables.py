@@ -7,9 +7,12 @@ import io
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from nep.paper.experiments import (
     ABLATED,
@@ -23,23 +26,44 @@ from nep.paper.experiments import (
 )
 from nep.paper.paper_numbers import PAPER_TABLE_1, PAPER_TABLE_2
 from nep.report.results import ScoreSummary
+from nep.report.statistics import LEVEL, correct_holm
 from nep.report.tables import (
+    BOUNDED,
+    TOP,
     Difference,
     Row,
     compute_difference,
     compute_rows,
     format_difference,
+    format_number,
+    format_p,
     join_table,
     make_csv,
     make_markdown,
 )
+from sgm.files import read_json
+from sgm.messages import shorten
 from simulator.policies.registry import ORACLES, POLICIES
+from simulator.tasks.metrics import METRICS
 from simulator.tasks.registry import TASKS
 
 # Scores by title of the contestant, in one setting.
 Scores = Mapping[str, ScoreSummary]
 _NEXT = "the row above"
 _FORMAT = ".3f"  # as the paper writes all its numbers
+# Contestants that are given the rules of the simulator; the network reads `home_filter`'s belief.
+KNOWS_RULES = ("prior_filter", "home_filter", "informed", "NEP-HEAT+")
+SHOWN = {
+    "NEP-HEAT+": "NEP-HEAT+ (reads `home_filter`)",
+    "ceiling": "ceiling of first guesses",
+}
+_ABOUT_KNOWN = """\
+`prior_filter` and `home_filter` are Bayes filters that are given the rules. NEP-HEAT+ reads the
+belief of `home_filter`, and was trained on 400 homes with another loss: it does not compete on the
+terms of the others. The ceiling knows the true dynamics, and orders places by its belief about
+where a thing is now. That bounds first guesses and looks, not NDCG (in brackets), which asks where
+a thing usually goes.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +76,8 @@ class Provenance:
         versions: of packages.
         configs: name of the config of each network, by its title.
         num_trainings: of every network, the first one with this seed, too.
+        test_sets: names of the test homes (`simulator.test_sets`), those that have one.
+        checkpoints: SHA-256 of the networks that played, by setting, title and training.
     """
 
     command: str
@@ -61,6 +87,8 @@ class Provenance:
     versions: Mapping[str, str]
     configs: Mapping[str, str]
     num_trainings: int = 1
+    test_sets: Sequence[str] = ()
+    checkpoints: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def size(self) -> str:
@@ -80,6 +108,13 @@ class Provenance:
         """Say over what differences are paired."""
         return "homes" if self.num_trainings == 1 else "homes and trainings"
 
+    @property
+    def about_trainings(self) -> str:
+        """Say what intervals leave out, a sentence or none."""
+        if self.num_trainings > 1 or not self.configs:
+            return ""
+        return "Each network was trained once, so that intervals leave out how trainings differ. "
+
     def make_footer(self) -> str:
         """Return command, seed and versions as Markdown."""
         versions = ", ".join(f"{name} {number}" for name, number in self.versions.items())
@@ -87,7 +122,17 @@ class Provenance:
         if self.num_trainings > 1:
             last = self.seed + self.num_trainings - 1
             seeds = f"Seeds {self.seed} to {last} of training, {self.seed} of the test homes"
-        return f"```\n{self.command}\n```\n\n{seeds}; {versions}.\n"
+        sets = f"; test homes {', '.join(self.test_sets)}" if self.test_sets else ""
+        lines = [f"{seeds}{sets}; {versions}."]
+        if "commit" not in self.versions:
+            lines.append("The commit was not kept when this was played.")
+        if self.checkpoints:
+            lines.append("Checkpoints, SHA-256:\n")
+            lines += [f"- {name}: `{checksum}`" for name, checksum in self.checkpoints.items()]
+        elif self.configs:
+            lines.append("Checksums of the checkpoints were not kept.")
+        text = "\n".join(lines)
+        return f"```\n{self.command}\n```\n\n{text}\n"
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,20 +143,28 @@ class Claim:
         setting: where.
         better, worse: titles.
         difference: score of `better` minus that of `worse`, paired over homes.
+        corrected: p after Holm's correction for all claims of a table; nan before it.
     """
 
     setting: Setting
     better: str
     worse: str
     difference: Difference
+    corrected: float = float("nan")
 
     @property
     def verdict(self) -> str:
-        """Return "holds" or "reversed" if the interval excludes zero, else "undecided"."""
-        low, high = self.difference.low, self.difference.high
-        if not self.setting.metric.is_higher_better:
-            low, high = -high, -low
-        return "holds" if low > 0 else "reversed" if high < 0 else "undecided"
+        """Return "holds" or "reversed" if the corrected p decides it, else "undecided"."""
+        if not self.corrected < 1 - LEVEL:
+            return "undecided"
+        is_better = (self.difference.mean > 0) == self.setting.metric.is_higher_better
+        return "holds" if is_better else "reversed"
+
+
+def correct_claims(claims: Sequence[Claim]) -> list[Claim]:
+    """Correct the p of all claims of a table by Holm's method."""
+    corrected = correct_holm([claim.difference.p for claim in claims])
+    return [replace(own, corrected=p) for own, p in zip(claims, corrected, strict=True)]
 
 
 def compute_table(setting: Setting, scores: Scores) -> list[Row]:
@@ -154,23 +207,29 @@ def make_table_1(results: Mapping[Setting, Scores], provenance: Provenance) -> d
         provenance: what to write under it.
     """
     tables = {setting: compute_table(setting, scores) for setting, scores in results.items()}
-    claims = [
-        claim
-        for setting, rows in tables.items()
-        for claim in list_claims(setting, rows, results[setting])
-    ]
+    claims = correct_claims(
+        [
+            claim
+            for setting, rows in tables.items()
+            for claim in list_claims(setting, rows, results[setting])
+        ]
+    )
     parts = [
         "# Table 1\n",
-        f"Mean ± standard deviation over {provenance.size}; the best but for the oracles in bold. "
-        "↑: more is better, ↓: less is better. The CSV has the numbers unrounded, the JSON the "
-        "mean of every home.\n",
+        f"Mean ± standard deviation over {provenance.size}. ↑: more is better, ↓: less is better. "
+        "*Knows*: what a method is given besides its own looks and the prior: the rules of the "
+        "simulator, or the true dynamics of the home. Of those that are given neither, the best is "
+        "bold. The CSV has the numbers unrounded, the JSON the mean of every home.\n",
         _make_combined(tables),
+        _ABOUT_KNOWN,
         *provenance.list_configs(),
         "## The paper's Table 1\n",
         _make_paper_table_1(),
         "## Which orderings hold\n",
         f"Score of the first minus that of the second, paired over {provenance.pairs}, with 95 % "
-        "bootstrap intervals; decided where the interval excludes zero (of looks, less is better). "
+        "intervals (of looks, less is better). Detectable: the smallest true difference that would "
+        "be found with 80 % power. Decided where p of the paired t test, corrected by Holm's "
+        f"method for all {len(claims)} rows, is below .05. {provenance.about_trainings}"
         "The heuristic is the best one of each setting in these homes.\n",
         _make_claims(claims),
         *(make_markdown(TASKS[s.task], rows, s.title) for s, rows in tables.items()),
@@ -181,7 +240,10 @@ def make_table_1(results: Mapping[Setting, Scores], provenance: Provenance) -> d
         "seed": provenance.seed,
         "num_homes": provenance.num_homes,
         "steps": provenance.steps,
+        "num_trainings": provenance.num_trainings,
         "versions": dict(provenance.versions),
+        "test_sets": list(provenance.test_sets),
+        "checkpoints": dict(provenance.checkpoints),
         "settings": {
             setting.name: {row.policy: _pack(row, results[setting][row.policy]) for row in rows}
             for setting, rows in tables.items()
@@ -193,6 +255,35 @@ def make_table_1(results: Mapping[Setting, Scores], provenance: Provenance) -> d
         "table_1.csv": make_csv(named, key="setting").encode(),
         "table_1.json": (json.dumps(content) + "\n").encode(),
     }
+
+
+def load_table_1(path: Path) -> tuple[dict[Setting, Scores], Provenance]:
+    """Read `table_1.json`: scores of every home, and what was known when they were played.
+
+    Raises:
+        ValueError: if it is no such file.
+    """
+    try:
+        content = read_json(path)
+        settings = {setting.name: setting for setting in SETTINGS}
+        results: dict[Setting, Scores] = {
+            settings[name]: {title: _unpack(row) for title, row in rows.items()}
+            for name, rows in content["settings"].items()
+        }
+        titles = {title for scores in results.values() for title in scores}
+        provenance = Provenance(
+            content["command"], content["num_homes"], content["steps"], content["seed"],
+            content["versions"],
+            {model.title: model.file for model in MODELS if model.title in titles},
+            content.get("num_trainings", 1), content.get("test_sets", ()),
+            content.get("checkpoints", {}),
+        )  # fmt: skip
+    except (OSError, AttributeError, KeyError, TypeError, ValueError) as error:
+        raise ValueError(
+            f"stored must be a table_1.json of nep.reproduce, got {shorten(error)} in {path}. "
+            "Make it with --table 1."
+        ) from error
+    return results, provenance
 
 
 def make_table_2(scores: Scores, provenance: Provenance) -> dict[str, bytes]:
@@ -216,7 +307,7 @@ def make_table_2(scores: Scores, provenance: Provenance) -> dict[str, bytes]:
             for model, score in zip(ABLATED, own, strict=True)
         ]
         if ablation:
-            changes.append([title, *(format_difference(delta, _FORMAT) for delta in deltas)])
+            changes.append([title, *map(_format_detectable, deltas)])
         for model, score, delta in zip(ABLATED, own, deltas, strict=True):
             line = [ablation or "full", model, *_summarise(score)]
             lines.append(line + ([delta.mean, delta.low, delta.high] if delta else [None] * 3))
@@ -225,7 +316,8 @@ def make_table_2(scores: Scores, provenance: Provenance) -> dict[str, bytes]:
         f"{ABLATION_SETTING.title}: accuracy, mean ± standard deviation over {provenance.size}.\n",
         join_table(header, ours),
         "## Minus the full model\n",
-        f"Paired over {provenance.pairs}, with 95 % bootstrap intervals.\n",
+        f"Paired over {provenance.pairs}, with 95 % intervals; d is the smallest true difference "
+        f"that would be found with 80 % power. {provenance.about_trainings}\n",
         join_table(header, changes),
         "## The paper's Table 2\n",
         join_table(header, paper),
@@ -245,9 +337,11 @@ def _make_combined(tables: Mapping[Setting, Sequence[Row]]) -> str:
         for setting, rows in tables.items()
     }
     for setting, rows in tables.items():
-        best = [row.policy for row in rows if row.policy not in ORACLES][-1]
-        cells[setting][best] = f"**{cells[setting][best]}**"
-    return _make_wide(cells)
+        if fair := [row.policy for row in rows if not find_known(row.policy)]:
+            cells[setting][fair[-1]] = f"**{cells[setting][fair[-1]]}**"
+        if setting.metric.name not in BOUNDED and TOP in cells[setting]:
+            cells[setting][TOP] = f"({cells[setting][TOP]})"
+    return _make_wide(cells, says_known=True)
 
 
 def _make_paper_table_1() -> str:
@@ -262,28 +356,38 @@ def _make_paper_table_1() -> str:
     )
 
 
-def _make_wide(cells: Mapping[Setting, Mapping[str, str]]) -> str:
+def _make_wide(cells: Mapping[Setting, Mapping[str, str]], says_known: bool = False) -> str:
     """Rows are contestants, columns are settings; a cell is empty where one has not played."""
-    header = ["method"]
+    header = ["method", "knows"] if says_known else ["method"]
     for setting in cells:
         arrow = "↑" if setting.metric.is_higher_better else "↓"
         header.append(f"{TASKS[setting.task].title} {arrow}, {setting.nodes}")
     titles = _sort_titles({title for column in cells.values() for title in column})
-    return join_table(
-        header, [[title, *(column.get(title, "") for column in cells.values())] for title in titles]
-    )
+    lines = []
+    for title in titles:
+        name = [SHOWN.get(title, title), find_known(title)] if says_known else [title]
+        lines.append([*name, *(column.get(title, "") for column in cells.values())])
+    return join_table(header, lines, num_text=2 if says_known else 1)
 
 
 def _sort_titles(titles: Iterable[str]) -> list[str]:
-    """Put heuristics first, in the order of `POLICIES`, then networks, then oracles."""
+    """Put heuristics first, in the order of `POLICIES`, then networks, then who knows more."""
     order = [name for name in POLICIES if name not in ORACLES]
     order += [model.title for model in MODELS]
     others = sorted({*titles} - {*order, *ORACLES})  # from configs that are no part of Table 1
-    return sorted(titles, key=[*order, *others, *ORACLES].index)
+    order = [*order, *others, *ORACLES]
+    return sorted(titles, key=lambda title: (bool(find_known(title)), order.index(title)))
+
+
+def find_known(title: str) -> str:
+    """Return what a contestant is given: "rules", "home", or "" for neither."""
+    if title in ORACLES:
+        return "home"
+    return "rules" if title in KNOWS_RULES else ""
 
 
 def _make_claims(claims: Sequence[Claim]) -> str:
-    header = ["setting", "claim", "difference [95 %]", "verdict"]
+    header = ["setting", "claim", "difference [95 %]", "detectable", "Holm's p", "verdict"]
     lines = []
     for claim in claims:
         better = f"{claim.better} better than {claim.worse}"
@@ -292,6 +396,8 @@ def _make_claims(claims: Sequence[Claim]) -> str:
                 claim.setting.title,
                 better,
                 format_difference(claim.difference, _FORMAT),
+                format_number(claim.difference.detectable, _FORMAT),
+                format_p(claim.corrected),
                 claim.verdict,
             ]
         )
@@ -306,8 +412,20 @@ def _pack(row: Row, scores: ScoreSummary) -> dict[str, Any]:
     }
 
 
+def _unpack(row: Mapping[str, Any]) -> ScoreSummary:
+    nan = float("nan")
+    metrics = {name: nan if row[name] is None else float(row[name]) for name in METRICS}
+    return ScoreSummary(np.array(row["mean_of_each_home"], dtype=float)[:, None], metrics)
+
+
 def _summarise(scores: ScoreSummary) -> tuple[float, float]:
     return float(scores.home_values.mean()), float(scores.home_values.std())
+
+
+def _format_detectable(delta: Difference | None) -> str:
+    if delta is None:
+        return ""
+    return f"{format_difference(delta, _FORMAT)}, d {format_number(delta.detectable, _FORMAT)}"
 
 
 def _format(mean: float, std: float) -> str:

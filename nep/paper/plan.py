@@ -26,6 +26,7 @@ from nep.paper.training import Training, collect_data, find_config
 from nep.report.code_version import list_versions
 from nep.report.results import ScoreSummary
 from sgm.checks import check_at_least, check_seed
+from sgm.files import compute_checksum
 from sgm.messages import shorten
 from simulator.policies import POLICIES
 
@@ -89,7 +90,25 @@ class Plan:
             list_versions(),
             {model.title: Path(model.file).name for model in self.models},
             self.num_trainings,
+            self.list_test_sets(),
+            self.list_checkpoints(),
         )
+
+    def list_test_sets(self) -> tuple[str, ...]:
+        """Name the test homes, those that have a name."""
+        played = [self.make_evaluation(setting, "random") for setting in SETTINGS]
+        return tuple(dict.fromkeys(name for own in played if (name := own.name_homes())))
+
+    def list_checkpoints(self) -> dict[str, str]:
+        """Return the SHA-256 of every network, by setting, title and seed of the training."""
+        return {
+            f"{network.setting.name}, {network.title}, seed {training.seed}": compute_checksum(
+                training.checkpoint
+            )
+            for network in self.list_networks()
+            for training in self.list_trainings(network)
+            if training.checkpoint.is_file()
+        }
 
     def list_settings(self) -> tuple[Setting, ...]:
         """Return the settings in which all models and policies play."""

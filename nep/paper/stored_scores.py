@@ -16,6 +16,7 @@ from simulator.home_options import import_source
 from simulator.policies import Policy, make_policy
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.metrics import METRICS
+from simulator.test_sets.test_sets import name_test_set
 from simulator.world.config import HomeConfig
 from simulator.world.homes import Homes
 from simulator.world.source import HomeSource
@@ -102,6 +103,11 @@ class Evaluation:
             dynamic_nodes=self.setting.dynamic_nodes, cross_room_moves=self.cross_room_moves
         )
         return import_source(self.source)(PriorGraph.default(), rules)
+
+    def name_homes(self) -> str | None:
+        """Return the name of the test homes, None if they have none (`simulator.test_sets`)."""
+        streams = Streams(self.seed, "test", range(self.num_homes))
+        return name_test_set(self.make_source(), streams, self.steps)
 
     def make_homes(self) -> Homes:
         """Return the homes at t = 0, all in one group."""

@@ -28,6 +28,8 @@ from simulator.tasks.task import Task
 # Whom every policy is compared with unless others are named.
 REFERENCES = ("bayesian", "last_seen_prior")
 FLOOR, TOP = "bayesian", "ceiling"
+# What `TOP` bounds: it orders places by where a thing is now. NDCG asks where it usually goes.
+BOUNDED = ("accuracy", "looks")
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +75,8 @@ class Row:
         mean, std: score, and its standard deviation over homes (docs/design.md, ruling 22), nan of
             a single one.
         differences: to each reference that played, None to itself.
-        gap_closed: share of the way from Bayesian to the ceiling, None unless both played.
+        gap_closed: share of the way from Bayesian to the ceiling, None unless both played and the
+            ceiling bounds the score.
         metrics: what was computed of its answers, by name in `METRICS`.
     """
 
@@ -127,7 +130,7 @@ def compute_rows(
                     None if reference == name else compute_difference(own, scores[reference])
                 )
         gap = None
-        if FLOOR in scores and TOP in scores:
+        if task.metric in BOUNDED and FLOOR in scores and TOP in scores:
             floor, top = (float(scores[other].home_values.mean()) for other in (FLOOR, TOP))
             gap = compute_gap_closed(float(values.mean()), floor, top) + 0.0  # no minus zero
         rows.append(
@@ -169,6 +172,11 @@ def format_table(task: type[Task], rows: list[Row]) -> tuple[list[str], list[lis
 def format_number(value: float, form: str) -> str:
     """Return a number as a cell; "n/a" where there is none."""
     return "n/a" if math.isnan(value) else format(value, form)
+
+
+def format_p(p: float) -> str:
+    """Return a p as a cell."""
+    return "< .001" if p < 0.001 else format_number(p, ".3f")
 
 
 def format_difference(delta: Difference | None, form: str) -> str:

@@ -33,7 +33,9 @@ class TaskScores:
         is_away: whether the object was not where the agent had last seen it, bool (H, A).
         confidence: probability that the policy gave to its choice, (H, A).
         likelihood: probability that it gave to the true places together, (H, A).
-        rank: one more than the number of places with a higher score than every true one, (H, A).
+        rank: of the best true place among the places of the home, (H, A). Places of equal score
+            share their ranks: n of them, m of which are true, behind b better ones, have a true one
+            at b + (n + 1) / (m + 1) on average. Places without a score (-inf) come last and tie.
         is_out_of_place: whether the object was not where such objects had been most of the time
             so far, see `UsualPlaces`; the same for every policy, bool (H, A).
         hour: of the day when it was asked, 0 to 23, -1 where nobody knows, (H, A).
@@ -104,14 +106,13 @@ class AnswerLog:
         scores, answers = answer.scores, answer.answers  # (Q, F) each
         is_furniture = self._memory.is_furniture[answer.queries.home]
         probability = compute_probabilities(scores, self._kind, is_furniture)
-        best = np.where(answers, scores, -np.inf).max(axis=1, keepdims=True)
         row = {
             "is_correct": answer.is_correct,
             "has_candidate": (np.isfinite(scores) & answers).any(axis=1),
             "is_away": compute_away(self._memory, answer.queries, answers),
             "confidence": probability[np.arange(len(answer.choice)), answer.choice],
             "likelihood": (probability * answers).sum(axis=1),
-            "rank": 1 + (scores > best).sum(axis=1),
+            "rank": compute_rank(scores, answers, is_furniture),
             "is_out_of_place": self._usual.compute_out_of_place(
                 answer.queries.home, self._memory.objects["key"][answer.queries.object], answers
             ),
@@ -120,6 +121,23 @@ class AnswerLog:
         self._usual.count()
         num_homes = self._memory.num_homes
         self._rows.append({name: column.reshape(num_homes, -1) for name, column in row.items()})
+
+
+def compute_rank(scores: np.ndarray, answers: np.ndarray, is_place: np.ndarray) -> np.ndarray:
+    """Return the mean rank of the best true place over all orders of tied places, float (Q,).
+
+    Args:
+        scores: the higher the likelier, -inf for no opinion, (Q, F).
+        answers: the true places, one or more, bool (Q, F).
+        is_place: what is ranked, bool (Q, F).
+    """
+    best = np.where(answers, scores, -np.inf).max(axis=1, keepdims=True)  # (Q, 1)
+    is_tied = is_place & (scores == best)
+    num_better = (is_place & (scores > best)).sum(axis=1)
+    ranks: np.ndarray = num_better + (is_tied.sum(axis=1) + 1) / (
+        (is_tied & answers).sum(axis=1) + 1
+    )
+    return ranks
 
 
 def compute_hours(memory: MemoryBatch, home: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
-from simulator.world.source import SampledSource
+from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import Streams
 
 FILE = Path(__file__).parent / "test_sets.json"
@@ -110,6 +110,24 @@ def find_test_set(name: str, path: Path = FILE) -> TestSet:
             f"test set must be one of {', '.join(sets)}, got {shorten(name)}. Choose one of these."
         )
     return sets[name]
+
+
+def name_test_set(source: HomeSource, streams: Streams, steps: int) -> str | None:
+    """Return the name of the set that homes are, None if they are none that has a name.
+
+    Args:
+        source: of the homes.
+        streams: which of them.
+        steps: how long they are played.
+    """
+    for row in load_test_sets().values():
+        own = SampledSource(PriorGraph.default(), HomeConfig.from_json(row.home))
+        if own.prior.checksum != row.prior or own.describe() != source.describe():
+            continue
+        same = (row.split, row.seed, list(range(row.num_homes)), row.steps)
+        if same == (streams.split, streams.seed, list(streams.homes), steps):
+            return row.name
+    return None
 
 
 def _describe_layout(homes: SampledHomes) -> bytes:
