@@ -8,6 +8,7 @@ from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
 from functools import partial
 from io import StringIO
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,13 @@ import torch
 from jsonargparse import ArgumentParser, Namespace
 
 from nep import export, fit
-from nep.kinds.command import add_table_options, make_command
+from nep.kinds.command import add_table_options, describe_made, list_names, make_command
 from nep.kinds.life import COLUMNS, Life, measure
 from nep.kinds.played import Played, find_scores
 from nep.players.contestants import Checkpoint
-from nep.report.tables import Difference, format_difference, join_table
+from nep.report.code_version import describe_code
+from nep.report.statistics import FEWEST_RESAMPLED, LEVEL, correct_holm
+from nep.report.tables import Difference, format_difference, format_number, join_table
 from nep.robot.finder import ObjectFinder
 from sgm.checks import check_at_least, check_at_most, check_shares
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
@@ -58,8 +61,13 @@ before the looks of each step {questions} things were asked for, {asked}: of the
 networks as they were{learnt}, and of the rules that read nothing but a memory. All were
 asked of the same memory.
 NLL and looks: less is better; looks are counted in the order of the answer, with a detector that
-misses nothing. Differences are paired over homes, with 95 % bootstrap intervals."""
-_RECORDED = "plays of recorded homes, with the household prior,"
+misses nothing.
+
+Differences are paired over the {num_units} {unit}, with 95 % intervals{how}; d is the smallest true
+difference that would be found with 80 % power. Bold: p of the paired t test, corrected by Holm's
+method for all {num_compared} distinct differences, is below .05."""
+_RECORDED = "plays of {called}, with the household prior,"
+_T_INTERVAL = " (t, as there are fewer than ten)"
 _LEARNT = {
     ADAPTED: ", `adapted` to the log of the first days (`finder.adapt`)",
     TUNED: ", `fine-tuned` on it ([docs/robot.md](../docs/robot.md#your-own-home))",
@@ -77,12 +85,14 @@ class Place:
         source: of the home.
         home: its number there.
         seed: of everything random.
+        unit: what it is a play of; all plays of a recording count as one.
     """
 
     name: str
     source: HomeSource
     home: int
     seed: int
+    unit: str
 
     def describe(self) -> dict[str, Any]:
         """Return what the home is, as JSON values."""
@@ -105,7 +115,9 @@ def list_homes(
     if folders:
         prior = PriorGraph.household()
         return [
-            Place(f"{path.name}-{own}", RecordedSource(prior, rules, [str(path)]), 0, own)
+            Place(
+                f"{path.name}-{own}", RecordedSource(prior, rules, [str(path)]), 0, own, path.name
+            )
             for path in find_traces(folders)
             for own in range(seed, seed + num_homes)
         ]
@@ -116,7 +128,7 @@ def list_homes(
             rules, furniture_per_room=size, objects_per_furniture=3, dynamics=RoutineDynamics()
         )
         name = f"{size * len(rules.rooms)} places-{number}"
-        places.append(Place(name, SampledSource(None, own), number, seed))
+        places.append(Place(name, SampledSource(None, own), number, seed, name))
     return places
 
 
@@ -180,12 +192,33 @@ def list_players(
     return players
 
 
-def make_tables(scores: Scores, networks: Sequence[str]) -> str:
-    """Return two Markdown tables: the means over homes, and differences home by home.
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """Two players in the same homes, by one column.
+
+    Attributes:
+        who, other: names; `other` is a rule where the best one is meant.
+        is_rule: whether it is.
+        difference: of `who` minus `other`.
+    """
+
+    who: str
+    other: str
+    is_rule: bool
+    difference: Difference
+
+
+def make_tables(
+    scores: Scores, networks: Sequence[str], units: Sequence[str] | None = None
+) -> tuple[str, int]:
+    """Return two Markdown tables, and how many distinct differences there are.
+
+    The first has the means over homes, the second differences home by home.
 
     Args:
         scores: of all homes; the same players in each.
         networks: names of the networks, as they were.
+        units: what each home is a play of; None if all differ.
     """
     players = list(next(iter(scores.values())))
     values = {
@@ -202,17 +235,36 @@ def make_tables(scores: Scores, networks: Sequence[str]) -> str:
         learnt = [f"{network} {how}" for how in (ADAPTED, TUNED) if f"{network} {how}" in players]
         pairs += [(who, network) for who in learnt]
         pairs += [(who, "") for who in (network, *learnt)]
-    rows = []
+    found = []
+    tests: dict[tuple[str, bytes], float] = {}  # a player that is another one in all but its name
+    keys = []
     for who, other in pairs:
-        cells = [who, other or "the best rule"]
         for name in COLUMNS:
             than = other or _find_best_rule(values, name)
-            difference = Difference.of(values[who][name] - values[than][name])
-            own = "" if other else f" {than}"
-            cells.append(format_difference(difference, _FORMATS[name]) + own)
-        rows.append(cells)
+            delta = values[who][name] - values[than][name]
+            found.append(Compared(who, than, not other, Difference.of(delta, units)))
+            keys.append((name, delta.tobytes()))
+            if delta.any():
+                tests[keys[-1]] = found[-1].difference.p
+    by_test = dict(zip(tests, correct_holm([*tests.values()]), strict=True))
+    corrected = [by_test.get(key, float("nan")) for key in keys]
+    cells = [
+        _format_compared(one, p, _FORMATS[name])
+        for one, p, name in zip(found, corrected, cycle(COLUMNS))
+    ]
+    rows = [
+        [who, other or "the best rule", *cells[number : number + len(COLUMNS)]]
+        for number, (who, other) in zip(range(0, len(cells), len(COLUMNS)), pairs, strict=True)
+    ]
     header = ["who", "minus", *(f"{title} [95 %]" for title in _TITLES.values())]
-    return f"{means}\n{join_table(header, rows, num_text=2)}"
+    return f"{means}\n{join_table(header, rows, num_text=2)}", len(tests)
+
+
+def _format_compared(one: Compared, p: float, form: str) -> str:
+    mark = "**" if p < 1 - LEVEL else ""
+    text = f"{mark}{format_difference(one.difference, form)}{mark}"
+    text += f", d {format_number(one.difference.detectable, form)}"
+    return f"{text} {one.other}" if one.is_rule else text
 
 
 def _find_best_rule(values: Mapping[str, Mapping[str, np.ndarray]], column: str) -> str:
@@ -286,37 +338,65 @@ def main(arguments: Sequence[str] | None = None) -> None:
                     "Choose among these."
                 )
         check_shares(asks_moved=options.asks_moved)
-        checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
-        rules = HomeConfig(looks="random", looks_per_step=options.looks)
-        places = list_homes(options.sizes, options.num_homes, options.trace, rules, options.seed)
-        players = list_players(checkpoints, options.learn, options.asks_moved)
         path = find_scores(options.out)
-        asked = {name: options[name] for name in _ASKED}
-        played = Played.load(
-            path,
-            {place.name: {**place.describe(), **asked} for place in places},
-            {point.name: point.compute_checksum() for point in checkpoints},
-        )
-        scores: Scores = played.scores
-        for place in places:
-            own = scores[place.name]
-            missing = {who: make for who, make in players.items() if who not in own}
-            if missing:
-                own |= _play(place, missing, options)
-                played.save()
-            print(f"{place.name}: {', '.join(own)}", flush=True)
-        about = _ABOUT.format(
-            command=make_command(parser, options, checkpoints), num_homes=len(places),
-            kind=_RECORDED if options.trace else "homes of people with routines",
-            looks=options.looks, days=options.days, play_days=options.play_days,
-            questions=options.questions, step_seconds=DEFAULT_STEP_SECONDS,
-            asked=_describe_questions(options.asks_moved),
-            learnt="".join(_LEARNT[how] for how in options.learn),
-        )  # fmt: skip
-        shown = {place.name: scores[place.name] for place in places}
-        tables = make_tables(shown, [point.name for point in checkpoints])
-        write_whole(options.out, f"# One's own home\n\n{about}\n\n{tables}".encode())
-        print(options.out)
+        if options.play:
+            played, shown = _play_all(options, path)
+        else:
+            played = Played.load_all(path, None, list_names(options.checkpoint))
+            shown = list(played.about)
+        _write(parser, options, played, shown)
+
+
+def _play_all(options: Namespace, path: Path) -> tuple[Played, list[str]]:
+    """Let everybody play what has not been played yet, and name the homes."""
+    checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
+    rules = HomeConfig(looks="random", looks_per_step=options.looks)
+    places = list_homes(options.sizes, options.num_homes, options.trace, rules, options.seed)
+    players = list_players(checkpoints, options.learn, options.asks_moved)
+    asked = {name: options[name] for name in _ASKED}
+    played = Played.load(
+        path,
+        {place.name: {**place.describe(), **asked} for place in places},
+        {point.name: point.compute_checksum() for point in checkpoints},
+    )
+    scores: Scores = played.scores
+    for place in places:
+        played.about[place.name] = {"title": place.name, "units": [place.unit]}
+        own = scores[place.name]
+        missing = {who: make for who, make in players.items() if who not in own}
+        if missing:
+            own |= _play(place, missing, options)
+            played.made[place.name] = describe_code()
+            played.save()
+        print(f"{place.name}: {', '.join(own)}", flush=True)
+    played.save()
+    return played, [place.name for place in places]
+
+
+def _write(
+    parser: ArgumentParser, options: Namespace, played: Played, shown: Sequence[str]
+) -> None:
+    """Write the table of some homes."""
+    networks = list_names(options.checkpoint)
+    units = [unit for name in shown for unit in played.about[name]["units"]]
+    tables, num_compared = make_tables(
+        {name: played.scores[name] for name in shown}, networks, units
+    )
+    num_units = len(set(units))
+    about = _ABOUT.format(
+        command=make_command(parser, options, networks), num_homes=len(shown),
+        kind=_RECORDED.format(called=options.called) if options.trace
+        else "homes of people with routines",
+        looks=options.looks, days=options.days, play_days=options.play_days,
+        questions=options.questions, step_seconds=DEFAULT_STEP_SECONDS,
+        asked=_describe_questions(options.asks_moved),
+        learnt="".join(_LEARNT[how] for how in options.learn),
+        num_units=num_units, unit="households" if options.trace else "homes",
+        how=_T_INTERVAL if num_units < FEWEST_RESAMPLED else "", num_compared=num_compared,
+    )  # fmt: skip
+    parts = ["# One's own home", about, tables, describe_made(played, shown, networks)]
+    write_whole(options.out, ("\n\n".join(part.strip() for part in parts) + "\n").encode())
+    print(options.out)
 
 
 def _describe_questions(asks_moved: float) -> str:

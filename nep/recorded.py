@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
+from pathlib import Path
 
 import torch
-from jsonargparse import ArgumentParser
+from jsonargparse import ArgumentParser, Namespace
 
-from nep.kinds.command import add_table_options, make_command
+from nep.kinds.command import add_table_options, describe_made, list_names, make_command
+from nep.kinds.comparisons import make_overview
 from nep.kinds.kinds import choose_kinds, list_benchmark
 from nep.kinds.play import play_all
-from nep.kinds.played import find_scores
+from nep.kinds.played import Played, find_scores
 from nep.kinds.table import make_accuracy_table, make_table
 from nep.players.contestants import Checkpoint
 from nep.players.left_out import LeftOut
@@ -26,12 +28,13 @@ from simulator.trace.trace import find_traces
 _ABOUT = """\
 `{command}`. {replays} replays of each of {num_homes} homes ({others} in long lives), with other
 looks and questions; all of it is from these homes, and nothing was trained or chosen in this
-command. A prior "counted in the other homes" leaves out the home that is played. Where the policy
-says where the robot looks, one that guesses badly also sees less; on patrol all read the same
-memory. *Right if away*: among questions about things that are not where this agent saw them last.
-*Right if out of place*: among those about things that are not where they have been most of the
-time so far, the same questions for all. NLL, calibration error and looks: less is better. `oracle`
-knows how often each thing is put at each place, the future included.
+command. A home is one unit of all statistics, however often it is played. A prior "counted in the
+other homes" leaves out the home that is played. Where the policy says where the robot looks, one
+that guesses badly also sees less; on patrol all read the same memory. *Right if away*: among
+questions about things that are not where this agent saw them last. *Right if out of place*: among
+those about things that are not where they have been most of the time so far, the same questions for
+all. NLL, calibration error and looks: less is better. `oracle` knows how often each thing is put at
+each place, the future included.
 [docs/traces.md](../docs/traces.md#the-benchmark-of-recorded-homes) says more."""
 _ABOUT_LEFT_OUT = " {names}: networks that were each trained in the other recorded homes."
 
@@ -47,7 +50,7 @@ def _make_parser() -> ArgumentParser:
     parser.add_argument(
         "--trace",
         type=tuple[str, ...],
-        required=True,
+        default=(),
         help="two or more recorded homes, or folders of them",
     )
     add_table_options(parser, "recorded_homes.md", ("heat",))
@@ -69,6 +72,22 @@ def _make_parser() -> ArgumentParser:
     return parser
 
 
+def _play(options: Namespace, path: Path) -> Played:
+    """Let everybody play what has not been played yet."""
+    checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
+    kinds = list_benchmark(options.trace, options.steps, options.step_seconds, options.replays)
+    kinds = choose_kinds(kinds, options.kinds)
+    left_out = [LeftOut.parse(text) for text in options.left_out]
+    checksums = {}
+    for several in left_out:
+        found = [several.find(folder.name) for folder in find_traces(options.trace)]
+        for point in found:
+            point.load()  # what is missing is missed now
+        checksums[several.name] = " ".join(point.compute_checksum() for point in found)
+    others = {several.name: several.make for several in left_out}
+    return play_all(kinds, checkpoints, path, others, checksums)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
     parser = _make_parser()
@@ -78,31 +97,30 @@ def main(arguments: Sequence[str] | None = None) -> None:
         check_at_least(1, steps=options.steps, replays=options.replays)
         check_step_seconds(options.step_seconds)
         path = find_scores(options.out)
-        checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
-        kinds = list_benchmark(options.trace, options.steps, options.step_seconds, options.replays)
-        kinds = choose_kinds(kinds, options.kinds)
-        left_out = [LeftOut.parse(text) for text in options.left_out]
-        checksums = {}
-        for several in left_out:
-            found = [several.find(folder.name) for folder in find_traces(options.trace)]
-            for point in found:
-                point.load()  # what is missing is missed now
-            checksums[several.name] = " ".join(point.compute_checksum() for point in found)
-        others = {several.name: several.make for several in left_out}
-        scores = play_all(kinds, checkpoints, path, others, checksums)
+        left_out = [text.partition("=")[0] for text in options.left_out]
+        networks = list_names(options.checkpoint)
+        if options.play:
+            played = _play(options, path)
+        else:
+            played = Played.load_all(path, options.kinds, [])
+        scores = {name: played.scores[name] for name in options.kinds or played.about}
+        titles = {name: played.about[name]["title"] for name in scores}
+        units = next(iter(played.about.values()))["units"]
         about = _ABOUT.format(
-            command=make_command(parser, options, checkpoints),
+            command=make_command(parser, options, networks),
             replays=options.replays, others=max(options.replays // 2, 1),
-            num_homes=len(find_traces(options.trace)),
+            num_homes=len(set(units)),
         )  # fmt: skip
         if left_out:
-            about += _ABOUT_LEFT_OUT.format(
-                names=", ".join(f"`{point.name}`" for point in left_out)
-            )
-        parts = ["# Recorded homes", about]
+            about += _ABOUT_LEFT_OUT.format(names=", ".join(f"`{name}`" for name in left_out))
+        parts = [f"# {options.called}", about]
         parts.append(f"## First guesses right\n\n{make_accuracy_table(scores)}")
+        told = {name: scores[name] for name in titles if networks[0] in scores[name]}
+        if told:
+            compared = make_overview({name: played.about[name] for name in told}, told, networks[0])
+            parts.append(f"## `{networks[0]}` beside the best rule\n\n{compared}")
         hours = {
-            kinds[name].title: {who: own["by_hour"] for who, own in players.items()}
+            titles[name]: {who: own["by_hour"] for who, own in players.items()}
             for name, players in scores.items()
             if all("by_hour" in own for own in players.values())
         }
@@ -112,7 +130,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             picture = options.out.with_name(f"{options.out.stem}_by_hour.png")
             write_whole(picture, image.getvalue())
             parts.append(f"## By the hour\n\n![Wrong guesses by the hour of day]({picture.name})")
-        parts += [f"## {kinds[name].title}\n\n{make_table(own)}" for name, own in scores.items()]
+        parts += [f"## {titles[name]}\n\n{make_table(own)}" for name, own in scores.items()]
+        parts.append(describe_made(played, list(scores), [*networks, *left_out]))
         write_whole(options.out, ("\n\n".join(part.strip() for part in parts) + "\n").encode())
         print(options.out)
 

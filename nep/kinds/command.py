@@ -12,6 +12,7 @@ from nep.kinds.played import Played
 from nep.players.shipped import split_name
 
 _NOT_KEPT = "a commit that was not kept"
+_SHOWN = 12  # digits of a checksum that is whole in the JSON
 _FOLDERS = ("trace", "recorded")
 _UNSAID = ("out", "card", "config", "play")
 
@@ -71,10 +72,8 @@ def describe_made(played: Played, kinds: Sequence[str], networks: Sequence[str])
         for name in networks
         if played.networks.get(name)
     ]
-    lines += [
-        f"- Homes of `{kind}`: SHA-256 of all rules and seeds `{played.games[kind]}`."
-        for kind in kinds
-    ]
+    homes = ", ".join(f"{kind} `{played.games[kind][:_SHOWN]}`" for kind in kinds)
+    lines.append(f"- Homes, SHA-256 of their rules and seeds: {homes}.")
     return "## Made with\n\n" + "\n".join(lines)
 
 

@@ -13,6 +13,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.replay.record import record_run
 from simulator.replay.replay import Replay
 from simulator.tasks.metrics import compute_nll
+from simulator.tasks.scores import compute_rank
 from simulator.world.source import HomeSource
 
 COLUMNS = ("accuracy", "nll", "looks")
@@ -104,15 +105,20 @@ def measure(finder: Finder, questions: list[Asked]) -> dict[str, float]:
     Returns:
         "accuracy": share of right first guesses. "nll": mean negative log likelihood of the place,
         in nats. "looks": mean number of looks until it is found, in the order of the answer, with
-        a detector that misses nothing.
+        a detector that misses nothing. Places of equal probability are looked at in any order:
+        both are means over all orders.
     """
     right, likelihood, looks = [], [], []
     for asked in questions:
         ranking = finder.rank(asked.memory, asked.description)
-        found = [n for n, place in enumerate(ranking) if place.furniture in asked.places]
-        right.append(found[0] == 0)
-        likelihood.append(ranking[found[0]].probability)
-        looks.append(found[0] + 1)
+        probability = np.array([place.probability for place in ranking])
+        is_true = np.array([place.furniture in asked.places for place in ranking])
+        best = probability[is_true].max()
+        is_tied, num_better = probability == best, (probability > best).sum()
+        right.append(0.0 if num_better else is_true[is_tied].mean())
+        likelihood.append(best)
+        rank = compute_rank(probability[None], is_true[None], np.ones((1, len(is_true)), bool))
+        looks.append(rank[0])
     return {
         "accuracy": float(np.mean(right)),
         "nll": compute_nll(np.array(likelihood)),
