@@ -75,6 +75,8 @@ def compare_with_rules(
     for column in _COMPARED:
         seen: dict[tuple[bytes, str, bytes], str] = {}
         for kind, own in about.items():
+            if column[0] not in scores[kind][network]:  # looks, where nobody searches
+                continue
             rule = find_best_rule(scores[kind], column)
             first, second = (np.array(scores[kind][who][column[0]]) for who in (network, rule))
             same_as = seen.setdefault((first.tobytes(), rule, second.tobytes()), kind)
