@@ -222,6 +222,7 @@ class SGMDataModule(pl.LightningDataModule):
         """Load the collections; damaged files are named in the error."""
         more = [self.get_folder(config) for config in self.also_configs]
         self.train_dataset = self._load(self.train_config, self.train_snapshots, more)
+        self.hparams["training"]["num_memories"] = len(self.train_dataset)  # for the model card
         self.val_dataset = self._load(self.val_config, self.val_snapshots, [])
 
     def transfer_batch_to_device(

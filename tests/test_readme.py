@@ -1,11 +1,9 @@
-"""The Python of the README runs and prints what it says there; the table is that of results/."""
+"""The Python of the README runs and prints what it says there; its results are those stored."""
 
-import csv
 import re
 from pathlib import Path
 
-from nep.paper.experiments import SETTINGS
-from nep.paper.paper_numbers import PAPER_TABLE_1
+from nep.headlines import main
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 
@@ -20,23 +18,18 @@ def test_the_twenty_lines_print_what_the_readme_says(capsys, tmp_path, monkeypat
     assert (tmp_path / "home.sgm").stat().st_size < 5000
 
 
-def test_the_table_is_the_one_in_results():
-    """Every number of the README's Table 1 is that of results/table_1.csv, or the paper's."""
-    ours: dict[str, dict[str, float]] = {}
-    with (README.parent / "results" / "table_1.csv").open(encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            ours.setdefault(row["policy"], {})[row["setting"]] = float(row["mean"])
-    lines = re.findall(
-        r"^\| ([\w +()-]+) \| (.*[\d*)].*) \|$", README.read_text(encoding="utf-8"), re.M
-    )
-    found = {name.replace(" ", "_"): cells.split(" | ") for name, cells in lines if "." in cells}
-    found = {name: cells for name, cells in found.items() if len(cells) == len(SETTINGS)}
-    for name in ours:
-        cells = found[name if name in found else name.replace(" ", "_")]
-        for setting, cell in zip(SETTINGS, cells, strict=True):
-            digits = 2 if setting.task == "find_object" else 3
-            numbers = [float(number) for number in re.findall(r"\d*\.\d+", cell)]
-            expected = [ours[name][setting.name]]
-            if name in PAPER_TABLE_1[setting.name]:
-                expected.append(PAPER_TABLE_1[setting.name][name][0])
-            assert numbers == [float(f"{value:.{digits}f}") for value in expected], (name, cell)
+def test_what_is_said_of_results_is_what_the_command_prints(capsys):
+    """Every table and sentence of `nep.headlines` stands in the README, word for word."""
+    main(["--results", str(README.parent / "results")])
+    readme = README.read_text(encoding="utf-8")
+    parts = capsys.readouterr().out.strip().split("\n\n")
+    assert len(parts) == 5
+    for part in parts:
+        assert part in readme, f"README.md must have what `python -m nep.headlines` prints:\n{part}"
+
+
+def test_other_numbers_are_those_of_the_results():
+    claims = (README.parent / "results" / "claims.md").read_text(encoding="utf-8")
+    found = re.search(r"\| 32 places, on \| informed \| 0(\.\d+) \|", claims)
+    assert found is not None
+    assert f"(`informed`, {found[1]})" in README.read_text(encoding="utf-8")

@@ -379,6 +379,11 @@ def _sort_titles(titles: Iterable[str]) -> list[str]:
     return sorted(titles, key=lambda title: (bool(find_known(title)), order.index(title)))
 
 
+def list_shown(titles: Iterable[str]) -> dict[str, str]:
+    """Return the titles of contestants as tables show them, in their order, by title."""
+    return {title: SHOWN.get(title, title) for title in _sort_titles(titles)}
+
+
 def find_known(title: str) -> str:
     """Return what a contestant is given: "rules", "home", or "" for neither."""
     if title in ORACLES:

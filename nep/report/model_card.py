@@ -23,7 +23,7 @@ _SIMULATED = {
 Simulated homes alone, sampled from a prior over rooms, furniture and objects (docs/priors.md):
 {memories}. Homes have 4 rooms with 8 pieces of furniture each and about 190 objects. In each
 time step one object in twenty moves; a look misses each object there with probability 0.25. No
-recorded home and no person's data went into it.""",
+household of people, scripted or recorded, went into it.""",
     "step_limit": """\
 In its training homes one object in twenty moves per time step. Let your steps be as long as it
   takes for that.""",
@@ -38,18 +38,22 @@ Simulated homes alone, drawn from a mixture (`simulator.world.mixture`): {memori
 Homes have 1 to 8 rooms and 4 to 60 places; objects move as in the paper's homes or with people who
 have habits, in steps of ten minutes to a day; looks miss up to four objects in ten; the prior that
 the agent knows is the true one, a noisy one, one of another home, one that lacks words, or none. No
-recorded home and no person's data went into it.""",
+household of people, scripted or recorded, went into it.""",
     "step_limit": """\
 It reads rates and shares, not counts, and learns how fast things move from the memory itself. Give
   the memory a clock, so that it knows how long a step is.""",
     "size_limit": "Homes of more than 60 places were not in its training.",
 }
-_CEILING = "`ceiling` knows how the home behaves; it is what an answer can be worth.\n"
+_CEILING = """\
+`ceiling` knows the true dynamics of the home: it bounds right first guesses. `prior_filter` is
+given the rules of these homes; the others are not.
+"""
 _KINDS = """
 ## Homes of every kind
 
-The network beside the best rule in each kind of home (`python -m nep.any_home`). It was trained in
-no recorded home.
+The network beside the best rule in each kind of home (`python -m nep.any_home`). None of the
+households was in its training. Those of HOMER are scripted: days composed of people's schedules,
+played in a simulator.
 
 {}"""
 _RECORDED = {
@@ -125,6 +129,7 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
         size=notes["num_parameters"] * 4 / 1e6,
         command=notes["command"],
         checkpoint=notes["checkpoint_sha256"],
+        versions=_describe_versions(notes.get("versions", {})),
         data=kind["data"].format(memories=_describe_training(notes["training"]))
         + (f"\nIts training began with the weights of `{start}`." if start else ""),
         step_limit=kind["step_limit"],
@@ -192,6 +197,12 @@ def _describe_measured(
     )
 
 
+def _describe_versions(versions: Mapping[str, str]) -> str:
+    """Say with what it was exported, as far as it was kept."""
+    known = ", ".join(f"{name} {version}" for name, version in versions.items())
+    return known if "commit" in versions else f"{known}; the commit was not kept"
+
+
 def _describe_elsewhere(calibration: Mapping[str, Any]) -> str:
     slope = calibration.get("best_slope", 0.0)
     if not slope:
@@ -202,9 +213,12 @@ def _describe_elsewhere(calibration: Mapping[str, Any]) -> str:
 def _describe_training(training: Mapping[str, Any] | None) -> str:
     if training is None:
         return "its checkpoint does not say how many"
-    chosen = (
-        "all memories" if training["snapshots"] is None else f"{training['snapshots']:,} memories"
-    )
+    if "num_memories" in training:
+        chosen = f"{training['num_memories']:,} memories"
+    elif training["snapshots"] is None:
+        chosen = "all memories"
+    else:  # older checkpoints have the limit alone
+        chosen = f"at most {training['snapshots']:,} memories"
     text = (
         f"{chosen} of {training['num_homes']} homes x {training['steps']} time steps, with the\n"
         f"questions and looks of the task `{training['task']}`, collected by `{training['policy']}`"

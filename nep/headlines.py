@@ -1,0 +1,191 @@
+"""Prints the numbers of the README from the stored results: `python -m nep.headlines`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nep.kinds.comparisons import compare_with_rules
+from nep.kinds.played import Played
+from nep.paper.experiments import SETTINGS, Setting
+from nep.paper.paper_numbers import PAPER_TABLE_1
+from nep.paper.paper_tables import find_known, list_shown, load_table_1
+from nep.report.results import ScoreSummary
+from nep.report.statistics import LEVEL, compute_detectable, compute_error, correct_holm
+from nep.report.tables import BOUNDED, TOP, Difference, join_table
+from sgm.files import read_json
+from simulator.command_line import make_parser, one_line_errors, parse
+from simulator.process import run_main
+
+# Kinds of homes in the README, of those of results/any_home.md.
+_KINDS = {
+    "paper-32": "the paper's homes, 32 places",
+    "paper-8": "8 places",
+    "routine": "people with routines",
+    "mixed": "a mixture of homes",
+    "recorded-hour-200": "five scripted households, 200 hours, the paper's prior",
+    "household-hour-200": "the same, the household prior, by which a robot's memory goes",
+    "household-hour-1000": "the same, 1,000 hours",
+}
+_COLUMNS = ("location ↑", "likelihood ↑", "find ↓")
+_NETWORK, _BESIDE = "any_home", "heat"
+_WANTED = 0.01  # first guesses: what a reader would want told apart
+
+
+def make_table_1(results: Mapping[Setting, Mapping[str, ScoreSummary]]) -> str:
+    """Return Table 1, in brackets the paper's own numbers."""
+    header = ["", "knows"]
+    for title in _COLUMNS:
+        header += [f"{title} {nodes}" if nodes == "on" else nodes for nodes in ("on", "off")]
+    best = {
+        setting: _find_best(setting, {t: s for t, s in scores.items() if not find_known(t)})
+        for setting, scores in results.items()
+    }
+    rows = []
+    for title, shown in list_shown(results[SETTINGS[0]]).items():
+        cells = [shown, find_known(title)]
+        for setting in SETTINGS:
+            form = ".2f" if setting.task == "find_object" else ".3f"
+            cell = _write(float(results[setting][title].home_values.mean()), form)
+            cell = f"**{cell}**" if best[setting] == title else cell
+            if title == TOP and setting.metric.name not in BOUNDED:
+                cell = "no bound"
+            if title in PAPER_TABLE_1[setting.name]:
+                cell += f" ({_write(PAPER_TABLE_1[setting.name][title][0], form)})"
+            cells.append(cell)
+        rows.append(cells)
+    return join_table(header, rows, num_text=2)
+
+
+def say_power(results: Mapping[Setting, Mapping[str, ScoreSummary]]) -> str:
+    """Say what Table 1 could have told apart."""
+    scores = results[SETTINGS[0]]
+    values = scores["NEP-HEAT"].home_values - scores["NEP-GCN"].home_values
+    spread = compute_error(values)[0] * math.sqrt(len(values))
+    needed = len(values)
+    while compute_detectable(_spread_over(needed, spread)) > _WANTED:
+        needed += 1
+    return (
+        f"With one training and {len(values)} homes, a true difference of "
+        f"{_write(compute_detectable(values), '.3f')} first guesses between two networks would be "
+        f"found with 80 % power; {_write(_WANTED, '.2f')} takes {needed} homes. How much trainings "
+        "differ comes on top."
+    )
+
+
+def say_order(claims: Mapping[str, Any]) -> str:
+    """Say whether the networks differ, over all trainings, and without the prior."""
+    found = []
+    for by_network in claims["orders"].values():
+        homes = {name: np.array([*own.values()]) for name, own in by_network.items()}
+        found += [Difference.of(homes[b] - homes[a]) for a, b in combinations(homes, 2)]
+    num_decided = sum(p < 1 - LEVEL for p in correct_holm([one.p for one in found]))
+    changed = claims["switches"]["no prior"]
+    without = Difference.of(np.array(changed["heat"]) - np.array(changed["mlp"]))
+    low, high = (f"{_write(x, '.3f')}" for x in (without.low, without.high))
+    least, most = (_write(pick(one.detectable for one in found), ".3f") for pick in (min, max))
+    return (
+        f"MLP, GCN and HEAT, three trainings each, four kinds of homes: {num_decided} of "
+        f"{len(found)} differences are decided after Holm's correction, the largest is "
+        f"{_write(max(abs(one.mean) for one in found), '.3f')}, and {least} to {most} could have "
+        f"been found. Without the prior, HEAT is ahead of MLP by {_write(without.mean, '.3f')} "
+        f"[{low}, {high}] in one training of each."
+    )
+
+
+def make_kinds(played: Played) -> str:
+    """Return the table of a network in homes of several kinds."""
+    compared = compare_with_rules(played.about, played.scores, _NETWORK)
+    rules = {(row.kind, row.column[0]): row for row in compared}
+    rows = []
+    for kind, title in _KINDS.items():
+        cells: list[list[str]] = [[], [], []]
+        for column in ("accuracy", "nll", "looks"):
+            form = ".3f" if column == "accuracy" else ".2f"
+            row = rules[kind, column]
+            beside = float(np.mean(played.scores[kind][_BESIDE][column]))
+            for cell, value in zip(cells, (row.own, row.other, beside), strict=True):
+                cell.append(_write(value, form))
+        rows.append([title, *map(" / ".join, cells)])
+    return join_table(["", f"`{_NETWORK}`", "best rule", f"`{_BESIDE}`"], rows)
+
+
+def say_decided(played: Played) -> str:
+    """Say in how many comparisons the network is ahead, and in how many it would be by chance."""
+    about = played.about
+    rows = compare_with_rules(about, played.scores, _NETWORK)
+    counted = [row for row in rows if row.same_as is None]
+    likely = [row for row in counted if row.difference.p < 1 - LEVEL]
+    sure = [row for row in counted if row.corrected < 1 - LEVEL and row.is_ahead]
+    num_lost = sum(row.corrected < 1 - LEVEL and not row.is_ahead for row in counted)
+    parts = []
+    for is_recorded, where in ((False, "simulated homes"), (True, "the five scripted households")):
+        own = [row for row in counted if about[row.kind]["is_recorded"] == is_recorded]
+        parts.append(f"{sum(row in own for row in sure)} of {len(own)} in {where}")
+    error = max(played.scores[kind][_NETWORK]["calibration_error"][0] for kind in about)
+    ahead = sum(row.is_ahead for row in likely)
+    return (
+        f"Of {len(counted)} comparisons with the best rule, the network is ahead in {ahead} at "
+        f"p < .05 and a rule in {len(likely) - ahead}; by chance "
+        f"{len(counted) * (1 - LEVEL) / 2:.1f} of either would be. After Holm's correction it is "
+        f"ahead in {len(sure)} ({', '.join(parts)}), a rule in {num_lost}. Its calibration error "
+        f"is at most {_write(error, '.3f')} in every kind."
+    )
+
+
+def list_headlines(folder: Path) -> list[str]:
+    """Return every paragraph and table of the README that results stand in.
+
+    Args:
+        folder: of the stored results.
+
+    Raises:
+        ValueError: if a file is missing or damaged.
+    """
+    table_1, _ = load_table_1(folder / "table_1.json")
+    played = Played.load_all(folder / "any_home.json", None, [_NETWORK, _BESIDE])
+    claims = read_json(folder / "claims.json")
+    parts: list[Callable[[], str]] = [
+        lambda: make_table_1(table_1),
+        lambda: say_power(table_1),
+        lambda: say_order(claims),
+        lambda: make_kinds(played),
+        lambda: say_decided(played),
+    ]
+    return [make().strip() for make in parts]
+
+
+def _find_best(setting: Setting, scores: Mapping[str, ScoreSummary]) -> str:
+    sign = 1 if setting.metric.is_higher_better else -1
+    return max(scores, key=lambda title: sign * float(scores[title].home_values.mean()))
+
+
+def _spread_over(num_homes: int, spread: float) -> np.ndarray:
+    """Return values of `num_homes` homes with this standard deviation."""
+    values = np.arange(num_homes, dtype=float)
+    return values / values.std(ddof=1) * spread
+
+
+def _write(value: float, form: str) -> str:
+    """Write a number without the zero before its point."""
+    return format(value, form).replace("0.", ".", 1) if abs(value) < 1 else format(value, form)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    parser = make_parser(
+        "python -m nep.headlines", "Print the numbers of the README from the stored results."
+    )
+    parser.add_argument("--results", type=Path, default=Path("results"), help="folder of results")
+    with one_line_errors(status=2):
+        options = parse(parser, arguments)
+        print("\n\n".join(list_headlines(options.results)))
+
+
+if __name__ == "__main__":
+    run_main(main)
