@@ -6,7 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from nep.report.results import Results
-from nep.report.tables import compute_difference, format_difference, join_table
+from nep.report.tables import (
+    compute_difference,
+    format_difference,
+    format_number,
+    join_table,
+)
 from sgm.messages import shorten
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.process import run_main
@@ -22,7 +27,7 @@ def compare(first: Results, second: Results) -> str:
 
     A policy that both have is compared with itself; every other one of the second run with the
     best of the first. All differences are second minus first, paired over homes, with 95 %
-    bootstrap intervals.
+    intervals; detectable is the smallest true difference that would be found with 80 % power.
 
     Raises:
         ValueError: if the runs were played in other homes, by other rules, or share no task.
@@ -71,16 +76,18 @@ def _compare_task(task: str, first: Results, second: Results) -> str:
     lines = []
     for name, own in theirs.items():
         other = name if name in ours else best
+        difference = compute_difference(own, ours[other])
         lines.append(
             [
                 name,
                 other,
                 format(float(own.home_values.mean()), metric.format),
                 format(mean[other], metric.format),
-                format_difference(compute_difference(own, ours[other]), metric.format),
+                format_difference(difference, metric.format),
+                format_number(difference.detectable, metric.format),
             ]
         )
-    header = ["second", "first", metric.title, "first's", "difference [95 %]"]
+    header = ["second", "first", metric.title, "first's", "difference [95 %]", "detectable"]
     num_homes, num_steps = next(iter(theirs.values())).values.shape
     better = "more" if metric.is_higher_better else "less"
     title = f"{TASKS[task].title}, {num_homes} homes x {num_steps} steps, {better} is better"

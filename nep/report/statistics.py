@@ -77,7 +77,7 @@ def compute_error(values: np.ndarray) -> tuple[float, float]:
 
     Of several trainings, trainings and units were both drawn: their effects and what is left are
     told apart by their mean squares A, B and E, and the variance of the mean is (A + B - E) / SU,
-    but at least that of either alone.
+    but at least that of any of the three alone.
 
     Args:
         values: one value per unit, (U,), or per training and unit, (S, U); two units or more.
@@ -99,7 +99,7 @@ def compute_error(values: np.ndarray) -> tuple[float, float]:
         ]
     )
     both = squares[0] + squares[1] - squares[2]
-    alone = int(squares[:2].argmax())
+    alone = int(squares.argmax())
     if both <= squares[alone]:
         return float(np.sqrt(squares[alone] / values.size)), float(free[alone])
     return float(np.sqrt(both / values.size)), float(both**2 / (squares**2 / free).sum())

@@ -201,8 +201,17 @@ def make_rich_table(task: type[Task], rows: list[Row], title: str) -> Table:
 
 
 def make_markdown(task: type[Task], rows: list[Row], title: str) -> str:
-    """Make the table as Markdown, under a heading."""
-    return f"## {title}\n\n{join_table(*format_table(task, rows))}"
+    """Make the table as Markdown, under a heading, with what its comparisons could detect."""
+    text = f"## {title}\n\n{join_table(*format_table(task, rows))}"
+    form, parts = STEP_METRICS[task.metric].format, []
+    for name in rows[0].differences if rows else ():
+        known = [row.differences[name] for row in rows]
+        found = [one.detectable for one in known if one and not math.isnan(one.detectable)]
+        if found:
+            parts.append(f"minus {name} {min(found):{form}} to {max(found):{form}}")
+    if parts:
+        text += f"\nWould be found with 80 % power, if true: {', '.join(parts)}. Not corrected.\n"
+    return text
 
 
 def join_table(header: Sequence[str], cells: Iterable[Sequence[str]], num_text: int = 1) -> str:

@@ -13,10 +13,10 @@ from nep.report.results import Results, ScoreSummary
 CONFIG = {"num_homes": 2, "seed": 0, "policies": ["a"]}
 
 
-def make_results(config, **policies) -> Results:
-    """Two homes that take these numbers of looks."""
+def make_results(config, units=None, **policies) -> Results:
+    """Homes that take these numbers of looks."""
     summaries = {
-        name: ScoreSummary(np.array(homes, dtype=float)[:, None], {})
+        name: ScoreSummary(np.array(homes, dtype=float)[:, None], {}, units=units)
         for name, homes in policies.items()
     }
     return Results("command", config, {}, {"find_object": summaries})
@@ -28,8 +28,21 @@ def test_differences_by_hand():
     lines = compare(first, second).splitlines()
     assert lines[0] == "## Find Object, 2 homes x 1 steps, less is better"
     # With itself: 0 and -2. The best of the first run is b, with fewer looks: c has -1 and 0.
-    assert lines[4] == "| a | a | 4.00 | 5.00 | -1.00 [-2.00, +0.00] |"
-    assert lines[5] == "| c | b | 3.50 | 4.00 | -0.50 [-1.00, +0.00] |"
+    # Errors 1 and .5, t of one degree 12.706; detectable is 14.083 of them.
+    assert lines[4] == "| a | a | 4.00 | 5.00 | -1.00 [-13.71, +11.71] | 14.08 |"
+    assert lines[5] == "| c | b | 3.50 | 4.00 | -0.50 [-6.85, +5.85] | 7.04 |"
+
+
+def test_replays_of_a_recording_are_one_unit():
+    # Replays of home a differ by -1 and -3, of b by -2 and -4: means -2 and -3, error .5.
+    units = ("a", "a", "b", "b")
+    config = {"num_homes": 4}
+    first = make_results(config, units, a=(5, 5, 5, 5))
+    second = make_results(config, units, a=(4, 2, 3, 1))
+    assert "-2.50 [-8.85, +3.85] | 7.04 |" in compare(first, second)
+    other = make_results(config, ("a", "b", "b", "b"), a=(4, 2, 3, 1))
+    with pytest.raises(ValueError, match=r"play in the same homes to be paired"):
+        compare(first, other)
 
 
 def test_other_homes_and_other_tasks_are_refused():

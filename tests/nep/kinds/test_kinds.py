@@ -6,12 +6,14 @@ import shutil
 
 import numpy as np
 import pytest
+from nep.players.shipped import PRETRAINED
 
 from nep.any_home import main, note_kinds
 from nep.kinds.kinds import deal_placements, list_simulated
 from nep.kinds.play import HOME_COLUMNS, SHARED_COLUMNS, list_players
-from nep.kinds.table import find_best_rule, make_network_table, make_overview, make_table
+from nep.kinds.table import find_best_rule, make_network_table, make_table
 from nep.players.contestants import Checkpoint
+from nep.report.code_version import find_commit
 from sgm.network.shipped import PRETRAINED
 from sgm.prior.prior_graph import PriorGraph
 
@@ -34,14 +36,6 @@ def test_the_best_rule_is_no_network_and_no_oracle():
     )  # fmt: skip
     assert find_best_rule(scores, ("accuracy", "", "", True)) == "adaptive"
     assert find_best_rule(scores, ("accuracy", "", "", False)) == "priors"
-
-
-def test_differences_are_paired_by_hand():
-    """(0.5 - 0.2, 0.7 - 0.6) = 0.3 and 0.1: 0.2 on the mean, and resampled between them."""
-    scores = {"small": make_scores(net=[0.5, 0.7], adaptive=[0.2, 0.6])}
-    text = make_overview({"small": "Small homes"}, scores, "net")
-    want = "| Small homes | 0.600 | 0.400 adaptive | +0.200 [+0.100, +0.300] |"
-    assert want in text.replace("  ", " ")
 
 
 def test_networks_beside_each_other():
@@ -120,7 +114,14 @@ def test_the_command_plays_on_where_it_stopped(tmp_path, capsys):
     main(["--checkpoint", "heat", "--kinds", "paper-8", *size])
     assert "0.123" in out.read_text(encoding="utf-8")
     main(["--checkpoint", "heat", "other=heat", "--kinds", "paper-8", *size])
-    assert "| homes | heat | other |" in out.read_text(encoding="utf-8")
+    text = out.read_text(encoding="utf-8")
+    assert "| homes | heat | other |" in text
+    assert find_commit() in text  # of the code that played
+    main(["--play", "false", "--checkpoint", "heat", "other", "--kinds", "paper-8", *size])
+    assert out.read_text(encoding="utf-8") == text  # without the networks
+    with pytest.raises(SystemExit):
+        main(["--play", "false", "--checkpoint", "nobody", *size])
+    assert "one that has played, got 'nobody'" in " ".join(capsys.readouterr().err.split())
     with pytest.raises(SystemExit):
         main(["--checkpoint", "heat", "--kinds", "paper-8", *size, "--steps", "5"])
     assert "got others for paper-8" in " ".join(capsys.readouterr().err.split())

@@ -85,6 +85,22 @@ def test_measures_worked_by_hand():
     }
 
 
+def test_places_that_tie_share_their_ranks():
+    # Four places of .2: the right one is first in one order of four, at (4 + 1) / 2 on average.
+    # Then two right ones of three that tie, behind a better one: at 1 + (3 + 1) / (2 + 1).
+    memory = SceneGraphMemory()
+    by_thing = {"mug": [0.2, 0.2, 0.2, 0.2], "cup": [0.4, 0.1, 0.1, 0.1]}
+    finder = SimpleNamespace(
+        rank=lambda memory, thing: [
+            SimpleNamespace(furniture=n, probability=p) for n, p in enumerate(by_thing[thing])
+        ]
+    )
+    first = measure(finder, [Asked(memory, "mug", frozenset({0}))])
+    assert first == {"accuracy": 0.25, "nll": pytest.approx(np.log(5)), "looks": 2.5}
+    second = measure(finder, [Asked(memory, "cup", frozenset({2, 3}))])
+    assert (second["accuracy"], second["looks"]) == (0.0, pytest.approx(1 + 4 / 3))
+
+
 @pytest.mark.slow
 def test_the_command_plays_resumes_and_writes_tables(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

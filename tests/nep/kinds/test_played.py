@@ -48,6 +48,22 @@ def test_a_network_that_is_another_one_by_now_plays_again(path, played, capsys):
     assert Played.load(path, {"home": {"steps": 10}}, {}).networks["net"] == "abcd"
 
 
+def test_all_is_read_without_homes_and_networks(path, played):
+    with pytest.raises(ValueError, match=r"say what they are of, got nothing for home in .*\.json"):
+        Played.load_all(path, None, [])
+    played.about["home"] = {"title": "A home", "units": ["a", "a"]}
+    played.made["home"] = "commit 1"
+    played.save()
+    again = Played.load_all(path, ["home"], ["net"])
+    assert (again.about, again.made) == (played.about, played.made)
+    with pytest.raises(ValueError, match=r"has played, got 'nobody', which has not played home"):
+        Played.load_all(path, None, ["nobody"])
+    with pytest.raises(ValueError, match=r"games must be some of home, got 'garden'"):
+        Played.load_all(path, ["garden"], [])
+    with pytest.raises(ValueError, match=r"scores must be a file, got none at .*other\.json"):
+        Played.load_all(path.with_name("other.json"), None, [])
+
+
 def test_a_folder_is_no_table(tmp_path):
     with pytest.raises(ValueError, match=r"out must be a file, got a folder at .* Name a table"):
         find_scores(tmp_path)

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,7 +22,9 @@ from nep.paper.paper_numbers import PAPER_TABLE_1, PAPER_TABLE_2
 from nep.paper.paper_tables import (
     Provenance,
     compute_table,
+    correct_claims,
     list_claims,
+    load_table_1,
     make_table_1,
     make_table_2,
 )
@@ -71,31 +74,37 @@ def test_every_row_is_compared_with_the_row_above(location):
     above = [row.differences["the row above"] for row in rows]
     assert above[0] is None
     # NEP-GCN minus prior_filter: 0.3 in the first home and -0.1 in the second.
-    assert (above[3].mean, above[3].low, above[3].high) == pytest.approx((0.1, -0.1, 0.3))
+    # s = .2828, error .2, t of one degree 12.706.
+    found = (above[3].mean, above[3].low, above[3].high)
+    assert found == pytest.approx((0.1, -2.441, 2.641), abs=1e-3)
 
 
 def test_claims_where_more_is_better(location):
     rows = compute_table(ABLATION_SETTING, location)
-    claims = {
-        (claim.better, claim.worse): claim
-        for claim in list_claims(ABLATION_SETTING, rows, location)
-    }
-    assert list(claims) == [
+    claims = list_claims(ABLATION_SETTING, rows, location)
+    assert [(claim.better, claim.worse) for claim in claims] == [
         ("NEP-HEAT", "NEP-GCN"), ("NEP-GCN", "NEP-MLP"), ("NEP-HEAT", "prior_filter"),
         ("NEP-GCN", "prior_filter"), ("NEP-MLP", "prior_filter"),
     ]  # fmt: skip
-    assert [claim.verdict for claim in claims.values()] == [
-        "holds",  # +0.1 and +0.3
-        "holds",  # +0.4 and +0.1
-        "holds",  # +0.4 and +0.2
-        "undecided",  # +0.3 and -0.1
-        "reversed",  # -0.1 and -0.2
-    ]
+    assert {claim.verdict for claim in claims} == {"undecided"}  # no p is corrected yet
+    sure = [replace(claim, corrected=0.04).verdict for claim in claims]
+    assert sure == ["holds", "holds", "holds", "holds", "reversed"]  # the last one is -0.15
+    assert {replace(claim, corrected=0.06).verdict for claim in claims} == {"undecided"}
+
+
+def test_claims_of_a_table_are_corrected_together(location):
+    claims = list_claims(ABLATION_SETTING, compute_table(ABLATION_SETTING, location), location)
+    corrected = correct_claims(claims)
+    # Differences +.3 and +.1 and so on: t = mean / error of one degree, p = 1 - 2 atan(t) / pi.
+    # t = 2, 5 / 3, 3, .5, -3: p = .295, .344, .205, .705, .205; the least times five is above 1.
+    p_values = [claim.difference.p for claim in claims]
+    assert p_values == pytest.approx([0.295, 0.344, 0.205, 0.705, 0.205], abs=1e-3)
+    assert [claim.corrected for claim in corrected] == [1.0] * 5
 
 
 def test_several_trainings_are_paired_over_homes_and_trainings(location):
-    # Differences of the trainings: .5 - .3 and .1 - .3 in every home, so that the mean is 0 and the
-    # interval reaches from one training to the other. One training alone would decide.
+    # Differences of the trainings: .5 - .3 and .1 - .3 in every home, so that the mean is 0, and
+    # two trainings are all that varies: error .2, t of one degree 12.706. One alone would decide.
     def train(*means):
         return ScoreSummary.join([make_scores(mean, mean) for mean in means])
 
@@ -107,7 +116,8 @@ def test_several_trainings_are_paired_over_homes_and_trainings(location):
         if claim.worse == "NEP-MLP"
     )
     assert claim.difference.mean == pytest.approx(0)
-    assert (claim.difference.low, claim.difference.high) == pytest.approx((-0.2, 0.2))
+    found = (claim.difference.low, claim.difference.high)
+    assert found == pytest.approx((-2.541, 2.541), abs=1e-3)
     assert claim.verdict == "undecided"
     with pytest.raises(ValueError, match="must be trained equally often to be paired, got 3 and 2"):
         compute_difference(train(0.1, 0.2, 0.3), scores["NEP-GCN"])
@@ -121,7 +131,8 @@ def test_claims_where_less_is_better():
         "NEP-HEAT": make_scores(2.5, 4.5),
     }
     claims = list_claims(FIND, compute_table(FIND, scores), scores)
-    assert [(c.better, c.worse, c.verdict) for c in claims] == [
+    sure = [replace(claim, corrected=0.04) for claim in claims]
+    assert [(c.better, c.worse, c.verdict) for c in sure] == [
         ("NEP-HEAT", "NEP-GCN", "reversed"),  # half a look more in both homes
         ("NEP-GCN", "NEP-MLP", "holds"),
         ("NEP-GCN", "random", "holds"),
@@ -136,15 +147,23 @@ def test_table_1_by_hand(location):
     results = {ABLATION_SETTING: location, FIND: looks}
     files = make_table_1(results, PROVENANCE)
     text = files["table_1.md"].decode()
-    assert cells(text, "method") == ["method", "Predict Object Location ↑, on", "Find Object ↓, on"]
-    # Homes 0.7 and 0.7; homes 7 and 9. Best of all but the oracle, in bold.
-    assert cells(text, "NEP-HEAT") == ["NEP-HEAT", "**0.700 ± 0.000**", "8.000 ± 1.000"]
-    assert cells(text, "bayesian") == ["bayesian", "0.300 ± 0.100", "**4.000 ± 1.000**"]
-    assert cells(text, "ceiling") == ["ceiling", "0.800 ± 0.000", "9.000 ± 1.000"]
+    assert cells(text, "method") == [
+        "method", "knows", "Predict Object Location ↑, on", "Find Object ↓, on"
+    ]  # fmt: skip
+    # Homes 0.7 and 0.7; homes 7 and 9. Best of all that are given neither rules nor home, in bold.
+    assert cells(text, "NEP-HEAT") == ["NEP-HEAT", "", "**0.700 ± 0.000**", "8.000 ± 1.000"]
+    assert cells(text, "bayesian") == ["bayesian", "", "0.300 ± 0.100", "**4.000 ± 1.000**"]
+    shown = "ceiling of first guesses"
+    assert cells(text, shown) == [shown, "home", "0.800 ± 0.000", "9.000 ± 1.000"]
     first = text.split("## The paper's")[0]
     order = [line.split("|")[1].strip() for line in first.splitlines() if line.startswith("| ")]
-    assert order == ["method", "---", *location]  # heuristics, networks, oracles
-    assert "NEP-HEAT better than NEP-GCN | +0.200 [+0.100, +0.300] | holds |" in text
+    # Heuristics, networks, then who is given the rules, then oracles.
+    assert order == [
+        "method", "---", "bayesian", "NEP-MLP", "NEP-GCN", "NEP-HEAT", "prior_filter", shown
+    ]  # fmt: skip
+    # Homes .1 and .3: error .1, 12.706 x .1 = 1.271; (12.706 + 1.376) x .1 = 1.408
+    line = "NEP-HEAT better than NEP-GCN | +0.200 [-1.071, +1.471] | 1.408 | 1.000 | undecided |"
+    assert line in text
     assert "python -m nep.reproduce --table 1" in text
     assert "numpy 2.2" in text
     assert "Configs ([nep/configs](../nep/configs)): NEP-MLP `mlp.yaml`.\n" in first
@@ -163,6 +182,46 @@ def test_table_1_by_hand(location):
     assert stored["seed"] == 0
 
 
+def test_the_ceiling_bounds_no_ndcg_and_heat_plus_reads_a_filter_that_knows_the_rules(location):
+    likelihood = Setting("relative_likelihood", True)
+    scores = location | {"NEP-HEAT+": make_scores(0.9, 0.9)}
+    text = make_table_1({likelihood: scores}, PROVENANCE)["table_1.md"].decode()
+    assert cells(text, "ceiling of first guesses")[1:] == ["home", "(0.800 ± 0.000)"]
+    assert cells(text, "NEP-HEAT+ (reads `home_filter`)")[1:] == ["rules", "0.900 ± 0.000"]
+    assert cells(text, "NEP-HEAT")[2] == "**0.700 ± 0.000**"
+    assert "gap closed" not in text
+
+
+def test_table_1_is_made_again_from_its_scores(location, tmp_path):
+    looks = {title: make_scores(3 + i, 5 + i) for i, title in enumerate(location)}
+    known = replace(
+        PROVENANCE, versions={"numpy": "2.2", "commit": "abc"}, test_sets=("paper-32-on-v1",),
+        checkpoints={"find_object-on, NEP-MLP, seed 0": "0f" * 32},
+    )  # fmt: skip
+    files = make_table_1({ABLATION_SETTING: location, FIND: looks}, known)
+    path = tmp_path / "table_1.json"
+    path.write_bytes(files["table_1.json"])
+    again = make_table_1(*load_table_1(path))
+    assert again["table_1.json"] == files["table_1.json"]
+    text, told = (own["table_1.md"].decode().split("Configs")[0] for own in (again, files))
+    assert text == told
+    for own in (again, files):
+        footer = own["table_1.md"].decode().rpartition("```")[2]
+        for part in ("paper-32-on-v1", "commit abc", "0f" * 32):
+            assert part in footer
+    old = json.loads(files["table_1.json"])
+    for name in ("test_sets", "checkpoints", "num_trainings"):  # files of before have none
+        del old[name]
+    del old["versions"]["commit"]
+    path.write_text(json.dumps(old), encoding="utf-8")
+    text = make_table_1(*load_table_1(path))["table_1.md"].decode()
+    assert "The commit was not kept when this was played." in text
+    assert "Checksums of the checkpoints were not kept." in text
+    path.write_text("{}", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"stored must be a table_1\.json .* in .*table_1\.json"):
+        load_table_1(path)
+
+
 def test_table_2_by_hand():
     scores = {network.name: make_scores(0.4, 0.6) for network in list_full_models()}
     scores |= {network.name: make_scores(0.3, 0.3) for network in list_ablations()}
@@ -171,8 +230,8 @@ def test_table_2_by_hand():
     assert cells(text, "Full model")[1:] == ["0.500 ± 0.100"] * 3
     assert cells(text, "(-) Transformer")[1:] == ["0.300 ± 0.000"] * 3
     change = text.split("## Minus the full model")[1]
-    # Homes differ by -0.1 and -0.3.
-    assert cells(change, "(-) Transformer")[1:] == ["-0.200 [-0.300, -0.100]"] * 3
+    # Homes differ by -0.1 and -0.3: error .1, and d = 14.08 x .1.
+    assert cells(change, "(-) Transformer")[1:] == ["-0.200 [-1.471, +1.071], d 1.408"] * 3
     read = list(csv.DictReader(io.StringIO(files["table_2.csv"].decode())))
     assert len(read) == 5 * 3
     assert (read[0]["ablation"], read[0]["model"], read[0]["minus_full"]) == ("full", "mlp", "")
@@ -212,7 +271,7 @@ def test_a_further_task_makes_columns_of_ours_alone(location, monkeypatch):
     further = Setting("take_turns", True)
     files = make_table_1({ABLATION_SETTING: location, further: location}, PROVENANCE)
     ours, paper = files["table_1.md"].decode().split("## The paper's")
-    assert "| Predict Object Location ↑, on | Take Turns ↓, on |" in ours
+    assert "| knows | Predict Object Location ↑, on | Take Turns ↓, on |" in ours
     assert "Take Turns" not in paper.split("## Which")[0]
     assert "| Take Turns, dynamic nodes on | NEP-HEAT better than NEP-GCN |" in paper
     assert further.name in json.loads(files["table_1.json"])["settings"]
@@ -222,4 +281,4 @@ def test_a_model_of_ones_own_stands_between_networks_and_oracles(location):
     files = make_table_1({ABLATION_SETTING: location | {"mine": make_scores(0.1, 0.1)}}, PROVENANCE)
     first = files["table_1.md"].decode().split("## The paper's")[0]
     order = [line.split("|")[1].strip() for line in first.splitlines() if line.startswith("| ")]
-    assert order[-3:] == ["NEP-HEAT", "mine", "ceiling"]
+    assert order[-4:] == ["NEP-HEAT", "mine", "prior_filter", "ceiling of first guesses"]

@@ -48,9 +48,11 @@ def test_rows_by_hand(looks):
     assert [row.policy for row in rows] == ["bayesian", "NEP", "last_seen_prior", "ceiling"]
     nep = rows[1]
     assert (nep.mean, nep.std) == (3.5, 1.5)
-    # Home by home against bayesian: -2 and +1; a resample of two homes has mean -2, -0.5 or 1.
+    # Home by home against bayesian: -2 and +1, s = 2.1213, error 1.5; t of one degree is 12.7062.
     delta = nep.differences["bayesian"]
-    assert (delta.mean, delta.low, delta.high) == (-0.5, -2, 1)
+    assert (delta.mean, delta.low, delta.high) == pytest.approx((-0.5, -19.559, 18.559), abs=1e-3)
+    # (12.7062 + 1.3764) x 1.5
+    assert delta.detectable == pytest.approx(21.124, abs=1e-3)
     assert nep.differences["last_seen_prior"].mean == 0.5
     # From 4 (bayesian) to 2 (ceiling): 3.5 is a quarter of the way.
     assert [row.gap_closed for row in rows] == [0, 0.25, 0.5, 1]
@@ -87,11 +89,12 @@ def test_markdown_and_csv_say_the_same(looks):
     rows = compute_rows(TASKS["find_object"], looks)
     markdown = make_markdown(TASKS["find_object"], rows, "Find Object")
     assert markdown.startswith("## Find Object\n\n| policy | looks | std | minus bayesian [95 %] |")
-    assert "| NEP | 3.50 | 1.50 | -0.50 [-2.00, +1.00] |" in markdown
+    assert "| NEP | 3.50 | 1.50 | -0.50 [-19.56, +18.56] |" in markdown
+    assert "Would be found with 80 % power, if true: minus bayesian 0.00 to 21.12, " in markdown
     assert "| 25% |" in markdown
     read = list(csv.DictReader(io.StringIO(make_csv({"find_object": rows}))))
     assert [line["policy"] for line in read] == [row.policy for row in rows]
-    assert float(read[1]["minus_bayesian_low"]) == -2
+    assert float(read[1]["minus_bayesian_low"]) == pytest.approx(-19.559, abs=1e-3)
     assert float(read[1]["gap_closed"]) == 0.25
     assert read[0]["minus_bayesian"] == ""
 

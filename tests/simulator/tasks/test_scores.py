@@ -1,5 +1,7 @@
 """The columns that a policy's answers leave, and every metric of them, by hand."""
 
+from itertools import permutations
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from simulator.policies import Policy
 from simulator.tasks.evaluation import play_task
 from simulator.tasks.metrics import METRICS, STEP_METRICS
 from simulator.tasks.registry import TASKS
-from simulator.tasks.scores import TaskScores, compute_away, compute_hours
+from simulator.tasks.scores import TaskScores, compute_away, compute_hours, compute_rank
 
 
 def test_away_means_seen_before_and_gone(make_tiny_memory):
@@ -107,6 +109,50 @@ class ByPlace(Policy):
     def scores(self, memory, queries):
         row = np.arange(float(memory.num_furniture))
         return np.tile(np.where(row == row[-1], -np.inf, row), (len(queries.home), 1))
+
+
+def test_ranks_by_hand():
+    none = -np.inf
+    scores = np.array(
+        [
+            [3, 2, 1, 0, none],  # the second of four that have a score
+            [1, 1, 1, 1, none],  # four tie: (4 + 1) / 2
+            [2, 1, 1, 1, none],  # one before three that tie, two of which are right: 1 + 4 / 3
+            [2, none, none, none, none],  # no opinion of it: one before three that tie
+        ]
+    )
+    answers = np.zeros((4, 5), dtype=bool)
+    answers[0, 1] = answers[1, 3] = answers[2, 1] = answers[2, 2] = answers[3, 2] = True
+    is_place = np.tile([True, True, True, True, False], (4, 1))  # the last one is of no home
+    found = compute_rank(scores, answers, is_place)
+    assert found.tolist() == pytest.approx([2, 2.5, 1 + 4 / 3, 1 + 2])
+
+
+def test_ranks_are_the_means_over_all_orders_of_ties():
+    rng = np.random.default_rng(0)
+    scores = rng.integers(0, 3, (40, 5)).astype(float)
+    answers = rng.random((40, 5)) < 0.4
+    answers[np.arange(40), rng.integers(5, size=40)] = True
+    found = compute_rank(scores, answers, np.ones((40, 5), dtype=bool))
+    for row in range(40):
+        ranks = []
+        for order in permutations(range(5)):  # who comes first among equals
+            ranked = sorted(order, key=lambda place: -scores[row, place])  # a stable sort
+            ranks.append(1 + min(ranked.index(place) for place in np.flatnonzero(answers[row])))
+        assert found[row] == pytest.approx(np.mean(ranks))
+
+
+def test_who_has_no_opinion_gets_the_rank_of_chance(make_tiny_homes):
+    """Not the first one, as when only higher scores counted."""
+
+    class Silent(Policy):
+        def scores(self, memory, queries):
+            return np.zeros((len(queries.home), memory.num_furniture))
+
+    seen = play_task(lambda homes: Silent(), make_tiny_homes(4), 12)
+    # One of six places: (6 + 1) / 2. Where the same thing lies at two of them, 7 / 3.
+    assert set(np.unique(seen.rank)) <= {3.5, 7 / 3, 7 / 4, 7 / 5, 7 / 6, 1.0}
+    assert seen.rank.mean() > 2
 
 
 def test_the_rank_of_an_answer_counts_the_places_before_it(make_tiny_homes):
