@@ -1,40 +1,79 @@
-"""Prints the table of results/paper_homes.md from the `table_1.json` of `nep.reproduce`."""
+"""Prints the tables of results/paper_homes.md from the `table_1.json` of `nep.reproduce`."""
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
+from nep.paper.experiments import Setting
 from nep.paper.paper_numbers import PAPER_TABLE_1
-from simulator.policies.registry import ORACLES
+from nep.paper.paper_tables import (
+    compute_table,
+    correct_claims,
+    find_known,
+    list_claims,
+    list_shown,
+    load_table_1,
+)
+from nep.report.results import ScoreSummary
+from nep.report.tables import (
+    BOUNDED,
+    TOP,
+    format_difference,
+    format_number,
+    format_p,
+    join_table,
+)
 
 TASKS = {
     "predict_location": "location ↑",
     "relative_likelihood": "likelihood ↑",
     "find_object": "find ↓",
 }
-NODES = ("on", "off")
+Results = Mapping[Setting, Mapping[str, ScoreSummary]]
 
 
-def make_table(settings: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:
-    """Return scores by setting ("predict_location-on", ...) and method as Markdown."""
-    columns = [(task, f"{task}-{nodes}") for task in TASKS for nodes in NODES]
-    titles = [f"{TASKS[task]}, {setting.rpartition('-')[2]}" for task, setting in columns]
-    lines = [f"| method | {' | '.join(titles)} |", f"| --- |{' ---: |' * len(columns)}"]
-    for name in sorted(settings["predict_location-on"], key=ORACLES.count):  # others first
+def make_table(results: Results) -> str:
+    """Return scores by setting and method as Markdown, in brackets the paper's means."""
+    header = ["method", "knows", *(f"{TASKS[own.task]}, {own.nodes}" for own in results)]
+    rows = []
+    for name, shown in list_shown(next(iter(results.values()))).items():
         cells = []
-        for task, setting in columns:
-            score = settings[setting][name]
-            digits = 2 if task == "find_object" else 3
-            text = f"{score['mean']:.{digits}f} ± {score['std']:.{digits}f}"
-            published = PAPER_TABLE_1[setting].get(name)
-            cells.append(text if published is None else f"{text} ({published[0]:.{digits}f})")
-        lines.append(f"| {name} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+        for setting, scores in results.items():
+            form = ".2f" if setting.task == "find_object" else ".3f"
+            values = scores[name].home_values
+            text = f"{values.mean():{form}} ± {values.std():{form}}"
+            if name == TOP and setting.metric.name not in BOUNDED:
+                text = "no bound"
+            published = PAPER_TABLE_1[setting.name].get(name)
+            cells.append(text if published is None else f"{text} ({published[0]:{form}})")
+        rows.append([shown, find_known(name), *cells])
+    return join_table(header, rows, num_text=2)
+
+
+def make_orderings(results: Results) -> str:
+    """Return what the paper orders, and what these homes say, as Markdown."""
+    claims = [
+        claim
+        for setting, scores in results.items()
+        for claim in list_claims(setting, compute_table(setting, scores), scores)
+    ]
+    rows = [
+        [
+            f"{TASKS[claim.setting.task].split()[0]}, {claim.setting.nodes}",
+            f"{claim.better} better than {claim.worse}",
+            format_difference(claim.difference, ".3f"),
+            format_number(claim.difference.detectable, ".3f"),
+            format_p(claim.corrected),
+            claim.verdict,
+        ]
+        for claim in correct_claims(claims)
+    ]
+    header = ["setting", "claim", "difference [95 %]", "detectable", "Holm's p", "verdict"]
+    return join_table(header, rows, num_text=2)
 
 
 if __name__ == "__main__":
-    print(make_table(json.loads(Path(sys.argv[1]).read_text())["settings"]))
+    loaded, _ = load_table_1(Path(sys.argv[1]))
+    print(f"{make_table(loaded)}\n{make_orderings(loaded)}", end="")

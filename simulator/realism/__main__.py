@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,6 +42,7 @@ class RealismConfig:
         num_homes: simulated homes of each kind.
         days: for how long all homes are followed.
         seed: of the simulated homes.
+        called: what the homes of the traces are, in the words of the table.
     """
 
     out: str
@@ -48,6 +50,7 @@ class RealismConfig:
     num_homes: int = 30
     days: int = 60
     seed: int = 0
+    called: str = "recorded homes"
 
     def __post_init__(self) -> None:
         """Check the counts.
@@ -85,11 +88,11 @@ def report(config: RealismConfig) -> str:
         for column in simulated:
             outside = list_outside(list(recorded.values()), column.compute_means())
             found = "; ".join(MEASURES[name] for name in outside) or "none"
-            text += f"\nOutside the spread of the recorded homes, {column.name}: {found}.\n"
+            text += f"\nOutside the spread of the {config.called}, {column.name}: {found}.\n"
     out = Path(config.out)
     out.mkdir(parents=True, exist_ok=True)
     write_whole(out / "realism.md", text.encode())
-    draw_behaviour(recorded, simulated).savefig(out / "realism.png")
+    draw_behaviour(recorded, simulated, config.called).savefig(out / "realism.png")
     return text
 
 
@@ -99,16 +102,17 @@ def _write(config: RealismConfig, table: str) -> str:
         [
             "# How homes behave",
             "",
-            f"All homes were looked at every hour for {config.days} days: recorded ones beside "
-            f"{config.num_homes} simulated ones of each kind (test homes, seed {config.seed}; mean",
-            "± standard deviation over homes; in italics where the mean lies outside the spread of "
-            "the recorded homes). Out of the home is a place of its own.",
+            f"All homes were looked at every hour for {config.days} days: {config.called} beside "
+            f"{config.num_homes} simulated homes of each kind (test homes, seed {config.seed};",
+            "mean ± standard deviation over homes; in italics where the mean lies outside the spread of "
+            f"the {config.called}). Out of the home is a place of its own.",
             "[docs/worlds.md](../docs/worlds.md) says what the simulated homes are. Command: "
-            f"`python -m simulator.realism --trace DIR --seed {config.seed} --out results`.",
+            f"`python -m simulator.realism --trace DIR --seed {config.seed} --called "
+            f"{shlex.quote(config.called)} --out results`.",
             "",
             table,
             "",
-            "![Every measure: recorded homes (grey: their spread), simulated homes](realism.png)",
+            f"![Every measure: {config.called} (grey: their spread), simulated homes](realism.png)",
             "",
         ]
     )

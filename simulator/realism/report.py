@@ -89,8 +89,16 @@ def make_table(recorded: Mapping[str, Behaviour], simulated: Sequence[Column]) -
     return "\n".join(lines)
 
 
-def draw_behaviour(recorded: Mapping[str, Behaviour], simulated: Sequence[Column]) -> Figure:
-    """Draw every measure: a dot per recorded home, and mean and spread of the simulated ones."""
+def draw_behaviour(
+    recorded: Mapping[str, Behaviour], simulated: Sequence[Column], called: str
+) -> Figure:
+    """Draw every measure: a dot per recorded home, and mean and spread of the simulated ones.
+
+    Args:
+        recorded: by name.
+        simulated: kinds of homes.
+        called: what the recorded homes are.
+    """
     keep_home_clean()
     from matplotlib.figure import Figure
 
@@ -104,7 +112,7 @@ def draw_behaviour(recorded: Mapping[str, Behaviour], simulated: Sequence[Column
         for place, column in enumerate(simulated, start=1):
             values = [getattr(home, name) for home in column.homes]
             axis.errorbar(place, np.mean(values), np.std(values), fmt="s", capsize=3)
-        labels = ["recorded", *(column.name for column in simulated)]
+        labels = [called, *(column.name for column in simulated)]
         axis.set_xticks(range(len(labels)), labels, rotation=35, ha="right", fontsize=6)
         axis.set_title("\n".join(_wrap(title)), fontsize=7)
         axis.tick_params(axis="y", labelsize=6)
