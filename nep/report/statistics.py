@@ -35,9 +35,9 @@ def average_units(values: np.ndarray, units: Sequence[str] | None) -> np.ndarray
         )
     index = {name: number for number, name in enumerate(dict.fromkeys(units))}
     of = np.array([index[name] for name in units], dtype=np.int64)
-    total = np.zeros((*values.shape[:-1], len(index)))
-    np.add.at(total, (..., of), values)
-    return total / np.bincount(of)
+    member = of[:, None] == np.arange(len(index))  # (H, U)
+    means: np.ndarray = values @ member / member.sum(axis=0)
+    return means
 
 
 def compute_interval(

@@ -3,10 +3,12 @@ from dataclasses import replace
 
 import pytest
 
+from sgm.prior.prior_graph import PriorGraph
 from simulator.test_sets.__main__ import main
-from simulator.test_sets.test_sets import TestSet, find_test_set, load_test_sets
+from simulator.test_sets.test_sets import TestSet, find_test_set, load_test_sets, name_test_set
 from simulator.world.config import HomeConfig
 from simulator.world.source import PaperSource, SampledSource
+from simulator.world.streams import Streams
 
 
 def shrink(row: TestSet) -> TestSet:
@@ -40,6 +42,20 @@ def test_the_shipped_homes_are_those_of_the_sources():
 def test_this_machine_makes_the_homes_that_were_frozen():
     row = find_test_set("paper-24-on-v1")
     assert row.compute_checksums() == row.checksums
+
+
+def test_homes_are_named_by_what_they_are():
+    for places, make in (32, SampledSource), (24, PaperSource):
+        for nodes in ("on", "off"):
+            source = make(home=HomeConfig(dynamic_nodes=nodes == "on"))
+            streams = Streams(0, "test", range(100))
+            assert name_test_set(source, streams, 100) == f"paper-{places}-{nodes}-v1"
+            for other in (Streams(1, "test", range(100)), Streams(0, "val", range(100)),
+                          Streams(0, "test", range(99))):  # fmt: skip
+                assert name_test_set(source, other, 100) is None
+            assert name_test_set(source, streams, 99) is None
+    assert name_test_set(SampledSource(home=HomeConfig(move_share=0.1)), streams, 100) is None
+    assert name_test_set(SampledSource(PriorGraph.household()), streams, 100) is None
 
 
 @pytest.mark.parametrize(
