@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Sequence, Sized
 from dataclasses import asdict, replace
 from itertools import product
 from pathlib import Path
@@ -222,7 +222,8 @@ class SGMDataModule(pl.LightningDataModule):
         """Load the collections; damaged files are named in the error."""
         more = [self.get_folder(config) for config in self.also_configs]
         self.train_dataset = self._load(self.train_config, self.train_snapshots, more)
-        self.hparams["training"]["num_memories"] = len(self.train_dataset)  # for the model card
+        num_memories = len(cast("Sized", self.train_dataset))
+        self.hparams["training"]["num_memories"] = num_memories  # for the model card
         self.val_dataset = self._load(self.val_config, self.val_snapshots, [])
 
     def transfer_batch_to_device(

@@ -55,7 +55,7 @@ class Kind:
 
         A household that is played with several seeds, or several times, is one unit.
         """
-        units = []
+        units: list[str] = []
         for number, source in enumerate(self.sources):
             homes = range(source.num_homes or self.num_homes)
             known = source.list_units(homes)

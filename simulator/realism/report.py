@@ -112,7 +112,7 @@ def draw_behaviour(
         for place, column in enumerate(simulated, start=1):
             values = [getattr(home, name) for home in column.homes]
             axis.errorbar(place, np.mean(values), np.std(values), fmt="s", capsize=3)
-        labels = [called, *(column.name for column in simulated)]
+        labels = ["\n".join(_wrap(called, 20)), *(column.name for column in simulated)]
         axis.set_xticks(range(len(labels)), labels, rotation=35, ha="right", fontsize=6)
         axis.set_title("\n".join(_wrap(title)), fontsize=7)
         axis.tick_params(axis="y", labelsize=6)

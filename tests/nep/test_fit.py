@@ -81,6 +81,10 @@ def test_fit_writes_what_replays_reloads_and_resumes(folder, capsys):
     weights = cli.model.state_dict()
     assert all(torch.equal(value, weights[key]) for key, value in module.state_dict().items())
 
+    state = torch.load(checkpoints / "last.ckpt", weights_only=True)
+    trained_on = state["datamodule_hyper_parameters"]["training"]  # what a model card says
+    assert trained_on["num_memories"] == len(cli.datamodule.train_dataset)
+
     saved = run / "config.yaml"
     replayed = main(["--config", str(saved)])
     for want, got in zip(cli.model.parameters(), replayed.model.parameters(), strict=True):
