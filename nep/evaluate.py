@@ -15,7 +15,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from nep.players.contestants import Checkpoint, check_contestants, list_contestants
 from nep.players.shipped import list_shipped
-from nep.report.code_version import list_versions
+from nep.report.code_version import describe_code, list_versions
 from nep.report.figures import draw_over_steps
 from nep.report.results import Results, ScoreSummary
 from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
@@ -39,6 +39,7 @@ from simulator.tasks.fingerprint import compute_fingerprint
 from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.registry import TASKS
 from simulator.tasks.scores import TaskScores
+from simulator.test_sets.test_sets import name_test_set
 from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import Streams
 
@@ -170,7 +171,8 @@ def save_results(
     parts = [
         make_markdown(TASKS[task], rows, _make_title(config, task)) for task, rows in tables.items()
     ]
-    write_whole(out / "table.md", ("\n".join(parts) + f"\n`{command}`\n").encode())
+    parts.append(f"`{command}`\n\n{_describe_made(config)}\n")
+    write_whole(out / "table.md", "\n".join(parts).encode())
     write_whole(out / "table.csv", make_csv(tables).encode())
     models = [checkpoint.name for checkpoint in config.checkpoints]
     for task, players in summaries.items():
@@ -181,6 +183,18 @@ def save_results(
             metric=STEP_METRICS[TASKS[task].metric].title,
         )
         figure.savefig(out / f"{task}_over_steps.png", metadata={"Software": None})
+
+
+def _describe_made(config: EvaluateConfig) -> str:
+    """Say with which code, in which test homes and with which networks tables were made."""
+    streams = Streams(config.seed, config.split, range(config.num_homes))
+    name = name_test_set(config.homes, streams, config.steps)
+    lines = [f"- Played with {describe_code()}."]
+    if name is not None:
+        lines.append(f"- Test homes: `{name}` (`python -m simulator.test_sets show {name}`).")
+    for own in config.checkpoints:
+        lines.append(f"- Network `{own.name}`: SHA-256 `{own.describe()['sha256']}`.")
+    return "\n".join(lines)
 
 
 def print_tables(config: EvaluateConfig, tables: Tables, console: Console) -> None:

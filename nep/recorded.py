@@ -36,7 +36,7 @@ those about things that are not where they have been most of the time so far, th
 all. NLL, calibration error and looks: less is better. `oracle` knows how often each thing is put at
 each place, the future included.
 [docs/traces.md](../docs/traces.md#the-benchmark-of-recorded-homes) says more."""
-_ABOUT_LEFT_OUT = " {names}: networks that were each trained in the other recorded homes."
+_ABOUT_LEFT_OUT = " {names}: networks that were each trained in the other homes."
 
 
 def _make_parser() -> ArgumentParser:

@@ -115,7 +115,7 @@ def test_every_home_is_played_by_the_network_that_has_not_seen_it(homes, tmp_pat
     np.testing.assert_allclose(played["own"]["nll"], [*first[:2], *second[2:]], rtol=1e-5)
     text = out.read_text()
     assert "--left_out own=DIR" in text
-    assert "`own`: networks that were each trained in the other recorded homes" in text
+    assert "`own`: networks that were each trained in the other homes" in text
     shutil.rmtree(tmp_path / "without_b")
     for bad in (source, "own", "=x{home}"):
         with pytest.raises(SystemExit):
