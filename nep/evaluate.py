@@ -171,7 +171,7 @@ def save_results(
     parts = [
         make_markdown(TASKS[task], rows, _make_title(config, task)) for task, rows in tables.items()
     ]
-    parts.append(f"`{command}`\n\n{_describe_made(config)}\n")
+    parts.append(f"`{command}`\n\n{describe_made(config)}\n")
     write_whole(out / "table.md", "\n".join(parts).encode())
     write_whole(out / "table.csv", make_csv(tables).encode())
     models = [checkpoint.name for checkpoint in config.checkpoints]
@@ -185,7 +185,7 @@ def save_results(
         figure.savefig(out / f"{task}_over_steps.png", metadata={"Software": None})
 
 
-def _describe_made(config: EvaluateConfig) -> str:
+def describe_made(config: EvaluateConfig) -> str:
     """Say with which code, in which test homes and with which networks tables were made."""
     streams = Streams(config.seed, config.split, range(config.num_homes))
     name = name_test_set(config.homes, streams, config.steps)

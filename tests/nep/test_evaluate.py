@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 import torch
 
-from nep.evaluate import main
+from nep.evaluate import EvaluateConfig, describe_made, main
 from nep.export import main as export
 from nep.fit import main as fit
 from nep.players.checkpoints import WEIGHTS
 from nep.players.contestants import Checkpoint
+from nep.report.code_version import describe_code
+from sgm.files import compute_checksum
 from simulator.policies import POLICIES
 from simulator.tasks.registry import TASKS
 
@@ -210,3 +212,16 @@ def test_checkpoints_that_do_not_fit_are_refused(tmp_path, capsys, checkpoint):
     refuse(tmp_path, capsys, ["--checkpoint", str(other)], message)
     other.write_bytes(b"")
     refuse(tmp_path, capsys, ["--checkpoint", str(other)], r"must be one that nep\.fit wrote")
+
+
+def test_the_table_says_with_what_it_was_made(tmp_path, checkpoint):
+    size = ["--num_homes", "2", "--steps", "2", "--tasks", "predict_location"]
+    main(
+        ["--out", str(tmp_path), *size, "--policies", "random", "--checkpoint", f"net={checkpoint}"]
+    )
+    text = (tmp_path / "table.md").read_text(encoding="utf-8")
+    assert f"- Played with {describe_code()}." in text
+    assert f"- Network `net`: SHA-256 `{compute_checksum(checkpoint)}`." in text
+    assert "Test homes" not in text  # two homes of two steps have no name
+    config = EvaluateConfig(num_homes=100, steps=100)
+    assert "- Test homes: `paper-32-on-v1`" in describe_made(config)

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from nep.evaluate import main
+from nep.report.results import Results
 from sgm.prior.prior_graph import PriorGraph
 from simulator.trace import record_homes, save_trace
 from simulator.world.config import HomeConfig
@@ -72,3 +73,16 @@ def test_bad_arguments(home, tmp_path, capsys, arguments, message):
         main(["--trace", str(home), *arguments, "--out", str(tmp_path / "out")])
     assert message in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_replays_of_a_recording_are_one_unit_in_results(home, tmp_path):
+    main(
+        [
+            "--trace", str(home), "--replays", "3", "--steps", "3", "--out", str(tmp_path / "out"),
+            "--tasks", "predict_location", "--policies", "random",
+        ]
+    )  # fmt: skip
+    played = Results.load(tmp_path / "out" / "results.json").tasks["predict_location"]["random"]
+    assert len(played.values) % 3 == 0
+    assert len(set(played.units)) == len(played.values) // 3
+    assert [played.units[0]] * 3 == list(played.units[:3])
