@@ -383,9 +383,10 @@ def _write(
         {name: played.scores[name] for name in shown}, networks, units
     )
     num_units = len(set(units))
+    called = options.called[:1].lower() + options.called[1:]  # within a sentence
     about = _ABOUT.format(
         command=make_command(parser, options, networks), num_homes=len(shown),
-        kind=_RECORDED.format(called=options.called[:1].lower() + options.called[1:]) if options.trace
+        kind=_RECORDED.format(called=called) if options.trace
         else "homes of people with routines",
         looks=options.looks, days=options.days, play_days=options.play_days,
         questions=options.questions, step_seconds=DEFAULT_STEP_SECONDS,
