@@ -13,7 +13,7 @@ from nep.kinds.kinds import deal_placements, list_simulated
 from nep.kinds.play import HOME_COLUMNS, SHARED_COLUMNS, list_players
 from nep.kinds.table import find_best_rule, make_network_table, make_table
 from nep.players.contestants import Checkpoint
-from nep.report.code_version import find_commit
+from nep.report.code_version import describe_code, find_commit
 from sgm.network.shipped import PRETRAINED
 from sgm.prior.prior_graph import PriorGraph
 
@@ -116,7 +116,7 @@ def test_the_command_plays_on_where_it_stopped(tmp_path, capsys):
     main(["--checkpoint", "heat", "other=heat", "--kinds", "paper-8", *size])
     text = out.read_text(encoding="utf-8")
     assert "| homes | heat | other |" in text
-    assert find_commit() in text  # of the code that played
+    assert describe_code() in text  # that played
     main(["--play", "false", "--checkpoint", "heat", "other", "--kinds", "paper-8", *size])
     assert out.read_text(encoding="utf-8") == text  # without the networks
     with pytest.raises(SystemExit):
