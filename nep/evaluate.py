@@ -14,7 +14,6 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from nep.players.contestants import Checkpoint, check_contestants, list_contestants
-from nep.players.shipped import list_shipped
 from nep.report.code_version import describe_code, list_versions
 from nep.report.figures import draw_over_steps
 from nep.report.results import Results, ScoreSummary

@@ -28,7 +28,6 @@ from nep.players.checkpoints import (
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from nep.players.searches import Decisions, play_searches
-from nep.players.shipped import find_trained
 from nep.report.code_version import list_versions
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
 from sgm.checks import check_at_least

@@ -6,14 +6,13 @@ import shutil
 
 import numpy as np
 import pytest
-from nep.players.shipped import PRETRAINED
 
 from nep.any_home import main, note_kinds
 from nep.kinds.kinds import deal_placements, list_simulated
 from nep.kinds.play import HOME_COLUMNS, SHARED_COLUMNS, list_players
 from nep.kinds.table import find_best_rule, make_network_table, make_table
 from nep.players.contestants import Checkpoint
-from nep.report.code_version import describe_code, find_commit
+from nep.report.code_version import describe_code
 from sgm.network.shipped import PRETRAINED
 from sgm.prior.prior_graph import PriorGraph
 
