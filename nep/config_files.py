@@ -7,6 +7,9 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+from sgm.files import read_file
+from simulator.yaml_text import MOST_BYTES
+
 CONFIG_FOLDER = Path(__file__).parent / "configs"
 _BASE = re.compile(r"^base:[ \t]*(\S+)", re.MULTILINE)
 
@@ -45,9 +48,10 @@ def list_files(path: Path) -> list[Path]:
     """List a config after those that it builds on, as its line `base: paper.yaml` says.
 
     Raises:
+        OSError: if it cannot be read, or is too large for a config.
         ValueError: if one of them is no packaged config.
     """
-    match = _BASE.search(path.read_text(encoding="utf-8", errors="replace"))
+    match = _BASE.search(read_file(path, MOST_BYTES).decode("utf-8", errors="replace"))
     if match is None:
         return [path]
     base = CONFIG_FOLDER / match[1]

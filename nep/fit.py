@@ -35,7 +35,7 @@ from nep.players.starting_point import make_settings, take_weights
 from nep.robot.comparison import compare_in_log
 from sgm.memory.look_log import read_log
 from sgm.messages import shorten, shorten_text
-from simulator.command_line import BAD_INPUT, normalise, one_line_errors
+from simulator.command_line import BAD_INPUT, normalise, one_line_errors, use_plain_yaml
 from simulator.process import run_main
 
 _BEST = "val/hits_at_1"  # by which the best epoch is chosen
@@ -70,6 +70,7 @@ class FitCLI(LightningCLI):
                 "prog": "python -m nep.fit",
                 "usage": "%(prog)s --config NAME.yaml [--OPTION VALUE ...]",  # not all 200
                 "description": __doc__,
+                "parser_mode": use_plain_yaml(),
             },
         )
 

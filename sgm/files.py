@@ -1,47 +1,108 @@
-"""Files that are written whole or not at all, their checksums, and JSON that can be relied on."""
+"""Files that are read or written whole or not at all, their checksums, and JSON in them."""
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
+import math
 import os
-import secrets
+import re
+import stat
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import accumulate, count
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, BinaryIO, NoReturn
 
-from sgm.messages import shorten
+from sgm.messages import shorten, shorten_text
+
+try:
+    import fcntl
+except ModuleNotFoundError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 LOCK = ".lock"  # name of the file by which a folder is locked
+MOST_BYTES = 1 << 30  # of a file that is read at once
+MOST_LEVELS = 100  # of lists and objects in each other, in JSON and YAML
+_NO_FILE = "a pipe, socket or device instead of a file"
+
+
+def open_file(path: str | Path) -> BinaryIO:
+    """Open a file for reading, in bytes; a pipe is not waited for.
+
+    Raises:
+        OSError: if it cannot be read, or is no regular file.
+    """
+    _check_regular(os.stat(path), path)
+    file = open(path, "rb", opener=_open_at_once)
+    try:
+        _check_regular(os.fstat(file.fileno()), path)  # it may be another one by now
+    except OSError:
+        file.close()
+        raise
+    return file
+
+
+def read_file(path: str | Path, most: int = MOST_BYTES) -> bytes:
+    """Read a file at once.
+
+    Args:
+        path: the file.
+        most: bytes that it may have.
+
+    Raises:
+        OSError: if it cannot be read, is no regular file, or has more bytes.
+    """
+    with open_file(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        if size > most:
+            raise OSError(errno.EFBIG, f"a file of {size} bytes, more than {most}", str(path))
+        return file.read()
 
 
 def compute_checksum(path: Path) -> str:
-    """Return the SHA-256 of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file under a temporary name, then rename it.
+    """Return the SHA-256 of a file.
 
     Raises:
-        OSError: if the disk is full or not writable; the old file, if any, is untouched.
+        OSError: if it cannot be read, or is no regular file.
     """
-    # No other thread, process or container that writes the same file has this name.
-    partial = path.with_name(f"{path.name}.{secrets.token_hex(8)}.part")
+    checksum = hashlib.sha256()
+    with open_file(path) as file:
+        while block := file.read(1 << 20):
+            checksum.update(block)
+    return checksum.hexdigest()
+
+
+def write_whole(path: str | Path, content: bytes) -> None:
+    """Write a file under a temporary name beside it, then rename it.
+
+    Of a symbolic link, the file that it names is written. What a killed process left under a
+    temporary name is removed; the names in use are locked, so that any number of threads and
+    processes may write a file at the same time.
+
+    Raises:
+        OSError: if the disk is full, the folder is not writable, or the path names a folder, pipe
+            or device; the old file, if any, is untouched.
+    """
     try:
-        with partial.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
+        target = _find_target(path)
+        partial, file = _open_partial(target)
+        try:
+            with file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+                if fcntl is not None:  # while it is locked
+                    partial.replace(target)
+            if fcntl is None:  # Windows renames no open file
+                partial.replace(target)
+        except BaseException:
+            partial.unlink(missing_ok=True)
+            raise
     except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise OSError(
-            error.errno,
-            f"disk must take {len(content)} bytes, got {shorten(error.strerror)} for {path}. Free "
-            "some space and run the same command again: finished files are kept.",
-        ) from error
+        raise OSError(error.errno, _explain(error, path, len(content))) from error
 
 
 @contextmanager
@@ -83,10 +144,10 @@ def read_json(path: str | Path, *, allow_nan: bool = False) -> Any:
         allow_nan: whether NaN and infinities, which are no JSON, may stand in it.
 
     Raises:
-        OSError: if it cannot be read.
+        OSError: if it cannot be read, or is no regular file.
         ValueError: as `parse_json` does; whoever calls names the file and what to do.
     """
-    return parse_json(Path(path).read_bytes(), allow_nan=allow_nan)
+    return parse_json(read_file(path), allow_nan=allow_nan)
 
 
 def parse_json(content: str | bytes, *, allow_nan: bool = False) -> Any:
@@ -101,21 +162,128 @@ def parse_json(content: str | bytes, *, allow_nan: bool = False) -> Any:
             key twice in one object, or a number that no computer counts with.
     """
     text = content.decode("utf-8-sig") if isinstance(content, bytes) else content
+    if _is_deep(text):
+        raise ValueError("lists or objects that are nested too deeply")
+    return json.loads(
+        text,
+        object_pairs_hook=_check_keys,
+        parse_float=None if allow_nan else _read_float,
+        parse_constant=None if allow_nan else _refuse_constant,
+    )
+
+
+def _open_at_once(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def _check_regular(status: os.stat_result, path: str | Path) -> None:
+    if stat.S_ISDIR(status.st_mode):
+        raise IsADirectoryError(errno.EISDIR, "a folder instead of a file", str(path))
+    if not stat.S_ISREG(status.st_mode):
+        raise OSError(errno.EINVAL, _NO_FILE, str(path))
+
+
+def _find_target(path: str | Path) -> Path:
+    """Return the file that is to be written, or was."""
+    target = Path(os.path.realpath(path))
     try:
-        return json.loads(
-            text,
-            object_pairs_hook=_check_keys,
-            parse_constant=None if allow_nan else _refuse_constant,
-        )
-    except RecursionError:
-        raise ValueError("lists or objects that are nested too deeply") from None
+        _check_regular(os.stat(target), path)
+    except FileNotFoundError:
+        if not target.name:
+            raise
+    return target
+
+
+def _open_partial(target: Path) -> tuple[Path, BinaryIO]:
+    """Make a file under a temporary name, lock it, and remove those that were left over."""
+    for number in count():
+        partial = _name_partial(target, number)
+        if not _remove_left_over(partial):
+            continue
+        try:
+            file = partial.open("xb")
+        except FileExistsError:  # of another thread or process, since
+            continue
+        if _lock(file) is not False and os.fstat(file.fileno()).st_nlink:
+            break
+        file.close()  # another one took it for left over
+    for later in count(number + 1):
+        if not _name_partial(target, later).exists():
+            break
+        _remove_left_over(_name_partial(target, later))
+    return partial, file
+
+
+def _name_partial(target: Path, number: int) -> Path:
+    return target.with_name(f"{target.name}{f'.{number}' if number else ''}.part")
+
+
+def _remove_left_over(partial: Path) -> bool:
+    """Remove what a killed process left under a temporary name; tell whether the name is free."""
+    try:
+        with open_file(partial) as file:
+            if not _lock(file):
+                return False
+            if os.fstat(file.fileno()).st_nlink:
+                partial.unlink()
+    except FileNotFoundError:
+        return True
+    except OSError:  # it is of another user, or no file
+        return False
+    return True
+
+
+def _lock(file: BinaryIO) -> bool | None:
+    """Lock a file until it is closed; False if another one has it, None where nobody can tell."""
+    if fcntl is None:
+        return None
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # a disk without locks
+        return None
+    return True
+
+
+def _explain(error: OSError, path: str | Path, size: int) -> str:
+    """Say which rule a file that cannot be written breaks, and what to do."""
+    got = f"got {shorten(error.strerror)} for {path}."
+    if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+        return f"folder must be writable, {got} Choose another one, or change its permissions."
+    if error.errno == errno.ENOENT:
+        return f"folder of a file must exist, {got} Make it, or check the path."
+    if error.errno in (errno.EISDIR, errno.EINVAL, errno.ELOOP, errno.ENOTDIR, errno.ENAMETOOLONG):
+        return f"path must be one of a file, {got} Choose another one."
+    return (
+        f"disk must take {size} bytes, {got} Free some space and run the same command again: "
+        "finished files are kept."
+    )
+
+
+def _is_deep(text: str) -> bool:
+    """Tell whether lists and objects lie in each other more than `MOST_LEVELS` times."""
+    if text.count("[") + text.count("{") <= MOST_LEVELS:
+        return False
+    if '"' in text:  # every second part lies between quotation marks
+        text = "".join(text.replace("\\\\", "").replace('\\"', "").split('"')[::2])
+    brackets = re.sub(r"[^][{}]+", "", text)
+    steps = {"[": 1, "{": 1, "]": -1, "}": -1}
+    return max(accumulate(map(steps.__getitem__, brackets)), default=0) > MOST_LEVELS
+
+
+def _read_float(text: str) -> float:
+    value = float(text)
+    if math.isinf(value):
+        raise ValueError(f"the number {shorten_text(text, 50)}, which is too large")
+    return value
 
 
 def _check_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
-        keys = [key for key, _ in pairs]
-        twice = next(key for key in keys if keys.count(key) > 1)
+        counts = Counter(key for key, _ in pairs)
+        twice = next(key for key, number in counts.items() if number > 1)
         raise ValueError(f"the key {shorten(twice[:50])} twice in one object")
     return found
 

@@ -6,6 +6,8 @@ import re
 from typing import Any
 
 MAX_LENGTH = 200  # characters of a value in a message
+_MAX_PARTS = 10_000  # of a list or the like, with the parts of its parts and their characters
+_LISTS = (list, tuple, dict, set, frozenset)
 
 
 def shorten(value: Any, length: int = MAX_LENGTH) -> str:
@@ -19,13 +21,28 @@ def shorten(value: Any, length: int = MAX_LENGTH) -> str:
         value = value[: length + 1]
     elif isinstance(value, int) and value.bit_length() > 3 * length:
         return f"a number of about {int(value.bit_length() * 0.30103)} digits"
-    elif isinstance(value, (list, tuple, dict, set, frozenset)) and len(value) > length:
+    elif isinstance(value, _LISTS) and (len(value) > length or not _is_small(value)):
         return f"a {type(value).__name__} of {len(value)}"
     try:
         text = repr(value)
     except (ValueError, RecursionError, MemoryError):  # of thousands of digits, or levels
         text = f"a {type(value).__name__}"
     return text if len(text) <= length else f"{text[: length - 3]}..."
+
+
+def _is_small(value: Any) -> bool:
+    """Tell whether a list is written in little time, each part as often as it stands there."""
+    num_parts, to_visit = 0, [value]
+    while to_visit:
+        part = to_visit.pop()
+        if isinstance(part, _LISTS):
+            to_visit += [*part, *part.values()] if isinstance(part, dict) else part
+            num_parts += len(part)
+        elif isinstance(part, (str, bytes, bytearray)):
+            num_parts += len(part)
+        if num_parts > _MAX_PARTS:
+            return False
+    return True
 
 
 def shorten_text(text: str, length: int = MAX_LENGTH) -> str:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from argparse import ArgumentError
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from types import UnionType
 from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
 
-from sgm.messages import shorten, shorten_values
+from sgm.messages import shorten, shorten_text, shorten_values
 from simulator.fan_out import BACKENDS
 from simulator.home_options import SOURCES, HomeOptions
 from simulator.world.dynamics import DYNAMICS
 from simulator.world.sensing import SENSING
+from simulator.yaml_text import parse_yaml, read_yaml
 
 if TYPE_CHECKING:  # half a second, which only commands take
     from jsonargparse import ArgumentParser, Namespace
@@ -23,6 +26,7 @@ if TYPE_CHECKING:  # half a second, which only commands take
 # What a command ends with in one line.
 BAD_INPUT = (ValueError, OSError, OverflowError, MemoryError, ModuleNotFoundError)
 _RENAMED = {"houses": "num_homes", "val_houses": "num_val_homes", "grades": "relevance"}
+_YAML = "plain yaml"
 # Short for parts of the rules, and the names of what they take.
 _RULES = {"dynamics": DYNAMICS, "sensing": SENSING}
 # What the options take that may be named, by the full name of the option.
@@ -42,9 +46,19 @@ def make_parser(prog: str, description: str) -> ArgumentParser:
     """
     from jsonargparse import ArgumentParser
 
-    parser = ArgumentParser(prog=prog, description=description, exit_on_error=False)
+    parser = ArgumentParser(
+        prog=prog, description=description, exit_on_error=False, parser_mode=use_plain_yaml()
+    )
     parser.add_argument("--config", action="config", help="file of options (YAML)")
     return parser
+
+
+def use_plain_yaml() -> str:
+    """Return the `parser_mode` of parsers that read YAML by `parse_yaml`, as ours do."""
+    from jsonargparse import get_loader, set_loader
+
+    set_loader(_YAML, partial(parse_yaml, construct=get_loader("yaml")), (ValueError,))
+    return _YAML
 
 
 def add_home_arguments(parser: ArgumentParser) -> None:
@@ -105,7 +119,7 @@ def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = ""
         prefix: of the options of homes, "data." in `nep.fit`.
 
     Raises:
-        ValueError: if an option was renamed; names the new one.
+        ValueError: if an option was renamed; names the new one. If a config file is broken.
     """
     kinds = _list_kinds(parser)
     found: list[str] = []
@@ -141,6 +155,8 @@ def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = ""
             raise ValueError(
                 f"--{name} must have a value, got an empty one. Leave it out, or name it."
             )
+        if name == "config" and values:
+            _check_config(values[0])
         if kind == "flag" and not values:
             values = ["true"]
         if kind == "list" and values and not _is_list(values[0]):
@@ -260,6 +276,27 @@ def _check_renamed(name: str) -> None:
             f"option must be one that there is, got --{name}. It is called "
             f"--{head}{dot}{_RENAMED[last]} now."
         )
+
+
+def _check_config(text: str) -> None:
+    """Check a config, unless it is no file but what would stand in one.
+
+    Raises:
+        ValueError: if it cannot be read, or is no YAML of plain values; names the file.
+    """
+    try:
+        if os.path.exists(text):
+            read_yaml(text)
+    except OSError as error:
+        raise ValueError(
+            f"--config must be a file that can be read, got {shorten(error.strerror)} for {text}. "
+            "Check the path."
+        ) from error
+    except ValueError as error:
+        raise ValueError(
+            f"--config must be a YAML file in UTF-8, got {shorten_text(str(error))} in {text}. "
+            "Mend it."
+        ) from error
 
 
 def _spell(name: str, prefix: str) -> str:

@@ -31,7 +31,7 @@ FORBIDDEN = {
 # command, on top of all.
 ORDER = """
     sgm.arrays sgm.messages sgm.checks sgm.lazy_names simulator.caches
-    sgm.files simulator.fan_out simulator.process simulator.compiled simulator.priors
+    sgm.files simulator.yaml_text simulator.fan_out simulator.process simulator.compiled simulator.priors
     simulator.text sgm.memory simulator.world sgm.evidence simulator.policies
     simulator.snapshots simulator.tasks sgm.finder simulator.trace simulator.drawing
     simulator.replay simulator.realism

@@ -46,3 +46,16 @@ def test_no_message_repeats_a_whole_value():
         if re.search(r"\{[^{}]+!r\}", line)
     ]
     assert found == [], "write {shorten(value)} instead of {value!r}"
+
+
+def test_lists_in_lists_are_not_written_as_often_as_they_stand_there():
+    """Ten lists of ten lists of ten ... : 1e30 parts, which `repr` would write."""
+    value = ["x"] * 10
+    for _ in range(30):
+        value = [value] * 10
+    assert shorten(value) == "a list of 10"
+    assert shorten({"a": value}) == "a dict of 1"
+    around: list[object] = []
+    around.append(around)
+    assert shorten(around) == "a list of 1"
+    assert shorten(["x" * 20_000]) == "a list of 1"

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from sgm.messages import shorten
+from simulator.yaml_text import read_yaml
 
 
 def load_label_names(path: Path) -> dict[int, str]:
@@ -17,8 +16,8 @@ def load_label_names(path: Path) -> dict[int, str]:
         ValueError: if it cannot be read, or an entry is broken or there twice.
     """
     try:
-        content: Any = yaml.safe_load(path.read_text("utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        content: Any = read_yaml(path)
+    except (OSError, ValueError) as error:
         raise ValueError(
             f"labels must be a file that can be read as YAML, got {shorten(str(error))} for "
             f"{path}. Name the label space of your Hydra configuration."
