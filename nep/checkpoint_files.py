@@ -9,6 +9,7 @@ from typing import Any
 import torch
 from lightning.pytorch.plugins.io import TorchCheckpointIO
 
+from nep.tensor_file import read_tensors
 from sgm.files import write_whole
 
 
@@ -32,3 +33,18 @@ class WholeCheckpoints(TorchCheckpointIO):
         target = Path(path)
         target.parent.mkdir(parents=True, exist_ok=True)
         write_whole(target, content.getvalue())
+
+    def load_checkpoint(
+        self,
+        path: Any,
+        map_location: Any | None = None,
+        weights_only: bool | None = None,
+        **options: Any,
+    ) -> dict[str, Any]:
+        """Read a checkpoint; nothing in it is called, and its numbers are on the CPU.
+
+        Raises:
+            OSError, ValueError: as `read_tensors` does.
+        """
+        found: dict[str, Any] = read_tensors(path)
+        return found

@@ -36,8 +36,8 @@ ORDER = """
     simulator.snapshots simulator.tasks sgm.finder simulator.trace simulator.drawing
     simulator.replay simulator.realism
     simulator.home_options simulator.command_line simulator.gym simulator.igridson
-    simulator.collect simulator.testing simulator.test_sets simulator datamodules nep.importers
-    nep.layers nep.encoders nep.model nep.checkpoint_files nep.config_files nep.players nep.report
+    simulator.collect simulator.testing simulator.test_sets simulator datamodules nep.tensor_file
+    nep.importers nep.layers nep.encoders nep.model nep.checkpoint_files nep.config_files nep.players nep.report
     nep.kinds nep.robot nep.callbacks nep.fit nep.evaluate nep.paper nep.view nep
 """.split()
 COMMANDS = "commands"

@@ -15,11 +15,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 
+from nep.tensor_file import read_tensors
 from sgm.files import read_json
 from sgm.memory.clock import DAY_SECONDS
 from sgm.memory.sighting import RELATIONS
+from sgm.messages import shorten_text
 from simulator.priors.types import load_types
 from simulator.trace import Event, Furniture, Layout, Room, Trace
 
@@ -105,10 +106,11 @@ def read_homer(folder: Path, furniture_labels: Collection[str] = ()) -> tuple[Tr
 
 def _load(path: Path) -> Any:
     try:
-        return torch.load(path, map_location="cpu", weights_only=True)
-    except Exception as error:
+        return read_tensors(path)
+    except (OSError, ValueError) as error:
         raise ValueError(
-            f"day must be a file of tensors, got {type(error).__name__} in {path}. Copy it again."
+            f"day must be a file of tensors, got {shorten_text(str(error))} in {path}. Copy it "
+            "again."
         ) from None
 
 

@@ -8,7 +8,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import torch
 from safetensors import SafetensorError
 from safetensors.torch import load as load_tensors
 from safetensors.torch import save as save_tensors
@@ -27,10 +26,10 @@ from nep.model.module import NEPModule
 from nep.players.onnx_export import is_exportable, make_onnx
 from nep.players.stored_network import (
     build_network,
-    check_archive,
     check_weights,
     read_features,
 )
+from nep.tensor_file import read_tensors
 from sgm.files import compute_checksum, read_json, write_whole
 from sgm.messages import shorten
 from sgm.network.calibration import Calibration, read_calibration
@@ -297,15 +296,15 @@ def _load_content(path: Path) -> Any:
 
     Raises:
         OSError: if there is no such file.
-        TypeError: if it is no file of these.
-        ValueError: if it would unpack to more than it is.
+        ValueError: if it is no file of these, or would unpack to more than it is.
     """
-    with path.open("rb"):
-        check_archive(path)
     try:
-        return torch.load(path, map_location="cpu", weights_only=True)
-    except Exception as error:  # of any kind, where bytes of a pickle were changed
-        raise TypeError(f"{type(error).__name__}: {error}") from error
+        return read_tensors(path)
+    except ValueError as error:
+        raise ValueError(
+            f"checkpoint must be one that nep.fit wrote, got {error} for {path}. Train again, "
+            "or check the path."
+        ) from error
 
 
 def _make_builder(

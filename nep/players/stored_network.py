@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import math
-import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -48,7 +47,8 @@ def build_network(
     known = inspect.signature(encoder_class).parameters
     implied = {name: value for name, value in encoder_class.implied.items() if name in known}
     encoder_arguments = {**implied, **encoder.get("init_args", {})}
-    highest = max([_UNUSED, len(weights), *(max(t.shape, default=0) for t in weights.values())])
+    sizes = [max(t.shape, default=0) for t in weights.values() if t.numel()]
+    highest = max([_UNUSED, len(weights), *sizes])
     for function, values in ((NEPModule, arguments), (encoder_class, encoder_arguments)):
         _check_arguments(function, values, highest, where)
 
@@ -91,25 +91,6 @@ def read_features(data: Any) -> FeatureConfig:
     return config
 
 
-def check_archive(path: Path) -> None:
-    """Check that a checkpoint, which is a zip file, does not unpack to more than it is.
-
-    Raises:
-        ValueError: if it does.
-        TypeError: if it is a damaged one.
-    """
-    if not zipfile.is_zipfile(path):
-        return  # whatever it is, it is read as it is
-    try:
-        with zipfile.ZipFile(path) as archive:
-            size = sum(entry.file_size for entry in archive.infolist())
-    except Exception as error:  # of any kind, where bytes were changed
-        raise TypeError(str(error)) from error
-    if size > path.stat().st_size:
-        raise ValueError(
-            f"checkpoint must hold its weights as they are, got a compressed file at {path}. "
-            "It was not written by nep.fit: train again, or check the path."
-        )
 
 
 def _find_encoder(class_path: Any, where: str | Path) -> type[Encoder]:
