@@ -54,6 +54,7 @@ CARD = "MODEL_CARD.md"
 
 _SIZES = ("num_homes", "steps", "seed")
 _ELSEWHERE = ("by_best", "alike")
+_TRAINING = {"snapshots", "num_homes", "steps", "task", "policy"}  # that notes have of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,8 +157,7 @@ def export_model(
             "--num_homes 0: probabilities are then the softmax of its logits."
         )
     if source.is_dir():
-        notes: dict[str, Any] = load_config(source)["notes"]
-        notes.pop("measured", None)
+        notes = _read_notes(source)
     else:
         notes = {"checkpoint_sha256": compute_checksum(source), "training": model.training}
     notes |= {
@@ -171,6 +171,23 @@ def export_model(
     save_exported(folder, model, notes)
     card = make_card(folder.resolve().name, load_config(folder))
     write_whole(folder / CARD, card.encode())
+
+
+def _read_notes(folder: Path) -> dict[str, Any]:
+    """Return what an exported folder says of its network, but for what was measured.
+
+    Raises:
+        ValueError: if a part of it is missing.
+    """
+    notes = load_config(folder).get("notes")
+    training = notes.get("training", "") if isinstance(notes, dict) else ""
+    is_whole = training is None or (isinstance(training, dict) and training.keys() >= _TRAINING)
+    if not isinstance(notes, dict) or not is_whole or "checkpoint_sha256" not in notes:
+        raise ValueError(
+            f"notes of {CONFIG} must have checkpoint_sha256 and training, got {shorten(notes)} in "
+            f"{folder}. Export the checkpoint of the network instead."
+        )
+    return {name: value for name, value in notes.items() if name != "measured"}
 
 
 def measure_model(

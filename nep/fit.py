@@ -180,6 +180,20 @@ class FitCLI(LightningCLI):
         return super().instantiate_trainer(**kwargs)
 
 
+class Began(Callback):
+    """Notes that a training has begun: its checkpoint, if it had one, was restored.
+
+    Attributes:
+        has_begun: whether it has.
+    """
+
+    has_begun = False
+
+    def on_train_start(self, trainer: Trainer, pl_module: Any) -> None:
+        """Note it."""
+        self.has_begun = True
+
+
 def _check_seed(seed: bool | int) -> None:
     """Raise ValueError unless a seed is one that numpy takes; True and False choose one or none."""
     if not isinstance(seed, bool) and not 0 <= seed < 2**32:
@@ -284,6 +298,8 @@ def main(args: ArgsType = None) -> FitCLI:
         # a copy: metrics that have seen inference cannot be trained on
         (scores,) = cli.trainer.validate(deepcopy(cli.model), cli.datamodule, verbose=False)
         start_score = scores[_BEST]
+    began = Began()
+    cli.trainer.callbacks.append(began)
     try:
         cli.trainer.fit(
             cli.model,
@@ -297,6 +313,14 @@ def main(args: ArgsType = None) -> FitCLI:
         raise
     except (OSError, MisconfigurationException) as error:  # a full disk; settings at odds
         sys.exit(f"error: {_shorten(error)}")
+    except Exception as error:
+        if began.has_begun or cli.config.ckpt_path is None:
+            raise
+        sys.exit(  # a state of another kind than the one that is restored from it
+            "error: checkpoint must be one that a training can go on from, got "
+            f"{type(error).__name__}: {shorten_text(_shorten(error))} in {cli.config.ckpt_path}. "
+            "Check --ckpt_path, or leave it out."
+        )
     return cli
 
 

@@ -31,13 +31,13 @@ FORBIDDEN = {
 # command, on top of all.
 ORDER = """
     sgm.arrays sgm.messages sgm.checks sgm.lazy_names simulator.caches
-    sgm.files simulator.yaml_text simulator.fan_out simulator.process simulator.compiled simulator.priors
-    simulator.text sgm.memory simulator.world sgm.evidence simulator.policies
-    simulator.snapshots simulator.tasks sgm.finder simulator.trace simulator.drawing
-    simulator.replay simulator.realism
-    simulator.home_options simulator.command_line simulator.gym simulator.igridson
-    simulator.collect simulator.testing simulator.test_sets simulator datamodules nep.tensor_file
-    nep.importers nep.layers nep.encoders nep.model nep.checkpoint_files nep.config_files nep.players nep.report
+    sgm.files simulator.yaml_text simulator.fan_out simulator.process simulator.compiled
+    simulator.priors simulator.text sgm.memory simulator.world sgm.evidence
+    simulator.policies simulator.snapshots simulator.tasks sgm.finder simulator.trace
+    simulator.drawing simulator.replay simulator.realism simulator.home_options
+    simulator.command_line simulator.gym simulator.igridson simulator.collect simulator.testing
+    simulator.test_sets simulator datamodules nep.tensor_file nep.importers nep.layers
+    nep.encoders nep.model nep.checkpoint_files nep.config_files nep.players nep.report
     nep.kinds nep.robot nep.callbacks nep.fit nep.evaluate nep.paper nep.view nep
 """.split()
 COMMANDS = "commands"

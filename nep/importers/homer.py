@@ -15,12 +15,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 
 from nep.tensor_file import read_tensors
 from sgm.files import read_json
 from sgm.memory.clock import DAY_SECONDS
 from sgm.memory.sighting import RELATIONS
-from sgm.messages import shorten_text
+from sgm.messages import shorten, shorten_text
 from simulator.priors.types import load_types
 from simulator.trace import Event, Furniture, Layout, Room, Trace
 
@@ -122,6 +123,8 @@ def _read_tensors(
     try:
         common = read_json(path)
         names, categories = common["node_classes"], common["node_categories"]
+        if not all(isinstance(name, str) for name in [*names, *categories]):
+            raise ValueError("a class that is no text")
         if len(names) != len(categories):
             raise ValueError(f"{len(names)} classes and {len(categories)} categories")
     except (OSError, ValueError, KeyError, TypeError) as error:
@@ -146,11 +149,12 @@ def _read_tensors(
 
 def _read_dictionaries(contents: Sequence[Any], files: Sequence[Path]) -> tuple[_Nodes, list[_Day]]:
     """Read the files of HOMER+: rooms are what hangs on "home", furniture what stays in a room."""
-    days, names = [], [str(name) for name in contents[0].get("class_names", ())]
+    days = []
+    names = [str(name) for name in _expect_list(contents[0].get("class_names"))]
     for content, file in zip(contents, files, strict=True):
         try:
             edges, minutes = content["edges"], content["times"]
-            own = [str(name) for name in content["class_names"]]
+            own = [str(name) for name in _expect_list(content["class_names"])]
         except (TypeError, KeyError) as error:
             raise ValueError(
                 f"day must be a dictionary with edges, times and class_names, got {error} in "
@@ -172,14 +176,32 @@ def _read_dictionaries(contents: Sequence[Any], files: Sequence[Path]) -> tuple[
     return _Nodes(_clean(names), is_room, is_object & ~is_room), days
 
 
+def _expect_list(value: Any) -> list[Any]:
+    """Return a list, or an empty one of anything else."""
+    return list(value) if isinstance(value, (list, tuple)) else []
+
+
 def _make_day(edges: Any, minutes: Any, num_nodes: int, file: Path) -> _Day:
-    edges, minutes = np.asarray(edges), np.asarray(minutes, dtype=float)
-    if edges.shape != (len(minutes), num_nodes, num_nodes) or not len(minutes):
+    try:
+        edges, minutes = _make_array(edges), _make_array(minutes)
+        num_minutes = len(minutes)
+    except (TypeError, ValueError, RuntimeError) as error:
         raise ValueError(
-            f"edges must be times x nodes x nodes, ({len(minutes)}, {num_nodes}, {num_nodes}), got "
+            f"edges and times must be numbers, got {type(error).__name__} in {file}. Copy it again."
+        ) from None
+    if not np.isfinite(minutes).all():
+        raise ValueError(f"times must be finite, got {shorten(minutes)} in {file}. Copy it again.")
+    if edges.shape != (num_minutes, num_nodes, num_nodes) or not num_minutes:
+        raise ValueError(
+            f"edges must be times x nodes x nodes, ({num_minutes}, {num_nodes}, {num_nodes}), got "
             f"{edges.shape} in {file}. Copy it again."
         )
     return _Day(minutes, np.where(edges.any(axis=2), edges.argmax(axis=2), -1))
+
+
+def _make_array(values: Any) -> np.ndarray:
+    """Return tensors of any type, or lists, as numbers."""
+    return torch.as_tensor(values).to(torch.float64).numpy()
 
 
 def _find_movers(days: Sequence[_Day]) -> np.ndarray:

@@ -30,15 +30,20 @@ from nep.players.stored_network import (
     read_features,
 )
 from nep.tensor_file import read_tensors
-from sgm.files import compute_checksum, read_json, write_whole
+from sgm.files import compute_checksum, read_file, read_json, write_whole
 from sgm.messages import shorten
 from sgm.network.calibration import Calibration, read_calibration
 from sgm.network.network import ONNX, describe_onnx
-from sgm.network.shipped import CONFIG, find_trained
+from sgm.network.shipped import CONFIG, NEW, find_part, find_trained
 
 FORMAT = "node edge predictor"
 FORMAT_VERSION = 2
 WEIGHTS = "weights.safetensors"
+# Under this name weights are written first; the config that names their checksum comes second, and
+# renaming them last, so that a folder is usable whenever an export over an older one is stopped.
+_DAMAGED = (
+    LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError, SafetensorError,
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +97,7 @@ def checksum_trained(source: str | Path) -> str:
     config = {
         name: part for name, part in load_config(path).items() if name not in ("notes", "onnx")
     }
-    parts = [compute_checksum(path / WEIGHTS), json.dumps(config, sort_keys=True)]
+    parts = [compute_checksum(find_weights(path, config)), json.dumps(config, sort_keys=True)]
     return hashlib.sha256("".join(parts).encode()).hexdigest()
 
 
@@ -117,7 +122,7 @@ def load_checkpoint(path: Path) -> TrainedModel:
             f"checkpoint must be a file that can be read, got {shorten(error.strerror)} for "
             f"{path}. Train one with `python -m nep.fit`, or check the path."
         ) from error
-    except (KeyError, TypeError, AttributeError, RuntimeError) as error:
+    except (LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError) as error:
         raise ValueError(
             f"checkpoint must be one that nep.fit wrote, got {type(error).__name__} for {path}. "
             "Train again, or check the path."
@@ -146,7 +151,7 @@ def check_resumable(path: Path, module: NEPModule) -> None:
             f"checkpoint must be a file that can be read, got {shorten(error.strerror)} for "
             f"{path}. Check --ckpt_path, or leave it out."
         ) from error
-    except (KeyError, TypeError, AttributeError) as error:
+    except (LookupError, TypeError, AttributeError) as error:
         raise ValueError(
             f"checkpoint must be one that nep.fit wrote, got {type(error).__name__} for {path}. "
             "Check --ckpt_path, or leave it out."
@@ -179,14 +184,14 @@ def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> N
         "calibration": asdict(model.calibration) if model.calibration else None,
         "notes": notes,
     }
+    _finish_export(folder)
+    write_whole(folder / f"{WEIGHTS}{NEW}", weights)
     if is_exportable(model.module, model.builder.config):
         content = make_onnx(model.module, model.builder.config)
         config["onnx"] = describe_onnx(content)
-        write_whole(folder / ONNX, content)
-    else:  # of another network that was exported here
-        (folder / ONNX).unlink(missing_ok=True)
-    write_whole(folder / WEIGHTS, weights)
+        write_whole(folder / f"{ONNX}{NEW}", content)
     write_whole(folder / CONFIG, (json.dumps(config, indent=1) + "\n").encode())
+    _finish_export(folder)
 
 
 def load_exported(folder: Path) -> TrainedModel:
@@ -199,7 +204,7 @@ def load_exported(folder: Path) -> TrainedModel:
     config = load_config(folder)
     try:
         features = read_features(config["features"])
-        weights = (folder / WEIGHTS).read_bytes()
+        weights = read_file(find_weights(folder, config))
         tensors = load_tensors(weights)
         checksum = hashlib.sha256(weights).hexdigest()
         if config.get("weights_sha256", checksum) != checksum:  # older exports do not name it
@@ -215,13 +220,47 @@ def load_exported(folder: Path) -> TrainedModel:
             f"exported folder must have {WEIGHTS}, got {shorten(error.strerror)} in {folder}. "
             "Export again with `python -m nep.export`."
         ) from error
-    except (KeyError, TypeError, AttributeError, RuntimeError, SafetensorError) as error:
+    except _DAMAGED as error:
         raise ValueError(
             f"exported folder must be one that nep.export wrote, got {type(error).__name__} in "
             f"{folder}. Export again with `python -m nep.export`."
         ) from error
     builder = _make_builder(features, module, text, folder)
     return TrainedModel(module.eval(), builder, calibration)
+
+
+def find_weights(folder: Path, config: dict[str, Any]) -> Path:
+    """Return the weights that a config names: new ones, if an export was stopped after it.
+
+    Args:
+        folder: of an export.
+        config: what `load_config` returns of it.
+
+    Raises:
+        OSError: if new ones cannot be read.
+    """
+    return find_part(folder, WEIGHTS, config.get("weights_sha256"))
+
+
+def _finish_export(folder: Path) -> None:
+    """Let new files that the config names take the place of the old ones.
+
+    Raises:
+        OSError: if they cannot be renamed.
+    """
+    try:
+        config = read_json(folder / CONFIG, allow_nan=True)
+        onnx = config.get("onnx")
+        weights = find_weights(folder, config)
+        network = find_part(folder, ONNX, onnx["sha256"]) if onnx else None
+    except (OSError, ValueError, AttributeError, LookupError, TypeError):
+        return  # no folder of an export, or a damaged one
+    if weights != folder / WEIGHTS:
+        weights.replace(folder / WEIGHTS)
+    if network is None:  # of another network that was exported here
+        (folder / ONNX).unlink(missing_ok=True)
+    elif network != folder / ONNX:
+        network.replace(folder / ONNX)
 
 
 def load_config(folder: Path) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import torch
 
-from nep.players.checkpoints import WEIGHTS, checksum_trained, load_config
+from nep.players.checkpoints import checksum_trained, find_weights, load_config
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from sgm.files import compute_checksum
@@ -75,8 +75,9 @@ class Checkpoint:
             ValueError: if it is no fit for this version of the package.
         """
         import_encoders(self.encoders)
-        names = (CONFIG, WEIGHTS, ONNX) if self.path.is_dir() else ("",)
-        states = [file.stat() for name in names if (file := self.path / name).exists()]
+        names = (CONFIG, ONNX) if self.path.is_dir() else ()
+        files = [self._find_file(), *(self.path / name for name in names)]
+        states = [file.stat() for file in files if file.exists()]
         return _load(self.path, tuple((state.st_mtime_ns, state.st_size) for state in states))
 
     def compute_checksum(self) -> str:
@@ -90,8 +91,14 @@ class Checkpoint:
             "name": self.name,
             "task": self.task,
             "path": self.path.name if shipped else str(self.path),
-            "sha256": compute_checksum(self.path / WEIGHTS if self.path.is_dir() else self.path),
+            "sha256": compute_checksum(self._find_file()),
         }
+
+    def _find_file(self) -> Path:
+        """Return the checkpoint, or the weights of an exported folder."""
+        if not self.path.is_dir():
+            return self.path
+        return find_weights(self.path, load_config(self.path))
 
 
 def _name_after(path: Path) -> str:

@@ -19,7 +19,7 @@ def import_encoders(modules: Sequence[str]) -> None:
     for name in modules:
         try:
             importlib.import_module(name)
-        except ImportError as error:
+        except (ImportError, TypeError, ValueError) as error:  # the last two of ".." or ""
             raise ValueError(
                 f"encoders must be modules that can be imported, got {shorten(name)} ({error}). "
                 "Put their folder on PYTHONPATH."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-import math
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -91,8 +91,6 @@ def read_features(data: Any) -> FeatureConfig:
     return config
 
 
-
-
 def _find_encoder(class_path: Any, where: str | Path) -> type[Encoder]:
     """Find an encoder class among those that are loaded; a file never makes us import one."""
     found: dict[Any, type[Encoder]] = {}
@@ -134,7 +132,7 @@ def _check_arguments(
 def _is_like(value: Any, default: Any) -> bool:
     """Tell whether a value is of the kind of a default; one that is None says nothing."""
     if type(default) is float:
-        return type(value) in (int, float) and math.isfinite(value)
+        return type(value) in (int, float) and abs(value) <= sys.float_info.max
     return not isinstance(default, (bool, int, str, tuple)) or type(value) is type(default)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from sgm.files import read_json, write_whole
-from sgm.messages import shorten
+from sgm.messages import shorten_text
 from sgm.policies.probabilities import compute_probabilities
 
 FORMAT = "scene graph memory: adaptation"
@@ -21,6 +21,7 @@ _HELD_OUT = 0.3  # the latest share of the questions, which fitting does not see
 _SPREAD_SHARPNESS = 0.3
 _SPREAD_WEIGHT = 0.5
 _SPREAD_BIAS = 0.7
+_MOST = 1000.0  # that a number of a file may be; the priors hold fitted ones far below
 _LEAST = 1e-4  # of a belief, in logarithms
 _MOST_STEPS = 50  # of Newton's method; five are enough as a rule
 _SMALL_GAIN = 1e-9  # of the loss, in nats
@@ -155,13 +156,12 @@ class Adaptation:
             ValueError: if the file is another one or damaged; it is named.
             OSError: if it cannot be read.
         """
-        data = read_json(Path(path))
         try:
-            return _read(data)
-        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            return _read(read_json(path))
+        except (AttributeError, KeyError, TypeError, ValueError, OverflowError) as error:
             raise ValueError(
                 "adaptation must be a file that `Adaptation.save` wrote, got "
-                f"{shorten(error)} in {path}. "
+                f"{shorten_text(str(error))} in {path}. "
                 "Adapt the finder again."
             ) from None
 
@@ -288,7 +288,9 @@ def _read(data: Any) -> Adaptation:
     numbers = {name: float(value) for name, value in data.items()}
     if bias is not None:
         bias = {int(number): float(value) for number, value in bias.items()}
-    finite = [numbers["sharpness"], numbers["weight"], *(bias or {}).values()]
-    if not np.isfinite(finite).all():
+    if not np.isfinite(list(numbers.values())).all():
         raise ValueError("a number that is not finite")
+    used = [numbers["sharpness"], numbers["weight"], *(bias or {}).values()]
+    if not (np.abs(used) <= _MOST).all():
+        raise ValueError(f"a number beyond {_MOST:g}")
     return Adaptation(**numbers | {"bias": bias, "num_questions": int(numbers["num_questions"])})

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from sgm.files import parse_json, read_file
 from sgm.layout.home_layout import Furniture
 from sgm.memory.clock import Clock
 from sgm.memory.log_lock import LogLock
@@ -20,6 +21,7 @@ from sgm.names.words import read_words
 
 LOG_VERSION = 2
 _FIRST_VERSION = 1  # without the memory that goes on, and without questions
+MOST_LOG_BYTES = 1 << 34
 # What the values of a line must name, by kind.
 _FIELDS: Mapping[str, tuple[str, ...]] = {
     "start": ("version", "clock", "rooms", "furniture"),
@@ -186,7 +188,7 @@ def _to_number(value: Any) -> Any:
 
 def _cut_torn_line(path: Path) -> bytes:
     """Return all whole lines, and warn if there is more."""
-    content = path.read_bytes()
+    content = read_file(path, MOST_LOG_BYTES)
     whole = content[: content.rfind(b"\n") + 1]
     if len(whole) < len(content):
         warnings.warn(
@@ -201,10 +203,10 @@ def _read_lines(content: bytes, path: Path) -> list[LogLine]:
     lines = []
     for number, text in enumerate(content.splitlines(), 1):
         try:
-            lines.append(_read_line(json.loads(text.decode("utf-8"))))
+            lines.append(_read_line(parse_json(text)))
             if number == 1 and lines[0].kind != "start":
                 raise ValueError(f"{shorten(lines[0].kind)} before any start")
-        except (ValueError, TypeError, KeyError) as error:
+        except (ValueError, TypeError, KeyError, OverflowError) as error:
             raise ValueError(
                 f"line {number} of a log must be one that SceneGraphMemory wrote, got "
                 f"{type(error).__name__}: {error} in {path}. It was altered, or is another file: "

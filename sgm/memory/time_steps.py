@@ -48,6 +48,11 @@ def count_steps(time: datetime | int, now: int, clock: Clock | None) -> int:
                 "memory must have a clock for a date and time, got none. Make it with "
                 "SceneGraphMemory(clock=Clock(datetime.now(), step_seconds=600))."
             )
+        if time.tzinfo is not None:
+            raise ValueError(
+                f"time must be local time, got the time zone of {time.isoformat()}. Leave the zone "
+                "out."
+            )
         seconds = (time - clock.start).total_seconds()
         num_steps = math.floor(seconds / clock.step_seconds + 1e-9) - now
     elif isinstance(time, (int, np.integer)) and not isinstance(time, bool):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -113,7 +114,7 @@ def read_calibration(data: Any) -> Calibration | None:
         return None
     for name, value in data.items():  # also of what only older networks say
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not is_number or math.isnan(value) or value == math.inf:
+        if not is_number or not value <= sys.float_info.max:
             raise TypeError(f"{name} of the calibration is {shorten(value)}")
     calibration = Calibration.from_json(data)
     if not 0 < calibration.temperature < math.inf or not 0 <= calibration.elsewhere_share <= 1:

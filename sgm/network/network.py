@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from sgm.evidence.columns import EVIDENCE_VERSION, PLACE_COLUMNS, QUESTION_COLUMNS
-from sgm.files import read_json
+from sgm.files import open_file, read_json
 from sgm.messages import shorten, shorten_text
 from sgm.network.calibration import Calibration, read_calibration
 from sgm.network.onnx_check import check_onnx
+from sgm.network.shipped import CONFIG, find_part
 from sgm.text import load_text
 
-CONFIG = "config.json"
 ONNX = "network.onnx"
 EDGE_COLUMNS = ("prior", "is_on_top")
 OUTPUT = "logits"
@@ -67,7 +67,7 @@ class Network:
             calibration = read_calibration(config["calibration"])
             text, evidence = config["schema"]["text"], about["evidence"]
             checksum = about["sha256"]
-            content = _read_file(folder / ONNX)
+            content = _read_file(find_part(folder, ONNX, checksum))
         except OSError as error:
             raise ValueError(
                 f"exported folder must have {CONFIG} and {ONNX}, got {shorten(error.strerror)} in "
@@ -126,8 +126,11 @@ def describe_onnx(content: bytes) -> dict[str, Any]:
 
 
 def has_onnx(folder: Path) -> bool:
-    """Tell whether a folder has a network that ONNX Runtime can run."""
-    return (folder / ONNX).is_file()
+    """Tell whether a folder says that it has a network that ONNX Runtime can run."""
+    try:
+        return "onnx" in read_json(folder / CONFIG, allow_nan=True)
+    except (OSError, ValueError, TypeError):  # who reads it says what is wrong
+        return (folder / ONNX).is_file()
 
 
 def _read_file(path: Path) -> bytes:
@@ -135,13 +138,14 @@ def _read_file(path: Path) -> bytes:
 
     Raises:
         ValueError: if it is larger.
+        OSError: if it cannot be read, or is no regular file.
     """
-    with path.open("rb") as file:
+    with open_file(path) as file:
         content = file.read(_MOST_BYTES + 1)
     if len(content) > _MOST_BYTES:
         raise ValueError(
-            f"{ONNX} must have at most {_MOST_BYTES} bytes, got more in "
-            f"{path.parent}. Export again."
+            f"{ONNX} must have at most {_MOST_BYTES} bytes, got more in {path.parent}. "
+            "Export again."
         )
     return content
 

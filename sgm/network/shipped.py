@@ -4,10 +4,24 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from sgm.files import compute_checksum
 from sgm.messages import shorten
 
 CONFIG = "config.json"  # of an exported folder
+NEW = ".new"  # ends the name of a file that the config will name when the export has ended
 PRETRAINED = Path(__file__).parents[1] / "pretrained"
+
+
+def find_part(folder: Path, name: str, checksum: str | None) -> Path:
+    """Return the file of an exported folder that its config names by a checksum.
+
+    A new one, if an export was stopped after the config was written.
+
+    Raises:
+        OSError: if a new one cannot be read.
+    """
+    new = folder / f"{name}{NEW}"
+    return new if new.is_file() and compute_checksum(new) == checksum else folder / name
 
 
 def list_shipped() -> list[str]:

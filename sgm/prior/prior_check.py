@@ -10,6 +10,8 @@ from sgm.messages import shorten
 
 VERSION = 1
 RELATIONS = ("in", "onTop")
+MOST_DESCRIPTIONS = 100_000  # of a type: every combination of its adjectives is one
+MOST_DESCRIPTIONS_OF_ALL = 1_000_000
 
 Rule = tuple[Callable[[Any], bool], str]
 
@@ -39,10 +41,18 @@ def _is_name_or_none(value: Any) -> bool:
 
 
 def _is_adjectives(value: Any) -> bool:
-    return isinstance(value, Sequence) and all(
-        isinstance(words, Sequence) and not isinstance(words, str) and all(map(_is_name, words))
-        for words in value
+    return (
+        isinstance(value, Sequence)
+        and all(
+            isinstance(words, Sequence) and not isinstance(words, str) and all(map(_is_name, words))
+            for words in value
+        )
+        and (_count_descriptions(value) <= MOST_DESCRIPTIONS)
     )
+
+
+def _count_descriptions(adjectives: Sequence[Sequence[str]]) -> int:
+    return math.prod(1 + len(words) for words in adjectives)
 
 
 NAME: Rule = (_is_name, "be a non-empty text")
@@ -50,7 +60,10 @@ NAME_OR_NONE: Rule = (_is_name_or_none, "be a non-empty text or null")
 WEIGHT: Rule = (_is_weight, "be a finite number >= 0")
 PROBABILITY: Rule = (_is_probability, "be a number from 0 to 1")
 COUNT: Rule = (_is_count, "be a whole number >= 1")
-ADJECTIVES: Rule = (_is_adjectives, "be a list of lists of words")
+ADJECTIVES: Rule = (
+    _is_adjectives,
+    f"be a list of lists of words, which make at most {MOST_DESCRIPTIONS} combinations",
+)
 RELATION: Rule = (lambda value: value in RELATIONS, f"be one of {', '.join(RELATIONS)}")
 WEIGHT_OR_NONE: Rule = (lambda value: value is None or _is_weight(value), "be null or >= 0")
 
@@ -115,6 +128,13 @@ def find_problems(data: Any) -> Iterator[str]:
             yield problem
             well_formed = False
     if well_formed:
+        for part in ("furniture", "objects"):
+            number = sum(_count_descriptions(row["adjectives"]) for row in data[part])
+            if number > MOST_DESCRIPTIONS_OF_ALL:
+                yield (
+                    f"{part} must have adjectives of at most {MOST_DESCRIPTIONS_OF_ALL} "
+                    f"combinations, got {shorten(number)}. Name fewer"
+                )
         yield from _find_link_problems(data)
 
 

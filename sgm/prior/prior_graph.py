@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sgm.files import parse_json, write_whole
+from sgm.files import parse_json, read_file, write_whole
 from sgm.messages import shorten
 from sgm.prior.household import build_household
 from sgm.prior.prior_check import PARTS, RELATIONS, VERSION, check_prior
@@ -115,7 +115,7 @@ class PriorGraph:
             ValueError: if the file is not JSON, or a row breaks a rule (the row is named).
             OSError: if the file cannot be read.
         """
-        return cls.from_dict(parse_prior(Path(path).read_bytes(), where=str(path)), where=str(path))
+        return cls.from_dict(parse_prior(read_file(path), where=str(path)), where=str(path))
 
     @classmethod
     def default(cls) -> PriorGraph:
@@ -161,7 +161,7 @@ class PriorGraph:
 
     def save(self, path: str | Path) -> None:
         """Write the prior as JSON, one row per line; equal graphs give equal bytes."""
-        write_whole(Path(path), _format(self.to_dict()).encode())
+        write_whole(path, _format(self.to_dict()).encode())
 
     @cached_property
     def checksum(self) -> str:

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sgm.files import open_file
 from sgm.messages import shorten
 from simulator.igridson.layout import GridFurniture, GridLayout
 from simulator.igridson.layout_check import check_layout
@@ -37,7 +38,7 @@ def load_layout(path: str | Path | None = None) -> GridLayout:
         ValueError: if it is broken or too large; the message names the line or the cell.
     """
     path = DEFAULT_LAYOUT if path is None else Path(path)
-    with path.open("rb") as file:
+    with open_file(path) as file:
         content = file.read(_MAX_BYTES + 1)
     if len(content) > _MAX_BYTES:
         raise ValueError(

@@ -64,7 +64,7 @@ def find_policy(name: str) -> type[Policy]:
         )
     try:
         found = getattr(importlib.import_module(module), class_name, None)
-    except ImportError as error:
+    except (ImportError, TypeError, ValueError) as error:  # the last two of names such as "..x"
         raise ValueError(
             f"policy must be in a module that can be imported, got {shorten(name)}: {error}. Run "
             "the command in the folder of the module, or install its package."

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from sgm.checks import check_at_least
-from sgm.files import write_whole
+from sgm.files import read_file, write_whole
 from sgm.prior.prior_check import find_problems
 from sgm.prior.prior_graph import PRIOR_HELP, PriorGraph, load_prior, parse_prior
 from simulator.command_line import choose, make_parser, parse, pick
@@ -168,7 +168,7 @@ def check(arguments: Sequence[str]) -> int:
     parser = make_parser(f"{PROG} check", "Report every problem of a prior file.")
     parser.add_argument("file", help="prior file")
     options = parse(parser, arguments)
-    data = parse_prior(Path(options.file).read_bytes(), where=options.file)
+    data = parse_prior(read_file(options.file), where=options.file)
     problems = list(find_problems(data))
     for problem in problems:
         print(f"{options.file}: {problem}")

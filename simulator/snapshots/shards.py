@@ -12,7 +12,7 @@ import numpy as np
 from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
-from sgm.files import read_json, write_whole
+from sgm.files import read_file, read_json, write_whole
 from sgm.messages import shorten
 
 SCHEMA_VERSION = 2
@@ -46,10 +46,15 @@ def load_shard(path: Path, checksum: str | None = None) -> dict[str, np.ndarray]
         ValueError: if the file is missing, truncated or altered; the file is named.
     """
     try:
-        content = path.read_bytes()
+        content = read_file(path)
     except FileNotFoundError as error:
         raise ValueError(
             f"shard must exist, got none at {path}. Collect again: finished homes are kept."
+        ) from error
+    except OSError as error:
+        raise ValueError(
+            f"shard must be a file that can be read, got {shorten(error.strerror)} for {path}. "
+            "Check the folder."
         ) from error
     found = hashlib.sha256(content).hexdigest()
     if checksum is not None and found != checksum:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
+from sgm.files import read_file
 from sgm.memory.sighting import RELATIONS, read_relation
 from sgm.messages import shorten, shorten_values
 from sgm.names.words import read_words
@@ -48,7 +49,7 @@ def load_events(path: Path, layout: Layout) -> tuple[Event, ...]:
         ValueError: if it is missing or broken; names the file and the row.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_file(path).decode("utf-8-sig")
     except OSError as error:
         raise ValueError(
             f"events must be a file that can be read, got {shorten(error.strerror)} for {path}. A "

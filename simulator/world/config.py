@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from sgm.checks import check_at_least, check_shares
+from sgm.checks import check_at_least, check_at_most, check_shares
 from sgm.messages import shorten
 from simulator.world.dynamics import DYNAMICS, Dynamics
 from simulator.world.paper_dynamics import PaperDynamics
@@ -14,6 +14,8 @@ from simulator.world.sensing import SENSING, ConstantMisses, Sensing
 
 # Who chooses where the robot looks in Predict Object Location: the policy that answers, a patrol
 # that visits all furniture in turn, or chance.
+MAX_PLACES = 20_000  # furniture nodes of a home
+MAX_OBJECTS = 1_000_000  # of a home, when it begins
 LOOKS = ("policy", "patrol", "random")
 
 
@@ -80,6 +82,16 @@ class HomeConfig:
             objects_per_furniture=self.objects_per_furniture,
             max_looks=self.max_looks,
             looks_per_step=self.looks_per_step,
+        )
+        check_at_most(
+            MAX_PLACES,
+            furniture_per_room=max(sizes),
+            rooms_x_furniture_per_room=sum(sizes),
+        )
+        check_at_most(
+            MAX_OBJECTS,
+            objects_per_furniture=self.objects_per_furniture,
+            furniture_x_objects_per_furniture=sum(sizes) * self.objects_per_furniture,
         )
         if self.looks not in LOOKS:
             raise ValueError(

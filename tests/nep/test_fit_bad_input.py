@@ -36,7 +36,7 @@ def run(capsys, *options):
     ("content", "message"),
     [
         (None, "checkpoint must be a file that can be read, got 'No such file"),
-        (b"", "checkpoint must be one that nep.fit wrote, got TypeError"),
+        (b"", "checkpoint must be one that nep.fit wrote, got no whole zip file"),
         (b"\x80\x02}q\x00.", "checkpoint must be one that nep.fit wrote"),
         (b"something else", "checkpoint must be one that nep.fit wrote"),
         ({"epoch": 1}, "checkpoint must be one that nep.fit wrote, got KeyError"),

@@ -160,7 +160,10 @@ HOSTILE = {
     "sparse": (lambda path: torch.save(torch.eye(3).to_sparse(), path), "no plain value"),
     "module": (lambda path: torch.save(torch.nn.Linear(1, 1), path), "no plain value"),
     "function": (save_opcodes(b"\x80\x02ctorch\nSize\n."), "no plain value"),
-    "memo": (save_opcodes(b"\x80\x02]r\xff\xff\xff\x7f\x8e\xff\xff\xff\xff\xff\xff\xff\x7f."), "damaged|does not|expected"),
+    "memo": (
+        save_opcodes(b"\x80\x02]r\xff\xff\xff\x7f\x8e\xff\xff\xff\xff\xff\xff\xff\x7f."),
+        "damaged|does not|expected",
+    ),
     "empty": (save_opcodes(b""), "pickle exhausted"),
     "underflow": (save_opcodes(b"\x80\x02a."), "IndexError in a damaged file"),
     "other zip": (

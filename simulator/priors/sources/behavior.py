@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import csv
-import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from sgm.files import read_file, read_json
 from simulator.priors.sources.counts import PlaceKey, PlacementCounts
 from simulator.priors.sources.packages import find_package_data
 from simulator.priors.types import load_names, load_types
@@ -38,7 +38,7 @@ def count_behavior(folder: Path | None = None, *, skip_bad: bool = False) -> Pla
     for path in sorted((folder / "activity_definitions").glob("*/*.bddl")):
         where = f"{path.parent.name}/{path.name}"
         try:
-            places = find_places(path.read_text(encoding="utf-8"), counts)
+            places = find_places(read_file(path).decode("utf-8"), counts)
         except ValueError as error:
             problem = f"activity must be a balanced definition, got {error} in {where}"
             if not skip_bad:
@@ -128,7 +128,7 @@ def _count_scenes(folder: Path, counts: PlacementCounts) -> None:
     names = load_names("behavior")
     with (folder / "category_mapping.csv").open(encoding="utf-8", newline="") as file:
         synsets = {row["category"]: row["synset"] for row in csv.DictReader(file)}
-    inventory = json.loads((folder / "combined_room_object_list.json").read_text(encoding="utf-8"))
+    inventory = read_json(folder / "combined_room_object_list.json")
     for scene, rooms in sorted(inventory["scenes"].items()):
         if not HOME_SCENES.match(scene):
             continue

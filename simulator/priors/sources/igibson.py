@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
+from sgm.files import read_json
 from sgm.messages import shorten
 from simulator.priors.sources.counts import PlaceKey, PlacementCounts
 from simulator.priors.types import load_names, load_types
@@ -65,7 +65,7 @@ def _read_model(
     """Weights of one model, in our names; what is outside the tables is noted."""
     where = "/".join(path.parts[-4:])
     try:
-        entries: Any = json.loads(path.read_text(encoding="utf-8"))
+        entries: Any = read_json(path, allow_nan=True)
         if not isinstance(entries, dict):
             raise ValueError(f"a {type(entries).__name__}")
     except ValueError as error:

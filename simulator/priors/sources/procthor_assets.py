@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgm.files import read_json
 from simulator.priors.sources.procthor_rules import (
     CHILD_BIAS,
     PARENT_BIAS,
@@ -179,7 +179,7 @@ def place_members(
 
 
 def _read(path: Path) -> Any:
-    return json.loads(path.read_text(encoding="utf-8"))
+    return read_json(path, allow_nan=True)
 
 
 def _make_spawn(

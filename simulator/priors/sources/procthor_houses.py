@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import gzip
-import json
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import IO, Any, TypeGuard, cast
 
+from sgm.files import open_file, parse_json
+from sgm.messages import shorten
 from simulator.priors.sources.counts import PlacementCounts
 from simulator.priors.sources.procthor_schema import HouseRooms, find_labels, find_type
 from simulator.priors.types import load_names, load_types
@@ -52,14 +53,15 @@ def read_houses(path: Path, *, skip_bad: bool, problems: list[str]) -> Iterator[
         ValueError: on a line that is not JSON, or a truncated archive, unless `skip_bad`.
     """
     line = 0
-    opened = gzip.open(path, "rb") if path.suffix == ".gz" else path.open("rb")
-    with cast("IO[bytes]", opened) as file:
+    plain = open_file(path)
+    opened = gzip.GzipFile(fileobj=plain) if path.suffix == ".gz" else plain
+    with plain, cast("IO[bytes]", opened) as file:
         try:
             for line, text in enumerate(_read_lines(file, path.name), start=1):
                 if not text.strip():
                     continue
                 try:
-                    house = json.loads(text)
+                    house = parse_json(text, allow_nan=True)
                 except ValueError as error:
                     problem = f"house must be one line of JSON, got {error} at {path.name}:{line}"
                     _report(problem, problems, skip_bad, "Mend the line")
@@ -197,8 +199,7 @@ class _HouseCounter:
         return False
 
     def _report(self, rule: str, value: Any) -> None:
-        text = repr(value) if len(repr(value)) < 60 else f"{repr(value)[:57]}..."
-        problem = f"{rule}, got {text} at {self.place}"
+        problem = f"{rule}, got {shorten(value, 60)} at {self.place}"
         _report(problem, self.counts.problems, self.skip_bad, "Mend the house")
 
 
@@ -216,4 +217,4 @@ def _load_package_houses() -> Iterator[tuple[int, Any]]:
             f"ProcTHOR-10k must come from a file or the package 'prior', got neither. {INSTALL}."
         ) from error
     for line, house in enumerate(prior.load_dataset("procthor-10k")["train"], start=1):
-        yield line, json.loads(house) if isinstance(house, (str, bytes)) else house
+        yield line, parse_json(house, allow_nan=True) if isinstance(house, (str, bytes)) else house

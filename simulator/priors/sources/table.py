@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from sgm.files import parse_json
+from sgm.files import parse_json, read_file
 from sgm.messages import shorten
 from simulator.priors.sources.counts import PlacementCounts
 from simulator.priors.types import load_names, load_types
@@ -64,7 +64,7 @@ def count_table(path: Path, *, skip_bad: bool = False) -> PlacementCounts:
 def _read_rows(path: Path) -> Iterator[tuple[str, Any]]:
     """Yield (row name, row)."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_file(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ValueError(
             f"table must be UTF-8, got {error} in {path.name}. Save it as UTF-8."
