@@ -158,7 +158,8 @@ class FitCLI(LightningCLI):
 
     def instantiate_trainer(self, **kwargs: Any) -> Trainer:
         """Build the trainer with progress bar and checkpoints, unless they are switched off."""
-        callbacks: list[Callback] = []
+        self.began = Began()
+        callbacks: list[Callback] = [self.began]
         if self.config.trainer.enable_progress_bar is not False:
             callbacks.append(RichProgressBar() if sys.stdout.isatty() else EpochLines())
         if self.config.trainer.enable_checkpointing is not False:
@@ -298,8 +299,6 @@ def main(args: ArgsType = None) -> FitCLI:
         # a copy: metrics that have seen inference cannot be trained on
         (scores,) = cli.trainer.validate(deepcopy(cli.model), cli.datamodule, verbose=False)
         start_score = scores[_BEST]
-    began = Began()
-    cli.trainer.callbacks.append(began)
     try:
         cli.trainer.fit(
             cli.model,
@@ -314,7 +313,7 @@ def main(args: ArgsType = None) -> FitCLI:
     except (OSError, MisconfigurationException) as error:  # a full disk; settings at odds
         sys.exit(f"error: {_shorten(error)}")
     except Exception as error:
-        if began.has_begun or cli.config.ckpt_path is None:
+        if cli.began.has_begun or cli.config.ckpt_path is None:
             raise
         sys.exit(  # a state of another kind than the one that is restored from it
             "error: checkpoint must be one that a training can go on from, got "

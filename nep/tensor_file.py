@@ -108,7 +108,7 @@ class _Reader:
         """Follow the opcodes of a pickle that `torch.save` writes; others are refused."""
         stack: list[Any] = []
         marks: list[int] = []
-        memo: dict[int, Any] = {}
+        memo: dict[Any, Any] = {}
 
         def pop_marked() -> list[Any]:
             start = marks.pop()

@@ -54,7 +54,7 @@ def parse_yaml(
 _BASE: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the first is quicker
 
 
-class _Loader(_BASE):  # type: ignore[misc]
+class _Loader(_BASE):
     """Reads dates as texts."""
 
     yaml_implicit_resolvers: ClassVar = {

@@ -238,12 +238,11 @@ def test_an_odd_state_to_go_on_from_is_refused(change, tmp_path, monkeypatch, ca
     path = tmp_path / "odd.ckpt"
     torch.save({**content, **change}, path)
     monkeypatch.chdir(small_run.parent)
-    try:
+    with pytest.raises(SystemExit) as stop:
         fit([*SMALL, f"--ckpt_path={path}", "--trainer.max_epochs=2"])
-    except SystemExit as stop:
-        error = f"{stop.code} {capsys.readouterr().err}"
-        assert "odd.ckpt" in error
-        assert len(error) < 1500
+    error = f"{stop.value.code} {capsys.readouterr().err}"
+    assert "odd.ckpt" in error
+    assert len(error) < 1500
 
 
 SMALL = [
