@@ -224,7 +224,8 @@ def _remove_left_over(partial: Path) -> bool:
         with open_file(partial) as file:
             if not _lock(file):
                 return False
-            if os.fstat(file.fileno()).st_nlink:
+            # Its writer may have renamed it before the lock was had, and another one taken the name.
+            if os.path.samestat(os.fstat(file.fileno()), os.stat(partial)):
                 partial.unlink()
     except FileNotFoundError:
         return True

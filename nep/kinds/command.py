@@ -9,6 +9,7 @@ from pathlib import Path
 from jsonargparse import ArgumentParser, Namespace
 
 from nep.kinds.played import Played
+from sgm.network.shipped import split_name
 
 _NOT_KEPT = "a commit that was not kept"
 _SHOWN = 12  # digits of a checksum that is whole in the JSON

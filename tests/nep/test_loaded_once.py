@@ -5,8 +5,9 @@ from collections import Counter
 import pytest
 
 from nep import evaluate, fit
-from nep.players import checkpoints, shipped
+from nep.players import checkpoints
 from nep.players.policy import NEPPolicy
+from sgm.network.shipped import PRETRAINED
 from simulator.trace import record_homes, save_trace, source
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
@@ -67,7 +68,7 @@ def test_a_network_that_changes_is_loaded_again(tmp_path, count):
     """Trained further meanwhile: the file says so."""
     from nep.players.contestants import Checkpoint
 
-    folder = shipped.PRETRAINED / "heat"
+    folder = PRETRAINED / "heat"
     for file in folder.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
     point = Checkpoint("net", tmp_path)
