@@ -16,9 +16,9 @@ from sgm.memory.queries import Queries
 from sgm.policies.policy import Policy, mask_furniture
 from sgm.prior.prior_graph import PriorGraph
 from simulator.policies.inventory import Inventory
-from simulator.world.config import HomeConfig
 from simulator.world.homes import Homes
 from simulator.world.noise import compute_noisy_weights
+from simulator.world.rules import HomeRules
 
 _LEAST_LIKELY = 1e-9  # of a look: densities are approximate, no draw is ruled out for good
 
@@ -97,7 +97,7 @@ class Informed(Policy):
     def __init__(
         self,
         prior: PriorGraph,
-        config: HomeConfig | Sequence[HomeConfig],
+        config: HomeRules | Sequence[HomeRules],
         num_class_draws: int = 64,
         num_instance_draws: int = 16,
         asks_moved: float = TASKS_ASK_MOVED,
@@ -133,7 +133,7 @@ class Informed(Policy):
     def reset(self, memory: MemoryBatch) -> None:
         """Forget all looks and work out the expected inventory of the new homes."""
         num_homes, config = memory.num_homes, self._config
-        self._configs = [config] * num_homes if isinstance(config, HomeConfig) else [*config]
+        self._configs = [config] * num_homes if isinstance(config, HomeRules) else [*config]
         nodes = np.full(memory.furniture_label.shape, -1)
         for home, place in np.argwhere(memory.is_furniture):
             room = memory.room_label[home, memory.furniture_room[home, place]]
@@ -238,7 +238,7 @@ class Informed(Policy):
         rest = _start(expected[None].copy(), _normalise(total), joined)
         return _Type(places, place_number, room, joined, class_weights, expected, rest)
 
-    def _draw_instance_noise(self, config: HomeConfig, kind: _Type, key: int) -> np.ndarray:
+    def _draw_instance_noise(self, config: HomeRules, kind: _Type, key: int) -> np.ndarray:
         """Draw K times what instance noise leaves of each draw of class noise, (C K, S)."""
         num_class, num_instance = self._num_draws
         weights = np.repeat(kind.class_weights.reshape(num_class, -1), num_instance, axis=0)
@@ -323,7 +323,7 @@ def _draw_noise(
     weights: np.ndarray,
     places: np.ndarray,
     room: np.ndarray,
-    config: HomeConfig,
+    config: HomeRules,
     rng: np.random.Generator,
 ) -> np.ndarray:
     """Draw noise on rows of weights (n, k) of places (k,), as homes are made.

@@ -8,8 +8,8 @@ import numpy as np
 
 from sgm.arrays.padded import sum_rows
 from sgm.prior.prior_graph import PriorGraph
-from simulator.world.config import HomeConfig
 from simulator.world.descriptions import DescriptionTable
+from simulator.world.rules import HomeRules
 
 
 class Inventory:
@@ -23,7 +23,7 @@ class Inventory:
     def __init__(
         self,
         prior: PriorGraph,
-        configs: Sequence[HomeConfig],
+        configs: Sequence[HomeRules],
         weights: np.ndarray,
         num_furniture: np.ndarray,
         asks_moved: float,

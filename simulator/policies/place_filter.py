@@ -19,7 +19,7 @@ from simulator.policies.belief import AsOf, Belief, CompiledRules, Rules, Subjec
 from simulator.policies.inventory import Inventory
 from simulator.policies.kept_beliefs import KeptBeliefs
 from simulator.policies.look_log import LookLog
-from simulator.world.config import HomeConfig
+from simulator.world.rules import HomeRules
 
 _ROWS_AT_ONCE = 8192  # beliefs that are carried on together: some 30 MB
 
@@ -52,7 +52,7 @@ class PlaceFilter(Policy):
     def __init__(
         self,
         prior: PriorGraph,
-        config: HomeConfig | Sequence[HomeConfig],
+        config: HomeRules | Sequence[HomeRules],
         asks_moved: float = TASKS_ASK_MOVED,
     ) -> None:
         """Keep the rules.
@@ -70,7 +70,7 @@ class PlaceFilter(Policy):
         """Forget all looks and work out the expected inventory of the new homes."""
         num_homes, num_types = memory.num_homes, len(self._prior.objects)
         config = self._config
-        configs = [config] * num_homes if isinstance(config, HomeConfig) else config
+        configs = [config] * num_homes if isinstance(config, HomeRules) else config
         self._configs = configs
         self._num_furniture = memory.home_num_furniture
         weights = self.read_weights(memory)

@@ -1,4 +1,4 @@
-"""The rules of a home: sizes, noise, dynamics and sensing."""
+"""The rules of a sampled home: those of every home, its dynamics and its sensing."""
 
 from __future__ import annotations
 
@@ -6,111 +6,25 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from sgm.checks import check_at_least, check_at_most, check_shares
-from sgm.messages import shorten
 from simulator.world.dynamics import DYNAMICS, Dynamics
 from simulator.world.paper_dynamics import PaperDynamics
+from simulator.world.rules import HomeRules
 from simulator.world.sensing import SENSING, ConstantMisses, Sensing
-
-# Who chooses where the robot looks in Predict Object Location: the policy that answers, a patrol
-# that visits all furniture in turn, or chance.
-MAX_PLACES = 20_000  # furniture nodes of a home
-MAX_OBJECTS = 1_000_000  # of a home, when it begins
-LOOKS = ("policy", "patrol", "random")
 
 
 @dataclass(frozen=True)
-class HomeConfig:
+class HomeConfig(HomeRules):
     """Rules that a sampled home obeys; the defaults are the paper's.
 
     Attributes:
-        rooms: label of every room; the prior must have them, and a home may have several of one.
-        furniture_per_room: furniture nodes in each room, 8 x 4 rooms = 32; or one number per room.
-        objects_per_furniture: objects placed per furniture node at t = 0; 6 x 32 = 192.
-        noise_zero_prob: probability that a placement weight is zeroed, class and instance noise.
-        noise_scale: the others are multiplied by U(1 - noise_scale, 1 + noise_scale).
-        move_share: share of the present objects that move in a step.
-        count_slack: objects present stay within (1 +- count_slack) of the initial count.
-        detection_error: probability that an object on an observed furniture node is missed.
-        dynamic_nodes: whether objects are added and removed.
-        cross_room_moves: whether a move may lead to another room (docs/design.md, ruling 2: harder
-            variant).
-        max_looks: looks after which a search (Find Object) ends without success; None for as many
-            as there is furniture.
-        looks: where the robot looks in Predict Object Location, one of `LOOKS`; on patrol or at
-            random, all policies read the same memory.
-        looks_per_step: looks after each answer; those after a policy's own one are at random.
         dynamics: how the home changes, see `simulator.world.dynamics`.
         sensing: what a look shows, see `simulator.world.sensing`.
 
     Source: paper appendix A; docs/design.md, rulings 1-8 and 11.
     """
 
-    rooms: tuple[str, ...] = ("kitchen", "living room", "bedroom", "bathroom")
-    furniture_per_room: int | tuple[int, ...] = 8
-    objects_per_furniture: int = 6
-    noise_zero_prob: float = 0.25
-    noise_scale: float = 0.25
-    move_share: float = 0.05
-    count_slack: float = 0.05
-    detection_error: float = 0.25
-    dynamic_nodes: bool = True
-    cross_room_moves: bool = False
-    max_looks: int | None = None
-    looks: str = "policy"
-    looks_per_step: int = 1
     dynamics: Dynamics = field(default_factory=PaperDynamics)
     sensing: Sensing = field(default_factory=ConstantMisses)
-
-    def __post_init__(self) -> None:
-        """Check every value.
-
-        Raises:
-            ValueError: if there is no room, a count is below 1 or a share is outside [0, 1].
-        """
-        if not self.rooms:
-            raise ValueError("rooms must be one or more labels, got none. Name a room.")
-        sizes = self.room_sizes
-        if len(sizes) != len(self.rooms):
-            raise ValueError(
-                f"furniture_per_room must be one number, or one for each of the {len(self.rooms)} "
-                f"rooms, got {len(sizes)}. Name as many as there are rooms."
-            )
-        check_at_least(
-            1,
-            furniture_per_room=min(sizes),
-            objects_per_furniture=self.objects_per_furniture,
-            max_looks=self.max_looks,
-            looks_per_step=self.looks_per_step,
-        )
-        check_at_most(
-            MAX_PLACES,
-            furniture_per_room=max(sizes),
-            rooms_x_furniture_per_room=sum(sizes),
-        )
-        check_at_most(
-            MAX_OBJECTS,
-            objects_per_furniture=self.objects_per_furniture,
-            furniture_x_objects_per_furniture=sum(sizes) * self.objects_per_furniture,
-        )
-        if self.looks not in LOOKS:
-            raise ValueError(
-                f"looks must be one of {', '.join(LOOKS)}, got {shorten(self.looks)}. Choose one "
-                "of these."
-            )
-        check_shares(
-            noise_zero_prob=self.noise_zero_prob,
-            noise_scale=self.noise_scale,
-            move_share=self.move_share,
-            count_slack=self.count_slack,
-            detection_error=self.detection_error,
-        )
-
-    @property
-    def room_sizes(self) -> tuple[int, ...]:
-        """Furniture nodes of every room, (R,)."""
-        size = self.furniture_per_room
-        return (size,) * len(self.rooms) if isinstance(size, int) else tuple(size)
 
     def describe(self) -> dict[str, Any]:
         """Return all rules as JSON values, from which `from_json` makes the same rules."""

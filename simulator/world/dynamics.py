@@ -10,11 +10,10 @@ import numpy as np
 
 from sgm.memory.clock import Clock
 from simulator.world.parts import Part, Registry
+from simulator.world.sampled_state import SampledState
 
-if TYPE_CHECKING:  # homes evolve themselves with dynamics
+if TYPE_CHECKING:
     from typing_extensions import Self
-
-    from simulator.world.sampled_homes import SampledHomes
 
 DYNAMICS = Registry(
     "dynamics",
@@ -47,7 +46,7 @@ class Dynamics(Part, ABC):
 
     @classmethod
     @abstractmethod
-    def start(cls, homes: SampledHomes, members: np.ndarray, rules: Sequence[Self]) -> Life:
+    def start(cls, homes: SampledState, members: np.ndarray, rules: Sequence[Self]) -> Life:
         """Begin the life of some homes of a group, whose objects have just been drawn.
 
         It may put them elsewhere. Random numbers come from `homes.streams`, from rows of purposes
@@ -68,7 +67,7 @@ class Life(ABC):
     def step(self) -> None:
         """Let one time step pass in these homes and in no others.
 
-        `object_place` and what else `SampledHomes` says of objects change; `object_moved` is False
+        `object_place` and what else `SampledState` says of objects change; `object_moved` is False
         everywhere before, and becomes True where an object has moved to other furniture.
         """
 

@@ -5,17 +5,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS
 from sgm.prior.prior_graph import PriorGraph
+from simulator.world.parts import Part
+from simulator.world.rules import HomeRules
 from simulator.world.streams import Streams
-
-if TYPE_CHECKING:  # the rules name parts that look at homes
-    from simulator.world.config import HomeConfig
-    from simulator.world.sensing import Sensing
 
 
 class Descriptions(Protocol):
@@ -62,7 +60,7 @@ class Homes(ABC):
     """
 
     prior: PriorGraph
-    configs: tuple[HomeConfig, ...]
+    configs: tuple[HomeRules, ...]
     streams: Streams
     num_homes: int
     num_furniture: int
@@ -140,9 +138,9 @@ class Homes(ABC):
         return weights
 
     @cached_property
-    def sensing(self) -> list[tuple[Sensing, np.ndarray]]:
+    def sensing(self) -> list[tuple[Part, np.ndarray]]:
         """What looks show, and in which homes, bool (H,): each home has one of them."""
-        different: list[Sensing] = []
+        different: list[Part] = []
         for config in self.configs:
             if config.sensing not in different:
                 different.append(config.sensing)

@@ -5,22 +5,19 @@ from __future__ import annotations
 import itertools
 from collections import defaultdict
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sgm.arrays.grouped import compute_rank_in_group
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph
-from simulator.world.config import HomeConfig
 from simulator.world.initial_objects import compute_available_weights
+from simulator.world.rules import HomeRules
+from simulator.world.sampled_state import SampledState
 from simulator.world.streams import sample_categorical
 
-if TYPE_CHECKING:  # homes call this module while they are made
-    from simulator.world.sampled_homes import SampledHomes
 
-
-def list_rooms(config: HomeConfig, layout: Sequence[tuple[str, str]] | None) -> np.ndarray:
+def list_rooms(config: HomeRules, layout: Sequence[tuple[str, str]] | None) -> np.ndarray:
     """Return the room index of every furniture node of a home, (F',).
 
     Args:
@@ -36,7 +33,7 @@ def list_rooms(config: HomeConfig, layout: Sequence[tuple[str, str]] | None) -> 
 
 
 def sample_initial_furniture(
-    homes: SampledHomes, layout: Sequence[tuple[str, str]] | None
+    homes: SampledState, layout: Sequence[tuple[str, str]] | None
 ) -> np.ndarray:
     """Return indices into `prior.furniture`, -1 beyond the furniture of a home, (H, F).
 
@@ -97,7 +94,7 @@ def _draw_types(
     return types
 
 
-def _list_usable(homes: SampledHomes) -> dict[str, np.ndarray]:
+def _list_usable(homes: SampledState) -> dict[str, np.ndarray]:
     """Return the furniture nodes of each room that may be drawn and can hold an object, by room.
 
     Raises:

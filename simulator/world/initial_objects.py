@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sgm.arrays.grouped import compute_rank_in_group
 from sgm.arrays.relations import NUM_RELATIONS
+from simulator.world.sampled_state import SampledState
 from simulator.world.streams import sample_categorical
-
-if TYPE_CHECKING:  # homes call this module while they are made
-    from simulator.world.sampled_homes import SampledHomes
 
 logger = logging.getLogger(__name__)
 
 
 def sample_initial_objects(
-    homes: SampledHomes,
+    homes: SampledState,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Draw `objects_per_furniture` objects per furniture node of every home, n in all.
 
@@ -81,7 +78,7 @@ def compute_available_weights(
     return np.where(times_full == fewest, weights, 0.0)
 
 
-def _list_options(homes: SampledHomes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _list_options(homes: SampledState) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """List what each furniture node may hold: weights, types and relations, (H, F, K) each.
 
     Of the 2 O pairs of type and relation, a node can hold some twenty; they come first, in
@@ -106,7 +103,7 @@ def _list_options(homes: SampledHomes) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return weights.reshape(whole), drawn_type.reshape(whole), relation.reshape(whole)
 
 
-def _find_holders(homes: SampledHomes, can_hold: np.ndarray) -> np.ndarray:
+def _find_holders(homes: SampledState, can_hold: np.ndarray) -> np.ndarray:
     """Return who takes the initial objects of each furniture node, (H, F).
 
     Class noise can leave a furniture node without a single object; then the next one of

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+NUMBERS_AT_ONCE = 1 << 20  # random numbers of noise worked on together: 8 MB
+
 
 def compute_noisy_weights(
     weights: np.ndarray,

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from simulator.world.dynamics import Dynamics, Life
-
-if TYPE_CHECKING:  # homes evolve themselves with this module
-    from simulator.world.sampled_homes import SampledHomes
+from simulator.world.sampled_state import SampledState
 
 
 @dataclass(frozen=True)
@@ -29,7 +27,7 @@ class PaperDynamics(Dynamics):
 
     @classmethod
     def start(
-        cls, homes: SampledHomes, members: np.ndarray, rules: Sequence[PaperDynamics]
+        cls, homes: SampledState, members: np.ndarray, rules: Sequence[PaperDynamics]
     ) -> PaperLife:
         """Begin with the objects as they were drawn."""
         return PaperLife(homes, members)
@@ -38,7 +36,7 @@ class PaperDynamics(Dynamics):
 class PaperLife(Life):
     """Homes that change as the paper says, evolved together."""
 
-    def __init__(self, homes: SampledHomes, members: np.ndarray) -> None:
+    def __init__(self, homes: SampledState, members: np.ndarray) -> None:
         """Take charge of some homes of a group, (n,)."""
         self._homes = homes
         self._members = members

@@ -1,4 +1,4 @@
-"""Sampled homes: the true state of many homes, as arrays over homes."""
+"""Sampled homes: many homes, drawn from a prior and evolved by their dynamics."""
 
 from __future__ import annotations
 
@@ -15,48 +15,25 @@ from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig, spread_configs
 from simulator.world.descriptions import Adjectives, DescriptionTable
 from simulator.world.dynamics import Life
-from simulator.world.homes import Homes
 from simulator.world.initial_furniture import list_rooms, sample_initial_furniture
 from simulator.world.initial_objects import sample_initial_objects
-from simulator.world.noise import compute_noisy_weights
+from simulator.world.noise import NUMBERS_AT_ONCE, compute_noisy_weights
+from simulator.world.sampled_state import SampledState
 from simulator.world.streams import Streams
-from simulator.world.transitions import Transitions
-
-_NOISE_NUMBERS = 1 << 20  # random numbers of noise worked on at once: 8 MB
 
 
-class SampledHomes(Homes):
-    """The true state of H homes, evolved together by their dynamics.
-
-    The largest home has F furniture nodes, P = 2 F places (a furniture node with a relation) and
-    up to C objects in slots; an empty slot has place -1.
+class SampledHomes(SampledState):
+    """The true state of H homes, evolved together by their dynamics; see `SampledState`.
 
     Attributes:
-        furniture_type: index into `prior.furniture`, -1 beyond the furniture of a home, (H, F).
-        furniture_room: index into the home's rooms, -1 beyond its furniture, (H, F).
         furniture_code: description code of `furniture_descriptions`, -1 beyond, (H, F).
-        place_weights: P^i at the home's own furniture, per object type, float32 (H, O, P); not
-            normalised over P (a furniture type may stand there twice, or not at all).
-        type_add_prob: `add_remove_prob`, or 0 where no furniture of the home takes it, (H, O).
-        object_type: index into `prior.objects`, (H, C).
-        object_code: description code of `object_descriptions`, (H, C).
-        object_place: the place it is at, -1 if the slot is empty, (H, C).
-        object_moved: whether it moved in the last step, (H, C).
-        object_row: its row of `transitions`, (H, C).
-        object_move_weight: `move_freq`, or 0 where it has nowhere else to go, (H, C).
-        object_remove_prob: `add_remove_prob`, or 0 where there is no object, (H, C).
-        transitions: T^i, a row per home and description that it has had; see `read_transitions`.
-        lives: what evolves the homes, one for each class of dynamics.
-        num_objects: objects present, (H,).
         initial_count: objects at t = 0, (H,).
-        min_count, max_count: bounds of `num_objects`, (H,).
-
-    Methods that change objects name them by number: home * C + slot.
+        lives: what evolves the homes, one for each class of dynamics.
 
     Source: algorithm 1, section 4.1, appendix A; docs/design.md, rulings 1-6.
     """
 
-    object_descriptions: DescriptionTable
+    configs: tuple[HomeConfig, ...]
 
     def __init__(
         self,
@@ -83,8 +60,6 @@ class SampledHomes(Homes):
         self.streams = streams
         self.num_homes = len(streams.homes)
         self.configs = spread_configs(config, self.num_homes)
-        self._zero_prob = np.array([float(config.noise_zero_prob) for config in self.configs])
-        self._noise_scale = np.array([float(config.noise_scale) for config in self.configs])
         self.room_labels = pad_rows([config.rooms for config in self.configs], "", object)
         self.object_labels = [row.label for row in prior.objects]
         self.furniture_room = pad_rows(
@@ -116,21 +91,7 @@ class SampledHomes(Homes):
         capacity = self.home_num_furniture * np.array(capacity)
         self.home_num_slots = np.floor(capacity * (1 + slack)).astype(np.int64)
         self.num_slots = int(self.home_num_slots.max())
-        shape = (self.num_homes, self.num_slots)
-        self.object_type = np.zeros(shape, dtype=np.int32)
-        self.object_code = np.zeros(shape, dtype=np.int32)
-        self.object_row = np.zeros(shape, dtype=np.int32)
-        self.object_place = np.full(shape, -1, dtype=np.int32)
-        self.object_moved = np.zeros(shape, dtype=bool)
-        self.object_move_weight = np.zeros(shape)
-        self.object_remove_prob = np.zeros(shape)
-        self.num_objects = np.zeros(self.num_homes, dtype=np.int64)
-        num_codes = self.object_descriptions.num_descriptions
-        self._row_of_code = np.full((self.num_homes, num_codes), -1, dtype=np.int32)
-        stays = np.array([not config.cross_room_moves for config in self.configs])
-        is_room_new = np.diff(self.place_room, axis=1, prepend=self.place_room[:, :1]) != 0
-        is_room_new &= stays[:, None] & (self.place_room >= 0)
-        self.transitions = Transitions(np.cumsum(is_room_new, axis=1), NUM_RELATIONS)
+        self._make_slots()
         self._sample_objects()
         self.initial_count = self.num_objects.copy()
         floor = np.ceil(self.initial_count * (1 - slack)).astype(np.int64)
@@ -149,15 +110,6 @@ class SampledHomes(Homes):
     def get_place_weights(self) -> np.ndarray:
         """Return `place_weights`, (H, O, P)."""
         return self.place_weights
-
-    def list_spots(self) -> np.ndarray:
-        """Return the place of every furniture node where people put things, (H, F).
-
-        In it or on it, wherever the prior has more of them; beyond the furniture of a home, any.
-        """
-        relation_of_type = np.argmax(self.prior.weights.sum(axis=0), axis=1)
-        relations = relation_of_type[self.furniture_type]
-        return np.arange(self.num_furniture) * NUM_RELATIONS + relations
 
     def evolve(self) -> None:
         """Let one time step pass in every home; see `simulator.world.dynamics`."""
@@ -180,65 +132,6 @@ class SampledHomes(Homes):
         (life,) = self.lives
         return life.sample_hours(num_hours)
 
-    def read_transitions(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
-        """Return the T^i rows of descriptions, (n,), (n,) -> (n, P); zero for unknown ones."""
-        return self.transitions.read(self._row_of_code[homes, codes])
-
-    def place_objects(self, objects: np.ndarray, places: np.ndarray, can_leave: np.ndarray) -> None:
-        """Put objects at places from which they can leave or not, (n,) each."""
-        self.object_place.ravel()[objects] = places
-        types = self.object_type.ravel()[objects]
-        self.object_move_weight.ravel()[objects] = self.move_freq[types] * can_leave
-
-    def fill_slots(self, objects: np.ndarray, types: np.ndarray, codes: np.ndarray) -> None:
-        """Make objects (n,), ascending, of types and descriptions (n,); then place them."""
-        homes = objects // self.num_slots
-        self.object_type.ravel()[objects] = types
-        self.object_code.ravel()[objects] = codes
-        self.object_row.ravel()[objects] = self._ensure_rows(homes, codes)
-        self.object_remove_prob.ravel()[objects] = self.add_remove_prob[types]
-        self.num_objects += np.bincount(homes, minlength=self.num_homes)
-
-    def empty_slots(self, objects: np.ndarray) -> None:
-        """Remove objects (n,)."""
-        self.object_place.ravel()[objects] = -1
-        self.object_move_weight.ravel()[objects] = 0
-        self.object_remove_prob.ravel()[objects] = 0
-        self.num_objects -= np.bincount(objects // self.num_slots, minlength=self.num_homes)
-
-    def _ensure_rows(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
-        """Return T^i row numbers, drawing instance noise for descriptions that are new."""
-        from simulator.compiled.homes import find_new_codes  # loads numba
-        from simulator.compiled.noise import list_positive
-
-        new = np.sort(find_new_codes(self._row_of_code, homes, codes))
-        new_homes, new_codes = np.divmod(new, self._row_of_code.shape[1])
-        types = self.object_descriptions.type_of_code[new_codes]
-        at_once = max(_NOISE_NUMBERS // (self.num_places * 2), 1)
-        for first in range(0, len(new_codes), at_once):
-            some = slice(first, first + at_once)
-            num_numbers = self.home_num_furniture * NUM_RELATIONS * 2
-            noise = self.streams.rows("instance noise", num_numbers).claim(new_homes[some])
-            rows, places, weights = list_positive(
-                self.place_weights.reshape(-1, self.num_places),
-                new_homes[some] * len(self.move_freq) + types[some],
-            )
-            noisy = compute_noisy_weights(
-                weights,
-                rows,
-                places,
-                noise.read(rows, places * 2, 2),
-                new_homes[some],
-                self.place_room,
-                self.home_num_furniture * NUM_RELATIONS,
-                zero_prob=self._zero_prob,
-                scale=self._noise_scale,
-            )
-            self._row_of_code[new_homes[some], new_codes[some]] = self.transitions.append(
-                new_homes[some], rows, places, noisy
-            )
-        return self._row_of_code[homes, codes]
-
     def _sample_place_weights(self) -> np.ndarray:
         """Draw class noise and read P^i at the home's own furniture, float32 (H, O, P)."""
         num_objects, num_nodes, _ = self.prior.weights.shape
@@ -248,7 +141,7 @@ class SampledHomes(Homes):
         noise = self.streams.rows("class noise", 2 * prior.size).claim()
         weights = np.zeros((self.num_homes, num_objects, self.num_places), dtype=np.float32)
         place_room = np.repeat(node_room, NUM_RELATIONS)
-        at_once = max(_NOISE_NUMBERS // (2 * prior.size), 1)
+        at_once = max(NUMBERS_AT_ONCE // (2 * prior.size), 1)
         for first in range(0, self.num_homes, at_once):
             count = min(at_once, self.num_homes - first)
             part_home = np.repeat(np.arange(count), len(rows))
@@ -263,8 +156,8 @@ class SampledHomes(Homes):
                 np.repeat(np.arange(count), num_objects),
                 np.tile(place_room, (count, 1)),
                 np.full(count, len(place_room)),
-                zero_prob=self._zero_prob[some],
-                scale=self._noise_scale[some],
+                zero_prob=self.noise_zero_prob[some],
+                scale=self.noise_scale[some],
             )
             of_nodes = noisy.reshape(count, num_objects, num_nodes, NUM_RELATIONS)
             for home, own in enumerate(of_nodes, start=first):

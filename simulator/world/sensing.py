@@ -227,13 +227,20 @@ def observe(homes: Homes, furniture: np.ndarray) -> Observation:
     """
     looking = np.flatnonzero(furniture >= 0)  # (n,)
     if len(homes.sensing) == 1:
-        return homes.sensing[0][0].observe(homes, looking, furniture[looking])
+        ((sensing, _),) = homes.sensing
+        return _get_sensing(sensing).observe(homes, looking, furniture[looking])
     parts = [
-        sensing.observe(homes, own, furniture[own])
+        _get_sensing(sensing).observe(homes, own, furniture[own])
         for sensing, is_member in homes.sensing
         if len(own := looking[is_member[looking]])
     ]
     return parts[0] if len(parts) == 1 else _merge(parts)
+
+
+def _get_sensing(part: Part) -> Sensing:
+    """Return the sensing of a home; rules know it as a part of any kind."""
+    assert isinstance(part, Sensing), f"sensing must be a Sensing, got {type(part).__name__}"
+    return part
 
 
 def make_sensing(name: str, **fields: Any) -> Sensing:

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sgm.memory.clock import HOUR_SECONDS
-from simulator.world.abstract.dynamics import AbstractDynamics
+from simulator.world.abstract.rules import AbstractRules
 from simulator.world.abstract.ways import MOST_ACTIVITIES, MOST_STAGES, Ways, draw_ways
 from simulator.world.dynamics import Life
-
-if TYPE_CHECKING:
-    from simulator.world.sampled_homes import SampledHomes
+from simulator.world.sampled_state import SampledState
 
 _WARM_UP_STEPS = 48  # the same for all, so that no home waits for another
 _IDLE = -1
@@ -27,7 +24,7 @@ class AbstractLife(Life):
     """
 
     def __init__(
-        self, homes: SampledHomes, members: np.ndarray, rules: Sequence[AbstractDynamics]
+        self, homes: SampledState, members: np.ndarray, rules: Sequence[AbstractRules]
     ) -> None:
         """Draw usual places and activities, and live up to the first step.
 
@@ -53,7 +50,7 @@ class AbstractLife(Life):
             self._live()
         self._show()
 
-    def _draw_ways(self, home: int, rule: AbstractDynamics) -> Ways:
+    def _draw_ways(self, home: int, rule: AbstractRules) -> Ways:
         homes = self._homes
         rng = homes.streams.generator("abstract ways", home)
         moves = math.exp(rng.uniform(math.log(rule.min_moves), math.log(rule.max_moves)))

@@ -12,9 +12,10 @@ import numpy as np
 from sgm.checks import check_at_least, check_shares
 from sgm.memory.clock import Clock
 from simulator.world.abstract.dynamics import AbstractDynamics
-from simulator.world.config import LOOKS, HomeConfig
+from simulator.world.config import HomeConfig
 from simulator.world.mixture.views import NOISY, NONE, OTHER_HOME, TRUE, UNKNOWN_WORDS, VIEWS
 from simulator.world.routine.dynamics import RoutineDynamics
+from simulator.world.rules import LOOKS
 from simulator.world.sensing import ConstantMisses, PartialViews
 
 _ROOM_KINDS = ("kitchen", "living room", "bedroom", "bathroom")

@@ -10,13 +10,13 @@ import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS
 from simulator.world.dynamics import Life
-from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.routine.kinds import compute_object_weights, compute_spot_weights, load_kinds
 from simulator.world.routine.occasions import ROLES
+from simulator.world.routine.rules import RoutineRules
+from simulator.world.sampled_state import SampledState
 
 if TYPE_CHECKING:
     from simulator.compiled.routine import Customs, Habits, Roles, State
-    from simulator.world.sampled_homes import SampledHomes
 
 _LATER_PLACES = 4  # of an object: its usual place, a second one, two that may become usual
 
@@ -29,7 +29,7 @@ class RoutineLife(Life):
     """
 
     def __init__(
-        self, homes: SampledHomes, members: np.ndarray, rules: Sequence[RoutineDynamics]
+        self, homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules]
     ) -> None:
         """Draw residents, habits and usual places, and live up to the first step.
 
@@ -162,7 +162,7 @@ def _get_rules_type() -> np.dtype:
     return RULES
 
 
-def _list_rules(rule: RoutineDynamics, homes: SampledHomes, home: int) -> Mapping[str, float]:
+def _list_rules(rule: RoutineRules, homes: SampledState, home: int) -> Mapping[str, float]:
     """Return the fields of `RULES` for a home; times in seconds."""
     return {
         "person_spread": rule.person_spread_hours * 3600,
@@ -190,7 +190,7 @@ def _list_rules(rule: RoutineDynamics, homes: SampledHomes, home: int) -> Mappin
     }
 
 
-def _count_most_things(rule: RoutineDynamics, homes: SampledHomes, home: int) -> int:
+def _count_most_things(rule: RoutineRules, homes: SampledState, home: int) -> int:
     return max(round(rule.max_things_share * int(homes.num_objects[home])), 1)
 
 
@@ -206,9 +206,7 @@ def _make_roles() -> Roles:
     return Roles(is_named["leaving"], collects, is_named["cleaning"])
 
 
-def _make_habits(
-    homes: SampledHomes, members: np.ndarray, rules: Sequence[RoutineDynamics]
-) -> Habits:
+def _make_habits(homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules]) -> Habits:
     """Return habits in which nothing but weights of objects and furniture is known yet."""
     from simulator.compiled.routine import Habits  # loads numba
 
@@ -255,9 +253,7 @@ def _make_habits(
     return habits
 
 
-def _make_state(
-    homes: SampledHomes, members: np.ndarray, rules: Sequence[RoutineDynamics]
-) -> State:
+def _make_state(homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules]) -> State:
     """Return the state before the first day, with the number of residents drawn."""
     from simulator.compiled.routine import State  # loads numba
 
@@ -295,9 +291,9 @@ def _draw_seed(rng: np.random.Generator) -> np.uint64:
 
 
 def _draw_own_places(
-    homes: SampledHomes,
+    homes: SampledState,
     members: np.ndarray,
-    rules: Sequence[RoutineDynamics],
+    rules: Sequence[RoutineRules],
     own_place: np.ndarray,
 ) -> None:
     """Draw the places of every object from its row of T^i, in place, (H, C, 4).
@@ -318,9 +314,7 @@ def _draw_own_places(
         )
 
 
-def _tabulate(
-    homes: SampledHomes, members: np.ndarray, rules: Sequence[RoutineDynamics]
-) -> Customs:
+def _tabulate(homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules]) -> Customs:
     """Return what people usually do, by the rules of each home."""
     from simulator.compiled.routine import Customs  # loads numba
 

@@ -1,0 +1,143 @@
+"""The rules by which residents live, and their defaults."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+from sgm.checks import check_shares
+from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
+from simulator.world.dynamics import Dynamics
+from simulator.world.routine.occasions import DEFAULT_OCCASIONS, Occasion, check_occasions
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+
+@dataclass(frozen=True, slots=True)
+class RoutineRules(Dynamics):
+    """The numbers of `RoutineDynamics`.
+
+    Attributes:
+        start_time: local date and time of step 0.
+        step_seconds: length of a step.
+        min_residents, max_residents: bounds of their number, every one equally likely.
+        away_share: share of the residents who work away from home.
+        home_office_share: share of those who work at home; the others stay at home.
+        occasions: what may happen in a day.
+        person_spread_hours: standard deviation of how much later a resident does everything.
+        habit_spread_hours: likewise for each of a resident's occasions.
+        omission_spread: a resident's own share of days differs from that of an occasion by up to
+            so much.
+        drift_hours: standard deviation of how much later than usual a resident lives for some days.
+        drift_days: for how long: the drifts of days so far apart have a correlation of 1 / e.
+        jitter_hours: standard deviation of an occasion's time from day to day.
+        max_things_share: a resident usually takes one thing to so many for an occasion, as a share
+            of the home's objects: where there is more, more is used.
+        together: how often a thing that is kept apart from a resident's other things for a kind of
+            activity is passed over for it.
+        min_use, max_use: bounds of how often each of them is taken.
+        static_share: share of the objects that nobody uses.
+        own_spot_share: how often a resident has an own place for a kind of activity.
+        elsewhere_share: how often an activity is done elsewhere than usual.
+        extra_share: how often one more thing is taken than usual.
+        left_share: share of a resident's things that are usually left where they were used.
+        left_habit: how often what is usually left is left, and what is not is put back.
+        gathering: how much things are kept where others are: a place with n things has the weight
+            1 + n gathering, times its weight in T^i.
+        second_place_share: share of the objects that have a second place.
+        second_share: how often such an object is put there.
+        new_share: how often an object gets a new usual place when it is put back.
+        collect_share: how much of what lies about is collected for washing up, or by cleaning.
+        tidy_share: how much of what lies about is put back in the evening.
+        tidy_hour: when that is.
+        warm_up_days: days lived before the first step.
+        outlook_days: days lived in a copy of the home to find where things are in the long run.
+    """
+
+    start_time: str = "2024-05-06T00:00"
+    step_seconds: float = DEFAULT_STEP_SECONDS
+    min_residents: int = 1
+    max_residents: int = 4
+    away_share: float = 0.5
+    home_office_share: float = 0.2
+    occasions: tuple[Occasion, ...] = DEFAULT_OCCASIONS
+    person_spread_hours: float = 0.75
+    habit_spread_hours: float = 0.5
+    omission_spread: float = 0.2
+    drift_hours: float = 0.5
+    drift_days: float = 7.0
+    jitter_hours: float = 0.25
+    max_things_share: float = 0.12
+    together: float = 0.9
+    min_use: float = 0.5
+    max_use: float = 1.0
+    static_share: float = 0.05
+    own_spot_share: float = 0.1
+    elsewhere_share: float = 0.02
+    extra_share: float = 0.2
+    left_share: float = 0.5
+    left_habit: float = 0.9
+    gathering: float = 3.0
+    second_place_share: float = 0.1
+    second_share: float = 0.1
+    new_share: float = 0.002
+    collect_share: float = 0.9
+    tidy_share: float = 0.7
+    tidy_hour: float = 22.0
+    warm_up_days: int = 3
+    outlook_days: int = 28
+
+    def __post_init__(self) -> None:
+        """Check every value.
+
+        Raises:
+            ValueError: if one is out of range; it is named.
+        """
+        self.clock  # noqa: B018 - checks start_time and step_seconds
+        check_occasions(self.occasions)
+        if not 1 <= self.min_residents <= self.max_residents <= 4:
+            raise ValueError(
+                "residents must be 1 to 4, min_residents at most max_residents, got "
+                f"{self.min_residents} to {self.max_residents}. Correct the bounds."
+            )
+        if self.away_share + self.home_office_share > 1:
+            raise ValueError(
+                "away_share and home_office_share must add up to at most 1, got "
+                f"{self.away_share + self.home_office_share:g}. Lower one."
+            )
+        if not self.min_use <= self.max_use:
+            raise ValueError(
+                f"min_use must be at most max_use, got {self.min_use} and {self.max_use}. "
+                "Swap them."
+            )
+        least = {"warm_up_days": 1, "outlook_days": 1, "drift_days": 0.01}
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name.endswith(("_share", "_use", "_habit")):
+                check_shares(**{field.name: value})
+            if field.name.endswith(("_hours", "_spread")) and not 0 <= value <= 24:
+                raise ValueError(
+                    f"{field.name} must lie in 0 to 24 hours, got {value}. Correct it."
+                )
+            if field.name in least and not least[field.name] <= value < math.inf:
+                raise ValueError(
+                    f"{field.name} must be at least {least[field.name]}, got {value}. Raise it."
+                )
+        if not 4 <= self.tidy_hour < 28:
+            raise ValueError(f"tidy_hour must lie in 4 to 28, got {self.tidy_hour}. Take 22.")
+
+    @property
+    def clock(self) -> Clock:
+        """What time it is at every step."""
+        return Clock.of_rules(self.start_time, self.step_seconds)
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Self:
+        """Make the rules from what `describe` returned."""
+        fields = dict(data)
+        if "occasions" in fields:
+            fields["occasions"] = tuple(Occasion(**row) for row in fields["occasions"])
+        return cls(**fields)
