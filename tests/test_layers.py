@@ -1,93 +1,56 @@
-"""Import directions: the order of all folders, and a simulator free of heavy packages."""
+"""Import directions: the order of packages and folders, no circles, and no heavy packages."""
 
-import ast
+import itertools
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("simulator", "datamodules", "nep")
-FORBIDDEN = {
-    "simulator": {
-        "datamodules",
-        "dgl",
-        "lightning",
-        "nep",
-        "pytorch_lightning",
-        "torch",
-        "torchmetrics",
-    },
-    "datamodules": {"nep"},
-    "nep": set(),
-}
+from tests.imports import (
+    PACKAGES,
+    ROOT,
+    find_circle,
+    find_imports,
+    find_module,
+    find_named,
+    find_part,
+    list_module_imports,
+    list_modules,
+)
 
-
-# The parts of the three packages, bottom first: every folder, and files at the top of a package
-# that others import. A part imports from those before it alone, so that there is no circle. Other
-# files, the package's `__init__.py` among them, count as the package itself; a `__main__.py` is a
-# command, on top of all.
+# The parts of the packages, bottom first: every folder and file at the top of a package. A part
+# imports from those before it alone. A package's own name is its `__init__.py`; its `__main__` are
+# the commands of all its folders.
 ORDER = """
-    sgm.arrays sgm.messages sgm.checks sgm.lazy_names simulator.caches
-    sgm.files simulator.yaml_text simulator.fan_out simulator.process simulator.compiled
-    simulator.priors simulator.text sgm.memory simulator.world sgm.evidence
-    simulator.policies simulator.snapshots simulator.tasks sgm.finder simulator.trace
-    simulator.drawing simulator.replay simulator.realism simulator.home_options
-    simulator.command_line simulator.gym simulator.igridson simulator.collect simulator.testing
-    simulator.test_sets simulator datamodules nep.tensor_file nep.importers nep.layers
-    nep.encoders nep.model nep.checkpoint_files nep.config_files nep.players nep.report
-    nep.kinds nep.robot nep.callbacks nep.fit nep.evaluate nep.paper nep.view nep
+    sgm.messages sgm.checks sgm.lazy_names sgm.files sgm.arrays sgm.compiled sgm.text sgm.prior
+    sgm.names sgm.layout sgm.memory sgm.belief sgm.evidence sgm.policies
+    sgm.network sgm.finder sgm
+    simulator.caches simulator.yaml_text simulator.process simulator.compiled simulator.fan_out
+    simulator.priors simulator.text simulator.world simulator.policies simulator.snapshots
+    simulator.tasks simulator.trace simulator.drawing simulator.replay simulator.realism
+    simulator.home_options simulator.command_line simulator.gym simulator.igridson
+    simulator.collect simulator.testing simulator.test_sets simulator.moved simulator
+    simulator.__main__
+    datamodules
+    nep.tensor_file nep.config_files nep.checkpoint_files nep.importers nep.layers nep.encoders nep.model
+    nep.players nep.report nep.robot nep.kinds nep.callbacks nep.view nep.fit nep.evaluate
+    nep.export nep.compare nep.igridson nep.recorded nep.any_home nep.own_home nep.paper
+    nep.claims nep.headlines nep.reproduce nep nep.__main__
 """.split()
-COMMANDS = "commands"
-
-
-def find_imports(source: str, *, with_type_checks: bool) -> set[str]:
-    """Names of all absolute imports, those inside functions included: "a.b" and "a.b.name"."""
-    tree = ast.parse(source)
-    left_out = set()
-    for node in ast.walk(tree):
-        if (
-            not with_type_checks
-            and isinstance(node, ast.If)
-            and ast.unparse(node.test).endswith("TYPE_CHECKING")
-        ):
-            left_out |= {inner for part in node.body for inner in ast.walk(part)}
-    names = set()
-    for node in ast.walk(tree):
-        if node in left_out:
-            continue
-        if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.level == 0:
-            names |= {f"{node.module}.{alias.name}" for alias in node.names}
-        elif isinstance(node, ast.Call) and get_name(node.func).endswith(
-            ("import_module", "__import__")
-        ):
-            names |= {str(arg.value) for arg in node.args[:1] if isinstance(arg, ast.Constant)}
-    return names
-
-
-def get_name(function: ast.expr) -> str:
-    """The last part of the name of what is called, "" if it has none."""
-    return getattr(function, "attr", getattr(function, "id", ""))
-
-
-def find_part(name: str) -> str:
-    """The part that a module, or a name in it, belongs to."""
-    if f".{name}.".endswith(".__main__."):
-        return COMMANDS
-    part = ".".join(name.split(".")[:2])
-    is_folder = (ROOT / part.replace(".", "/")).is_dir()
-    return part if is_folder or part in ORDER else part.partition(".")[0]
-
-
-def list_modules() -> dict[str, Path]:
-    """All modules of the three packages by dotted name."""
-    files = [file for package in PACKAGES for file in sorted((ROOT / package).rglob("*.py"))]
-    names = [".".join(file.relative_to(ROOT).with_suffix("").parts) for file in files]
-    return {name.removesuffix(".__init__"): file for name, file in zip(names, files, strict=True)}
+# Plug-ins of packages above, which a registry names and imports only where they are asked for.
+PLUGINS = {("simulator.trace.importers", "nep.importers.homer")}  # its files need torch
+# What needs a learnt network; the simulator needs none.
+LEARNING = {"dgl", "lightning", "pytorch_lightning", "torch", "torchmetrics"}
+# All that `sgm` imports beside the standard library, and what single files import when asked to.
+SGM_NEEDS = {"numba", "numpy", "sgm"}
+SGM_OPTIONAL = {
+    "sgm/files.py": {"filelock"},
+    "sgm/memory/scene_graph_memory.py": {"pandas"},
+    "sgm/memory/spark_graph.py": {"spark_dsg"},
+    "sgm/text/vectors.py": {"spacy"},
+}
+HEAVY = LEARNING | {"matplotlib", "minigrid", "rich", "spacy", "tensorboard"}
 
 
 def test_find_imports_sees_every_form():
@@ -95,7 +58,7 @@ def test_find_imports_sees_every_form():
 import a.b as x, c
 from d.e import f
 from . import g
-from .h import i
+from ..h import i
 if typing.TYPE_CHECKING:
     from m import n
 else:
@@ -105,48 +68,104 @@ def late():
     importlib.import_module("k.l")
     importlib.import_module(name)
 """
-    found = {"a.b", "c", "d.e.f", "j", "k.l", "o"}
-    assert find_imports(source, with_type_checks=False) == found
-    assert find_imports(source, with_type_checks=True) == {*found, "m.n"}
+    found = {"a.b", "c", "d.e.f", "own.home.g", "own.h.i", "m.n", "o", "j", "k.l"}
+    assert find_imports(source, "own.home") == found
+
+
+def test_find_module():
+    modules = list_modules()
+    assert find_module("simulator.world.config.HomeConfig", modules) == "simulator.world.config"
+    assert find_module("simulator.world.config", modules) == "simulator.world.config"
+    assert find_module("simulator.HomeConfig", modules) == "simulator"
+    assert find_module("sgm.policies.Bayesian", modules) == "sgm.policies"
+    assert find_module("numpy.random", modules) == ""
+
+
+def test_find_named():
+    modules = list_modules()
+    assert find_named('A = {"a": "simulator.world.streams.Streams"}', modules) == {
+        "simulator.world.streams"
+    }
+    assert find_named('read("sgm.files:read_json")', modules) == {"sgm.files"}
+    assert find_named('print("sgm.files", "sgm.files.", "own.module.Class")', modules) == set()
 
 
 def test_find_part():
-    assert find_part("simulator.world.config.HomeConfig") == "simulator.world"
-    assert find_part("sgm.files.write_whole") == "sgm.files"
-    assert find_part("simulator.HomeConfig") == find_part("simulator") == "simulator"
-    assert find_part("datamodules.batch.SGMBatch") == "datamodules"
-    assert find_part("simulator.priors.__main__") == COMMANDS
+    assert find_part("simulator.world.routine.life") == find_part("simulator.world")
+    assert find_part("simulator.world") == "simulator.world"
+    assert find_part("sgm.files") == "sgm.files"
+    assert find_part("simulator") == "simulator"
+    assert find_part("datamodules.batch") == find_part("datamodules") == "datamodules"
+    assert find_part("simulator.priors.__main__") == "simulator.__main__"
 
 
-def test_the_order_names_every_folder():
-    parts = {find_part(name) for name in list_modules()} - {COMMANDS}
+def test_find_circle():
+    assert find_circle({"a": {"b"}, "b": {"c"}, "c": set()}) == []
+    circle = find_circle({"a": {"b"}, "b": {"c"}, "c": {"b"}})
+    assert circle in (["b", "c", "b"], ["c", "b", "c"])
+
+
+def test_the_order_names_every_folder_package_by_package():
+    parts = {find_part(name) for name in list_modules()}
     assert sorted(parts) == sorted(ORDER), "ORDER must name every folder. Put it where it belongs."
+    packages = [part.partition(".")[0] for part in ORDER]
+    assert tuple(name for name, _ in itertools.groupby(packages)) == PACKAGES
 
 
 def test_every_part_imports_from_those_before_it():
-    place = {part: number for number, part in enumerate([*ORDER, COMMANDS])}
-    found = [
-        f"{name} imports {imported}"
-        for name, file in list_modules().items()
-        for imported in find_imports(file.read_text("utf-8"), with_type_checks=False)
-        if imported.partition(".")[0] in PACKAGES
-        and find_part(imported) != find_part(name)
-        and place.get(find_part(imported), 0) > place.get(find_part(name), len(place))
-    ]
-    assert found == []
+    """Strings that name a class count, too: a registry imports it when it is asked to."""
+    place = {part: number for number, part in enumerate(ORDER)}
+    modules, graph = list_modules(), list_module_imports()
+    up = {
+        (name, imported)
+        for name, file in modules.items()
+        for imported in graph[name] | find_named(file.read_text("utf-8"), modules)
+        if place[find_part(imported)] > place[find_part(name)]
+    }
+    assert up == PLUGINS
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    """Registries do not count: they name classes that build on what stands beside the names."""
+    graph = list_module_imports()
+    assert len(graph) > 300, "modules must have been found"
+    assert graph["sgm.memory.scene_graph_memory"], "imports must have been found"
+    assert find_circle(graph) == []
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_no_file_imports_a_package_that_is_too_heavy_or_above(package):
-    files = sorted((ROOT / package).rglob("*.py"))
-    assert files, f"{package} has no Python file"
-    found = {}
-    for file in files:
-        imports = find_imports(file.read_text("utf-8"), with_type_checks=True)
-        forbidden = {name.partition(".")[0] for name in imports} & FORBIDDEN[package]
-        if forbidden:
-            found[str(file.relative_to(ROOT))] = sorted(forbidden)
-    assert found == {}
+def test_names_that_load_late_are_imported_for_types(package):
+    """So that `load_lazily` hides no import from the tests above."""
+    module = pytest.importorskip(package, reason=f"{package} is not installed")
+    late = getattr(module, "_MODULES", {})
+    source = (ROOT / package / "__init__.py").read_text("utf-8")
+    assert {f"{path}.{name}" for name, path in late.items()} <= find_imports(source, package)
+    assert bool(late) == ("load_lazily(" in source)
+
+
+def find_external(package: str) -> dict[str, set[str]]:
+    """Packages that each file of a package imports, the standard library's left out."""
+    return {
+        str(file.relative_to(ROOT)): {
+            name.partition(".")[0] for name in find_imports(file.read_text("utf-8"), module)
+        }
+        - sys.stdlib_module_names
+        for module, file in list_modules().items()
+        if module.partition(".")[0] == package
+    }
+
+
+def test_sgm_imports_numpy_and_numba_alone():
+    found = find_external("sgm")
+    assert "numpy" in set().union(*found.values())
+    for file, names in found.items():
+        assert names - SGM_NEEDS == SGM_OPTIONAL.get(file, set()), file
+
+
+def test_simulator_imports_no_network():
+    found = find_external("simulator")
+    assert "numpy" in set().union(*found.values())
+    assert {file: names & LEARNING for file, names in found.items() if names & LEARNING} == {}
 
 
 def list_loaded(code: str, names: set[str]) -> list[str]:
@@ -163,20 +182,34 @@ def list_loaded(code: str, names: set[str]) -> list[str]:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def test_import_simulator_loads_no_heavy_package():
-    heavy = {"matplotlib", "minigrid", "rich", "spacy", "tensorboard"} | FORBIDDEN["simulator"]
-    assert list_loaded("from simulator import *", heavy) == []
+@pytest.mark.parametrize(
+    ("code", "others"),
+    [
+        ("import sgm", {"numpy", "numba", "scipy", "simulator"}),
+        ("from sgm import *", {"scipy", "simulator"}),
+        ("from simulator import *", set()),
+    ],
+)
+def test_public_names_load_no_heavy_package(code, others):
+    assert list_loaded(code, HEAVY | others) == []
 
 
 @pytest.mark.slow
-def test_no_module_of_simulator_loads_an_upper_layer():
-    code = """
-import importlib, pkgutil, simulator
-for module in pkgutil.walk_packages(simulator.__path__, "simulator."):
+@pytest.mark.parametrize(
+    ("package", "others"),
+    [
+        ("sgm", {"datamodules", "filelock", "nep", "pandas", "simulator"} | HEAVY),
+        ("simulator", {"datamodules", "nep"} | LEARNING),
+    ],
+)
+def test_no_module_loads_an_upper_package_or_a_heavy_one(package, others):
+    code = f"""
+import importlib, pkgutil, {package}
+for module in pkgutil.walk_packages({package}.__path__, "{package}."):
     if not module.name.endswith("__main__"):
         importlib.import_module(module.name)
 """
-    assert list_loaded(code, FORBIDDEN["simulator"]) == []
+    assert list_loaded(code, others) == []
 
 
 @pytest.mark.parametrize("package", PACKAGES)

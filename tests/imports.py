@@ -1,0 +1,100 @@
+"""What the modules of the packages import, read from their source: every import counts."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Mapping
+from graphlib import CycleError, TopologicalSorter
+from importlib.util import resolve_name
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("sgm", "simulator", "datamodules", "nep")  # a package imports those before it
+NAMED = re.compile(r"([\w.]+)(?:\.[A-Z]\w*|:\w+)")
+
+
+def list_modules() -> dict[str, Path]:
+    """All modules of the packages by dotted name; a package has the name of its folder."""
+    files = [file for package in PACKAGES for file in sorted((ROOT / package).rglob("*.py"))]
+    names = [".".join(file.relative_to(ROOT).with_suffix("").parts) for file in files]
+    return {name.removesuffix(".__init__"): file for name, file in zip(names, files, strict=True)}
+
+
+def find_imports(source: str, package: str = "") -> set[str]:
+    """Names of all imports, "a.b" or "a.b.name": in functions and under TYPE_CHECKING, too.
+
+    Args:
+        source: text of a module.
+        package: that the module is in, for its relative imports.
+    """
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            module = resolve_name("." * node.level + (node.module or ""), package)
+            names |= {f"{module}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.Call) and _get_name(node.func) in ("import_module", "__import__"):
+            names |= {arg.value for arg in node.args[:1] if _is_text(arg)}
+    return names
+
+
+def find_named(source: str, modules: Mapping[str, Path]) -> set[str]:
+    """The modules of all strings "module.Class" and "module:function": registries import them."""
+    texts = {node.value for node in ast.walk(ast.parse(source)) if _is_text(node)}
+    parts = [NAMED.fullmatch(text) for text in texts]
+    return {part[1] for part in parts if part is not None and part[1] in modules}
+
+
+def find_module(name: str, modules: Mapping[str, Path]) -> str:
+    """The module of ours that an import names, "" if it is none.
+
+    "a.b.c" names module a.b.c, or else something in a.b. It does not name the packages a and a.b,
+    although Python runs their `__init__.py`: what these hand on is the business of who asks them
+    for it.
+    """
+    while name and name not in modules:
+        name = name.rpartition(".")[0]
+    return name
+
+
+def find_part(module: str) -> str:
+    """The part that a module belongs to: a folder, or a file, at the top of a package.
+
+    A package's own `__init__.py` is a part. `datamodules` has no folders and is one part. Files
+    `__main__.py` are the commands of a package, and one part.
+    """
+    package, *rest = module.split(".")
+    if rest and rest[-1] == "__main__":
+        return f"{package}.__main__"
+    return package if package == "datamodules" or not rest else f"{package}.{rest[0]}"
+
+
+def list_module_imports() -> dict[str, set[str]]:
+    """The modules of ours that each module imports, itself left out."""
+    modules = list_modules()
+    graph = {}
+    for name, file in modules.items():
+        package = name if file.name == "__init__.py" else name.rpartition(".")[0]
+        imports = find_imports(file.read_text("utf-8"), package)
+        graph[name] = {find_module(imported, modules) for imported in imports} - {"", name}
+    return graph
+
+
+def find_circle(graph: Mapping[str, set[str]]) -> list[str]:
+    """One circle of imports, each module before the one that imports it; [] if there is none."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def _get_name(function: ast.expr) -> str:
+    """The last part of the name of what is called, "" if it has none."""
+    return getattr(function, "attr", getattr(function, "id", ""))
+
+
+def _is_text(node: ast.AST) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)
