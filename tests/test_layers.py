@@ -2,10 +2,12 @@
 
 import itertools
 import json
+import re
 import subprocess
 import sys
 
 import pytest
+from PIL import Image
 
 from tests.imports import (
     PACKAGES,
@@ -19,6 +21,7 @@ from tests.imports import (
     list_modules,
 )
 
+DESIGN = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
 # The parts of the packages, bottom first: every folder and file at the top of a package. A part
 # imports from those before it alone. A package's own name is its `__init__.py`; its `__main__` are
 # the commands of all its folders.
@@ -110,6 +113,25 @@ def test_the_order_names_every_folder_package_by_package():
     assert sorted(parts) == sorted(ORDER), "ORDER must name every folder. Put it where it belongs."
     packages = [part.partition(".")[0] for part in ORDER]
     assert tuple(name for name, _ in itertools.groupby(packages)) == PACKAGES
+
+
+def test_docs_name_every_part_in_the_rows_of_its_package():
+    section = DESIGN.partition("\n## Layers\n")[2].partition("\n## ")[0]
+    rows = [line.split("|")[1:3] for line in section.splitlines() if line.startswith("|")][2:]
+    package, named = "", []
+    for first, folders in rows:
+        package = first.strip(" `") or package
+        named += [f"{package}.{name}" for name in re.findall(r"\w+", folders)] or [package]
+    own = {"sgm", "simulator", "nep"}  # `__init__.py`, beside folders
+    parts = [part for part in ORDER if part not in own and not part.endswith(".__main__")]
+    assert sorted(named) == sorted(parts)
+
+
+def test_picture_shows_every_part():
+    image = Image.open(ROOT / "docs" / "images" / "layers.png")
+    shown = image.text["Description"].split()
+    parts = {*ORDER} - {"sgm", "simulator", "nep"}
+    assert sorted(shown) == sorted(parts), "Draw it again: python -m docs.draw_layers"
 
 
 def test_every_part_imports_from_those_before_it():

@@ -14,7 +14,7 @@ from simulator.world.sensing import SENSING, ConstantMisses, Sensing
 
 @dataclass(frozen=True)
 class HomeConfig(HomeRules):
-    """Rules that a sampled home obeys; the defaults are the paper's.
+    """Rules that a sampled home obeys, see `HomeRules`; the defaults are the paper's.
 
     Attributes:
         dynamics: how the home changes, see `simulator.world.dynamics`.

@@ -8,10 +8,10 @@ from sgm.checks import check_at_least, check_at_most, check_shares
 from sgm.messages import shorten
 from simulator.world.parts import Part
 
-# Who chooses where the robot looks in Predict Object Location: the policy that answers, a patrol
-# that visits all furniture in turn, or chance.
 MAX_PLACES = 20_000  # furniture nodes of a home
 MAX_OBJECTS = 1_000_000  # of a home, when it begins
+# Who chooses where the robot looks in Predict Object Location: the policy that answers, a patrol
+# that visits all furniture in turn, or chance.
 LOOKS = ("policy", "patrol", "random")
 
 
