@@ -12,16 +12,7 @@ PAGE = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
 RULING = re.compile(r"rulings? +((?:\d+(?:-\d+)?(?:,| and|, and)? *)+)", re.IGNORECASE)
 SOURCES = sorted(
     path
-    for folder in (
-        "sgm",
-        "simulator",
-        "datamodules",
-        "nep",
-        "benchmarks",
-        "docs",
-        "tests",
-        "notebooks",
-    )
+    for folder in (*PACKAGES, "benchmarks", "docs", "tests", "notebooks")
     for path in (ROOT / folder).rglob("*")
     if path.suffix in (".py", ".md", ".yaml", ".ipynb")
     and path.name not in ("design.md", Path(__file__).name)
