@@ -224,7 +224,7 @@ def _remove_left_over(partial: Path) -> bool:
         with open_file(partial) as file:
             if not _lock(file):
                 return False
-            # Its writer may have renamed it before the lock was had, and another one taken the name.
+            # Its writer may have renamed it before the lock, and another one taken the name.
             if os.path.samestat(os.fstat(file.fileno()), os.stat(partial)):
                 partial.unlink()
     except FileNotFoundError:

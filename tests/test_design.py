@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.imports import PACKAGES
+
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
 RULING = re.compile(r"rulings? +((?:\d+(?:-\d+)?(?:,| and|, and)? *)+)", re.IGNORECASE)

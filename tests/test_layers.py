@@ -36,8 +36,8 @@ ORDER = """
     simulator.collect simulator.testing simulator.test_sets simulator.moved simulator
     simulator.__main__
     datamodules
-    nep.tensor_file nep.config_files nep.checkpoint_files nep.importers nep.layers nep.encoders nep.model
-    nep.players nep.report nep.robot nep.kinds nep.callbacks nep.view nep.fit nep.evaluate
+    nep.tensor_file nep.config_files nep.checkpoint_files nep.importers nep.layers nep.encoders
+    nep.model nep.players nep.report nep.robot nep.kinds nep.callbacks nep.view nep.fit nep.evaluate
     nep.export nep.compare nep.igridson nep.recorded nep.any_home nep.own_home nep.paper
     nep.claims nep.headlines nep.reproduce nep nep.__main__
 """.split()
@@ -51,7 +51,10 @@ SGM_OPTIONAL = {
     "sgm/files.py": {"filelock"},
     "sgm/memory/scene_graph_memory.py": {"pandas"},
     "sgm/memory/spark_graph.py": {"spark_dsg"},
-    "sgm/text/vectors.py": {"spacy"},
+    "sgm/memory/log_lock.py": {"filelock"},
+    "sgm/network/network.py": {"onnxruntime"},
+    "sgm/text/spacy_encoder.py": {"spacy"},
+    "sgm/text/tok2vec.py": {"safetensors"},
 }
 HEAVY = LEARNING | {"matplotlib", "minigrid", "rich", "spacy", "tensorboard"}
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sgm.belief import Belief, Detector
-from sgm.checks import check_shares, is_number
+from sgm.checks import check_elsewhere_share, check_shares
 from sgm.evidence.leaving import Leaving
 from sgm.finder.ranking import Place, Ranking
 from sgm.finder.reasons import gather_evidence
@@ -67,7 +67,7 @@ class Finder:
             TypeError: if the policy or the detector is something else.
             ValueError: if a share is out of range.
         """
-        check_share(elsewhere_share)
+        check_elsewhere_share(elsewhere_share)
         check_shares(asks_moved=asks_moved)
         _check_type("policy", policy, Policy, "Bayesian()")
         if detector is not None:
@@ -277,19 +277,6 @@ def check_ids(exclude: Collection[int]) -> None:
         raise ValueError(
             f"exclude must be furniture ids, got {shorten(exclude)}. Give a list of what "
             "add_furniture returned."
-        )
-
-
-def check_share(share: float) -> None:
-    """Check how often things are elsewhere.
-
-    Raises:
-        ValueError: if it is no share above 0 and below 1.
-    """
-    if not is_number(share) or not 0 < share < 1:
-        raise ValueError(
-            f"elsewhere_share must lie above 0 and below 1, got {shorten(share)}. Choose for "
-            "example 0.1: one search in ten is for something that is at no known place."
         )
 
 

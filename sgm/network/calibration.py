@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from sgm.belief import Belief, Detector
-from sgm.finder.finder import check_share
+from sgm.checks import check_elsewhere_share
 from sgm.messages import shorten
 
 # What older exported networks say of looks in the present time step: the finder applies Bayes'
@@ -100,7 +100,7 @@ class Calibration:
         Raises:
             ValueError: if the share is out of range.
         """
-        check_share(share)
+        check_elsewhere_share(share)
         return replace(self, elsewhere_share=share)
 
 
