@@ -65,6 +65,10 @@ def follow_looks(
     later = np.empty(num_rooms)
     share = np.zeros(num_places)  # of a place in the destinations of its room
     remains = np.empty(leaving.shape[1])
+    # Filters of one rate and crossing differ in the move just before the question alone: the
+    # others start from the first one's belief before it, at the look where it was.
+    before = np.empty((rate.shape[1], num_places))
+    reached = np.empty(rate.shape[1], dtype=np.int64)
     for query in range(num_queries):
         goes = destination[query]
         in_room = room[query]
@@ -90,16 +94,22 @@ def follow_looks(
         for number in range(rate.shape[1]):
             density = belief[query, number]
             leaves, cross = rate[query, number], crossing[query, number]
-            time = start
-            if last >= 0:
+            time, first = start, 0
+            twin = _find_twin(rate[query], crossing[query], number)
+            if twin < number:
+                density[:] = before[twin]
+                time, first = now, reached[twin]
+            elif last >= 0:
                 density[:] = (1 - _SAME) * goes
                 density[last] += _SAME
             else:
                 density[:] = goes
                 time = when[order[0]] if num_looks else now
-            has_moved = time == now and last >= 0  # seen in this step: nothing moved since
+            has_moved = start == now and last >= 0  # seen in this step: nothing moved since
+            before[number] = density
+            reached[number] = first
             elapsed = -1.0  # mostly it is one step, again and again
-            for position in range(num_looks + 1):
+            for position in range(first, num_looks + 1):
                 is_end = position == num_looks
                 next_time = now if is_end else when[order[position]]
                 if next_time > time:
@@ -128,6 +138,8 @@ def follow_looks(
                     time = next_time
                 if time == now and not has_moved:
                     has_moved = True
+                    before[number] = density
+                    reached[number] = position
                     _move_once(density, goes, in_room, total, cross, moved[query, number])
                 if not is_end:
                     place = where[order[position]]
@@ -139,6 +151,15 @@ def follow_looks(
                         for other in range(len(left)):
                             left[other] /= left[other] + (1 - left[other]) * unseen + _TINY
     return belief, gone
+
+
+@kernel
+def _find_twin(rate: np.ndarray, crossing: np.ndarray, number: int) -> int:
+    """Return the first filter with the rate and crossing of one, itself if there is none before."""
+    for other in range(number):
+        if rate[other] == rate[number] and crossing[other] == crossing[number]:
+            return other
+    return number
 
 
 @kernel
