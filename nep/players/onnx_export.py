@@ -173,7 +173,8 @@ def _add_network(graph: _Graph, predictor: NodeEdgePredictor, features: FeatureC
         relation = weight[-len(RELATIONS) :]
         inside, on_top = (relation[RELATIONS.index(name)] for name in ("in", "onTop"))
         prior = weight[_PRIOR] * features.prior
-        hidden = graph.linear("edge", torch.stack([prior, on_top - inside]), bias + inside)
+        bias = _add(bias, inside)
+        hidden = graph.linear("edge", torch.stack([prior, on_top - inside]), bias)
         hidden = graph.linear(graph.add("Relu", hidden), *_take(embedding.second, member))
         return graph.add("Relu", hidden)
 
@@ -185,7 +186,7 @@ def _add_network(graph: _Graph, predictor: NodeEdgePredictor, features: FeatureC
         asked = _embed_node(predictor, "object", member)
         hidden = graph.add(
             "Add",
-            graph.linear(node, of_node / 2, bias + asked @ of_node / 2),
+            graph.linear(node, of_node / 2, _add(bias, asked @ of_node / 2)),
             graph.linear(edge, of_edge),
         )
         for layer in (predictor.head[2], predictor.head[4]):
@@ -214,7 +215,9 @@ def _add_network(graph: _Graph, predictor: NodeEdgePredictor, features: FeatureC
 
 def _take(layer: nn.Module, member: int, shared: int = 1) -> tuple[Tensor, Tensor | None]:
     """Return matrix (in, out) and vector of one member, of `shared` side by side in one layer."""
-    weight, bias = layer.weight.double(), layer.bias
+    assert isinstance(layer, (nn.Linear, EnsembleLinear))
+    bias: Tensor | None = layer.bias
+    weight = layer.weight.double()
     if isinstance(layer, EnsembleLinear):
         return weight[member], None if bias is None else bias[member, 0].double()
     weight = weight.t().chunk(shared, dim=1)[member]
@@ -225,9 +228,14 @@ def _embed_node(predictor: NodeEdgePredictor, node_type: str, member: int) -> Te
     """Return the embedding of nodes of a type, which have neither text nor counters, (D,)."""
     embedding, members = predictor.node_embedding, predictor.encoder.members
     weight, bias = _take(embedding.first, member, members)
-    first = torch.relu(weight[TEXT_DIM + NODE_TEMPORAL_DIM + NODE_TYPES.index(node_type)] + bias)
+    row = TEXT_DIM + NODE_TEMPORAL_DIM + NODE_TYPES.index(node_type)
+    first = torch.relu(_add(bias, weight[row]))
     weight, bias = _take(embedding.second, member)
-    return torch.relu(first @ weight + bias)
+    return torch.relu(_add(bias, first @ weight))
+
+
+def _add(bias: Tensor | None, values: Tensor) -> Tensor:
+    return values if bias is None else values + bias
 
 
 def _hide(graph: _Graph, name: str, columns: tuple[str, ...], features: FeatureConfig) -> str:

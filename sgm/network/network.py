@@ -63,7 +63,8 @@ class Network:
         try:
             config = read_json(folder / CONFIG, allow_nan=True)
             about = config["onnx"]
-            shares = [_read_share(config["model"], name) for name in ("prior_share", "hours_share")]
+            prior_share = _read_share(config["model"], "prior_share")
+            hours_share = _read_share(config["model"], "hours_share")
             calibration = read_calibration(config["calibration"])
             text, evidence = config["schema"]["text"], about["evidence"]
             checksum = about["sha256"]
@@ -96,8 +97,8 @@ class Network:
                 "interrupted, or files of two were mixed. Export again."
             )
         session = _open(content, threads, folder)
-        identity = hashlib.sha256(f"{found} {shares}".encode()).hexdigest()
-        return cls(session, calibration, *shares, identity)
+        identity = hashlib.sha256(f"{found} {prior_share} {hours_share}".encode()).hexdigest()
+        return cls(session, calibration, prior_share, hours_share, identity)
 
     def compute_logits(
         self, place: np.ndarray, question: np.ndarray, edge: np.ndarray, is_place: np.ndarray

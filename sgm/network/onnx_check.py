@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,11 @@ import numpy as np
 _ELEMENTWISE = ("Add", "Sub", "Mul", "Div", "Max", "Clip")  # constants: numbers and vectors
 _CONSTANTS = {"MatMul": {1: 2}, "ReduceSum": {1: 1}, "ReduceMax": {1: 1}}  # position: its axes
 _OPERATORS = (*_ELEMENTWISE, *_CONSTANTS, "Cast", "Gelu", "Log", "Relu", "Round", "Softmax")
-_TYPES = {1: np.dtype("<f4"), 7: np.dtype("<i8"), 11: np.dtype("<f8")}  # of `TensorProto`
+_TYPES: dict[int, np.dtype[Any]] = {
+    1: np.dtype("<f4"),
+    7: np.dtype("<i8"),
+    11: np.dtype("<f8"),
+}  # of `TensorProto`
 
 # Fields that a message may have, by their numbers in onnx.proto; no other is read.
 _MODEL = {"ir": 1, "producer": 2, "producer_version": 3, "graph": 7, "opset": 8}
