@@ -16,6 +16,7 @@ from sgm.evidence.adaptive_filter import (
 )
 from sgm.evidence.expected import Expected
 from sgm.evidence.object_counts import ObjectCounts
+from sgm.evidence.question import FILTERS
 from sgm.policies.adaptive import Adaptive
 from sgm.policies.heuristics import Bayesian
 from simulator.tasks.predict_location import predict_locations
@@ -266,3 +267,19 @@ def test_hours_matter_if_they_are_asked_for(rollout):
     np.testing.assert_array_equal(
         by_hour.scores(rollout.memory, queries), plain.scores(rollout.memory, queries)
     )
+
+
+def test_filters_that_share_a_rate_are_each_as_if_followed_alone(rollout):
+    """They differ in the move just before the question, also after looks in that very step."""
+    memory, filters = rollout.memory, list(FILTERS.values())
+    for looks in range(3):
+        for number in range(looks):
+            rollout.look(np.full(memory.num_homes, number))
+        queries = ask_all(memory, 0)
+        counts, rates = ObjectCounts.gather(memory, queries), estimate(memory, queries)
+        goes = compute_destinations(memory, queries, counts, Expected.by_prior(memory, queries))
+        together = compute_beliefs(memory, queries, rates, goes, filters)
+        for number, one in enumerate(filters):
+            alone = compute_beliefs(memory, queries, rates, goes, [one])
+            np.testing.assert_array_equal(alone[:, 0], together[:, number])
+        assert (together[:, 2] != together[:, 7]).any()  # "learnt" and "asked": of one rate
