@@ -1,0 +1,276 @@
+"""What things are called besides, and what they are kinds of: a table that a user extends."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
+from importlib import resources
+from pathlib import Path
+from typing import Any, Union
+
+from sgm.messages import shorten
+from sgm.names.name_words import compute_singular, make_key, split_words
+from sgm.names.words import read_words
+
+# Rows of one's own: a CSV file, or {name: its aliases, or {"kind": ..., "aliases": ...}}.
+Aliases = Union[str, Path, Mapping[str, Sequence[str] | Mapping[str, Any]]]
+Row = tuple[str, tuple[str, ...], tuple[str, ...]]  # name, kinds, aliases
+
+COLUMNS = ("name", "kind", "aliases")
+MAX_ROWS = 20_000
+MAX_NAMES = 100  # aliases or kinds of one thing
+MAX_BYTES = 5_000_000
+_EXAMPLE = 'Write {"thermos": ["vacuum flask"]} or {"thermos": {"kind": "bottle", "aliases": []}}.'
+
+
+class AliasTable:
+    """Things, their names, and the kinds that they belong to.
+
+    A row is a thing: its name, the kinds above it ("iphone" is a "cell phone"), and what it is
+    called besides. One name may be of several things: "glasses" are eyeglasses, and drinking
+    glasses. Plural, hyphens and words written apart make no difference.
+
+    The shipped table is `sgm/memory/data/aliases.csv`, with columns `name`, `kind` and
+    `aliases`; several kinds or aliases are separated by ";". Rows of one's own are added to it: a
+    row whose name is there adds to its kinds and aliases.
+
+    Attributes:
+        rows: as they were given.
+        names: of the things, in the order of their numbers.
+        longest: most words of a name.
+        words: of all names, singular.
+    """
+
+    def __init__(self, rows: Iterable[Row] = ()) -> None:
+        """Take over rows.
+
+        Raises:
+            ValueError: if a name is none (`read_words`), or a thing is a kind of itself.
+        """
+        self.rows = tuple(rows)
+        self.names: list[str] = []
+        self.longest = 1
+        self.words: set[str] = set()
+        self._things: dict[str, dict[int, None]] = {}  # by a name as it is written
+        self._singular: dict[str, dict[int, None]] = {}
+        self._above: list[dict[int, None]] = []
+        self._below: list[dict[int, None]] = []
+        number_of: dict[str, int] = {}
+        for name, kinds, aliases in self.rows:
+            thing = self._ensure(name, number_of)
+            for alias in aliases:
+                self._call(thing, alias)
+            for kind in kinds:
+                above = self._ensure(kind, number_of)
+                self._above[thing][above] = None
+                self._below[above][thing] = None
+        self._check_cycles()
+
+    @classmethod
+    def household(cls, extra: Aliases | None = None) -> AliasTable:
+        """Return the shipped table, with rows of one's own added.
+
+        Raises:
+            TypeError: if the rows are neither a mapping nor a path.
+            ValueError: if they are malformed, or a thing is a kind of itself.
+            FileNotFoundError: if there is no such file.
+        """
+        shipped = _load_household()
+        return shipped if extra is None else cls([*shipped.rows, *read_rows(extra)])
+
+    def with_names(self, names: Iterable[str]) -> AliasTable:
+        """Return a table in which names that nothing is called are things of their own."""
+        return _add_names(self, tuple(names))
+
+    def find(self, words: Sequence[str]) -> tuple[int, ...]:
+        """Return the numbers of the things of this name.
+
+        A plural is looked up as it is and in the singular: "glasses" are more than a "glass", and
+        a "glass" is not a pair of glasses.
+        """
+        found = dict(self._things.get("".join(words), {}))
+        key = make_key(words)
+        found |= self._things.get(key, {}) or self._singular.get(key, {})
+        return tuple(found)
+
+    def list_above(self, thing: int) -> list[int]:
+        """List the kinds that a thing belongs to, the nearest first."""
+        return _walk(thing, self._above)
+
+    def list_below(self, thing: int) -> list[int]:
+        """List the things that belong to a kind, the nearest first."""
+        return _walk(thing, self._below)
+
+    def list_siblings(self, thing: int, most: int) -> list[int]:
+        """List the other things of its direct kinds, of those that have at most `most` things."""
+        families = [self._below[kind] for kind in self._above[thing]]
+        return [one for family in families if len(family) <= most for one in family if one != thing]
+
+    def _ensure(self, name: str, number_of: dict[str, int]) -> int:
+        words = split_words(read_words("name", name))
+        key = "".join(words)
+        if key not in number_of:
+            number_of[key] = len(self.names)
+            self.names.append(read_words("name", name))
+            self._above.append({})
+            self._below.append({})
+            self._call(number_of[key], name)
+        return number_of[key]
+
+    def _call(self, thing: int, name: str) -> None:
+        words = split_words(read_words("name", name))
+        self.longest = max(self.longest, len(words))
+        self._things.setdefault("".join(words), {})[thing] = None
+        self._singular.setdefault(make_key(words), {})[thing] = None
+        self.words.update(map(compute_singular, words))
+
+    def _check_cycles(self) -> None:
+        """Look for a thing that is a kind of itself, by taking off things with no kind left."""
+        left = {thing: len(above) for thing, above in enumerate(self._above)}
+        free = [thing for thing, number in left.items() if number == 0]
+        for thing in free:
+            del left[thing]
+            for below in self._below[thing]:
+                left[below] -= 1
+                if left[below] == 0:
+                    free.append(below)
+        if left:
+            names = [self.names[thing] for thing in left if thing in _walk(thing, self._above)]
+            raise ValueError(
+                f"kind must not lead back to the thing, got a circle of {shorten(names)} in the "
+                "aliases. Take one of these kinds out, or make the names aliases of one thing."
+            )
+
+
+def read_rows(extra: Aliases) -> Iterator[Row]:
+    """Read rows of one's own.
+
+    Raises:
+        TypeError: if they are neither a mapping nor a path.
+        ValueError: if they are malformed or too many.
+        FileNotFoundError: if there is no such file.
+    """
+    if isinstance(extra, (str, Path)):
+        return _read_file(Path(extra))
+    if not isinstance(extra, Mapping):
+        raise TypeError(
+            f"aliases must be a mapping or the path of a CSV file, got {shorten(extra)}. {_EXAMPLE}"
+        )
+    _check_length("rows", len(extra), MAX_ROWS, "of the aliases")
+    return (_read_entry(name, entry) for name, entry in extra.items())
+
+
+def _read_entry(name: str, entry: object) -> Row:
+    where = f"for {shorten(name)} in the aliases"
+    kinds: object = ()
+    if isinstance(entry, Mapping):
+        unknown = sorted(map(str, entry.keys() - {"kind", "aliases"}))
+        if unknown:
+            raise ValueError(
+                f"an entry must have the fields kind and aliases alone, got {shorten(unknown)} "
+                f"{where}. Take the others out."
+            )
+        kinds, entry = entry.get("kind", ()), entry.get("aliases", ())
+    kinds = (kinds,) if isinstance(kinds, str) else kinds
+    for what, names in (("kind", kinds), ("aliases", entry)):
+        if (
+            isinstance(names, str)
+            or not isinstance(names, Sequence)
+            or not all(isinstance(one, str) for one in names)
+        ):
+            raise ValueError(
+                f"{what} must be a list of names, got {shorten(names)} {where}. {_EXAMPLE}"
+            )
+        _check_length(what, len(names), MAX_NAMES, where)
+    return _make_row(name, kinds, entry, where)  # type: ignore[arg-type]
+
+
+def _make_row(name: str, kinds: Sequence[str], aliases: Sequence[str], where: str) -> Row:
+    try:
+        for one in (name, *kinds, *aliases):
+            read_words("name", one)
+    except ValueError as error:
+        raise ValueError(f"{error} It stands {where}.") from None
+    return name, tuple(kinds), tuple(aliases)
+
+
+def _read_file(path: Path) -> Iterator[Row]:
+    if not path.is_file():
+        raise FileNotFoundError(
+            f"aliases must be a CSV file that exists, got {shorten(str(path))}. Check the path."
+        )
+    _check_length("bytes", path.stat().st_size, MAX_BYTES, f"of {path}")
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ValueError(
+            f"aliases must be text in UTF-8, got {shorten(error.reason)} in {path}. Save it as "
+            "UTF-8."
+        ) from None
+    return _parse(text, str(path))
+
+
+def _parse(text: str, where: str) -> Iterator[Row]:
+    lines = csv.reader(io.StringIO(text, newline=""), strict=True)
+    try:
+        head = next(lines, [])
+        if "name" not in head or not set(head) <= set(COLUMNS) or len(set(head)) < len(head):
+            raise ValueError(
+                f"columns must be among {', '.join(COLUMNS)}, name being one of them, got "
+                f"{shorten(head)} in {where}. Write a first line `name,kind,aliases`."
+            )
+        for number, cells in enumerate(lines, 2):
+            _check_length("rows", number - 1, MAX_ROWS, f"of {where}")
+            at = f"in line {lines.line_num} of {where}"
+            if not any(cells):
+                continue
+            if len(cells) != len(head):
+                raise ValueError(
+                    f"a row must have {len(head)} cells, got {len(cells)} {at}. Separate several "
+                    'aliases by ";".'
+                )
+            row = dict(zip(head, cells, strict=True))
+            kinds, aliases = (
+                [name.strip() for name in row.get(column, "").split(";") if name.strip()]
+                for column in ("kind", "aliases")
+            )
+            for what, names in (("kind", kinds), ("aliases", aliases)):
+                _check_length(what, len(names), MAX_NAMES, at)
+            yield _make_row(row["name"], kinds, aliases, at)
+    except csv.Error as error:
+        raise ValueError(
+            f"aliases must be a CSV file, got {shorten(str(error))} in line {lines.line_num} of "
+            f"{where}. Write a first line `name,kind,aliases`, and a row for each thing."
+        ) from None
+
+
+def _check_length(what: str, number: int, most: int, where: str) -> None:
+    if number > most:
+        raise ValueError(
+            f"{what} must be at most {most}, got {number} {where}. Leave out what is not needed."
+        )
+
+
+def _walk(thing: int, edges: Sequence[Mapping[int, None]]) -> list[int]:
+    """List what can be reached, the nearest first; the thing itself only by a circle."""
+    found = dict.fromkeys(edges[thing])
+    order = list(found)
+    for one in order:
+        new = [other for other in edges[one] if other not in found]
+        found |= dict.fromkeys(new)
+        order += new
+    return order
+
+
+@lru_cache(maxsize=1)
+def _load_household() -> AliasTable:
+    path = resources.files("sgm.memory").joinpath("data", "aliases.csv")
+    return AliasTable(_parse(path.read_text(encoding="utf-8"), "the shipped aliases"))
+
+
+@lru_cache(maxsize=8)  # every memory of one prior has the same
+def _add_names(table: AliasTable, names: tuple[str, ...]) -> AliasTable:
+    new = [name for name in names if not table.find(split_words(name))]
+    return AliasTable([*table.rows, *((name, (), ()) for name in new)]) if new else table
