@@ -26,6 +26,8 @@ from sgm.memory.spark_graph import make_spark_graph
 from sgm.memory.storage import load_content, save_content
 from sgm.memory.time_steps import MAX_TIME, check_jump, count_steps
 from sgm.messages import shorten
+from sgm.names.aliases import Aliases, AliasTable
+from sgm.names.name_encoder import Encode, NameEncoder
 from sgm.names.names import NameIndex, Resolution, Similarity
 from sgm.names.words import read_words
 from sgm.prior.prior_graph import PriorGraph, find_shipped
@@ -66,6 +68,8 @@ class SceneGraphMemory:
         prior: PriorGraph | None = None,
         clock: Clock | None = None,
         log: str | Path | None = None,
+        aliases: Aliases | None = None,
+        encoder: Encode | None = None,
     ) -> None:
         """Start with an empty home.
 
@@ -77,11 +81,18 @@ class SceneGraphMemory:
             log: file to which every look and every change is appended, such as "looks.jsonl", from
                 which `python -m simulator.trace from-log` makes a trace; None for no log. Asking
                 writes nothing.
+            aliases: what things are called besides, and what they are kinds of, added to the
+                shipped table (`AliasTable`): a CSV file with columns name, kind and aliases, or a
+                mapping such as {"thermos": ["vacuum flask"], "beagle": {"kind": "dog"}}.
+            encoder: a function from a list of names to their vectors, for names that are not in
+                the table; None for the text vectors of the policy, where it has some.
 
         Raises:
-            TypeError: if the prior or the clock is something else.
-            ValueError: if the log is another file, or another process writes it. In one process
-                the latest memory that opened a log has it, and changes of earlier ones raise this.
+            TypeError: if the prior, the clock, the aliases or the encoder is something else.
+            ValueError: if the aliases are malformed, the log is another file, or another process
+                writes it. In one process the latest memory that opened a log has it, and changes
+                of earlier ones raise this.
+            FileNotFoundError: if there is no file of aliases.
             OSError: if the log cannot be written, here or with any later change; a change that
                 could not be written was not made.
         """
@@ -94,6 +105,8 @@ class SceneGraphMemory:
         self._lock = RLock()  # held by every call while it reads or changes the state
         self._saving = Lock()  # these two are never waited for while the first one is held
         self._naming = Lock()
+        self._table = AliasTable.household(aliases)
+        self._encoder = None if encoder is None else NameEncoder(encoder, self._table)
         self._log: LookLog | None = None
         self._begin(prior if prior is not None else PriorGraph.household(), clock)
         self._start_log(log)
@@ -506,7 +519,7 @@ class SceneGraphMemory:
             ValueError: if the name is none (`read_words`).
         """
         furniture = self.layout.furniture
-        index = NameIndex(node.label for node in furniture.values())
+        index = NameIndex((), self._table, self._encoder)
         index.update([node.description for node in furniture.values()])
         matches = set(index.resolve(name).matches)
         return tuple(number for number, node in furniture.items() if node.description in matches)
@@ -599,7 +612,8 @@ class SceneGraphMemory:
     def _begin(self, prior: PriorGraph, clock: Clock | None) -> None:
         """Become an empty memory."""
         self._prior = prior
-        self._names = NameIndex(row.label for row in prior.objects)
+        labels = (row.label for row in prior.objects)
+        self._names = NameIndex(labels, self._table, self._encoder)
         self._state = MemoryState(prior, clock)
 
     def _go_on_from(self, content: MemoryContent, prior: PriorGraph) -> None:

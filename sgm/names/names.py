@@ -1,4 +1,4 @@
-"""What a question names: articles, plurals, word order, typos, fewer words, other words."""
+"""What a question names: other words, more or fewer of them, and typos."""
 
 from __future__ import annotations
 
@@ -6,20 +6,28 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+from sgm.names.aliases import AliasTable
+from sgm.names.name_encoder import NameEncoder
+from sgm.names.name_grammar import PROPERTIES, NameReader, Reading, contradict, spell
+from sgm.names.name_words import strip_question
 from sgm.names.words import read_words
 
 # How alike two labels are, -1 to 1: cosine of their text vectors.
 Similarity = Callable[[str, Sequence[str]], Sequence[float]]
 
 SYNONYM = 0.9  # mug and cup .96, phone and telephone .93; plate and bowl .87 stay apart
-_RELATED = 0.8  # worth a "did you mean"
+RELATED = 0.8  # enough for a "did you mean"
 _MOST_ALTERNATIVES = 3
+_MOST_SIBLINGS = 12  # of a kind, whose things are offered for one another
 _SKIPPED = frozenset(
     "a an the my your his her its our their this that these those some any where is are".split()
 )
 _APOSTROPHE = "['\u2019]"
 _WORD = re.compile(rf"[^\W_]+(?:{_APOSTROPHE}[^\W_]+)*")
 _POSSESSIVE = re.compile(rf"{_APOSTROPHE}s?$")
+
+
+_Entry = tuple[int, Reading]  # number of a description, and one way to read it
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,15 +39,30 @@ class Resolution:
         matches: descriptions of the memory that it may mean, in the order in which they came up; a
             thing is found when one of them is. Empty where the memory has nothing of that name.
         how: "exact", "same words" (but for articles, case, order, plural), "any of the kind" (the
-            question says less than the descriptions), "part of the name", "typo", "synonym", or
-            "unknown".
+            question says less than the descriptions), "synonym", "fewer words" (the descriptions
+            say less than the question), "more general name", "part of the name", "what it holds",
+            "typo", "similar meaning" (by text vectors), or "unknown".
         alternatives: other descriptions that may have been meant, the nearest first.
+        readings: the matches by what the name may mean: eyeglasses, and drinking glasses.
     """
 
     question: str
     matches: tuple[str, ...]
     how: str
     alternatives: tuple[str, ...] = ()
+    readings: tuple[tuple[str, ...], ...] = ()
+
+    @property
+    def is_ambiguous(self) -> bool:
+        """Whether the name means different things that are about as likely; see `ask_back`."""
+        return len(self.readings) > 1
+
+    @property
+    def ask_back(self) -> str:
+        """What to ask the user, "Do you mean the eyeglasses or the wine glass?"; else empty."""
+        if not self.is_ambiguous:
+            return ""
+        return f"Do you mean {' or '.join(f'the {_list(names)}' for names in self.readings)}?"
 
     def __str__(self) -> str:
         """Say it in one line."""
@@ -48,6 +71,8 @@ class Resolution:
             return line
         if self.how != "unknown":
             line += f" (taken for {_list(self.matches)}: {self.how})"
+        if self.is_ambiguous:
+            line += f" ({self.ask_back})"
         if self.alternatives:
             line += f" (did you mean {_list(self.alternatives)}?)"
         return line
@@ -56,42 +81,79 @@ class Resolution:
 class NameIndex:
     """Finds the descriptions that a question names, without looking through all of them.
 
-    The rules, tried one after the other until one finds something:
+    What people say around a name is taken off ("where is my ...?", articles, case, punctuation),
+    and it is read by `NameReader`: a thing, its properties and its owner. The rules, tried one
+    after the other until one finds something:
 
-    1. The last words name the kind, the longest type of the prior that fits or the last word; all
-       words before are properties. Every description of the same kind with at least the properties
-       asked for is meant, so that "mug" is any mug and "red mug" any that is red.
-    2. The question is a part of a name: "remote" for "remote control".
-    3. A word that nothing is called, of five letters or more, with one letter wrong, missing, too
-       many or two in the wrong order (two mistakes from nine letters on), is read as that.
-    4. Kinds that mean nearly the same by their text vectors, where the policy has some.
+    1. The thing by any name of the table of aliases, and all kinds of it, with all properties that
+       are asked for: "mug" is any mug, "red mug" any that is red. What has the asked words in its
+       name comes before what is only called so besides.
+    2. The same with fewer words: "mug" for "the red mug", where no other colour is said.
+    3. A more general name: "phone" for "iphone".
+    4. A part of the name: "remote" for "remote control".
+    5. What it holds, or a remark in brackets: "cookies" for "cookie jar".
+    6. A word that nothing is called, of five letters or more, with one letter wrong, missing, too
+       many or two in the wrong order (two mistakes from nine letters on), is read as a known one.
+    7. Things that mean nearly the same by their text vectors, where one of the two is not in the
+       table: with an encoder of one's own, or if the policy has vectors.
 
-    Before that, articles and the like, case, order, punctuation and plural are taken off.
+    A description of another owner is not meant, nor one of another colour, size or material.
     """
 
-    def __init__(self, types: Iterable[str] = ()) -> None:
+    def __init__(
+        self,
+        types: Iterable[str] = (),
+        table: AliasTable | None = None,
+        encoder: NameEncoder | None = None,
+    ) -> None:
         """Start without descriptions.
 
         Args:
             types: labels of object types that the prior knows.
+            table: of aliases and kinds; None for none.
+            encoder: text vectors of names; None to use the similarity that `resolve` is given.
         """
-        self._types = {read_keys(label) for label in types}
-        self._longest = max(map(len, self._types), default=1)
+        table = table or AliasTable()
+        held = NameReader(table)  # a "soap bottle" is no thing of its own: it is soap, and a bottle
+        self._table = table.with_names(label for label in types if len(held.read(label)) < 2)
+        self._reader = NameReader(self._table)
+        self._encoder = encoder
+        self._clear()
+
+    def _clear(self) -> None:
         self._descriptions: list[str] = []
-        self._keys: list[tuple[str, ...]] = []
-        self._with_word: dict[str, list[int]] = {}
+        self._readings: list[tuple[Reading, ...]] = []
+        self._written: set[str] = set()
+        self._words: dict[str, list[int]] = {}
+        self._things: dict[int, list[_Entry]] = {}
+        self._contents: dict[int, list[_Entry]] = {}
+        self._endings: dict[str, list[_Entry]] = {}
 
     def update(self, descriptions: Sequence[str]) -> None:
         """Take over the descriptions of a memory; only those that are new cost anything."""
         known = len(self._descriptions)
         if list(descriptions[:known]) != self._descriptions:  # some were removed
-            self._descriptions, self._keys, self._with_word, known = [], [], {}, 0
+            self._clear()
+            known = 0
         for description in descriptions[known:]:
-            keys = read_keys(description)
-            for word in dict.fromkeys(keys):
-                self._with_word.setdefault(word, []).append(len(self._keys))
-            self._descriptions.append(description)
-            self._keys.append(keys)
+            self._add(description)
+
+    def _add(self, description: str) -> None:
+        number = len(self._descriptions)
+        readings = self._reader.read(read_words("description", description))
+        self._descriptions.append(description)
+        self._readings.append(readings)
+        self._written.add(read_words("description", description))
+        for word in readings[0].said:
+            self._words.setdefault(word, []).append(number)
+        for reading in readings:
+            entry = number, reading
+            for thing in reading.things:
+                by_thing = self._contents if reading.is_content else self._things
+                by_thing.setdefault(thing, []).append(entry)
+            if not reading.is_content:
+                for ending in reading.endings:
+                    self._endings.setdefault(ending, []).append(entry)
 
     def resolve(self, question: str, similarity: Similarity | None = None) -> Resolution:
         """Say what a question means.
@@ -104,89 +166,269 @@ class NameIndex:
             ValueError: if the question is no name (`read_words`).
         """
         words = read_words("description", question)
-        keys = read_keys(words)
-        how, found = self._match(keys)
-        if not found:
-            mended = tuple(self._mend(word) for word in keys)
-            if mended != keys:
-                _, found = self._match(mended)
+        text = words if words in self._written else strip_question(words)
+        readings = self._read_main(text)
+        how, groups = self._match(readings)
+        if not groups:
+            mended = " ".join(self._mend(word) for word in text.split())
+            if mended != text:
+                _, groups = self._match(self._read_main(mended))
                 how = "typo"
-        if not found and similarity is not None:
-            how, found = "synonym", self._find_synonyms(keys, similarity, SYNONYM)
+        if not groups:
+            how, groups = "similar meaning", self._find_similar(readings, similarity, SYNONYM)
+        found = sorted({number for group in groups for number in group})
+        others = self._suggest(readings, None if found else similarity, found)
         if not found:
-            return Resolution(question, (), "unknown", self._suggest(keys, similarity, ()))
+            return Resolution(question, (), "unknown", others)
         if len(found) == 1 and self._descriptions[found[0]].casefold() == words:
             how = "exact"
-        matches = tuple(self._descriptions[number] for number in found)
-        return Resolution(question, matches, how, self._suggest(keys, None, found))
+        return Resolution(
+            question,
+            self._name(found),
+            how,
+            others,
+            tuple(self._name(group) for group in groups),
+        )
 
-    def _match(self, keys: tuple[str, ...]) -> tuple[str, list[int]]:
-        """Apply rules 1 and 2: how it was found, and the numbers of the descriptions."""
-        holding = [set(self._with_word.get(word, ())) for word in keys]
-        with_all = sorted(set.intersection(*holding))
-        kind = self._find_kind(keys)
-        same = [number for number in with_all if self._find_kind(self._keys[number]) == kind]
-        if not same:
-            return "part of the name", with_all
-        is_whole = all(len(self._keys[number]) == len(keys) for number in same)
-        return "same words" if is_whole else "any of the kind", same
+    def _name(self, numbers: Iterable[int]) -> tuple[str, ...]:
+        return tuple(self._descriptions[number] for number in numbers)
 
-    def _find_kind(self, keys: tuple[str, ...]) -> tuple[str, ...]:
-        for start in range(max(len(keys) - self._longest, 0), len(keys)):
-            if keys[start:] in self._types:
-                return keys[start:]
-        return keys[-1:]
+    def _read_main(self, text: str) -> list[Reading]:
+        return [reading for reading in self._reader.read(text) if not reading.is_content]
+
+    def _match(self, readings: Sequence[Reading]) -> tuple[str, list[list[int]]]:
+        """Apply rules 1 to 5: how it was found, and the numbers of the descriptions by reading."""
+        for how, rule in (
+            ("", self._find_named),
+            ("fewer words", self._find_with_fewer_words),
+            ("more general name", self._find_above),
+            ("part of the name", self._find_part),
+            ("what it holds", self._find_contents),
+        ):
+            found = [group for reading in readings for group in rule(reading)]
+            groups = _drop_repeated(found)
+            if groups:
+                return how or self._tell_how(readings, groups), groups
+        return "", []
+
+    def _tell_how(self, readings: Sequence[Reading], groups: Sequence[Sequence[int]]) -> str:
+        """Say how rule 1 found descriptions."""
+        numbers = [number for group in groups for number in group]
+        said = [self._readings[number][0].said for number in numbers]
+        if all(reading.said == words for words in said for reading in readings):
+            return "same words"
+        things = {thing for reading in readings for thing in reading.things}
+        below = {kind for thing in things for kind in self._table.list_below(thing)}
+        for number in numbers:
+            own = self._readings[number]
+            has_words = any(
+                reading.key in other.endings or reading.head_words <= other.said
+                for reading in readings for other in own
+            )  # fmt: skip
+            if not has_words and not any(below & set(other.things) for other in own):
+                return "synonym"
+        return "any of the kind"
+
+    def _find_named(self, reading: Reading) -> list[list[int]]:
+        return self._choose(reading, _ALL_SAID)
+
+    def _find_with_fewer_words(self, reading: Reading) -> list[list[int]]:
+        return self._choose(reading, _LESS_SAID)
+
+    def _choose(self, reading: Reading, fit: int) -> list[list[int]]:
+        """Choose what says as much of the properties, for each thing that the name may be."""
+        groups = [
+            [
+                entry
+                for entry in self._list_entries(reading, thing)
+                if _compare(reading, entry[1]) == fit
+            ]
+            for thing in reading.things or (None,)
+        ]
+        # What is written so comes before what is only called so: a "purse" before a wallet.
+        written = [[one for one in group if _is_written(reading, one[1])] for group in groups]
+        if any(written):
+            kinds = [
+                {
+                    kind
+                    for _, one in group
+                    for thing in one.things
+                    for kind in self._list_kinds(thing)
+                }
+                for group in written
+            ]
+            groups = [
+                [one for one in group if one in own or kinds_below & set(one[1].things)]
+                for group, own, kinds_below in zip(groups, written, kinds, strict=True)
+            ]
+        for count in (_count_owner, _count_head_words, _count_remarks):
+            most = max((count(reading, one) for group in groups for _, one in group), default=0)
+            groups = [[one for one in group if count(reading, one[1]) == most] for group in groups]
+        return [sorted({number for number, _ in group}) for group in groups if group]
+
+    def _list_entries(self, reading: Reading, thing: int | None) -> list[_Entry]:
+        """List what is called a thing or a kind of it; None: what ends in the same words."""
+        if thing is None:
+            ending = next((key for key in reading.endings if key in self._endings), "")
+            return self._endings.get(ending, [])
+        own = (thing, *self._list_kinds(thing))
+        return [entry for one in own for entry in self._things.get(one, ())]
+
+    def _list_kinds(self, thing: int) -> list[int]:
+        return self._table.list_below(thing)
+
+    def _find_above(self, reading: Reading) -> list[list[int]]:
+        groups = []
+        for thing in reading.things:
+            for kind in self._table.list_above(thing):
+                numbers = {
+                    number
+                    for number, one in self._things.get(kind, ())
+                    if _compare(reading, one) is not None and not _list_more(one, reading)
+                }
+                if numbers:
+                    groups.append(sorted(numbers))
+                    break
+        return groups
+
+    def _find_part(self, reading: Reading) -> list[list[int]]:
+        """Apply rule 4: names that end in the thing; of what no table knows, that have its words."""
+        entries = self._endings.get(reading.key, [])
+        numbers = {number for number, one in entries if _compare(reading, one) is not None}
+        if not numbers and not reading.things:
+            holding = [set(self._words.get(word, ())) for word in reading.said]
+            numbers = set.intersection(*holding) if holding else set()
+        return [sorted(numbers)] if numbers else []
+
+    def _find_contents(self, reading: Reading) -> list[list[int]]:
+        numbers = {
+            number
+            for thing in reading.things
+            for one in (thing, *self._list_kinds(thing))
+            for number, other in self._contents.get(one, ())
+            if _compare(reading, other) == _ALL_SAID
+        }
+        return [sorted(numbers)] if numbers else []
 
     def _mend(self, word: str) -> str:
-        """Return the word that something is called and that this one may be a typo of."""
+        """Return the known word that this one may be a typo of: of the memory, else the table."""
         most = 0 if len(word) < 5 else 1 if len(word) < 9 else 2
-        if most == 0 or word in self._with_word:
+        spelled = spell(word)
+        if most == 0 or spelled in self._words or spelled in self._table.words:
             return word
         letters = set(word)
-        near = [
-            (distance, other)
-            for other in self._with_word
-            if abs(len(other) - len(word)) <= most
-            and len(letters.difference(other)) <= most  # a mistake takes one away at most
-            and (distance := count_mistakes(word, other)) <= most
-        ]
-        return min(near)[1] if near else word
+        for known in (self._words, self._table.words):
+            near = [
+                (distance, other)
+                for other in known
+                if abs(len(other) - len(word)) <= most
+                and len(letters.difference(other)) <= most  # a mistake takes one away at most
+                and (distance := count_mistakes(word, other)) <= most
+            ]
+            if near:
+                return min(near)[1]
+        return word
 
-    def _find_synonyms(
-        self, keys: tuple[str, ...], similarity: Similarity, least: float
-    ) -> list[int]:
-        """Apply rule 4: descriptions whose kind means the same, with the properties asked for."""
-        kind = self._find_kind(keys)
-        properties = set(keys[: len(keys) - len(kind)])
-        numbers: dict[tuple[str, ...], list[int]] = {}
-        for number, other in enumerate(self._keys):
-            if properties <= set(other):
-                numbers.setdefault(self._find_kind(other), []).append(number)
-        if not numbers:
+    def _find_similar(
+        self, readings: Sequence[Reading], similarity: Similarity | None, least: float
+    ) -> list[list[int]]:
+        """Apply rule 7: groups of descriptions by their heads, the most similar first."""
+        if self._encoder is not None:
+            similarity = self._encoder.compare
+            least = self._encoder.least if least == SYNONYM else self._encoder.related
+        if similarity is None:
             return []
-        values = similarity(" ".join(kind), [" ".join(other) for other in numbers])
-        best = sorted(zip(values, numbers.values(), strict=True), key=lambda pair: -pair[0])
-        return sorted(number for value, own in best if value >= least for number in own)
+        groups: dict[float, dict[int, None]] = {}
+        for reading in readings:
+            by_head: dict[str, list[int]] = {}
+            for number, others in enumerate(self._readings):
+                one = others[0]
+                if not (reading.things and one.things) and _compare(reading, one) == _ALL_SAID:
+                    by_head.setdefault(" ".join(one.head), []).append(number)
+            if by_head:
+                values = similarity(" ".join(reading.head), list(by_head))
+                for value, numbers in zip(values, by_head.values(), strict=True):
+                    if value >= least:
+                        groups.setdefault(-float(value), {}).update(dict.fromkeys(numbers))
+        return _drop_repeated([list(groups[value]) for value in sorted(groups)])
 
     def _suggest(
-        self, keys: tuple[str, ...], similarity: Similarity | None, found: Sequence[int]
+        self, readings: Sequence[Reading], similarity: Similarity | None, found: Sequence[int]
     ) -> tuple[str, ...]:
-        """Return what else may have been meant: the same kind with other properties first."""
-        kind = self._find_kind(keys)
-        close = [
-            number
-            for number in self._with_word.get(kind[-1], ())
-            if self._find_kind(self._keys[number]) == kind
-        ]
-        if similarity is not None:
-            close += self._find_synonyms(kind, similarity, _RELATED)
+        """Return what else may have been meant, the nearest first.
+
+        The same with other properties, other things of its kinds, and what has its name.
+        """
+        close: list[int] = []
+        for reading in readings:
+            for thing in reading.things or (None,):
+                close += [number for number, _ in self._list_entries(reading, thing)]
+                if thing is not None:
+                    near = self._table.list_siblings(thing, _MOST_SIBLINGS)
+                    close += [
+                        number
+                        for one in (*near, *self._table.list_above(thing))
+                        for number, other in self._things.get(one, ())
+                        if not found and not _list_more(other, reading)
+                    ]
+            if not found and len(reading.key) > 2:
+                close += [number for number in self._words.get(spell(reading.head[-1]), ())]
+        if not found:
+            close += [
+                n for group in self._find_similar(readings, similarity, RELATED) for n in group
+            ]
         rest = [number for number in dict.fromkeys(close) if number not in found]
-        return tuple(self._descriptions[number] for number in rest[:_MOST_ALTERNATIVES])
+        return self._name(rest[:_MOST_ALTERNATIVES])
 
 
-def read_keys(name: str) -> tuple[str, ...]:
-    """Return what the words of a question are compared by: as `read_name`, in order, singular."""
-    return tuple(compute_singular(word) for word in _list_words(name))
+_ALL_SAID, _LESS_SAID = 1, 2
+
+
+def _compare(asked: Reading, said: Reading) -> int | None:
+    """Tell whether a name says all properties asked for, or fewer; None if it is another thing."""
+    if asked.owner and said.owner not in ("", asked.owner):
+        return None
+    if contradict(asked.said - asked.head_words, said.said - said.head_words):
+        return None
+    missing = asked.properties - said.said
+    is_owned = not asked.owner or said.owner or asked.owner in said.said
+    if missing - PROPERTIES and _list_more(said, asked):
+        return None  # another kind of strap
+    return _ALL_SAID if not missing and is_owned else _LESS_SAID
+
+
+def _list_more(one: Reading, other: Reading) -> frozenset[str]:
+    """List what a name says of which kind a thing is that another does not say."""
+    return one.properties - other.said - PROPERTIES
+
+
+def _is_written(asked: Reading, said: Reading) -> bool:
+    return (asked.head[-1] == said.head[-1] and asked.key in said.endings) or (
+        asked.key in said.endings and set(asked.things) == set(said.things)
+    )
+
+
+def _count_owner(asked: Reading, said: Reading) -> int:
+    return int(bool(asked.owner) and said.owner == asked.owner)
+
+
+def _count_head_words(asked: Reading, said: Reading) -> int:
+    return int(len(asked.head) > 1 and asked.head_words <= said.said)
+
+
+def _count_remarks(asked: Reading, said: Reading) -> int:
+    return len((asked.said - asked.head_words - asked.properties) & said.said)
+
+
+def _drop_repeated(groups: Iterable[Iterable[int]]) -> list[list[int]]:
+    """Leave every number in the first group that has it, and drop empty groups."""
+    known: set[int] = set()
+    kept = []
+    for group in groups:
+        own = [number for number in dict.fromkeys(group) if number not in known]
+        known.update(own)
+        kept += [own] if own else []
+    return kept
 
 
 def read_name(description: str) -> tuple[str, ...]:
@@ -207,20 +449,6 @@ def _list_words(name: str) -> list[str]:
     text = name.casefold().replace("_", " ")
     words = [_POSSESSIVE.sub("", word) for word in _WORD.findall(text)]
     return [word for word in words if word not in _SKIPPED] or words or [text.strip()]
-
-
-def compute_singular(word: str) -> str:
-    """Return an English word without the ending of its plural; both sides are compared by it."""
-    for ending, instead in (("ies", "y"), ("ves", "f"), ("sses", "ss"), ("xes", "x")):
-        if word.endswith(ending) and len(word) > len(ending) + 1:
-            return word[: -len(ending)] + instead
-    if word.endswith("fe") and len(word) > 3:  # knife and knives
-        return word[:-1]
-    if word.endswith(("ches", "shes")):
-        return word[:-2]
-    if word.endswith("s") and not word.endswith(("ss", "us", "is")) and len(word) > 3:
-        return word[:-1]
-    return word
 
 
 def count_mistakes(one: str, other: str) -> int:

@@ -1,0 +1,97 @@
+"""Text vectors of names, by an encoder of one's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from sgm.messages import shorten
+from sgm.names.aliases import AliasTable
+
+# A function from n names to n vectors, of any width and length.
+Encode = Callable[[list[str]], "np.typing.ArrayLike"]
+
+_SAMPLE = 300  # names of the table that the thresholds are measured on
+_HOME = 100  # names that a home is taken to have
+_FALSE = 0.02  # share of the names that nothing in such a home is called, and that find something
+_FALSE_OFFERS = 0.1  # the same of offers
+_LEAST = 0.3  # cosine under which nothing is alike, whatever is measured
+
+
+class NameEncoder:
+    """Compares names by the cosines of their vectors.
+
+    Cosines of encoders have different scales, so that thresholds are measured: on names of the
+    table of aliases that are neither the same thing nor kinds of one another. At `least`, 2 % of
+    them find something among 100 others; at `related`, 10 %.
+    """
+
+    def __init__(self, encode: Encode, table: AliasTable) -> None:
+        """Use an encoder.
+
+        Args:
+            encode: gives the vectors of a list of names.
+            table: of aliases, whose names the thresholds are measured on when they are first used.
+
+        Raises:
+            TypeError: if it is no function.
+        """
+        if not callable(encode):
+            raise TypeError(
+                f"encoder must be a function from names to vectors, got {shorten(encode)}. Give "
+                "for example SentenceTransformer(name).encode."
+            )
+        self._encode = encode
+        self._table = table
+        self._vectors: dict[str, np.ndarray] = {}
+
+    def compare(self, name: str, others: Sequence[str]) -> Sequence[float]:
+        """Return the cosines of a name to others.
+
+        Raises:
+            ValueError: if the encoder gives something else than finite vectors, one for each name.
+        """
+        vectors = self._take([name, *others])
+        cosines: list[float] = (vectors[1:] @ vectors[0]).tolist()
+        return cosines
+
+    @property
+    def least(self) -> float:
+        """Cosine from which on two names mean the same."""
+        return self._thresholds[0]
+
+    @property
+    def related(self) -> float:
+        """Cosine from which on a name is offered for another."""
+        return self._thresholds[1]
+
+    @cached_property
+    def _thresholds(self) -> tuple[float, float]:
+        table = self._table
+        things = np.linspace(0, len(table.names) - 1, min(_SAMPLE, len(table.names))).astype(int)
+        vectors = self._take([table.names[thing] for thing in things])
+        cosines = vectors @ vectors.T
+        for row, thing in enumerate(things.tolist()):
+            near = {thing, *table.list_above(thing), *table.list_below(thing)}
+            cosines[row, [other in near for other in things.tolist()]] = -1
+        # Every third name or so, in the order of the table, is in the home of the others.
+        home = cosines[:, :: max(len(things) // _HOME, 1)]
+        best = np.sort(home.max(axis=1))
+        least, related = np.quantile(best, [1 - _FALSE, 1 - _FALSE_OFFERS])
+        return max(float(least), _LEAST), max(float(related), _LEAST)
+
+    def _take(self, names: Sequence[str]) -> np.ndarray:
+        """Return unit vectors; each name is encoded once."""
+        new = [name for name in dict.fromkeys(names) if name not in self._vectors]
+        if new:
+            vectors = np.asarray(self._encode(new), dtype=np.float64)
+            if vectors.ndim != 2 or len(vectors) != len(new) or not np.isfinite(vectors).all():
+                raise ValueError(
+                    f"encoder must give {len(new)} finite vectors of one width, got an array of "
+                    f"shape {vectors.shape}. Return one row for each name."
+                )
+            length = np.maximum(np.sqrt((vectors**2).sum(axis=1, keepdims=True)), 1e-12)
+            self._vectors.update(zip(new, vectors / length, strict=True))
+        return np.stack([self._vectors[name] for name in names])
