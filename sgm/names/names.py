@@ -218,6 +218,10 @@ class NameIndex:
         if all(reading.said == words for words in said for reading in readings):
             return "same words"
         things = {thing for reading in readings for thing in reading.things}
+        if not things and all(
+            len(self._readings[number][0].head) > len(readings[0].head) for number in numbers
+        ):
+            return "part of the name"
         below = {kind for thing in things for kind in self._table.list_below(thing)}
         for number in numbers:
             own = self._readings[number]

@@ -41,7 +41,7 @@ def index():
         ("my phone", ["cell phone"], "part of the name"),
         ("umbrela", ["umbrella"], "typo"),
         ("umbrealla", ["umbrella"], "typo"),
-        ("larg red mug", [], "unknown"),  # "larg" is too short to be mended
+        ("larg red mug", ["large red mug"], "fewer words"),  # too short to be mended
         ("green mug", [], "unknown"),
         ("mig", [], "unknown"),
         ("lamp desk", ["desk lamp"], "part of the name"),
@@ -62,13 +62,13 @@ def test_other_things_of_the_kind_are_offered(index):
 
 
 def test_kinds_that_mean_the_same_by_their_vectors(index):
-    alike = {("cup", "mug"): 0.96, ("plate", "knif"): 0.85}  # compared as keys: singular
+    alike = {("cup", "mug"): 0.96, ("plate", "knife"): 0.85}
 
     def compare(label, others):
         return [alike.get((label, other), 0.0) for other in others]
 
     assert index.resolve("red cup", compare).matches == ("large red mug",)
-    assert index.resolve("cup", compare).how == "synonym"
+    assert index.resolve("cup", compare).how == "similar meaning"
     assert index.resolve("green cup", compare).matches == ()
     plate = index.resolve("plate", compare)
     assert (plate.matches, plate.alternatives) == ((), ("knife",))
