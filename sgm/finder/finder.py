@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from threading import Lock
 from typing import Any
@@ -89,6 +90,16 @@ class Finder:
         """
         _check_type("memory", memory, SceneGraphMemory, "SceneGraphMemory()")
         return memory.resolve(description, self._get_similarity())
+
+    def resolve_among(
+        self, memory: SceneGraphMemory, description: str, names: Sequence[str]
+    ) -> tuple[str, ...]:
+        """Return which of some names a question means, such as those that a look showed.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`).
+        """
+        return memory.resolve(description, self._get_similarity(), among=names).matches
 
     def rank(
         self,

@@ -165,9 +165,19 @@ class ObjectSearch:
             Whether what is looked for was among it.
         """
         look = self._get_going()
+        others = {read_name(name) for name in self.memory.descriptions}
+        others -= {read_name(name) for name in self._list_meant()}
         self.memory.observe(look.place.furniture, sightings, coverage)
+        names = [sighting.description for sighting in sightings]
         meant = {read_name(name) for name in self._list_meant()}
-        is_found = any(read_name(sighting.description) in meant for sighting in sightings)
+        # The detector may call it otherwise than before: "mug" for the "large red mug". A name
+        # that was known of another thing is of that thing.
+        new = [name for name in names if read_name(name) not in others]
+        meant |= {
+            read_name(name)
+            for name in self._finder.resolve_among(self.memory, self.description, new)
+        }
+        is_found = any(read_name(name) in meant for name in names)
         self._note(look, is_found)
         return is_found
 

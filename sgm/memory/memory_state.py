@@ -23,6 +23,7 @@ from sgm.memory.memory_content import (
 from sgm.memory.queries import Queries
 from sgm.memory.sighting import RELATIONS, SeenAt, Sighting
 from sgm.memory.step_log import StepLog, StepLook
+from sgm.names.aliases import AliasTable
 from sgm.names.names import read_name
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import read_words
@@ -53,9 +54,10 @@ class MemoryState:
     _is_layout_new: bool  # whether the batch has yet to take it over
     _version: object  # another one after each change of the batch
 
-    def __init__(self, prior: PriorGraph, clock: Clock | None) -> None:
-        """Start with an empty home."""
+    def __init__(self, prior: PriorGraph, clock: Clock | None, table: AliasTable) -> None:
+        """Start with an empty home; `table` says which names are of which type of the prior."""
         self.prior = prior
+        self._table = table
         self.set_content(MemoryContent.empty(prior.checksum, clock))
 
     @property
@@ -309,7 +311,7 @@ class MemoryState:
 
     def set_content(self, content: MemoryContent) -> None:
         """Become a memory of that content; prior weights are looked up again."""
-        self.vocabulary = Vocabulary(self.prior, content.labels)
+        self.vocabulary = Vocabulary(self.prior, content.labels, self._table)
         self.layout = content.layout
         self.descriptions: list[str] = []
         self._rows: dict[tuple[str, ...], int] = {}  # by `read_name` of the description

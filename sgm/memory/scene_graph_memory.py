@@ -105,6 +105,7 @@ class SceneGraphMemory:
         self._lock = RLock()  # held by every call while it reads or changes the state
         self._saving = Lock()  # these two are never waited for while the first one is held
         self._naming = Lock()
+        self._aliases, self._own_encode = aliases, encoder  # for copies
         self._table = AliasTable.household(aliases)
         self._encoder = None if encoder is None else NameEncoder(encoder, self._table)
         self._log: LookLog | None = None
@@ -118,6 +119,8 @@ class SceneGraphMemory:
         prior: PriorGraph | None = None,
         clock: Clock | None = None,
         log: str | Path | None = None,
+        aliases: Aliases | None = None,
+        encoder: Encode | None = None,
     ) -> SceneGraphMemory:
         """Go on with a memory that was saved: every later answer is what it would have been.
 
@@ -130,6 +133,7 @@ class SceneGraphMemory:
                 to keep what was saved.
             log: where changes from now on are written, as in the constructor; a file of the same
                 home is gone on with.
+            aliases, encoder: as in the constructor; they are not in the file.
 
         Raises:
             ValueError: if there is no such file, it was altered or cut short, comes from another
@@ -143,7 +147,7 @@ class SceneGraphMemory:
                 f"of that checksum for {path}. Give its own prior, or PriorGraph.default() to go "
                 "on with that one."
             )
-        memory = cls(prior)
+        memory = cls(prior, aliases=aliases, encoder=encoder)
         memory._state.set_content(content if clock is None else replace(content, clock=clock))
         memory._start_log(log, goes_on=True)
         return memory
@@ -152,7 +156,7 @@ class SceneGraphMemory:
         """Return a memory of the same content that goes its own way; it writes no log."""
         with self._lock:
             content = deepcopy(self._state.get_content_to_save())
-        memory = type(self)(self._prior)
+        memory = type(self)(self._prior, aliases=self._aliases, encoder=self._own_encode)
         memory._state.set_content(content)
         return memory
 
@@ -497,16 +501,27 @@ class SceneGraphMemory:
         order = np.argsort(-scores, kind="stable")
         return [(asked.furniture_ids[place], float(scores[place])) for place in order]
 
-    def resolve(self, description: str, similarity: Similarity | None = None) -> Resolution:
+    def resolve(
+        self,
+        description: str,
+        similarity: Similarity | None = None,
+        among: Sequence[str] | None = None,
+    ) -> Resolution:
         """Say which of the things that were seen a name means; `NameIndex` has the rules.
 
         Args:
             description: such as "the red mug".
-            similarity: how alike labels are; None to go by words alone.
+            similarity: how alike labels are, where the memory has no encoder; None to go by words
+                alone.
+            among: names to choose from, such as those of one look; None for all that were seen.
 
         Raises:
             ValueError: if the description is no name (`read_words`).
         """
+        if among is not None:
+            index = NameIndex((), self._table, self._encoder)
+            index.update(list(among))
+            return index.resolve(description, similarity)
         descriptions = self.descriptions
         with self._naming:  # nobody else waits for text vectors
             self._names.update(descriptions)
@@ -614,7 +629,7 @@ class SceneGraphMemory:
         self._prior = prior
         labels = (row.label for row in prior.objects)
         self._names = NameIndex(labels, self._table, self._encoder)
-        self._state = MemoryState(prior, clock)
+        self._state = MemoryState(prior, clock, self._table)
 
     def _go_on_from(self, content: MemoryContent, prior: PriorGraph) -> None:
         """Become a memory of that content, as a log says that one went on."""

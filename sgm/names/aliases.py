@@ -55,6 +55,7 @@ class AliasTable:
         self.words: set[str] = set()
         self._things: dict[str, dict[int, None]] = {}  # by a name as it is written
         self._singular: dict[str, dict[int, None]] = {}
+        self._names_of: list[dict[str, None]] = []
         self._above: list[dict[int, None]] = []
         self._below: list[dict[int, None]] = []
         number_of: dict[str, int] = {}
@@ -95,6 +96,10 @@ class AliasTable:
         found |= self._things.get(key, {}) or self._singular.get(key, {})
         return tuple(found)
 
+    def list_names(self, thing: int) -> list[str]:
+        """List what a thing is called, its own name first."""
+        return list(self._names_of[thing])
+
     def list_above(self, thing: int) -> list[int]:
         """List the kinds that a thing belongs to, the nearest first."""
         return _walk(thing, self._above)
@@ -114,13 +119,15 @@ class AliasTable:
         if key not in number_of:
             number_of[key] = len(self.names)
             self.names.append(read_words("name", name))
+            self._names_of.append({})
             self._above.append({})
             self._below.append({})
             self._call(number_of[key], name)
         return number_of[key]
 
     def _call(self, thing: int, name: str) -> None:
-        words = split_words(read_words("name", name))
+        self._names_of[thing][read_words("name", name)] = None
+        words = split_words(name)
         self.longest = max(self.longest, len(words))
         self._things.setdefault("".join(words), {})[thing] = None
         self._singular.setdefault(make_key(words), {})[thing] = None

@@ -12,6 +12,7 @@ from sgm.names.name_words import (
     compute_singular,
     make_key,
     split_possessives,
+    split_words,
 )
 
 # "a pair of scissors" is scissors; "a box of cereal" is cereal, and a box.
@@ -24,6 +25,12 @@ _CONTAINERS = frozenset(
     "glass box bottle can tin jar bag carton pack packet package tube cup mug bowl pot basket jug "
     "pitcher bucket tray crate case sack pouch bin tub canister container dispenser sachet plate "
     "dish vase pan kettle carafe thermos flask barrel keg punnet".split()
+)
+# Containers, and what is said after the thing: "banana bunch", "lego set".
+_AFTER_THING = _CONTAINERS | frozenset(("set", "bunch", "pile", "stack", "pair", "roll", "bar"))
+# "men's shoes" are a kind of shoes, and nobody's.
+_NOBODY = frozenset(
+    "man men woman women lady ladies gentleman kid kids child children boy boys girl girls".split()
 )
 _WITH = frozenset(("with", "without", "containing", "having", "w"))
 _MADE = frozenset(("in", "from", "made", "like", "by"))
@@ -52,7 +59,7 @@ _MATERIALS = frozenset(
 )
 _SIZES = frozenset(("small", "large"))
 _CLASSES = (_COLOURS, _MATERIALS, _SIZES)
-PROPERTIES = frozenset().union(*_CLASSES) | {
+_PROPERTIES = frozenset().union(*_CLASSES) | {
     "stripe", "dot", "check", "color", "flower", "new", "old", "clean", "dirty", "favorite",
     "favourite", "good", "nice", "round", "square", "long", "short", "empty", "full", "open",
     "closed", "used", "second", "first", "other", "spare", "broken", "dark", "light", "bright",
@@ -68,6 +75,7 @@ class Reading:
         things: numbers in the table of what it may be, none where no name of the table fits.
         words: what comes before "with" and the like, without the owner, in order.
         head: the last of them, the thing itself; one word where no name of the table fits.
+        head_words: words of the head, as they are compared.
         properties: words before the head, as they are compared.
         said: all words of the name, as they are compared.
         owner: whose it is, empty if nobody is named.
@@ -77,6 +85,7 @@ class Reading:
     things: tuple[int, ...]
     words: tuple[str, ...]
     head: tuple[str, ...]
+    head_words: frozenset[str]
     properties: frozenset[str]
     said: frozenset[str]
     owner: str = ""
@@ -92,11 +101,6 @@ class Reading:
         """Its last words, three at most, written together in the singular, the longest first."""
         most = min(_LONGEST_ENDING, len(self.words))
         return tuple(make_key(self.words[-length:]) for length in range(most, 0, -1))
-
-    @cached_property
-    def head_words(self) -> frozenset[str]:
-        """Words of the head, as they are compared."""
-        return frozenset(map(spell, self.head))
 
 
 class NameReader:
@@ -145,7 +149,7 @@ class NameReader:
         else:
             first = breaks[0]
             found += self._read_parts(words[:first], plain[first], words[first + 1 :], is_content)
-        said = frozenset(map(spell, plain)) - _BREAKS - DETERMINERS
+        said = frozenset(map(self._spell, plain)) - _BREAKS - DETERMINERS
         return list(dict.fromkeys(replace(reading, said=said) for reading in found))
 
     def _read_parts(
@@ -183,9 +187,9 @@ class NameReader:
             start += 1
         main = self._make(words, len(words) - start, self._table.find(plain[start:]), is_content)
         found = [main]
-        if len(words) > 1 and compute_singular(plain[-1]) in _CONTAINERS:
+        if len(words) > 1 and compute_singular(plain[-1]) in _AFTER_THING:
             inner = self._read_phrase(words[:-1], True)[0]
-            if inner.things and not inner.head_words & (_MATERIALS | _COLOURS):
+            if inner.things and plain[-2] not in _MATERIALS | _COLOURS:
                 if len(main.head) == 1 and not words[-2][1]:  # "cereal box" is both
                     found = [replace(inner, is_content=is_content), main]
                 elif len(main.head) == len(words):  # a "lunch box" is no lunch, but may hold it
@@ -197,12 +201,15 @@ class NameReader:
     ) -> Reading:
         plain = [word for word, _ in words]
         start = len(words) - length
-        owned = max((place + 1 for place in range(start) if words[place][1]), default=0)
+        owned = max(
+            (n + 1 for n in range(start) if words[n][1] and words[n][0] not in _NOBODY), default=0
+        )
         return Reading(
             things,
             tuple(plain[owned:]),
             tuple(plain[start:]),
-            frozenset(map(spell, plain[owned:start])) - DETERMINERS,
+            frozenset(map(self._spell, plain[start:])),
+            frozenset(map(self._spell, plain[owned:start])) - DETERMINERS - _NOBODY,
             frozenset(),
             self._name_owner(plain[:owned]),
             is_content,
@@ -215,6 +222,12 @@ class NameReader:
         known = self._table.find(words)
         return self._table.names[known[0]] if known else " ".join(words)
 
+    def _spell(self, word: str) -> str:
+        """Return a word as it is compared: "telly" and "tv" are one, as the table has them."""
+        spelled = spell(word)
+        things = () if spelled in _PROPERTIES else self._table.find([word])
+        return make_key(split_words(self._table.names[things[0]])) if len(things) == 1 else spelled
+
     def _is_thing(self, words: list[tuple[str, bool]]) -> bool:
         """Tell whether a measure is a thing, too: "ball of yarn"; a "set" is none."""
         return bool(self._table.find([word for word, _ in words]))
@@ -225,6 +238,11 @@ def spell(word: str) -> str:
     word = _SPELLINGS.get(word, word)
     word = compute_singular(word)
     return _SPELLINGS.get(word, word)
+
+
+def is_property(word: str) -> bool:
+    """Tell whether a word, as it is compared, says how a thing is, and not which kind it is."""
+    return word in _PROPERTIES or word.endswith(("ed", "ly", "ful", "less", "ish"))
 
 
 def contradict(asked: frozenset[str], said: frozenset[str]) -> bool:

@@ -41,10 +41,13 @@ _BEFORE = re.compile(
 _AFTER = re.compile(
     r"[\s,]+(?:please|pls|thanks|thank you|thx|cheers|robot|now|again|today|right now|gone|at|be|is|are|"
     r"was|were|located|kept|stored|hiding|hidden|go|gone to|went|got to|anywhere|somewhere|here|"
-    r"around|for me|for us|to me|last|then|currently|anymore|any more|i wonder|usually)$"
+    r"around|for me|for us|to me|last|then|currently|anymore|any more|i wonder|usually|left|"
+    r"at home|in the house|in here)$"
 )
 # What follows says what was done with it: "the mug that I used", "the book I am reading".
-_CLAUSE = re.compile(r"\s(?:that|which|who|i|we|you|he|she|they)\s(?=\S+\s?).*$")
+_CLAUSE = re.compile(
+    r"\s(?:that|which|who|(?:i|we|you|he|she|they)(?:[\u2019'](?:m|ve|re|d|s|ll))?)\s(?=\S).*$"
+)
 
 
 def strip_question(question: str) -> str:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from sgm.names.aliases import AliasTable
 from sgm.names.name_encoder import NameEncoder
-from sgm.names.name_grammar import PROPERTIES, NameReader, Reading, contradict, spell
-from sgm.names.name_words import strip_question
+from sgm.names.name_grammar import NameReader, Reading, contradict, is_property, spell
+from sgm.names.name_words import split_words, strip_question
 from sgm.names.words import read_words
 
 # How alike two labels are, -1 to 1: cosine of their text vectors.
@@ -44,6 +44,7 @@ class Resolution:
             "typo", "similar meaning" (by text vectors), or "unknown".
         alternatives: other descriptions that may have been meant, the nearest first.
         readings: the matches by what the name may mean: eyeglasses, and drinking glasses.
+        owner: whose it is, by the question: "dad" of "dad's phone"; empty if it names nobody.
     """
 
     question: str
@@ -51,6 +52,7 @@ class Resolution:
     how: str
     alternatives: tuple[str, ...] = ()
     readings: tuple[tuple[str, ...], ...] = ()
+    owner: str = ""
 
     @property
     def is_ambiguous(self) -> bool:
@@ -144,7 +146,7 @@ class NameIndex:
         self._descriptions.append(description)
         self._readings.append(readings)
         self._written.add(read_words("description", description))
-        for word in readings[0].said:
+        for word in readings[0].said.union(map(spell, split_words(description))):
             self._words.setdefault(word, []).append(number)
         for reading in readings:
             entry = number, reading
@@ -179,7 +181,7 @@ class NameIndex:
         found = sorted({number for group in groups for number in group})
         others = self._suggest(readings, None if found else similarity, found)
         if not found:
-            return Resolution(question, (), "unknown", others)
+            return Resolution(question, (), "unknown", others, owner=readings[0].owner)
         if len(found) == 1 and self._descriptions[found[0]].casefold() == words:
             how = "exact"
         return Resolution(
@@ -188,6 +190,7 @@ class NameIndex:
             how,
             others,
             tuple(self._name(group) for group in groups),
+            readings[0].owner,
         )
 
     def _name(self, numbers: Iterable[int]) -> tuple[str, ...]:
@@ -251,7 +254,8 @@ class NameIndex:
         ]
         # What is written so comes before what is only called so: a "purse" before a wallet.
         written = [[one for one in group if _is_written(reading, one[1])] for group in groups]
-        if any(written):
+        is_exact = any(one.said == reading.said for group in written for _, one in group)
+        if any(written) and (is_exact or len(reading.things) > 1):
             kinds = [
                 {
                     kind
@@ -318,7 +322,12 @@ class NameIndex:
         """Return the known word that this one may be a typo of: of the memory, else the table."""
         most = 0 if len(word) < 5 else 1 if len(word) < 9 else 2
         spelled = spell(word)
-        if most == 0 or spelled in self._words or spelled in self._table.words:
+        if (
+            most == 0
+            or not word.isalpha()
+            or spelled in self._words
+            or spelled in self._table.words
+        ):
             return word
         letters = set(word)
         for known in (self._words, self._table.words):
@@ -396,14 +405,14 @@ def _compare(asked: Reading, said: Reading) -> int | None:
         return None
     missing = asked.properties - said.said
     is_owned = not asked.owner or said.owner or asked.owner in said.said
-    if missing - PROPERTIES and _list_more(said, asked):
+    if _list_more(said, asked) and not all(map(is_property, missing)):
         return None  # another kind of strap
     return _ALL_SAID if not missing and is_owned else _LESS_SAID
 
 
 def _list_more(one: Reading, other: Reading) -> frozenset[str]:
     """List what a name says of which kind a thing is that another does not say."""
-    return one.properties - other.said - PROPERTIES
+    return frozenset(word for word in one.properties - other.said if not is_property(word))
 
 
 def _is_written(asked: Reading, said: Reading) -> bool:

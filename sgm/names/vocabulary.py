@@ -5,6 +5,8 @@ from __future__ import annotations
 import copy
 from collections.abc import Sequence
 
+from sgm.names.aliases import AliasTable
+from sgm.names.name_grammar import NameReader
 from sgm.names.words import read_words
 from sgm.prior.prior_graph import PriorGraph
 
@@ -16,13 +18,19 @@ class Vocabulary:
         labels: text of every label index, in the order in which they came up.
     """
 
-    def __init__(self, prior: PriorGraph, labels: Sequence[str]) -> None:
+    def __init__(
+        self, prior: PriorGraph, labels: Sequence[str], table: AliasTable | None = None
+    ) -> None:
         """Start from the labels that came up so far.
 
         Args:
             prior: whose names are known.
             labels: text per label index.
+            table: of aliases, by which a "skillet" is of the prior's type "frying pan"; None to
+                go by the last words alone.
         """
+        self._table = table
+        self._reader = None if table is None else NameReader(table)
         names = [*prior.rooms, *(row.label for row in prior.furniture)]
         objects = {read_words("label", row.label): row.label for row in prior.objects}
         self._known = {read_words("label", name): name for name in names} | objects
@@ -54,10 +62,26 @@ class Vocabulary:
     def find_type(self, description: str) -> tuple[int, int]:
         """Return the label index and the prior's object type (-1: none) of a description.
 
-        Its label is the longest known type that it ends with, else its last word.
+        Its label is the longest known type that the name of the thing ends with, else what the
+        thing is called besides, else a kind above it, else its last word.
         """
         words = read_words("description", description).split()
+        if self._reader is not None and " ".join(words) not in self._known_objects:
+            return self._read_type(" ".join(words))
         endings = (" ".join(words[start:]) for start in range(len(words)))
         known = next((words for words in endings if words in self._known_objects), words[-1])
+        label = self.number(known)
+        return label, self._type_of.get(self.labels[label], -1)
+
+    def _read_type(self, description: str) -> tuple[int, int]:
+        """Find the type by the grammar of names and the table of aliases."""
+        assert self._reader is not None and self._table is not None
+        reading = self._reader.read(description)[0]
+        starts = range(len(reading.words))
+        names = [" ".join(reading.words[start:]) for start in starts]
+        for thing in reading.things:
+            kinds = [self._table.names[kind] for kind in self._table.list_above(thing)]
+            names += [*self._table.list_names(thing), *kinds]
+        known = next((name for name in names if name in self._known_objects), reading.words[-1])
         label = self.number(known)
         return label, self._type_of.get(self.labels[label], -1)

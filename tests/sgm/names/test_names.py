@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from sgm.names.names import NameIndex, compute_singular, count_mistakes, read_name
+from sgm.names.name_words import compute_singular
+from sgm.names.names import NameIndex, count_mistakes, read_name
 
 SEEN = (
     "kettle", "large red mug", "blue mug", "remote control", "umbrella", "cell phone",
