@@ -233,6 +233,12 @@ class NameReader:
         return bool(self._table.find([word for word, _ in words]))
 
 
+@lru_cache(maxsize=16)  # most memories have the same table
+def make_reader(table: AliasTable) -> NameReader:
+    """Return the reader of a table, which remembers what it has read."""
+    return NameReader(table)
+
+
 def spell(word: str) -> str:
     """Return a word as it is compared: singular, and properties in one spelling."""
     word = _SPELLINGS.get(word, word)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from sgm.names.aliases import AliasTable
 from sgm.names.name_encoder import NameEncoder
-from sgm.names.name_grammar import NameReader, Reading, contradict, is_property, spell
+from sgm.names.name_grammar import Reading, contradict, is_property, make_reader, spell
 from sgm.names.name_words import split_words, strip_question
 from sgm.names.words import read_words
 
@@ -115,10 +116,8 @@ class NameIndex:
             table: of aliases and kinds; None for none.
             encoder: text vectors of names; None to use the similarity that `resolve` is given.
         """
-        table = table or AliasTable()
-        held = NameReader(table)  # a "soap bottle" is no thing of its own: it is soap, and a bottle
-        self._table = table.with_names(label for label in types if len(held.read(label)) < 2)
-        self._reader = NameReader(self._table)
+        self._table = _add_types(table or AliasTable(), tuple(types))
+        self._reader = make_reader(self._table)
         self._encoder = encoder
         self._clear()
 
@@ -392,6 +391,13 @@ class NameIndex:
             ]
         rest = [number for number in dict.fromkeys(close) if number not in found]
         return self._name(rest[:_MOST_ALTERNATIVES])
+
+
+@lru_cache(maxsize=8)  # all memories of one prior have the same
+def _add_types(table: AliasTable, types: tuple[str, ...]) -> AliasTable:
+    """Add types that the table does not have; "soap bottle" is soap, and a bottle, and no new one."""
+    reader = make_reader(table)
+    return table.with_names(label for label in types if len(reader.read(label)) < 2)
 
 
 _ALL_SAID, _LESS_SAID = 1, 2

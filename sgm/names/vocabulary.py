@@ -6,7 +6,7 @@ import copy
 from collections.abc import Sequence
 
 from sgm.names.aliases import AliasTable
-from sgm.names.name_grammar import NameReader
+from sgm.names.name_grammar import make_reader
 from sgm.names.words import read_words
 from sgm.prior.prior_graph import PriorGraph
 
@@ -30,7 +30,7 @@ class Vocabulary:
                 go by the last words alone.
         """
         self._table = table
-        self._reader = None if table is None else NameReader(table)
+        self._reader = None if table is None else make_reader(table)
         names = [*prior.rooms, *(row.label for row in prior.furniture)]
         objects = {read_words("label", row.label): row.label for row in prior.objects}
         self._known = {read_words("label", name): name for name in names} | objects
