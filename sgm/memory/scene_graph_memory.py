@@ -133,7 +133,8 @@ class SceneGraphMemory:
                 to keep what was saved.
             log: where changes from now on are written, as in the constructor; a file of the same
                 home is gone on with.
-            aliases, encoder: as in the constructor; they are not in the file.
+            aliases: as in the constructor; they are not in the file.
+            encoder: as in the constructor.
 
         Raises:
             ValueError: if there is no such file, it was altered or cut short, comes from another

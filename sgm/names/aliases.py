@@ -8,14 +8,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
-from typing import Any, Union
+from typing import Any
 
 from sgm.messages import shorten
 from sgm.names.name_words import compute_singular, make_key, split_words
 from sgm.names.words import read_words
 
 # Rows of one's own: a CSV file, or {name: its aliases, or {"kind": ..., "aliases": ...}}.
-Aliases = Union[str, Path, Mapping[str, Sequence[str] | Mapping[str, Any]]]
+Aliases = str | Path | Mapping[str, Sequence[str] | Mapping[str, Any]]
 Row = tuple[str, tuple[str, ...], tuple[str, ...]]  # name, kinds, aliases
 
 COLUMNS = ("name", "kind", "aliases")

@@ -299,8 +299,12 @@ class NameIndex:
         return groups
 
     def _find_part(self, reading: Reading) -> list[list[int]]:
-        """Apply rule 4: names that end in the thing; of what no table knows, that have its words."""
-        entries = self._endings.get(reading.key, [])
+        """Apply rule 4: names that end in it, or have its words where no table knows it."""
+        whole = reading.endings[
+            : len(reading.endings) - len(reading.head) + 1
+        ]  # no "dog" of hot dog
+        ending = next((key for key in whole if key in self._endings), "")
+        entries = self._endings.get(ending, [])
         numbers = {number for number, one in entries if _compare(reading, one) is not None}
         if not numbers and not reading.things:
             holding = [set(self._words.get(word, ())) for word in reading.said]
@@ -395,7 +399,7 @@ class NameIndex:
 
 @lru_cache(maxsize=8)  # all memories of one prior have the same
 def _add_types(table: AliasTable, types: tuple[str, ...]) -> AliasTable:
-    """Add types that the table does not have; "soap bottle" is soap, and a bottle, and no new one."""
+    """Add types that the table does not have; a "soap bottle" is none: it is soap, and a bottle."""
     reader = make_reader(table)
     return table.with_names(label for label in types if len(reader.read(label)) < 2)
 

@@ -30,7 +30,6 @@ class Vocabulary:
                 go by the last words alone.
         """
         self._table = table
-        self._reader = None if table is None else make_reader(table)
         names = [*prior.rooms, *(row.label for row in prior.furniture)]
         objects = {read_words("label", row.label): row.label for row in prior.objects}
         self._known = {read_words("label", name): name for name in names} | objects
@@ -66,22 +65,21 @@ class Vocabulary:
         thing is called besides, else a kind above it, else its last word.
         """
         words = read_words("description", description).split()
-        if self._reader is not None and " ".join(words) not in self._known_objects:
-            return self._read_type(" ".join(words))
+        if self._table is not None and " ".join(words) not in self._known_objects:
+            return self._read_type(" ".join(words), self._table)
         endings = (" ".join(words[start:]) for start in range(len(words)))
         known = next((words for words in endings if words in self._known_objects), words[-1])
         label = self.number(known)
         return label, self._type_of.get(self.labels[label], -1)
 
-    def _read_type(self, description: str) -> tuple[int, int]:
+    def _read_type(self, description: str, table: AliasTable) -> tuple[int, int]:
         """Find the type by the grammar of names and the table of aliases."""
-        assert self._reader is not None and self._table is not None
-        reading = self._reader.read(description)[0]
+        reading = make_reader(table).read(description)[0]
         starts = range(len(reading.words))
         names = [" ".join(reading.words[start:]) for start in starts]
         for thing in reading.things:
-            kinds = [self._table.names[kind] for kind in self._table.list_above(thing)]
-            names += [*self._table.list_names(thing), *kinds]
+            kinds = [table.names[kind] for kind in table.list_above(thing)]
+            names += [*table.list_names(thing), *kinds]
         known = next((name for name in names if name in self._known_objects), reading.words[-1])
         label = self.number(known)
         return label, self._type_of.get(self.labels[label], -1)
