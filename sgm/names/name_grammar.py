@@ -44,7 +44,8 @@ _SPELLINGS = {
     "grey": "gray", "striped": "stripe", "stripy": "stripe", "stripey": "stripe", "wooden": "wood",
     "woollen": "wool", "woolen": "wool", "dotted": "dot", "spotted": "dot", "spotty": "dot",
     "checked": "check", "checkered": "check", "chequered": "check", "golden": "gold",
-    "tiny": "small", "little": "small", "mini": "small", "big": "large", "huge": "large", "flowery": "flower",
+    "tiny": "small", "little": "small", "mini": "small", "big": "large", "huge": "large",
+    "flowery": "flower",
     "floral": "flower", "flowered": "flower", "coloured": "color", "colored": "color",
     "colour": "color", "tall": "large", "steel": "metal", "colorful": "color", "colourful": "color",
 }  # fmt: skip

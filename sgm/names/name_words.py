@@ -41,9 +41,9 @@ _BEFORE = re.compile(
     r")[\s,:!]+"
 )
 _AFTER = re.compile(
-    r"[\s,]+(?:please|pls|thanks|thank you|thx|cheers|robot|now|again|today|right now|gone|at|be|is|"
-    r"are|was|were|located|kept|stored|hiding|hidden|go|gone to|went|got to|anywhere|somewhere|here|"
-    r"around|for me|for us|to me|last|then|currently|anymore|any more|i wonder|usually|left|"
+    r"[\s,]+(?:please|pls|thanks|thank you|thx|cheers|robot|now|again|today|right now|gone|at|be|"
+    r"is|are|was|were|located|kept|stored|hiding|hidden|go|gone to|went|got to|anywhere|somewhere|"
+    r"here|around|for me|for us|to me|last|then|currently|anymore|any more|i wonder|usually|left|"
     r"at home|in the house|in here)$"
 )
 # What follows says what was done with it: "the mug that I used", "the book I am reading".

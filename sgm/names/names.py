@@ -426,9 +426,9 @@ def _list_more(one: Reading, other: Reading) -> frozenset[str]:
 
 
 def _is_written(asked: Reading, said: Reading) -> bool:
-    return (asked.head[-1] == said.head[-1] and asked.key in said.endings) or (
-        asked.key in said.endings and set(asked.things) == set(said.things)
-    )
+    """Tell whether a name is written as it is asked for: a "glass" is not written "glasses"."""
+    is_same = asked.head[-1] == said.head[-1] or set(asked.things) == set(said.things)
+    return is_same and asked.key in said.endings
 
 
 def _count_owner(asked: Reading, said: Reading) -> int:
