@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import datetime
 
 import numpy as np
 
@@ -10,6 +11,10 @@ from sgm.memory.asking import Asked
 from sgm.memory.sighting import SeenAt
 
 SIMILAR = 0.7  # cosine of the labels' text vectors: mug and cup .96, document and book .74
+_MONTHS = (
+    "January", "February", "March", "April", "May", "June", "July", "August", "September",
+    "October", "November", "December",
+)  # fmt: skip
 _NAMED = 2  # similar objects that are called by name
 
 
@@ -21,25 +26,30 @@ class Evidence:
 
     Attributes:
         seen: its last sighting there; None if it was never seen there.
-        times_absent: looks at this furniture that did not find it, since it was first seen or
-            looked for there.
+        times_absent: looks at this furniture that did not find it; of what was seen there, those
+            since it was first seen or looked for there.
         similar: descriptions of other objects with a similar label that were seen there, the
             latest first.
         prior: share of this place in where such objects tend to be, 0 to 1.
+        seen_on: date and time of that sighting; None without a clock.
+        missed_on: date and time of the last look here, if it did not show it any more; None
+            without a clock.
+        now: date and time of the present step; None without a clock.
     """
 
     seen: SeenAt | None
     times_absent: int
     similar: tuple[str, ...]
     prior: float
+    seen_on: datetime | None = None
+    missed_on: datetime | None = None
+    now: datetime | None = None
 
     def __str__(self) -> str:
         """Say it in one line."""
         parts = []
         if self.seen is not None:
-            ago = self.seen.steps_ago
-            when = f"{_count(ago, 'step')} ago" if ago else "in this step"
-            parts.append(f"seen here {when}" + ("" if self.seen.is_there else ", then gone"))
+            parts.append(self._tell_seen(self.seen))
         elif self.times_absent:
             parts.append(f"not seen here in {_count(self.times_absent, 'look')}")
         if self.similar:
@@ -49,6 +59,30 @@ class Evidence:
         if self.prior > 0:
             parts.append(f"prior {self.prior:.0%}")
         return "; ".join(parts) or "no evidence"
+
+    def _tell_seen(self, seen: SeenAt) -> str:
+        """Say when it was last seen here, and whether a later look missed it."""
+        if seen.steps_ago == 0:
+            return "seen here in this step" + ("" if seen.is_there else ", but not in every look")
+        if self.seen_on is None or self.now is None:
+            ago = f"seen here {_count(seen.steps_ago, 'step')} ago"
+            return ago + ("" if seen.is_there else ", then gone")
+        told = f"seen here {_tell_time(self.seen_on, self.now)}"
+        if not seen.is_there and self.missed_on is not None:
+            told += f"; not there {_tell_time(self.missed_on, self.now)}"
+        return told
+
+
+def _tell_time(time: datetime, now: datetime) -> str:
+    """Say a time as people do: "at 9:10", "yesterday at 21:40", "on 3 November at 8:00"."""
+    hour = f"at {time.hour}:{time.minute:02}"
+    days = (now.date() - time.date()).days
+    if days == 0:
+        return hour
+    if days == 1:
+        return f"yesterday {hour}"
+    year = f" {time.year}" if time.year != now.year else ""
+    return f"on {time.day} {_MONTHS[time.month - 1]}{year} {hour}"
 
 
 def _count(number: int, what: str) -> str:
@@ -78,22 +112,37 @@ def gather_evidence(
     num_observed, num_true = np.zeros((2, len(ids)), dtype=np.int64)
     np.maximum.at(num_observed, edges["furniture"][own], edges["num_observed"][own])
     np.add.at(num_true, edges["furniture"][own], edges["num_true"][own])
-    num_absent = np.maximum(num_observed - num_true, 0)
-    for looks in asked.looks:  # looks that no edge remembers
-        vain = np.ceil(looks.in_vain).astype(np.int64) + np.isfinite(looks.steps_ago).sum(axis=1)
-        vain += np.isfinite(looks.sought_ago)
-        num_absent = np.maximum(num_absent, np.where(num_true > 0, 0, vain))
+    # What was never seen at a place was missed by every look at it, and by every search for it.
+    num_missed = np.zeros(len(ids), dtype=np.int64)
+    for looks in asked.looks:
+        missed = asked.batch.furniture_num_observed[0] + np.ceil(looks.in_vain).astype(np.int64)
+        missed += np.ceil(looks.sought).astype(np.int64)
+        num_missed = np.maximum(num_missed, missed)
+    num_absent = np.where(num_true > 0, np.maximum(num_observed - num_true, 0), num_missed)
+    last_look = asked.current.furniture_last_observed[0]
     similar = _list_similar(asked, cosines, is_own)
     prior = asked.queries.prior.mean(axis=0).sum(axis=1)  # (F,)
-    return [
-        Evidence(
-            seen=seen_at.get(ids[place]),
-            times_absent=int(num_absent[place]),
-            similar=tuple(similar.get(place, ())),
-            prior=float(prior[place]),
+    found = []
+    for place in furniture.tolist():
+        seen = seen_at.get(ids[place])
+        seen_on = missed_on = now = None
+        if seen is not None and asked.clock is not None:
+            seen_on = asked.clock.get_date(seen.time)
+            now = asked.clock.get_date(seen.time + seen.steps_ago)
+            if not seen.is_there:
+                missed_on = asked.clock.get_date(int(last_look[place]))
+        found.append(
+            Evidence(
+                seen=seen,
+                times_absent=int(num_absent[place]),
+                similar=tuple(similar.get(place, ())),
+                prior=float(prior[place]),
+                seen_on=seen_on,
+                missed_on=missed_on,
+                now=now,
+            )
         )
-        for place in furniture.tolist()
-    ]
+    return found
 
 
 def _list_similar(

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from sgm.memory.clock import Clock
 from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -67,6 +68,7 @@ class Asked:
         num_instances: most things of each description that were seen at once, 1 or more, (K,).
         sightings: every place where one of them was ever seen, the latest first.
         furniture_ids, furniture_names: F each.
+        clock: of the memory; None if it has none.
     """
 
     batch: MemoryBatch
@@ -80,6 +82,7 @@ class Asked:
     sightings: tuple[SeenAt, ...]
     furniture_ids: tuple[int, ...]
     furniture_names: tuple[str, ...]
+    clock: Clock | None = None
 
     @property
     def last_seen(self) -> SeenAt | None:

@@ -78,6 +78,13 @@ class Clock:
         since_midnight = (start - midnight).total_seconds()
         return start.weekday() * DAY_SECONDS + since_midnight, float(self.step_seconds)
 
+    def get_date(self, time: int) -> datetime | None:
+        """Return when a time step begins; None beyond the year 9999."""
+        try:
+            return self.start + timedelta(seconds=time * self.step_seconds)
+        except OverflowError:
+            return None
+
     def shift(self, seconds: float) -> Clock:
         """Return the clock of somebody who starts so many seconds later.
 

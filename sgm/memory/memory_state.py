@@ -157,6 +157,7 @@ class MemoryState:
             ),
             furniture_ids=ids,
             furniture_names=tuple(map(self.layout.describe, ids)),
+            clock=self.clock,
         )
 
     def ensure_object(self, description: str) -> int:
