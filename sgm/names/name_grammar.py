@@ -133,6 +133,8 @@ class NameReader:
         for remark in remarks:
             if remark.strip():
                 readings |= dict.fromkeys(self._read_phrase(split_possessives(remark), True))
+        if all(reading.is_content for reading in readings):  # nothing but remarks, or no words
+            readings = dict.fromkeys(self._read_phrase(split_possessives(text), False))
         said = frozenset(word for reading in readings for word in reading.said)
         whole = [replace(reading, said=said) for reading in readings]
         return tuple(sorted(whole, key=lambda reading: reading.is_content))

@@ -67,6 +67,20 @@ def make_memory(*seen):
     return memory
 
 
+def test_any_words_are_read():
+    """Every name has a reading, whatever words of the grammar it is made of."""
+    words = (
+        "of with in for on box glass pair dog's dad's cup a the ( ) / ' ?! - red where i".split()
+    )
+    rng = np.random.default_rng(0)
+    memory = make_memory("box of cereal", "?", "/", "( )", "red cup for the dog")
+    for _ in range(300):
+        question = " ".join(rng.choice(words, size=rng.integers(1, 12)).tolist())
+        found = memory.resolve(question)
+        assert (found.how == "unknown") == (found.matches == ()), question
+        assert memory.resolve("question", among=[question]).question == "question"
+
+
 def test_a_phone_is_no_typo_of_one_iphone():
     memory = make_memory("black iphone", "samsung phone")
     found = memory.resolve("phone")
