@@ -32,7 +32,7 @@ class AliasTable:
     called besides. One name may be of several things: "glasses" are eyeglasses, and drinking
     glasses. Plural, hyphens and words written apart make no difference.
 
-    The shipped table is `sgm/memory/data/aliases.csv`, with columns `name`, `kind` and
+    The shipped table is `sgm/names/data/aliases.csv`, with columns `name`, `kind` and
     `aliases`; several kinds or aliases are separated by ";". Rows of one's own are added to it: a
     row whose name is there adds to its kinds and aliases.
 
@@ -273,7 +273,7 @@ def _walk(thing: int, edges: Sequence[Mapping[int, None]]) -> list[int]:
 
 @lru_cache(maxsize=1)
 def _load_household() -> AliasTable:
-    path = resources.files("sgm.memory").joinpath("data", "aliases.csv")
+    path = resources.files("sgm.names").joinpath("data", "aliases.csv")
     return AliasTable(_parse(path.read_text(encoding="utf-8"), "the shipped aliases"))
 
 

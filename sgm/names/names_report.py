@@ -1,6 +1,6 @@
 """How often a question is taken for what was meant: `python -m sgm.names.names_report`.
 
-The pairs are `sgm/memory/data/name_pairs.json`: what a detector named in a home, a question,
+The pairs are `sgm/names/data/name_pairs.json`: what a detector named in a home, a question,
 and the descriptions that it means, none where nothing of that name was seen.
 """
 
@@ -32,7 +32,7 @@ _WIDTH = 512  # of the vectors of letters
 
 def load_homes() -> list[dict[str, Any]]:
     """Load the homes with their pairs: `name`, `part`, `seen`, `pairs` of question and answers."""
-    path = resources.files("sgm.memory").joinpath("data", "name_pairs.json")
+    path = resources.files("sgm.names").joinpath("data", "name_pairs.json")
     homes: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))["homes"]
     return homes
 

@@ -65,11 +65,15 @@ class Vocabulary:
         thing is called besides, else a kind above it, else its last word.
         """
         words = read_words("description", description).split()
-        if self._table is not None and " ".join(words) not in self._known_objects:
+        starts = range(len(words))
+        own = (start for start in starts if " ".join(words[start:]) in self._known_objects)
+        start = next(own, len(words) - 1)
+        # A type of several words says more than its parts: a "large bottle of soap" is no soap.
+        is_named = len(words) - start > 1 and not {"of", "with", "in"} & set(words[:start])
+        is_exact = " ".join(words) in self._known_objects
+        if self._table is not None and not is_exact and not is_named:
             return self._read_type(" ".join(words), self._table)
-        endings = (" ".join(words[start:]) for start in range(len(words)))
-        known = next((words for words in endings if words in self._known_objects), words[-1])
-        label = self.number(known)
+        label = self.number(" ".join(words[start:]))
         return label, self._type_of.get(self.labels[label], -1)
 
     def _read_type(self, description: str, table: AliasTable) -> tuple[int, int]:

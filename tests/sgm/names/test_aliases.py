@@ -1,16 +1,18 @@
 """The table of aliases: look-ups, rows of one's own, and bad ones."""
 
 import csv
+from itertools import product
 from pathlib import Path
 
 import pytest
 
-import sgm.memory
+import sgm.names
+from sgm import PriorGraph, SceneGraphMemory, Sighting
 from sgm.names.aliases import AliasTable, read_rows
 from sgm.names.name_words import split_words
-from simulator import PriorGraph, SceneGraphMemory, Sighting
+from sgm.names.vocabulary import Vocabulary
 
-TABLE = Path(sgm.memory.__file__).parent / "data" / "aliases.csv"
+TABLE = Path(sgm.names.__file__).parent / "data" / "aliases.csv"
 
 
 def find(table, name):
@@ -117,3 +119,13 @@ def test_too_long_missing_and_other_things(tmp_path):
         SceneGraphMemory(aliases=tmp_path / "none.csv")
     with pytest.raises(TypeError, match="mapping or the path of a CSV file, got 3"):
         SceneGraphMemory(aliases=3)
+
+
+@pytest.mark.parametrize("prior", [PriorGraph.default(), PriorGraph.household()])
+def test_descriptions_of_the_shipped_priors_keep_their_types(prior):
+    """Whatever adjectives stand before it, a type of several words is not read in parts."""
+    vocabulary = Vocabulary(prior, (), AliasTable.household(None))
+    for number, row in enumerate(prior.objects):
+        for adjectives in product(*row.adjectives):
+            description = " ".join([*adjectives, row.label])
+            assert vocabulary.find_type(description)[1] == number, description
