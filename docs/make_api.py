@@ -12,7 +12,7 @@ from pathlib import Path
 import pdoc
 import pdoc.render
 
-PACKAGES = ("nep", "simulator", "datamodules")
+PACKAGES = ("sgm", "nep", "simulator", "datamodules")
 
 
 def list_modules() -> Iterator[str]:
@@ -34,9 +34,11 @@ def main() -> None:
     # pdoc finds the modules of packages without `__all__` by itself, and only of those.
     warnings.filterwarnings("ignore", message="The module specification")
     import nep
+    import sgm
 
-    for name in nep.__all__:  # loaded when first used, and pdoc shows what is loaded
-        getattr(nep, name)
+    for package in (sgm, nep):  # names are loaded when first used, and pdoc shows what is loaded
+        for name in package.__all__:
+            getattr(package, name)
     pdoc.render.configure(docformat="google", show_source=False)
     pdoc.pdoc(*list_modules(), output_directory=out)
     print(f"{out / 'index.html'}: {len(list(out.rglob('*.html')))} pages")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, Field, TypeAdapter, ValidationError
 from typing_extensions import TypedDict
 
 from nep.view.answers import SEARCH, TRUTH, Desk
@@ -21,17 +21,14 @@ _Count = Annotated[int, Field(strict=True, ge=0, le=2**53)]  # the integers that
 _Number = Annotated[float, Field(strict=True, ge=-1e300, le=1e300)]
 _Flag = Annotated[bool, Field(strict=True)]
 _View = tuple[_Number, _Number, _Number, _Number]  # left, right, bottom, top
-_Zoom = TypedDict(
-    "_Zoom",
-    {
-        "xaxis.range[0]": _Number,
-        "xaxis.range[1]": _Number,
-        "yaxis.range[0]": _Number,
-        "yaxis.range[1]": _Number,
-    },
-    total=False,
-)
 _Owner = tuple[Literal["furniture"], _Count] | tuple[Literal["object"], _Text]
+
+
+class _Zoom(BaseModel):
+    left: _Number = Field(0.0, alias="xaxis.range[0]")
+    right: _Number = Field(0.0, alias="xaxis.range[1]")
+    bottom: _Number = Field(0.0, alias="yaxis.range[0]")
+    top: _Number = Field(0.0, alias="yaxis.range[1]")
 
 
 class _Point(TypedDict, total=False):

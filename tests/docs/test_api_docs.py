@@ -20,7 +20,7 @@ def test_pages_are_built_without_warnings(tmp_path, python):
     assert "Warning" not in done.stderr
     modules = [
         path.relative_to(ROOT).with_suffix(".html")
-        for package in ("nep", "simulator", "datamodules")
+        for package in ("sgm", "nep", "simulator", "datamodules")
         for path in (ROOT / package).rglob("*.py")
         if path.stem not in ("__init__", "__main__")
     ]

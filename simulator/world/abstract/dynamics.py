@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -15,7 +14,6 @@ if TYPE_CHECKING:
     from simulator.world.abstract.life import AbstractLife
 
 
-@dataclass(frozen=True, slots=True)
 class AbstractDynamics(AbstractRules):
     """Things have usual places and are used in activities, all drawn without regard to names.
 
@@ -27,6 +25,8 @@ class AbstractDynamics(AbstractRules):
     (`simulator.world.abstract.ways`). So what can be learnt in many of them is how to follow
     things, not what things are. Nothing comes or goes.
     """
+
+    __slots__ = ()
 
     keeps_slots: ClassVar[bool] = True
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -15,7 +14,6 @@ if TYPE_CHECKING:
     from simulator.world.routine.life import RoutineLife
 
 
-@dataclass(frozen=True, slots=True)
 class RoutineDynamics(RoutineRules):
     """One to four residents with habits, who take things, use them, and put them back or not.
 
@@ -36,6 +34,8 @@ class RoutineDynamics(RoutineRules):
     objects behave within the spread of five recorded households; none is fitted to one of them,
     and `results/realism.md` holds other homes against the five.
     """
+
+    __slots__ = ()
 
     keeps_slots: ClassVar[bool] = True
     has_schedules: ClassVar[bool] = True
