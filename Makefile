@@ -71,6 +71,7 @@ docs: $(STAMP)
 	$(PY) docs/make_api.py $(ARGS)
 
 core-wheel: $(STAMP)
+	@rm -rf core/build dist/scene_graph_memory_core-*  # setuptools takes along what was built before
 	$(PY) -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist ./core
 
 # The wheel in a fresh environment of the newest supported Python, without torch: README's lines and the tests of sgm.

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from _measure import Benchmark, Measure, run
 
+from sgm.prior import prior_graph
 from sgm.prior.prior_graph import PriorGraph
-from simulator.priors import prior_graph
 
 PATH = Path(prior_graph.__file__).with_name("default.json")
 

@@ -12,8 +12,8 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 
 # How many looks the usual miss rate counts as when a memory's own count is joined with it. Counts
-# are too low: a thing that is missed for long is often elsewhere when it is seen again. In simulated
-# homes that miss 0 to 60 % they say .04 to .28 (`Detector.estimate`), so that they weigh little.
+# are too low: a thing that is missed for long is often elsewhere when it is seen again. In homes
+# whose detector misses 0 to 60 % they say .04 to .28, so that they weigh little.
 _USUAL_LOOKS = 1000.0
 
 # Share of the misses that another look in the same time step repeats. An assumption: what is hidden

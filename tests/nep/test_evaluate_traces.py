@@ -56,6 +56,8 @@ def test_a_replay_ends_with_the_scores_of_the_simulated_homes(tmp_path):
           "--workers", "2"])  # fmt: skip
     assert load_results(tmp_path / "c")["tasks"] == load_results(tmp_path / "a")["tasks"]
     replayed, played = load_results(tmp_path / "a"), load_results(tmp_path / "b")
+    for of_policy in replayed["tasks"]["predict_location"]["policies"].values():
+        assert len(set(of_policy.pop("units"))) == 2  # simulated homes are numbered, not named
     assert replayed["tasks"] == played["tasks"]
     assert played["config"]["homes"]["source"] == "sampled"
 
