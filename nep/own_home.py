@@ -28,6 +28,7 @@ from nep.robot.finder import ObjectFinder
 from sgm.checks import check_at_least, check_at_most, check_shares
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.files import write_whole
+from sgm.finder import object_finder
 from sgm.finder.finder import Finder
 from sgm.memory.clock import DAY_SECONDS, DEFAULT_STEP_SECONDS
 from sgm.messages import shorten
@@ -166,7 +167,7 @@ def list_players(
         asks_moved: share of the questions that are about what has just moved.
     """
 
-    def load(source: Path, folder: Path) -> ObjectFinder:
+    def load(source: Path, folder: Path) -> object_finder.ObjectFinder:
         return ObjectFinder.load(source, asks_moved=asks_moved)
 
     def adapt(source: Path, folder: Path) -> Finder:

@@ -113,7 +113,7 @@ class Belief:
             rest = np.where(seen > 0, 0.0, places)
             left = rest.sum(axis=1) + elsewhere
             share = np.divide(missing, left, out=np.zeros(len(left)), where=left > 0)
-            is_seen = seen.any(axis=1)
+            is_seen = np.any(seen, axis=1)
             own = np.where(seen > 0, seen, rest * share[:, None])
             places = np.where(is_seen[:, None], own, places)
             elsewhere = np.where(is_seen, elsewhere * share, elsewhere)

@@ -26,6 +26,11 @@ class Ranker(Protocol):
     def resolve(self, memory: SceneGraphMemory, description: str) -> Resolution:
         """Say which remembered things a question means."""
 
+    def resolve_among(
+        self, memory: SceneGraphMemory, description: str, names: Sequence[str]
+    ) -> tuple[str, ...]:
+        """Return which of some names a question means."""
+
     def rank(
         self,
         memory: SceneGraphMemory,
