@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from copy import deepcopy
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import torch
 from jsonargparse import Namespace
@@ -39,6 +39,15 @@ from simulator.command_line import BAD_INPUT, normalise, one_line_errors, use_pl
 from simulator.process import run_main
 
 _BEST = "val/hits_at_1"  # by which the best epoch is chosen
+_MOST_CHARACTERS = 2000  # of a message; some repeat a whole file
+
+
+class _Parser(LightningArgumentParser):
+    """Cuts what a message repeats of a config."""
+
+    def error(self, message: str, ex: Exception | None = None) -> NoReturn:
+        """End with a message."""
+        super().error(shorten_text(message, _MOST_CHARACTERS), ex)
 
 
 class FitCLI(LightningCLI):
@@ -60,6 +69,7 @@ class FitCLI(LightningCLI):
         super().__init__(
             model_class,
             data_class,
+            parser_class=_Parser,
             # dgl's wheels on PyPI have no CUDA; at this size two CPU cores are enough.
             trainer_defaults={"accelerator": "cpu", "max_epochs": 25, "log_every_n_steps": 10},
             seed_everything_default=0,
@@ -359,7 +369,7 @@ def _can_be_folder(path: Path) -> bool:
 
 
 def _shorten(error: Exception) -> str:
-    return shorten_text(" ".join(str(error).split()), 2000)
+    return shorten_text(" ".join(str(error).split()), _MOST_CHARACTERS)
 
 
 if __name__ == "__main__":

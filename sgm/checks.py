@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from numbers import Real
+from numbers import Integral, Real
 from typing import TypeGuard
 
 from sgm.messages import shorten
@@ -61,8 +61,8 @@ def check_shares(**values: object) -> None:
 
 def check_seed(seed: int) -> None:
     """Raise ValueError unless a seed is one that numpy takes."""
-    if seed < 0:
-        raise ValueError(f"seed must be non-negative, got {seed}. Choose 0 or more.")
+    if not isinstance(seed, Integral) or isinstance(seed, bool) or seed < 0:
+        raise ValueError(f"seed must be non-negative, got {shorten(seed)}. Choose 0 or more.")
 
 
 def check_elsewhere_share(share: float) -> None:

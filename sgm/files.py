@@ -87,7 +87,7 @@ def write_whole(path: str | Path, content: bytes) -> None:
             or device; the old file, if any, is untouched.
     """
     try:
-        target = _find_target(path)
+        target = find_target(path)
         partial, file = _open_partial(target)
         try:
             with file:
@@ -183,8 +183,12 @@ def _check_regular(status: os.stat_result, path: str | Path) -> None:
         raise OSError(errno.EINVAL, _NO_FILE, str(path))
 
 
-def _find_target(path: str | Path) -> Path:
-    """Return the file that is to be written, or was."""
+def find_target(path: str | Path) -> Path:
+    """Return the file that is to be written, or was: of a symbolic link, the file that it names.
+
+    Raises:
+        OSError: if the path names a folder, pipe, socket or device, or a circle of links.
+    """
     target = Path(os.path.realpath(path))
     try:
         _check_regular(os.stat(target), path)

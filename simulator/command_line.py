@@ -37,6 +37,9 @@ _NAMED: Mapping[str, Mapping[str, str]] = {
 }
 
 
+_MOST_CHARACTERS = 2000  # of a message; some repeat a whole file
+
+
 def make_parser(prog: str, description: str) -> ArgumentParser:
     """Make a parser with --config and --print_config.
 
@@ -240,7 +243,7 @@ def _make_line(error: Exception) -> str:
             "steps, places or workers."
         )
     line = " ".join(str(error).split())
-    return "error: " + shorten_values(line)
+    return "error: " + shorten_text(shorten_values(line), _MOST_CHARACTERS)
 
 
 def _get_summary(function: Callable[..., Any]) -> str:

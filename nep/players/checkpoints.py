@@ -30,7 +30,7 @@ from nep.players.stored_network import (
     read_features,
 )
 from nep.tensor_file import read_tensors
-from sgm.files import compute_checksum, read_file, read_json, write_whole
+from sgm.files import compute_checksum, find_target, read_file, read_json, write_whole
 from sgm.messages import shorten
 from sgm.network.calibration import Calibration, read_calibration
 from sgm.network.network import ONNX, describe_onnx
@@ -185,6 +185,8 @@ def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> N
         "notes": notes,
     }
     _finish_export(folder)
+    for name in (WEIGHTS, CONFIG, ONNX):
+        find_target(folder / name)  # refuses what is no file
     write_whole(folder / f"{WEIGHTS}{NEW}", weights)
     if is_exportable(model.module, model.builder.config):
         content = make_onnx(model.module, model.builder.config)
@@ -256,11 +258,11 @@ def _finish_export(folder: Path) -> None:
     except (OSError, ValueError, AttributeError, LookupError, TypeError):
         return  # no folder of an export, or a damaged one
     if weights != folder / WEIGHTS:
-        weights.replace(folder / WEIGHTS)
+        weights.replace(find_target(folder / WEIGHTS))
     if network is None:  # of another network that was exported here
         (folder / ONNX).unlink(missing_ok=True)
     elif network != folder / ONNX:
-        network.replace(folder / ONNX)
+        network.replace(find_target(folder / ONNX))
 
 
 def load_config(folder: Path) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -63,7 +64,14 @@ class LogLock:
         Raises:
             ValueError, OSError: as the constructor.
         """
-        key = str(path.resolve())
+        try:
+            key = str(path.resolve())
+        except (OSError, RuntimeError) as error:  # a circle of links
+            raise OSError(
+                errno.ELOOP,
+                f"log must be a file, got a symbolic link that leads to itself at {path}. Choose "
+                "another log.",
+            ) from error
         with _OPENING:
             known = _HELD.get(key)
             if known is None or known._process != os.getpid():  # of the process before a fork

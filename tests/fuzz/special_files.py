@@ -119,7 +119,9 @@ def _make_folder(path: Path, name: str) -> Path:
     """Put what is there into a folder, under the name that a reader looks for."""
     inside = path.parent / "inside" / name
     inside.parent.mkdir(parents=True)
-    if path.is_symlink() or path.exists():
+    if path.is_symlink() and os.readlink(path) == path.name:
+        inside.symlink_to(name)  # a circle under that name
+    elif path.is_symlink() or path.exists():
         path.rename(inside)
     return path.parent / "inside"
 
