@@ -1,0 +1,212 @@
+"""Extents of furniture: upright boxes in the frame of the map."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from sgm.arrays.read_numbers import read_numbers
+from sgm.messages import shorten
+
+INTERIORS = ("none", "open", "door")
+BELOW_TOP, ABOVE_TOP = 0.03, 0.40  # metres around the top within which things are on top
+_WALL = 0.02  # metres of wall, board and door around what is inside
+_MOST_METRES = 1e5  # of any coordinate: farther away nothing is in a home
+_LEAST_METRES = 1e-3  # of any side
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """An upright box around furniture, in metres in the frame of the map.
+
+    Its own x axis points to the front, from where one looks into it, its y axis to the left, z up.
+
+    Attributes:
+        center: x, y, z of the middle.
+        size: length along the own x axis, width along y, height.
+        yaw: angle from the x axis of the map to the own one, counter-clockwise, in radians.
+        interior: what is inside: "none" (a table, a bed), "open" (shelves) or "door", which must
+            be open to look into it.
+    """
+
+    center: tuple[float, float, float]
+    size: tuple[float, float, float]
+    yaw: float = 0.0
+    interior: str = "none"
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            ValueError: if one is no finite number, a side is shorter than 1 mm, or the interior
+                unknown.
+        """
+        for name, value in (("center", self.center), ("size", self.size)):
+            read = read_numbers(f"{name} of a box", value, (3,)).tolist()
+            object.__setattr__(self, name, tuple(read))
+        object.__setattr__(self, "yaw", float(read_numbers("yaw of a box", self.yaw, ())))
+        if max(map(abs, (*self.center, *self.size, self.yaw))) > _MOST_METRES:
+            raise ValueError(
+                f"box must lie within {_MOST_METRES:g} m, got {shorten(self.size)} at "
+                f"{shorten(self.center)}. Give metres and radians in the frame of the map."
+            )
+        if min(self.size) < _LEAST_METRES:
+            raise ValueError(
+                f"size of a box must be at least {_LEAST_METRES} m on every side, got "
+                f"{shorten(self.size)} at {shorten(self.center)}. Give length, width and height."
+            )
+        if self.interior not in INTERIORS:
+            raise ValueError(
+                f"interior of a box must be one of {', '.join(INTERIORS)}, got "
+                f"{shorten(self.interior)} at {shorten(self.center)}. Choose one of these."
+            )
+
+    @classmethod
+    def of_floor(
+        cls, corner: Sequence[float], opposite: Sequence[float], height: float = 0.0
+    ) -> Box:
+        """Return the floor of a room whose walls follow the axes of the map.
+
+        Args:
+            corner: x, y of one corner.
+            opposite: x, y of the opposite one.
+            height: z of the floor.
+        """
+        (x, y), (to_x, to_y) = (
+            read_numbers("corner", at, (2,)).tolist() for at in (corner, opposite)
+        )
+        thickness = 0.1  # downwards: its top is the floor
+        center = ((x + to_x) / 2, (y + to_y) / 2, height - thickness / 2)
+        return cls(center, (abs(to_x - x), abs(to_y - y), thickness))
+
+    @classmethod
+    def from_json(cls, data: Any) -> Box:
+        """Return what `to_json` wrote.
+
+        Raises:
+            ValueError: if it is malformed.
+        """
+        if not isinstance(data, list) or len(data) != 8:
+            raise ValueError(
+                "box must be a list of x, y, z, length, width, height, yaw and interior, got "
+                f"{shorten(data)}. Mend it."
+            )
+        return cls(tuple(data[:3]), tuple(data[3:6]), data[6], data[7])
+
+    def to_json(self) -> list[Any]:
+        """Return x, y, z, length, width, height, yaw and interior."""
+        return [*self.center, *self.size, self.yaw, self.interior]
+
+    @property
+    def has_door(self) -> bool:
+        """Whether it must be opened to look into it."""
+        return self.interior == "door"
+
+    @property
+    def top(self) -> float:
+        """Height of the upper side."""
+        return self.center[2] + self.size[2] / 2
+
+    @property
+    def bottom(self) -> float:
+        """Height of the lower side."""
+        return self.center[2] - self.size[2] / 2
+
+    @property
+    def radius(self) -> float:
+        """Half the diagonal: no point of it is farther from the middle."""
+        return math.hypot(*self.size) / 2
+
+    @property
+    def corners(self) -> np.ndarray:
+        """The footprint counter-clockwise, from front left on, (4, 2)."""
+        own = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * np.array(self.size[:2]) / 2
+        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
+        return own @ np.array([[cos, sin], [-sin, cos]]) + self.center[:2]
+
+    @property
+    def on_top(self) -> Box:
+        """The volume of things on top: the footprint, 3 cm below the upper side to 40 cm above."""
+        return self._between(self.top - BELOW_TOP, self.top + ABOVE_TOP)
+
+    @property
+    def inside(self) -> Box | None:
+        """The volume of things inside, without walls and door; None where there is no inside."""
+        if self.interior == "none":
+            return None
+        length, width, height = (max(side - 2 * _WALL, side / 2) for side in self.size)
+        return replace(self, size=(length, width, height), interior="none")
+
+    def volume(self, relation: str) -> Box | None:
+        """Return the volume of things "in" or "onTop" of it; None where there is no inside."""
+        return self.inside if relation == "in" else self.on_top
+
+    def to_own(self, points: np.ndarray) -> np.ndarray:
+        """Turn points of the map (..., 3) into the own axes, from the middle on."""
+        offset = np.asarray(points, dtype=float) - self.center
+        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
+        return offset @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+
+    def to_map(self, own: np.ndarray) -> np.ndarray:
+        """Turn points in the own axes (..., 3) into the map; the way back from `to_own`."""
+        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
+        return own @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]]) + self.center
+
+    def compute_distance(self, points: np.ndarray) -> np.ndarray:
+        """Return how far points (..., 3) are from it, (...,); 0 inside."""
+        outside = np.abs(self.to_own(points)) - np.array(self.size) / 2
+        return np.linalg.norm(np.maximum(outside, 0), axis=-1)
+
+    def contains(self, points: np.ndarray, dilation: float = 0.0) -> np.ndarray:
+        """Tell which points (..., 3) are within `dilation` metres of it, bool (...,)."""
+        return self.compute_distance(points) <= dilation
+
+    def _between(self, bottom: float, top: float) -> Box:
+        """Return the same footprint between two heights."""
+        x, y, _ = self.center
+        length, width, _ = self.size
+        center, size = (x, y, (bottom + top) / 2), (length, width, top - bottom)
+        return replace(self, center=center, size=size, interior="none")
+
+
+def sample_volume(box: Box, relation: str, num_points: int = 128) -> np.ndarray:
+    """Return points that fill the volume of things "in" or "onTop" of a box evenly.
+
+    They are the same in every call. On top they begin at the upper side: what lies below it is in
+    the volume for things that are measured too low, and never in view.
+
+    Args:
+        box: the furniture.
+        relation: "in" or "onTop".
+        num_points: n.
+
+    Returns:
+        (n, 3) in the map; (0, 3) for "in" where there is no inside.
+
+    Source: the additive recurrence R3 of Roberts (2018), "The unreasonable effectiveness of
+    quasirandom sequences".
+    """
+    volume = box._between(box.top, box.top + ABOVE_TOP) if relation == "onTop" else box.inside
+    if volume is None:
+        return np.empty((0, 3))
+    root = 1.2207440846057596  # of x^4 = x + 1
+    steps = np.arange(1, num_points + 1)[:, None] * root ** -np.arange(1.0, 4.0)
+    return volume.to_map(((0.5 + steps) % 1 - 0.5) * volume.size)
+
+
+def read_box(box: Any) -> Box | None:
+    """Return a box; None stays None.
+
+    Raises:
+        TypeError: if it is something else.
+    """
+    if box is not None and not isinstance(box, Box):
+        raise TypeError(
+            f"box must be a Box, got {shorten(box)}. Write Box((x, y, z), (length, width, "
+            "height)) of sgm.eyes."
+        )
+    return box
