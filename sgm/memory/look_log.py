@@ -102,19 +102,41 @@ class LookLog:
             ValueError: as `write`.
             OSError: if the file cannot be written.
         """
-        layout, clock = content.layout, content.clock
-        values = {
-            "version": LOG_VERSION,
-            "prior": content.prior,
-            "clock": None if clock is None else clock.to_json(),
-            "rooms": [[number, label] for number, label in layout.rooms.items()],
-            "furniture": [
-                [number, row.label, row.room, row.description, row.position]
-                for number, row in layout.furniture.items()
-            ],
-            "memory": None if is_new else content.to_json(),
-        }
-        self.write("start", content.time, clock, values)
+        values = _list_start(content, is_new=is_new)
+        self.write("start", content.time, content.clock, values)
+
+    def rotate(self, old: Path, content: MemoryContent) -> None:
+        """Keep the log so far under another name, and begin anew with what the memory holds.
+
+        Args:
+            old: name for the log so far, in the same folder.
+            content: what the memory holds now.
+
+        Raises:
+            ValueError: as `write`.
+            OSError: if the new file cannot be written; then the log is as it was.
+        """
+        with self._lock.take(self._turn, is_new=False):
+            self.path.replace(old)
+            try:
+                _append(
+                    self.path,
+                    _write_line(
+                        "start", content.time, content.clock, _list_start(content, is_new=False)
+                    ),
+                )
+                _sync(self.path)
+            except BaseException:
+                old.replace(self.path)
+                raise
+
+    def sync(self) -> None:
+        """Have the disk take all lines written so far, so that they survive a loss of power.
+
+        Raises:
+            OSError: if it does not.
+        """
+        _sync(self.path)
 
     def write(self, kind: str, time: int, clock: Clock | None, values: Mapping[str, Any]) -> None:
         """Append a line.
@@ -129,14 +151,9 @@ class LookLog:
             ValueError: if it is no date of the clock, or another memory or process has the log.
             OSError: if the file cannot be written; it is left as it was.
         """
-        line: dict[str, Any] = {"kind": kind, "time": time}
-        if clock is not None:
-            line["at"] = clock.get_time(time).isoformat()
-        text = json.dumps(
-            {**line, **values}, ensure_ascii=False, separators=(",", ":"), default=_to_number
-        )
+        content = _write_line(kind, time, clock, values)
         with self._lock.take(self._turn, is_new=kind == "start"):
-            _append(self.path, f"{text}\n".encode())
+            _append(self.path, content)
 
 
 def read_log(path: str | Path) -> list[LogLine]:
@@ -167,6 +184,37 @@ def make_furniture(row: list[Any]) -> Furniture:
     """Make the furniture of a row of a "start" line, without its number."""
     _, label, room, description, position = row
     return Furniture(label, room, description, None if position is None else tuple(position))
+
+
+def _list_start(content: MemoryContent, *, is_new: bool) -> dict[str, Any]:
+    """Return the values of a "start" line."""
+    layout, clock = content.layout, content.clock
+    return {
+        "version": LOG_VERSION,
+        "prior": content.prior,
+        "clock": None if clock is None else clock.to_json(),
+        "rooms": [[number, label] for number, label in layout.rooms.items()],
+        "furniture": [
+            [number, row.label, row.room, row.description, row.position]
+            for number, row in layout.furniture.items()
+        ],
+        "memory": None if is_new else content.to_json(),
+    }
+
+
+def _write_line(kind: str, time: int, clock: Clock | None, values: Mapping[str, Any]) -> bytes:
+    line: dict[str, Any] = {"kind": kind, "time": time}
+    if clock is not None:
+        line["at"] = clock.get_time(time).isoformat()
+    text = json.dumps(
+        {**line, **values}, ensure_ascii=False, separators=(",", ":"), default=_to_number
+    )
+    return f"{text}\n".encode()
+
+
+def _sync(path: Path) -> None:
+    with path.open("r+b") as file:
+        os.fsync(file.fileno())
 
 
 def _append(path: Path, content: bytes) -> None:

@@ -173,8 +173,46 @@ class SceneGraphMemory:
         """
         with self._saving:  # of two saves the later one lasts; nobody waits for the disk
             with self._lock:
-                data = self._state.get_content_to_save().to_json()
-            save_content(path, data)
+                content = deepcopy(self._state.get_content_to_save())
+            save_content(path, content.to_json())
+
+    def save_and_rotate(self, path: str | Path, old_log: str | Path) -> None:
+        """Write the memory to a file, and begin its log anew from there.
+
+        No call of another thread comes between the two: what the file holds and the lines of the
+        new log are the memory. A process that is killed meanwhile leaves the old log whole, and
+        perhaps the new one (`sgm.memory.kept_home` reads both).
+
+        Args:
+            path: such as "home.sgm".
+            old_log: name for the log so far, beside the log.
+
+        Raises:
+            ValueError: if the memory has no log, or another one has it now.
+            OSError: if the disk does not take the new log or the file. Without the file, the new
+                log alone is the memory.
+        """
+        with self._saving:
+            with self._lock:
+                if self._log is None:
+                    raise ValueError(
+                        f"memory must have a log to begin anew, got none for {path}. Give log= "
+                        "when it is made or loaded."
+                    )
+                content = deepcopy(self._state.get_content_to_save())
+                self._log.rotate(Path(old_log), content)
+            save_content(path, content.to_json())
+
+    def sync_log(self) -> None:
+        """Have the disk take all that is in the log, so that it survives a loss of power.
+
+        What was changed before this call survives a kill of the process without it.
+
+        Raises:
+            OSError: if the disk does not take it.
+        """
+        if self._log is not None:
+            self._log.sync()
 
     @property
     def batch(self) -> MemoryBatch:

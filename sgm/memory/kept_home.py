@@ -1,0 +1,193 @@
+"""A memory that outlives its process: a snapshot, and a log of what came since."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from sgm.memory.clock import Clock
+from sgm.memory.log_lock import LogLock
+from sgm.memory.look_log import LogLine, read_log
+from sgm.memory.memory_content import MemoryContent
+from sgm.memory.replay import Replayer
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.storage import load_content
+from sgm.names.aliases import Aliases
+
+LOG_ENDING = ".log"  # of the log beside a snapshot; those before it have a number behind that
+MOST_LOG_BYTES = 16 << 20  # from which on a log is begun anew
+KEPT_LOGS = 8  # that were ended; the oldest ones are removed
+
+
+class KeptHome:
+    """Keeps a memory in a file and a log, so that nothing is lost whenever the process ends.
+
+    Beside "home.sgm" lies "home.sgm.log", which has a line for every change, written before the
+    change is made. `open` makes these changes again: the memory is what it was, to the bit. One
+    process at a time has the log, and so the memory.
+
+    Example:
+        >>> home = KeptHome.open("home.sgm")
+        >>> home.memory.observe(fridge, [Sighting("milk")])  # a kill now loses nothing
+        >>> home.snapshot()
+
+    Attributes:
+        path: of the snapshot.
+        memory: what is remembered; it writes the log.
+    """
+
+    def __init__(self, path: Path, memory: SceneGraphMemory) -> None:
+        """Keep a memory that writes the log of a path; `open` makes one."""
+        self.path = path
+        self.memory = memory
+
+    @property
+    def log(self) -> Path:
+        """The log that is written."""
+        return _name_log(self.path)
+
+    @classmethod
+    def open(
+        cls,
+        path: str | Path,
+        clock: Clock | None = None,
+        aliases: Aliases | None = None,
+        *,
+        is_new: bool = False,
+    ) -> KeptHome:
+        """Go on with a memory as it was when its last process ended, or begin one.
+
+        Args:
+            path: such as "home.sgm". A file without a log will do, and a log without a file.
+            clock: of step 0, for a memory that has none.
+            aliases: as in `SceneGraphMemory`.
+            is_new: whether an empty memory begins, where there is neither file nor log.
+
+        Raises:
+            FileNotFoundError: if there is neither file nor log, and `is_new` does not say so; or no
+                folder.
+            ValueError: if a file is damaged; if another process has the log; or if the file is not
+                the snapshot that the log goes on from.
+            OSError: if a file cannot be read or written.
+        """
+        path = Path(path)
+        log = _name_log(path)
+        # First of all, so that nobody writes while the files are read; the memory has it later.
+        lock = LogLock.of(log)
+        lines = _read_latest(log)
+        if lines:
+            memory = replay_latest(lines, aliases)
+            content = memory._state.get_content_to_save()
+            if path.exists():
+                _check_same(path, content, log, lines)
+            if clock is not None and content.clock is None:
+                memory._go_on_from(replace(content, clock=clock), memory._prior)
+            memory._start_log(log, goes_on=True)
+        elif path.exists():
+            own = None if load_content(path).clock is not None else clock
+            memory = SceneGraphMemory.load(path, clock=own, log=log, aliases=aliases)
+        elif is_new:
+            memory = SceneGraphMemory(clock=clock, log=log, aliases=aliases)
+        else:
+            raise FileNotFoundError(
+                f"home must be a memory file or its log, got neither at {path}. Check the path, or "
+                "begin a new home."
+            )
+        del lock
+        return cls(path, memory)
+
+    @property
+    def is_log_long(self) -> bool:
+        """Whether it is time for a snapshot."""
+        return self.log.stat().st_size >= MOST_LOG_BYTES
+
+    def snapshot(self) -> None:
+        """Write the memory to its file, whole or not at all, and begin the log anew.
+
+        The log so far is kept under a number, `KEPT_LOGS` of them at most.
+
+        Raises:
+            OSError: if the disk does not take it; the old file and the log are the memory then.
+        """
+        numbers = _list_numbers(self.log)
+        self.memory.save_and_rotate(self.path, _number(self.log, max(numbers, default=0) + 1))
+        for number in numbers[: len(numbers) + 1 - KEPT_LOGS]:
+            _number(self.log, number).unlink(missing_ok=True)
+
+
+def replay_latest(lines: Sequence[LogLine], aliases: Aliases | None = None) -> SceneGraphMemory:
+    """Return the memory that wrote a log, as it was after the last line; it writes no log.
+
+    Args:
+        lines: from `read_log`, the first a "start".
+        aliases: as in `SceneGraphMemory`.
+
+    Raises:
+        ValueError: if a line names a room or furniture that there is not.
+    """
+    starts = [
+        number
+        for number, line in enumerate(lines)
+        if line.kind == "start" and line.values["memory"] is not None
+    ]
+    lines = lines[starts[-1] if starts else 0 :]
+    replayer = Replayer(SceneGraphMemory(clock=lines[0].values["clock"], aliases=aliases))
+    for line in lines:
+        replayer.apply(line)
+    return replayer.memory
+
+
+def _name_log(path: Path) -> Path:
+    return path.with_name(path.name + LOG_ENDING)
+
+
+def _number(log: Path, number: int) -> Path:
+    return log.with_name(f"{log.name}.{number:06}")
+
+
+def _list_numbers(log: Path) -> list[int]:
+    """List the numbers of the logs that were ended, the latest last."""
+    pattern = re.compile(re.escape(log.name) + r"\.(\d{6,})")
+    found = (pattern.fullmatch(file.name) for file in log.parent.iterdir())
+    return sorted(int(match[1]) for match in found if match)
+
+
+def _read_latest(log: Path) -> list[LogLine]:
+    """Read the log, or the one before it, if the process ended while it was begun anew."""
+    lines = read_log(log) if log.exists() else []
+    if lines:
+        return lines
+    numbers = _list_numbers(log)
+    return read_log(_number(log, numbers[-1])) if numbers else []
+
+
+def _check_same(path: Path, latest: MemoryContent, log: Path, lines: Sequence[LogLine]) -> None:
+    """Check that a file is a snapshot that the log goes on from, or ends with.
+
+    Raises:
+        ValueError: if it is another memory.
+    """
+    saved = _write(load_content(path))
+    if saved == _write(latest) or saved in _list_started(lines):
+        return
+    # The process may have ended between the new log and the new file.
+    if any(saved in _list_started(read_log(_number(log, n))) for n in _list_numbers(log)[-1:]):
+        return
+    raise ValueError(
+        f"home must be the memory that its log goes on from, got another one in {path}. Move "
+        f"{log.name} and its numbers away to begin from the file, or the file to go on from the "
+        "log."
+    )
+
+
+def _list_started(lines: Sequence[LogLine]) -> list[str]:
+    memories = (line.values["memory"] for line in lines if line.kind == "start")
+    return [_write(memory) for memory in memories if memory is not None]
+
+
+def _write(content: MemoryContent) -> str:
+    """Write what a memory holds; a clock may have been given to it since."""
+    return json.dumps({**content.to_json(), "clock": None}, sort_keys=True)

@@ -1,0 +1,161 @@
+"""A snapshot and a log are the memory, wherever its process ended."""
+
+import json
+import subprocess
+from datetime import datetime
+
+import numpy as np
+import pytest
+
+from sgm.memory import kept_home, scene_graph_memory
+from sgm.memory.clock import Clock
+from sgm.memory.kept_home import KeptHome
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
+
+CLOCK = Clock(datetime(2026, 11, 16, 7, 30), step_seconds=600)
+THINGS = ("mug", "large red mug", "keys", "milk")
+
+
+def write(memory: SceneGraphMemory) -> str:
+    """All that a memory holds, to the bit."""
+    return json.dumps(memory._state.get_content_to_save().to_json(), sort_keys=True)
+
+
+def begin(path) -> KeptHome:
+    home = KeptHome.open(path, CLOCK, is_new=True)
+    kitchen = home.memory.add_room("kitchen")
+    for label in ("fridge", "table", "shelf"):
+        home.memory.add_furniture(label, kitchen)
+    return home
+
+
+def change(memory: SceneGraphMemory, rng: np.random.Generator) -> None:
+    """Make one random change."""
+    place, thing = int(rng.integers(3)), str(rng.choice(THINGS))
+    kind = rng.integers(5)
+    if kind <= 1:
+        seen = [Sighting(str(name), confidence=0.9) for name in rng.choice(THINGS, 2)]
+        memory.observe(place, seen, coverage=1 / 3)
+    elif kind == 2:
+        memory.note_absent(place, thing)
+    elif kind == 3:
+        memory.step(int(rng.integers(3)))
+    elif memory.last_seen(thing) is not None and rng.random() < 0.2:
+        memory.remove_object(thing)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_it_goes_on_to_the_bit_wherever_it_ended(tmp_path, seed):
+    rng = np.random.default_rng(seed)
+    home = begin(tmp_path / "home.sgm")
+    for _ in range(60):
+        change(home.memory, rng)
+        kind = rng.random()
+        if kind < 0.1:
+            home.snapshot()
+        elif kind < 0.25:  # the process ends and another one begins
+            before = write(home.memory)
+            home = KeptHome.open(tmp_path / "home.sgm")
+            assert write(home.memory) == before
+    home.snapshot()
+    assert write(SceneGraphMemory.load(tmp_path / "home.sgm")) == write(home.memory)
+
+
+@pytest.mark.parametrize("ends_at", ["the new log", "the file"])
+def test_a_process_that_ends_in_a_snapshot_loses_nothing(tmp_path, monkeypatch, ends_at):
+    class Killed(BaseException):
+        pass
+
+    def end(*_):
+        raise Killed
+
+    home = begin(tmp_path / "home.sgm")
+    home.memory.observe(0, [Sighting("milk")])
+    home.snapshot()
+    home.memory.step()
+    home.memory.observe(1, [Sighting("mug")])
+    before = write(home.memory)
+    with monkeypatch.context() as patch:
+        if ends_at == "the file":
+            patch.setattr(scene_graph_memory, "save_content", end)
+            with pytest.raises(Killed):
+                home.snapshot()
+        else:  # between the two names: the log is there under its number alone
+            home.log.rename(home.log.with_name("home.sgm.log.000002"))
+    home = KeptHome.open(tmp_path / "home.sgm")
+    assert write(home.memory) == before
+    home.memory.step()
+    home.snapshot()
+    assert write(KeptHome.open(tmp_path / "home.sgm").memory) == write(home.memory)
+
+
+def test_a_full_disk_leaves_log_and_memory_as_they_were(tmp_path, monkeypatch):
+    home = begin(tmp_path / "home.sgm")
+    before, content = write(home.memory), home.log.read_bytes()
+
+    def refuse(*_):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("sgm.memory.look_log._append", refuse)
+        with pytest.raises(OSError, match="No space"):
+            home.snapshot()
+    assert home.log.read_bytes() == content
+    assert write(KeptHome.open(tmp_path / "home.sgm").memory) == before
+
+
+def test_old_logs_are_kept_up_to_a_number(tmp_path, monkeypatch):
+    monkeypatch.setattr(kept_home, "KEPT_LOGS", 2)
+    monkeypatch.setattr(kept_home, "MOST_LOG_BYTES", 4000)
+    home = begin(tmp_path / "home.sgm")
+    for _ in range(4):
+        while not home.is_log_long:
+            home.memory.step()
+        home.snapshot()
+        assert not home.is_log_long
+    assert sorted(file.name for file in tmp_path.iterdir()) == [
+        "home.sgm", "home.sgm.log", "home.sgm.log.000003", "home.sgm.log.000004",
+        "home.sgm.log.lock",
+    ]  # fmt: skip
+
+
+def test_another_file_beside_a_log_is_refused(tmp_path):
+    home = begin(tmp_path / "home.sgm")
+    home.snapshot()
+    other = SceneGraphMemory(clock=CLOCK)
+    other.add_room("bath")
+    other.save(tmp_path / "home.sgm")
+    with pytest.raises(ValueError, match=r"home must be the memory that its log goes on from"):
+        KeptHome.open(tmp_path / "home.sgm")
+
+
+def test_a_file_without_a_log_begins_one_and_may_get_a_clock(tmp_path):
+    memory = SceneGraphMemory()
+    memory.add_furniture("table", memory.add_room("kitchen"))
+    memory.save(tmp_path / "home.sgm")
+    home = KeptHome.open(tmp_path / "home.sgm", CLOCK)
+    assert home.memory.clock == CLOCK
+    home.memory.observe(0, [Sighting("mug")])
+    again = KeptHome.open(tmp_path / "home.sgm", Clock(datetime(2027, 1, 1)))
+    assert again.memory.clock == CLOCK
+    assert again.memory.last_seen("mug") is not None
+
+
+def test_nothing_there_is_told(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"home must be a memory file or its log, got nei"):
+        KeptHome.open(tmp_path / "home.sgm")
+    with pytest.raises(FileNotFoundError, match=r"folder of a log must exist"):
+        KeptHome.open(tmp_path / "none" / "home.sgm", is_new=True)
+
+
+def test_another_process_is_refused(tmp_path, python):
+    home = begin(tmp_path / "home.sgm")
+    home.snapshot()
+    for code in (
+        f"from sgm.memory.kept_home import KeptHome; KeptHome.open({str(home.path)!r})",
+        "from sgm.memory.scene_graph_memory import SceneGraphMemory; "
+        f"SceneGraphMemory.load({str(home.path)!r}, log={str(home.log)!r})",
+    ):
+        done = subprocess.run([python, "-c", code], capture_output=True, text=True, check=False)
+        assert "log must be written by one process at a time" in done.stderr
