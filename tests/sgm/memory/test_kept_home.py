@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+import sys
 from datetime import datetime
 
 import numpy as np
@@ -149,13 +150,22 @@ def test_nothing_there_is_told(tmp_path):
         KeptHome.open(tmp_path / "none" / "home.sgm", is_new=True)
 
 
-def test_another_process_is_refused(tmp_path, python):
+def test_another_process_is_refused(tmp_path):
     home = begin(tmp_path / "home.sgm")
     home.snapshot()
-    for code in (
-        f"from sgm.memory.kept_home import KeptHome; KeptHome.open({str(home.path)!r})",
-        "from sgm.memory.scene_graph_memory import SceneGraphMemory; "
-        f"SceneGraphMemory.load({str(home.path)!r}, log={str(home.log)!r})",
-    ):
-        done = subprocess.run([python, "-c", code], capture_output=True, text=True, check=False)
-        assert "log must be written by one process at a time" in done.stderr
+    code = """
+import sys
+from sgm.memory.kept_home import KeptHome
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+path, log = sys.argv[1:]
+for open_it in (lambda: KeptHome.open(path), lambda: SceneGraphMemory.load(path, log=log)):
+    try:
+        open_it()
+    except ValueError as error:
+        print(error)
+"""
+    command = [sys.executable, "-c", code, str(home.path), str(home.log)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    lines = done.stdout.splitlines()
+    assert len(lines) == 2
+    assert all("log must be written by one process at a time" in line for line in lines)
