@@ -10,6 +10,7 @@ import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS
 from simulator.world.dynamics import Life
+from simulator.world.routine.carried import add_carried, choose_carried
 from simulator.world.routine.kinds import compute_object_weights, compute_spot_weights, load_kinds
 from simulator.world.routine.occasions import ROLES
 from simulator.world.routine.rules import RoutineRules
@@ -52,13 +53,21 @@ class RoutineLife(Life):
             for name, value in _list_rules(rule, homes, home).items():
                 self._rules[name][home] = value
         self._roles = _make_roles()
-        self.habits = _make_habits(homes, members, rules)
+        carried = [
+            choose_carried(homes, home, rule) for home, rule in zip(members, rules, strict=True)
+        ]
+        num_carried = max(len(own.slot) for own in carried)
+        self.habits = _make_habits(homes, members, rules, num_carried)
         self.state = _make_state(homes, members, rules)
         _draw_own_places(homes, members, rules, self.habits.own_place)
         homes.object_place[members] = np.where(
             homes.object_place[members] >= 0, self.habits.own_place[members, :, 0], -1
         )
         draw_habits(self._rules, _tabulate(homes, members, rules), self.habits, self.state)
+        add_carried(
+            homes, members, rules, carried, self.habits, self.state.num_residents,
+            self._roles.leads_out,
+        )  # fmt: skip
         warm_up = np.array([rule.warm_up_days for rule in rules])
         day = 86_400.0
         four = 4 * 3600.0
@@ -206,8 +215,13 @@ def _make_roles() -> Roles:
     return Roles(is_named["leaving"], collects, is_named["cleaning"])
 
 
-def _make_habits(homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules]) -> Habits:
-    """Return habits in which nothing but weights of objects and furniture is known yet."""
+def _make_habits(
+    homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules], num_carried: int
+) -> Habits:
+    """Return habits in which nothing but weights of objects and furniture is known yet.
+
+    The last `num_carried` columns of items are for what is carried out.
+    """
     from simulator.compiled.routine import Habits  # loads numba
 
     num_homes, num_slots = homes.object_place.shape
@@ -218,6 +232,7 @@ def _make_habits(homes: SampledState, members: np.ndarray, rules: Sequence[Routi
         _count_most_things(rule, homes, home) for rule, home in zip(rules, members, strict=True)
     ]
     size = (num_homes, num_residents, num_occasions)
+    num_items = max(most) + num_carried
     habits = Habits(
         kind=np.full((num_homes, num_occasions), -1, dtype=np.int32),
         after=np.full((num_homes, num_occasions), -1, dtype=np.int32),
@@ -226,9 +241,9 @@ def _make_habits(homes: SampledState, members: np.ndarray, rules: Sequence[Routi
         share=np.zeros((*size, 2)),
         shared_spot=np.zeros((num_homes, num_kinds), dtype=np.int32),
         spot=np.zeros((num_homes, num_residents, num_kinds), dtype=np.int32),
-        item=np.full((*size, max(most)), -1, dtype=np.int32),
-        use=np.zeros((*size, max(most))),
-        left=np.zeros((*size, max(most))),
+        item=np.full((*size, num_items), -1, dtype=np.int32),
+        use=np.zeros((*size, num_items)),
+        left=np.zeros((*size, num_items)),
         own_place=np.full((num_homes, num_slots, _LATER_PLACES), -1, dtype=np.int32),
         object_weight=np.zeros((num_homes, num_kinds, num_slots), dtype=np.float32),
         spot_weight=np.zeros((num_homes, num_kinds, homes.num_furniture), dtype=np.float32),

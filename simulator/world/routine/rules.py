@@ -55,6 +55,11 @@ class RoutineRules(Dynamics):
         tidy_hour: when that is.
         warm_up_days: days lived before the first step.
         outlook_days: days lived in a copy of the home to find where things are in the long run.
+        carry_share: how often residents who leave the home take along what people carry (keys,
+            phones, bags: `carried.csv`, each as often as it says) and what is theirs of it, beside
+            the things of an errand; 0 for never.
+        carries_anything: whether as many other things are carried instead, whatever they are
+            called: homes in which no name tells what leaves.
     """
 
     start_time: str = "2024-05-06T00:00"
@@ -89,6 +94,8 @@ class RoutineRules(Dynamics):
     tidy_hour: float = 22.0
     warm_up_days: int = 3
     outlook_days: int = 28
+    carry_share: float = 0.0
+    carries_anything: bool = False
 
     def __post_init__(self) -> None:
         """Check every value.
@@ -133,6 +140,16 @@ class RoutineRules(Dynamics):
     def clock(self) -> Clock:
         """What time it is at every step."""
         return Clock.of_rules(self.start_time, self.step_seconds)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the fields as JSON values; those of carrying only where something is carried.
+
+        So homes in which nothing is are described as they were before anything could be.
+        """
+        described = Dynamics.describe(self)
+        if self.carry_share == 0:
+            del described["carry_share"], described["carries_anything"]
+        return described
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Self:
