@@ -10,6 +10,8 @@ from pathlib import Path
 from threading import Lock
 from weakref import WeakValueDictionary
 
+from sgm.files import find_target
+
 ENDING = ".lock"  # of the file beside a log by which it is locked; it stays, and locks nobody out
 
 
@@ -34,15 +36,18 @@ class LogLock:
         """
         from filelock import FileLock, Timeout  # here, as only a memory with a log needs it
 
-        beside = path.resolve()  # of a link: beside the file that it leads to
-        if not beside.parent.is_dir():
+        if not path.resolve().parent.is_dir():
             raise FileNotFoundError(
                 f"folder of a log must exist, got none for {path}. Make it first."
             )
-        if beside.is_dir():
-            raise IsADirectoryError(
-                f"log must be a file, got a folder: {path}. Name it looks.jsonl."
-            )
+        try:
+            beside = find_target(path)  # of a link: beside the file that it leads to
+        except OSError as error:  # before a lock is made beside a device
+            raise type(error)(
+                error.errno,
+                f"log must be a file, got {error.strerror}. Name it looks.jsonl",
+                str(path),
+            ) from error
         self._path = path
         self._process = os.getpid()
         self.turns = Lock()

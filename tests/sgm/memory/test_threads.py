@@ -1,6 +1,7 @@
 """Threads that share a memory: every reading call beside one that writes, and files and logs."""
 
 import json
+import os
 import random
 import subprocess
 import sys
@@ -345,12 +346,16 @@ def test_a_memory_that_cannot_start_takes_no_turn(tmp_path):
     assert [line.kind for line in read_log(log)] == ["start", "room", "step", "step"]
 
 
-def test_a_folder_is_no_log(tmp_path):
-    folder = tmp_path / "looks"
-    folder.mkdir()
-    with pytest.raises(IsADirectoryError, match=r"log must be a file, got a folder: .*looks"):
-        SceneGraphMemory(log=folder)
-    assert [path.name for path in tmp_path.iterdir()] == ["looks"]
+@pytest.mark.parametrize(
+    ("make", "what"),
+    [(os.mkdir, "a folder"), (os.mkfifo, "a pipe, socket or device")],
+)
+def test_what_is_no_file_is_no_log(tmp_path, make, what):
+    path = tmp_path / "looks"
+    make(path)
+    with pytest.raises(OSError, match=f"log must be a file, got {what} instead of .*looks'"):
+        SceneGraphMemory(log=path)
+    assert [path.name for path in tmp_path.iterdir()] == ["looks"]  # no lock beside it
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="forks are asked for here on Linux alone")
