@@ -9,7 +9,7 @@ from collections.abc import Sequence, Sized
 from dataclasses import asdict, replace
 from itertools import product
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import lightning.pytorch as pl
 import torch
@@ -20,6 +20,7 @@ from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from sgm.checks import check_at_least
+from sgm.messages import shorten
 from simulator.collect import EXTRAS, CollectConfig, collect
 from simulator.home_options import HomeOptions, MakeSource
 from simulator.world.config import HomeConfig
@@ -160,9 +161,12 @@ class SGMDataModule(pl.LightningDataModule):
         self.train_snapshots = train_snapshots
         self.val_snapshots = val_snapshots
         self.workers = workers if workers is not None else os.cpu_count() or 1
+        self._order: torch.Generator | None = None  # of the training batches
+        self._order_state: torch.Tensor | None = None  # that a checkpoint has kept
         features = features or FeatureConfig()
         self.builder = GraphBuilder(features, num_hops, seed)
-        # What a checkpoint needs to be used without this data module, and what a model card says.
+        # What a checkpoint needs to be used without this data module, what a model card says, and
+        # what loggers show beside the settings of the model.
         self.save_hyperparameters(
             {
                 "features": asdict(features),
@@ -179,9 +183,9 @@ class SGMDataModule(pl.LightningDataModule):
                     "also_policies": also_policies or [],
                     "seed": seed,
                     "snapshots": train_snapshots,
+                    "batch_size": batch_size,
                 },
-            },
-            logger=False,
+            }
         )
 
     def _check_sources(self, features: FeatureConfig | None) -> None:
@@ -232,10 +236,33 @@ class SGMDataModule(pl.LightningDataModule):
         """Leave the batch: the model moves plain tensors, which needs no DGL for the device."""
         return batch
 
+    def state_dict(self) -> dict[str, Any]:
+        """Return the state of the generator that orders the batches, for a checkpoint."""
+        return {} if self._order is None else {"order": self._order.get_state()}
+
+    def load_state_dict(self, state_dict: dict[str, Any]) -> None:
+        """Let the next training batches be those that follow a checkpoint.
+
+        Raises:
+            ValueError: if its state is not that of a generator.
+        """
+        try:
+            torch.Generator().set_state(state_dict["order"])
+        except (LookupError, TypeError, AttributeError, RuntimeError) as error:
+            raise ValueError(
+                "order of a checkpoint must be the state of a generator, got "
+                f"{type(error).__name__}: {shorten(str(error))}. Check --ckpt_path, or leave it "
+                "out."
+            ) from error
+        self._order_state = state_dict["order"]
+
     def train_dataloader(self) -> DataLoader[SGMBatch]:
-        """Shuffled batches of training snapshots."""
-        generator = torch.Generator().manual_seed(self.train_config.seed)
-        return self._make_loader(self.train_dataset, generator)
+        """Shuffled batches of training snapshots; of a training that goes on, those that follow."""
+        self._order = torch.Generator().manual_seed(self.train_config.seed)
+        if self._order_state is not None:
+            self._order.set_state(self._order_state)
+            self._order_state = None
+        return self._make_loader(self.train_dataset, self._order)
 
     def val_dataloader(self) -> DataLoader[SGMBatch]:
         """Batches of validation snapshots in order."""

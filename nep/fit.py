@@ -9,6 +9,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 from copy import deepcopy
+from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
@@ -19,7 +20,12 @@ from jsonargparse.typing import PositiveInt
 from lightning.fabric.plugins import CheckpointIO
 from lightning.fabric.utilities.exceptions import MisconfigurationException
 from lightning.pytorch import Trainer
-from lightning.pytorch.callbacks import Callback, ModelCheckpoint, RichProgressBar
+from lightning.pytorch.callbacks import (
+    Callback,
+    LearningRateMonitor,
+    ModelCheckpoint,
+    RichProgressBar,
+)
 from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCLI
 from lightning.pytorch.utilities import rank_zero_only
 
@@ -27,6 +33,7 @@ from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.epoch_lines import EpochLines
 from nep.callbacks.online_evaluation import OnlineEvaluation
+from nep.callbacks.random_states import RandomStates
 from nep.checkpoint_files import WholeCheckpoints
 from nep.config_files import find_configs
 from nep.model.module import NEPModule
@@ -106,6 +113,8 @@ class FitCLI(LightningCLI):
             "--threads", type=PositiveInt | None, help="CPU threads; null for all cores."
         )
         parser.add_lightning_class_args(OnlineEvaluation, "online")
+        # What null stands for, so that --print_config shows every switch.
+        parser.set_defaults({"data.features": asdict(FeatureConfig())})
         parser.link_arguments("data.features", "model.belief", compute_fn=_has_belief)
         parser.link_arguments("data.features", "model.clock", compute_fn=_has_clock)
         parser.link_arguments("data.features", "model.evidence", compute_fn=_has_evidence)
@@ -169,7 +178,9 @@ class FitCLI(LightningCLI):
     def instantiate_trainer(self, **kwargs: Any) -> Trainer:
         """Build the trainer with progress bar and checkpoints, unless they are switched off."""
         self.began = Began()
-        callbacks: list[Callback] = [self.began]
+        callbacks: list[Callback] = [RandomStates(), self.began]
+        if self.config.trainer.logger is not False:
+            callbacks.append(LearningRateMonitor(logging_interval="step"))
         if self.config.trainer.enable_progress_bar is not False:
             callbacks.append(RichProgressBar() if sys.stdout.isatty() else EpochLines())
         if self.config.trainer.enable_checkpointing is not False:

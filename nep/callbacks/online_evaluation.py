@@ -216,7 +216,8 @@ class OnlineEvaluation(pl.Callback):
         boards, step = list_boards(trainer), trainer.global_step
         header, cells = format_table(self.task, self._compute_rows())
         log_table(boards, "online/table", header, cells, self._make_markdown(), step)
-        log_final(boards, pl_module.hparams, metrics, step)
+        settings = {**pl_module.hparams, **_get_datamodule(trainer).hparams}
+        log_final(boards, settings, metrics, step)
 
     @property
     def _metric(self) -> str:

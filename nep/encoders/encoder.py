@@ -63,11 +63,24 @@ class Encoder(nn.Module, ABC):
         """
 
     def config(self) -> dict[str, Any]:
-        """What builds this encoder again: its class path and arguments, plain data only."""
+        """What builds this encoder again: its class path and arguments, plain data only.
+
+        Raises:
+            ValueError: if an argument of the constructor is no attribute of the same name.
+        """
         cls = type(self)
+        class_path = f"{cls.__module__}.{cls.__qualname__}"
+        names = list(inspect.signature(cls).parameters)
+        for name in names:
+            if not hasattr(self, name):
+                raise ValueError(
+                    f"encoder must keep each argument of its constructor under its own name, got "
+                    f"no attribute {name} in {class_path}. Write `self.{name} = {name}` in its "
+                    "__init__: a checkpoint rebuilds the encoder from these."
+                )
         return {
-            "class_path": f"{cls.__module__}.{cls.__qualname__}",
-            "init_args": {name: getattr(self, name) for name in inspect.signature(cls).parameters},
+            "class_path": class_path,
+            "init_args": {name: getattr(self, name) for name in names},
         }
 
 

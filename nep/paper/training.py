@@ -113,8 +113,8 @@ class Training:
     def run(self) -> None:
         """Train from the start.
 
-        What an interrupted training left is deleted: the order of batches and the dropout of a
-        training that goes on from a checkpoint would be others than of one that never stopped.
+        What an interrupted training left is deleted: its last checkpoint may be one of other
+        settings or of other code, and a training takes minutes.
         """
         if self.folder.exists():
             shutil.rmtree(self.folder)

@@ -1,0 +1,108 @@
+"""A training that goes on from a checkpoint ends where one that never stopped does."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+import torch
+import yaml
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+from datamodules.sgm_datamodule import SGMDataModule
+from nep.callbacks.random_states import RandomStates
+from nep.fit import main
+
+SMALL = [
+    "--config=heat.yaml",
+    "--threads=1",
+    "--trainer.log_every_n_steps=1",
+    "--trainer.enable_progress_bar=false",
+    "--data.num_homes=3",
+    "--data.steps=8",
+    "--data.num_val_homes=1",
+    "--data.batch_size=4",
+    "--data.workers=1",
+    "--online.num_homes=1",
+    "--online.steps=2",
+    "--online.policies=[]",
+]
+RUN = "runs/heat/version_{}"
+
+
+def list_weights(cli):
+    return {name: value.clone() for name, value in cli.model.state_dict().items()}
+
+
+@pytest.mark.slow
+# A resumed run writes to a folder of its own, and lightning says so.
+@pytest.mark.filterwarnings("ignore:The dirpath has changed:UserWarning")
+def test_two_epochs_and_one_are_three_to_the_last_bit(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    whole = list_weights(main([*SMALL, "--trainer.max_epochs=3"]))
+    first = list_weights(main([*SMALL, "--trainer.max_epochs=2"]))
+    assert any(not torch.equal(value, whole[name]) for name, value in first.items())
+    last = tmp_path / RUN.format(1) / "checkpoints" / "last.ckpt"
+    resumed = main([*SMALL, "--trainer.max_epochs=3", f"--ckpt_path={last}"])
+    assert resumed.trainer.global_step == 3 * len(resumed.datamodule.train_dataloader())
+    for name, value in list_weights(resumed).items():
+        assert torch.equal(value, whole[name]), name
+
+    # a checkpoint of before has no states: it is gone on from, and ends elsewhere
+    content = torch.load(last, weights_only=True)
+    del content["callbacks"]["RandomStates"], content["SGMDataModule"]
+    torch.save(content, tmp_path / "older.ckpt")
+    older = main([*SMALL, "--trainer.max_epochs=3", "--ckpt_path=older.ckpt"])
+    assert older.trainer.global_step == resumed.trainer.global_step
+    assert any(not torch.equal(value, whole[name]) for name, value in list_weights(older).items())
+
+    # settings of the data, and the learning rate, are logged
+    settings = yaml.full_load((tmp_path / RUN.format(0) / "hparams.yaml").read_text())
+    assert settings["training"]["num_homes"] == 3
+    assert settings["training"]["batch_size"] == 4
+    assert settings["features"]["prior"] is True
+    events = EventAccumulator(str(tmp_path / RUN.format(0))).Reload()
+    assert [row.value for row in events.Scalars("lr-Adam")] == pytest.approx([1e-4] * 18)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:The dirpath has changed:UserWarning")
+def test_states_of_another_kind_are_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    main([*SMALL, "--trainer.max_epochs=1"])
+    last = tmp_path / RUN.format(0) / "checkpoints" / "last.ckpt"
+    for part, value in (("torch", torch.zeros(3, dtype=torch.uint8)), ("python", 4), ("numpy", {})):
+        content = torch.load(last, weights_only=True)
+        content["callbacks"]["RandomStates"][part] = value
+        torch.save(content, "damaged.ckpt")
+        with pytest.raises(SystemExit, match=r"error: .*random states of a checkpoint must be"):
+            main([*SMALL, "--trainer.max_epochs=2", "--ckpt_path=damaged.ckpt"])
+
+
+def _draw_numpy():
+    return np.random.normal()  # noqa: NPY002 - of the global generator, which packages may draw from
+
+
+def test_states_are_those_of_all_generators():
+    """What is drawn after they were kept is drawn again after they are restored."""
+
+    def draw():
+        return random.random(), random.gauss(0, 1), _draw_numpy(), torch.rand(3).tolist()
+
+    draw()
+    states = RandomStates().state_dict()
+    want = draw()
+    callback = RandomStates()
+    callback.load_state_dict(states)
+    draw()
+    callback.on_train_start(None, None)
+    assert draw() == want
+    callback.on_train_start(None, None)  # of a training that does not go on: nothing is restored
+    assert draw() != want
+
+
+def test_an_order_of_another_kind_is_refused():
+    data = SGMDataModule(num_homes=1, num_val_homes=1)
+    with pytest.raises(ValueError, match="order of a checkpoint must be the state of a generator"):
+        data.load_state_dict({"order": torch.zeros(2, dtype=torch.uint8)})
