@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -12,31 +12,56 @@ class Table:
     """Struct of arrays with amortised appends: rows are numbered in the order they are added.
 
     Columns are read as `table["name"]`: a writable view of the rows so far, which stays valid
-    until the next `append`.
+    until the next `append`. Where every home has rows of its own, all as many, they lie along the
+    last axis: (H, n).
     """
 
-    def __init__(self, columns: Mapping[str, type | np.dtype]) -> None:
+    def __init__(
+        self,
+        columns: Mapping[str, type | np.dtype],
+        defaults: Mapping[str, float] | None = None,
+        shape: tuple[int, ...] = (),
+        num_rows: int = 0,
+    ) -> None:
+        """Make a table.
+
+        Args:
+            columns: types by name.
+            defaults: what is not given of new rows, by name; 0 where it is left out.
+            shape: before the axis of the rows.
+            num_rows: to begin with, all as by default.
+        """
         names: dict[np.dtype, list[str]] = {}
         for name, dtype in columns.items():
             names.setdefault(np.dtype(dtype), []).append(name)
         self._names = tuple(columns)
+        self._defaults = {name: value for name, value in (defaults or {}).items() if value}
         self._num_rows = 0
         # Columns of one type lie in one array, so that a copy takes few calls.
         self._place_of = {
             name: (key, row) for key, own in names.items() for row, name in enumerate(own)
         }
-        self._set_blocks({key: np.zeros((len(own), 16), key) for key, own in names.items()})
+        size = num_rows or (0 if shape else 16)
+        self._set_blocks(
+            {key: np.zeros((len(own), *shape, size), key) for key, own in names.items()}
+        )
+        self.append(num_rows)
 
     def __len__(self) -> int:
         return self._num_rows
 
     def __getitem__(self, name: str) -> np.ndarray:
-        return self._columns[name][: self._num_rows]
+        return self._columns[name][..., : self._num_rows]
 
     @property
     def names(self) -> tuple[str, ...]:
         """Column names."""
         return self._names
+
+    def items(self) -> Iterator[tuple[str, np.ndarray]]:
+        """Yield every column with its name."""
+        for name in self._names:
+            yield name, self[name]
 
     def copy(self) -> Table:
         """Return a table of the same rows that can be changed alone."""
@@ -44,18 +69,26 @@ class Table:
         copied._set_blocks({key: block.copy() for key, block in self._blocks.items()})
         return copied
 
+    def __deepcopy__(self, memo: object) -> Table:
+        return self.copy()  # the columns stay views of the blocks
+
     def append(self, num_rows: int, **values: np.ndarray | int) -> np.ndarray:
-        """Add rows; columns that are not given are zero. Returns the new row numbers."""
+        """Add rows; columns that are not given are as by default. Returns the new row numbers."""
         start, end = self._num_rows, self._num_rows + num_rows
         if end > self._capacity:
-            added = ((0, 0), (0, max(end, 2 * self._capacity) - self._capacity))
-            self._set_blocks({key: np.pad(block, added) for key, block in self._blocks.items()})
-        for name, value in values.items():
-            self._columns[name][start:end] = value
+            added = max(end, 2 * self._capacity) - self._capacity
+            self._set_blocks(
+                {
+                    key: np.pad(block, ((0, 0),) * (block.ndim - 1) + ((0, added),))
+                    for key, block in self._blocks.items()
+                }
+            )
+        for name, value in {**self._defaults, **values}.items():
+            self._columns[name][..., start:end] = value
         self._num_rows = end
         return np.arange(start, end)
 
     def _set_blocks(self, blocks: dict[np.dtype, np.ndarray]) -> None:
         self._blocks = blocks
         self._columns = {name: blocks[key][row] for name, (key, row) in self._place_of.items()}
-        self._capacity = next((block.shape[1] for block in blocks.values()), 0)
+        self._capacity = next((block.shape[-1] for block in blocks.values()), 0)

@@ -1,36 +1,174 @@
-"""The columns of a memory's tables, by what they are for; `MemoryBatch` says what each holds."""
+"""The columns of a memory's tables, declared once: what they are, and how they stand in files.
+
+Everything that goes over all columns follows from this: tables, copies, files, what is read of
+files of earlier versions, the check of what was read, and what is left when rows are removed.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from sgm.arrays.table import Table
+from sgm.memory.time_steps import MAX_TIME
 
 NEVER = -1  # time stamp of what has not happened
+NOW = -2.0  # as an upper bound: the time step of the memory
 
-# Columns of MemoryBatch tables that change over time, by the table they belong to.
-FURNITURE_COUNTERS = ("num_observed", "last_observed")
-OBJECT_COUNTERS = ("num_observed", "last_observed", "num_moved", "last_moved")
-EDGE_COUNTERS = (
-    "num_observed", "num_true", "num_changed", "last_observed", "last_changed", "last_true",
-    "is_true",
+Columns = Mapping[str, np.ndarray]  # of one table, by name
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column.
+
+    Attributes:
+        name: within its table.
+        dtype: in memory; in files whole numbers are whole, and others are numbers.
+        default: of new rows, and of all rows of files of versions before `since`.
+        low, high: what it may be; `NOW` for the time step of the memory.
+        refers_to: table whose rows it names by position, within bounds of their own; low is -1
+            where it may name none.
+        since: version of memory files that first has it.
+        guess: what stands for it where a file does not have it, of the columns declared before it
+            and the table of objects; a column that is as guessed is in no file. None for the
+            default, which a column of version 1 must be without.
+        is_counter: whether it is one of the paper's, which snapshots and shards have, too.
+        is_derived: whether it is looked up: it is in no file.
+        part: of a file that it stands in, where that is not its table's.
+    """
+
+    name: str
+    dtype: type = np.int32
+    default: float = 0
+    low: float = 0
+    high: float = MAX_TIME
+    refers_to: str = ""
+    since: int = 1
+    guess: Callable[[Columns, Columns], np.ndarray] | None = None
+    is_counter: bool = False
+    is_derived: bool = False
+    part: str = ""
+
+    @property
+    def is_optional(self) -> bool:
+        """Whether files need not have it."""
+        return self.since > 1 or self.guess is not None
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether its numbers are whole."""
+        return not np.issubdtype(self.dtype, np.floating)
+
+    def make_guess(self, own: Columns, objects: Columns, num_rows: int) -> np.ndarray:
+        """Return what stands for it where a file does not have it, (num_rows,)."""
+        if self.guess is not None:
+            return self.guess(own, objects)
+        return np.full(num_rows, self.default, dtype=np.int64 if self.is_whole else float)
+
+
+def make_table(columns: Sequence[Column], shape: tuple[int, ...] = (), num_rows: int = 0) -> Table:
+    """Make a table of columns; see `Table`."""
+    defaults = {column.name: column.default for column in columns}
+    return Table({column.name: column.dtype for column in columns}, defaults, shape, num_rows)
+
+
+_count = partial(Column, is_counter=True)
+_stamp = partial(Column, default=NEVER, low=NEVER, high=NOW)  # a time step, `NEVER` at first
+
+
+def _guess_first(own: Columns, objects: Columns) -> np.ndarray:
+    """The start stands for the first of several sightings."""
+    return np.where(own["num_observed"] < 2, own["last_observed"], 0)
+
+
+def _guess_at_once(own: Columns, objects: Columns) -> np.ndarray:
+    """Of everything one was seen at once."""
+    return np.minimum(own["num_observed"], 1)
+
+
+def _guess_true(own: Columns, objects: Columns) -> np.ndarray:
+    """An edge is true if the last look found it so."""
+    is_last = own["last_observed"] == own["last_true"]
+    return ((own["num_true"] > 0) & is_last).astype(np.int64)
+
+
+def _guess_absent(own: Columns, objects: Columns) -> np.ndarray:
+    """All false looks stand for the last ones."""
+    return np.where(own["is_true"], 0, own["num_observed"] - own["num_true"])
+
+
+def _guess_time_true(own: Columns, objects: Columns) -> np.ndarray:
+    """It was true for that share of the time since the first sighting at which looks found it."""
+    known = own["last_observed"] - objects["first_observed"][own["object"]]
+    share = known * own["num_true"] // np.maximum(own["num_observed"], 1)
+    return np.where(own["num_true"], share, 0)
+
+
+def _guess_missed(own: Columns, objects: Columns) -> np.ndarray:
+    """All looks were whole ones."""
+    return own["num_absent"].astype(float)
+
+
+def _guess_confidence(own: Columns, objects: Columns) -> np.ndarray:
+    """All sightings were sure."""
+    return (own["num_true"] > 0).astype(float)
+
+
+# `MemoryBatch` says what each column holds.
+FURNITURE = (_count("num_observed"), _stamp("last_observed", is_counter=True))
+OBJECTS = (
+    Column("home", is_derived=True),
+    Column("key", is_derived=True),
+    Column("label", is_derived=True),
+    Column("type", low=-1, is_derived=True),
+    _count("num_observed"),
+    _stamp("last_observed", is_counter=True),
+    _count("num_moved"),
+    _stamp("last_moved", is_counter=True),
+    Column("last_furniture", default=NEVER, low=NEVER, refers_to="furniture"),
+    _stamp("first_observed", since=3, guess=_guess_first),
+    Column("num_at_once", since=3, guess=_guess_at_once),
+    Column("num_sought", since=4),
+    Column("num_still", since=4),
+)
+EDGES = (
+    Column("home", is_derived=True),
+    Column("object", refers_to="objects"),
+    Column("furniture", refers_to="furniture"),
+    Column("relation", high=1),
+    Column("prior", np.float32, is_derived=True),
+    _count("num_observed"),
+    _count("num_true"),
+    _count("num_changed"),
+    _stamp("last_observed", is_counter=True),
+    _stamp("last_changed", is_counter=True),
+    _stamp("last_true", is_counter=True),
+    _count("is_true", dtype=np.bool_, high=1, guess=_guess_true),
+    Column("num_absent", since=3, guess=_guess_absent),
+    Column("time_true", since=4, guess=_guess_time_true),
+    Column("missed", np.float32, since=3, guess=_guess_missed, part="edge_measures"),
+    Column(
+        "confidence", np.float32, high=1, since=3, guess=_guess_confidence, part="edge_measures"
+    ),
+)
+# One row for each home; `HomeHistory` says what each holds. Its files have all of them, or none.
+HOME = tuple(
+    Column(name, np.float64, high=np.inf, since=3)
+    for name in (
+        "num_asked", "num_found", "num_last_right", "num_common_right", "num_prior_right",
+        "num_moved", "time_followed", "num_missed", "num_refound",
+    )
 )  # fmt: skip
-# Counted beside the paper's counters, and in no snapshot: `sgm.evidence` reads them.
-OBJECT_HISTORY = ("first_observed", "num_at_once", "num_sought", "num_still")
-EDGE_HISTORY = ("num_absent", "time_true")
-EDGE_MEASURES = ("missed", "confidence")  # float32
+TABLES: Mapping[str, Sequence[Column]] = {
+    "furniture": FURNITURE,
+    "objects": OBJECTS,
+    "edges": EDGES,
+}  # of a home, by name
 
-_OBJECT_NODE = ("home", "key", "label", "type", "last_furniture")
-_EDGE = ("home", "object", "furniture", "relation")
-
-
-def make_object_table() -> Table:
-    """Make an empty table of object nodes."""
-    return Table(dict.fromkeys((*_OBJECT_NODE, *OBJECT_COUNTERS, *OBJECT_HISTORY), np.int32))
-
-
-def make_edge_table() -> Table:
-    """Make an empty table of object-furniture edges."""
-    whole = dict.fromkeys((*_EDGE, *EDGE_COUNTERS, *EDGE_HISTORY), np.int32)
-    measures = dict.fromkeys(("prior", *EDGE_MEASURES), np.float32)
-    return Table({**whole, **measures, "is_true": np.bool_})
+FURNITURE_COUNTERS, OBJECT_COUNTERS, EDGE_COUNTERS = (
+    tuple(column.name for column in columns if column.is_counter) for columns in TABLES.values()
+)

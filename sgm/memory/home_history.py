@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from sgm.arrays.relations import sum_relations
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
-from sgm.memory.columns import NEVER
+from sgm.memory.columns import HOME, NEVER, make_table
 from sgm.memory.queries import Queries
 from sgm.memory.remembered import Remembered
 
@@ -20,12 +21,7 @@ NUM_HOURS = 12  # bins of a day, two hours each
 # take the square of its number.
 MOST_FURNITURE = 500
 
-# One number per home each.
-HOME_COUNTERS = (
-    "num_asked", "num_found", "num_last_right", "num_common_right", "num_prior_right",
-    "num_moved", "time_followed", "num_missed", "num_refound",
-)  # fmt: skip
-
+_FIRST_VERSION = 3  # of memory files that have a history
 _EDGE_HOURS = ("edge_hours", "edge_gone_hours")  # what the rows of `edge_hours` are called in JSON
 
 
@@ -37,8 +33,8 @@ class HomeHistory:
             none, int32 (H, F, NUM_LOOKS_KEPT).
         moves: how often an object that was last seen at one furniture node was seen at another
             next, int32 (H, F, F); all zero in homes of more than `MOST_FURNITURE`.
-        counters: float64 (H,) each. Questions asked and how many the next looks answered; of
-            these, how often the place was where the object was last seen, where it was seen the
+        counters: table of homes, (H,) each. Questions asked and how many the next looks answered;
+            of these, how often the place was where the object was last seen, where it was seen the
             most often per look, and the prior's first choice. Sightings that found an object
             moved, and the time steps between the sightings of all objects. Looks that missed an
             object which later looks found at the same place, and those that found it there,
@@ -52,7 +48,7 @@ class HomeHistory:
         shape = (num_homes, num_furniture)
         self.look_times = np.full((*shape, NUM_LOOKS_KEPT), NEVER, dtype=np.int32)
         self.moves = _make_moves(num_homes, num_furniture)
-        self.counters = {name: np.zeros(num_homes) for name in HOME_COUNTERS}
+        self.counters = make_table(HOME, num_rows=num_homes)
         self.edge_hours = np.zeros((2, 0, NUM_HOURS), dtype=np.uint16)
 
     def add_furniture(self, num_added: int) -> None:
@@ -74,7 +70,7 @@ class HomeHistory:
         copied = copy.copy(self)
         copied.look_times, copied.edge_hours = self.look_times.copy(), self.edge_hours.copy()
         copied.moves = self.moves.copy() if self.counts_moves else self.moves
-        copied.counters = {name: column.copy() for name, column in self.counters.items()}
+        copied.counters = self.counters.copy()
         return copied
 
     def take(self, furniture: np.ndarray, edges: np.ndarray) -> HomeHistory:
@@ -84,7 +80,7 @@ class HomeHistory:
         kept.moves = _make_moves(len(self.moves), int(furniture.sum()))
         if self.counts_moves:
             kept.moves = self.moves[:, furniture][:, :, furniture]
-        kept.counters = {name: column.copy() for name, column in self.counters.items()}
+        kept.counters = self.counters.copy()
         hours = self.edge_hours[:, : len(edges)]
         kept.edge_hours = hours[:, edges[: hours.shape[1]]]
         return kept
@@ -213,11 +209,12 @@ class HomeHistory:
         _check_below("moves", np.append(src, dst), num_furniture)
         if history.counts_moves:
             history.moves[0, src, dst] = count
-        for name in HOME_COUNTERS:
-            value = float(data["counters"][name])
-            if not 0 <= value < np.inf:
-                raise ValueError(f"{name} must be a number, 0 or more, got {value}")
-            history.counters[name][0] = value
+        for column in HOME:
+            default = {column.name: column.default} if column.since > _FIRST_VERSION else {}
+            value = float({**default, **data["counters"]}[column.name])
+            if not column.low <= value <= column.high or math.isinf(value):
+                raise ValueError(f"{column.name} must be a number, 0 or more, got {value}")
+            history.counters[column.name][0] = value
         for which, name in enumerate(_EDGE_HOURS):
             # Only sightings were counted at first.
             values = data[name] if which == 0 else data.get(name, [[], [], []])

@@ -8,9 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from sgm.arrays.grouped import join_groups, mark_rows
+from sgm.arrays.table import Table
 from sgm.memory.candidates import propose_places
 from sgm.memory.change import Change
-from sgm.memory.columns import NEVER, make_edge_table, make_object_table
+from sgm.memory.columns import EDGES, FURNITURE, NEVER, OBJECTS, make_table
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.look_weights import LookWeights
 from sgm.memory.queries import Queries
@@ -39,7 +40,8 @@ class MemoryBatch:
         is_furniture: which columns are furniture of a home, bool (H, F).
         home_num_rooms, home_num_furniture: rooms and furniture nodes of each home, the first
             columns of its rows, (H,).
-        furniture_num_observed, furniture_last_observed: looks so far and the last one, (H, F).
+        furniture: table of furniture nodes (num_observed, last_observed), looks so far and the last
+            one, (H, F).
         objects: table of object nodes (home, key, label, type, num_observed, last_observed,
             num_moved, last_moved, last_furniture, first_observed, num_at_once, num_sought,
             num_still); `key` is the description, `type` the prior's object type or -1;
@@ -92,12 +94,27 @@ class MemoryBatch:
         self.place_prior = place_prior
         self._count_layout()
         self.threshold = threshold
-        self.furniture_num_observed = np.zeros(furniture_label.shape, dtype=np.int32)
-        self.furniture_last_observed = np.full(furniture_label.shape, NEVER, dtype=np.int32)
-        self.objects, self.edges = make_object_table(), make_edge_table()
+        num_homes, num_furniture = furniture_label.shape
+        self.furniture = make_table(FURNITURE, (num_homes,), num_furniture)
+        self.objects, self.edges = make_table(OBJECTS), make_table(EDGES)
         self._history: HomeHistory | None = None
         self._row_of_key = np.full((len(furniture_label), 64), -1, dtype=np.int32)
         self._pending: Queries | None = None
+
+    @property
+    def tables(self) -> dict[str, Table]:
+        """The tables of what was observed, by the names of their declarations (`TABLES`)."""
+        return {"furniture": self.furniture, "objects": self.objects, "edges": self.edges}
+
+    @property
+    def furniture_num_observed(self) -> np.ndarray:
+        """Looks so far, (H, F)."""
+        return self.furniture["num_observed"]
+
+    @property
+    def furniture_last_observed(self) -> np.ndarray:
+        """Time step of the last look, (H, F)."""
+        return self.furniture["last_observed"]
 
     @property
     def history(self) -> HomeHistory:
@@ -152,8 +169,7 @@ class MemoryBatch:
         """Return the same memories without open questions, which can be changed alone."""
         copied = copy.copy(self)
         copied.labels = list(self.labels)
-        copied.furniture_num_observed = self.furniture_num_observed.copy()
-        copied.furniture_last_observed = self.furniture_last_observed.copy()
+        copied.furniture = self.furniture.copy()
         copied.objects, copied.edges = self.objects.copy(), self.edges.copy()
         copied._history = None if self._history is None else self._history.copy()
         copied._row_of_key = self._row_of_key.copy()
@@ -176,13 +192,9 @@ class MemoryBatch:
             place_prior: the prior for the new layout.
         """
         num_added = furniture_label.shape[1] - self.num_furniture
-        added = ((0, 0), (0, num_added))
         if self._history is not None:
             self._history.add_furniture(num_added)
-        self.furniture_num_observed = np.pad(self.furniture_num_observed, added)
-        self.furniture_last_observed = np.pad(
-            self.furniture_last_observed, added, constant_values=NEVER
-        )
+        self.furniture.append(num_added)
         self.room_label = room_label
         self.furniture_label = furniture_label
         self.furniture_room = furniture_room
@@ -226,8 +238,7 @@ class MemoryBatch:
             is_new = is_new[np.unique(pairs, return_index=True)[1]]
             self._row_of_key[home[is_new], key[is_new]] = self.objects.append(
                 len(is_new), home=home[is_new], key=key[is_new], label=label[is_new],
-                type=object_type[is_new], last_observed=NEVER, last_moved=NEVER,
-                last_furniture=NEVER, first_observed=NEVER,
+                type=object_type[is_new],
             )  # fmt: skip
         return self._row_of_key[home, key]
 
@@ -378,8 +389,7 @@ class MemoryBatch:
         return self.edges.append(
             len(keys), home=home, object=rows, furniture=looked[home], relation=relation,
             prior=self._get_prior(rows, looked[home], relation), num_observed=1, num_true=is_true,
-            last_observed=self.time, last_changed=NEVER,
-            last_true=np.where(is_true, self.time, NEVER), is_true=is_true,
+            last_observed=self.time, last_true=np.where(is_true, self.time, NEVER), is_true=is_true,
             num_absent=np.where(
                 is_true, 0, self.furniture_num_observed[home, looked[home]] + 1
             ),

@@ -11,18 +11,13 @@ import numpy as np
 from sgm.layout.home_layout import HomeLayout
 from sgm.memory.asking import Asked, Looks, list_looks_before
 from sgm.memory.clock import Clock, make_clock_rows
-from sgm.memory.columns import FURNITURE_COUNTERS
 from sgm.memory.home_view import list_places
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.memory_content import (
-    EDGE_COLUMNS,
-    HOME_LABELS,
-    OBJECT_COLUMNS,
-    MemoryContent,
-)
+from sgm.memory.memory_content import HOME_LABELS, MemoryContent
 from sgm.memory.queries import Queries
 from sgm.memory.sighting import RELATIONS, SeenAt, Sighting
 from sgm.memory.step_log import StepLog, StepLook
+from sgm.memory.table_content import fill_tables, view_tables
 from sgm.names.aliases import AliasTable
 from sgm.names.names import read_name
 from sgm.names.vocabulary import Vocabulary
@@ -289,11 +284,7 @@ class MemoryState:
             labels=tuple(batch.labels),
             layout=self.layout,
             descriptions=tuple(self.descriptions[: len(batch.objects)]),
-            furniture_counters={
-                name: getattr(batch, f"furniture_{name}")[0] for name in FURNITURE_COUNTERS
-            },
-            objects={name: batch.objects[name] for name in OBJECT_COLUMNS},
-            edges={name: batch.edges[name] for name in EDGE_COLUMNS},
+            tables=view_tables(batch.tables),
             history=batch.history,
             asked=self.asked,
             clock=self.clock,
@@ -327,13 +318,10 @@ class MemoryState:
         self._is_layout_new = False
         batch.labels = self.vocabulary.labels  # one list: grows with the vocabulary
         batch.time = content.time
-        for name, column in content.furniture_counters.items():
-            getattr(batch, f"furniture_{name}")[0] = column
         for description in content.descriptions:
             self.ensure_object(description)
-        for name, column in content.objects.items():
-            batch.objects[name][:] = column
-        batch.edges.append(len(content.edges["object"]), **content.edges)
+        batch.edges.append(len(content.tables["edges"]["object"]))
+        fill_tables(batch.tables, content.tables)
         self.update_layout()  # the batch looks up the prior of every edge
         self.asked = content.asked
         if content.asked is not None:

@@ -16,7 +16,10 @@ class Remembered(Protocol):
     time: int
     objects: Table
     edges: Table
-    furniture_num_observed: np.ndarray
+
+    @property
+    def furniture_num_observed(self) -> np.ndarray:
+        """Looks at each furniture node so far, (H, F)."""
 
     @property
     def num_homes(self) -> int:

@@ -88,7 +88,7 @@ class Recorder:
             "furniture",
             change.home,
             change.furniture,
-            {name: getattr(memory, f"furniture_{name}")[place] for name in FURNITURE_COUNTERS},
+            {name: memory.furniture[name][place] for name in FURNITURE_COUNTERS},
         )
 
     def finish(self) -> list[Arrays]:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
+from sgm.memory.columns import EDGES, FURNITURE, NOW, OBJECTS
 from sgm.messages import shorten
 from simulator.snapshots.recorder import EXTRA, QUESTION_EXTRA
 from simulator.snapshots.shards import MANIFEST, get_shard_name
@@ -28,11 +28,7 @@ class _Rule(NamedTuple):
     high: float | str = np.inf  # a letter: below the length of that axis
 
 
-_COUNTERS = {
-    "furniture": FURNITURE_COUNTERS,
-    "object": OBJECT_COUNTERS,
-    "edge": EDGE_COUNTERS,
-}
+_COLUMNS = {"furniture": FURNITURE, "object": OBJECTS, "edge": EDGES}
 _OF = {"furniture": "F", "object": "N", "edge": "E"}
 _RULES = {
     "room_label": _Rule("R", "i", 0, "label"),
@@ -53,14 +49,12 @@ _RULES = {
     **{f"{kind}_version_valid_from": _Rule(kind, "i", 0) for kind in _OF},
     **{f"{kind}_version_valid_to": _Rule(kind, "i", 0) for kind in _OF},
     **{
-        f"{kind}_version_{name}": _Rule(
-            kind,
-            "iu",
-            -1 if name.startswith("last") else 0,
-            1 if name == "is_true" else _MAX_NUMBER,
+        f"{kind}_version_{column.name}": _Rule(
+            kind, "iu", column.low, _MAX_NUMBER if column.high == NOW else column.high
         )
-        for kind, names in _COUNTERS.items()
-        for name in names
+        for kind, columns in _COLUMNS.items()
+        for column in columns
+        if column.is_counter
     },
 }
 _CLOCK = _Rule("2", "f", 0, _MAX_NUMBER)

@@ -158,7 +158,7 @@ def take_snapshots(
         question_extras=question_extras or {},
         clock=None if memory.clock is None else memory.clock[home],
         **{
-            f"furniture_{name}": getattr(memory, f"furniture_{name}")[home][is_furniture]
+            f"furniture_{name}": memory.furniture[name][home][is_furniture]
             for name in FURNITURE_COUNTERS
         },
         **{f"object_{name}": objects[name][row] for name in OBJECT_COUNTERS},

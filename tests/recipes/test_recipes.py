@@ -20,6 +20,7 @@ EXPECTED = {
     "Dynamics": r'"name": "shuffle.Shuffle",\n *"share": 0.2\n',
     "Sensing": r'"name": "dark.DarkInside",\n *"inside": 0.6,\n *"on_top": 0.1\n',
     "A feature": r"crowded +0\.\d+",
+    "A column of the memory": r"\('mug',\) \[1\]\n\"num_asked\":\[1\]",
     "A metric": r"\| MRR \|",
     "An importer of recorded homes": r"placed: 2 rooms, 3 furniture nodes, 4 objects",
     "A prior source": r"diary: 12 read(.|\n)*kitchen",

@@ -9,7 +9,6 @@ import pytest
 
 from sgm.evidence.object_counts import count_left
 from sgm.memory.clock import HOUR_SECONDS, Clock
-from sgm.memory.columns import EDGE_HISTORY
 from sgm.memory.home_history import MOST_FURNITURE, NUM_LOOKS_KEPT, HomeHistory
 from sgm.policies.adaptive import Adaptive
 from simulator import SceneGraphMemory, Sighting
@@ -18,6 +17,7 @@ from simulator.tasks.rollout import Rollout
 
 FRIDGE, SHELF, TABLE, BED, BEDROOM_SHELF, DESK = range(6)
 MUG = 0
+EDGE_HISTORY = ("num_absent", "time_true")
 ASK = tuple(np.array([value]) for value in (0, 7, 11, MUG))
 
 
@@ -197,13 +197,12 @@ def test_a_file_from_before_is_read(lived_in):
         data["edges"].pop(name, None)  # what is as it would be guessed is not there
     old = type(content).from_json(data)
     assert old.history.to_json() == HomeHistory(1, 2).to_json()
-    is_true = content.edges["is_true"]
-    absent = np.where(is_true, 0, content.edges["num_observed"] - content.edges["num_true"])
-    assert old.edges["num_absent"].tolist() == absent.tolist()
-    edges = content.edges
-    known = edges["last_observed"] - old.objects["first_observed"][edges["object"]]
+    edges = content.tables["edges"]
+    absent = np.where(edges["is_true"], 0, edges["num_observed"] - edges["num_true"])
+    assert old.tables["edges"]["num_absent"].tolist() == absent.tolist()
+    known = edges["last_observed"] - old.tables["objects"]["first_observed"][edges["object"]]
     expected = np.where(edges["num_true"], known * edges["num_true"] // edges["num_observed"], 0)
-    assert old.edges["time_true"].tolist() == expected.tolist()
+    assert old.tables["edges"]["time_true"].tolist() == expected.tolist()
 
 
 @pytest.mark.parametrize(

@@ -1,3 +1,4 @@
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -346,6 +347,19 @@ def test_a_table_grows_and_fills_what_is_not_given_with_zeros():
     assert (table["a"].dtype, table["b"].dtype) == (np.int32, np.bool_)
     table["a"][0] = 9
     assert table["a"][0] == 9
+
+
+def test_a_table_may_have_defaults_and_rows_for_every_home():
+    table = Table({"a": np.int32, "b": float}, {"a": -1}, shape=(2,), num_rows=3)
+    assert table["a"].tolist() == [[-1] * 3] * 2
+    table["b"][1] = 5
+    copied = deepcopy(table)
+    table.append(1, b=np.array([[7], [8]]))
+    assert table["a"].tolist() == [[-1] * 4] * 2
+    assert table["b"].tolist() == [[0, 0, 0, 7], [5, 5, 5, 8]]
+    copied["a"][0, 0] = 4  # of its own, and kept by copies of it
+    assert copied.copy()["a"].tolist() == [[4, -1, -1], [-1] * 3]
+    assert [name for name, _ in table.items()] == ["a", "b"]
 
 
 def test_a_layout_may_grow(make_tiny_memory, tiny_prior):

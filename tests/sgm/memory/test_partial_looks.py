@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sgm.memory.columns import EDGE_COUNTERS, EDGE_MEASURES, NEVER
+from sgm.memory.columns import EDGE_COUNTERS, NEVER
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 
@@ -25,7 +25,7 @@ def memory():
 
 def read_edge(memory, row=0):
     edges = memory.batch.edges
-    return {name: edges[name][row].item() for name in (*EDGE_COUNTERS, *EDGE_MEASURES)}
+    return {name: edges[name][row].item() for name in (*EDGE_COUNTERS, "missed", "confidence")}
 
 
 def look(memory, coverage, seen=()):
