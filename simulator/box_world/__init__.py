@@ -1,0 +1,1 @@
+"""Homes of boxes with a camera in them: what a robot's eyes are tried with."""

@@ -1,0 +1,87 @@
+"""A camera that measures depth, in a home of boxes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sgm.eyes.camera import Intrinsics, Pose
+from simulator.box_world.ray_kernel import cast_rays
+from simulator.box_world.solids import Solids
+
+
+def make_intrinsics(width: int = 160, height: int = 128, view: float = 75.0) -> Intrinsics:
+    """Return those of a camera whose image is `view` degrees wide."""
+    focal = width / 2 / math.tan(math.radians(view) / 2)
+    return Intrinsics(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shot:
+    """What a camera shows at one moment.
+
+    Attributes:
+        depth: what was measured, z in metres, nan where nothing was, float32 (rows, columns).
+        true_depth: without noise, inf where nothing is, (rows, columns).
+        owner: whose each pixel is, -1 for nothing, int32 (rows, columns).
+        num_alone: pixels that each owner would take if nothing stood before it, (owners,).
+    """
+
+    depth: np.ndarray
+    true_depth: np.ndarray
+    owner: np.ndarray
+    num_alone: np.ndarray
+
+
+@dataclass(frozen=True, slots=True)
+class DepthCamera:
+    """What a camera with a depth sensor measures; about what sensors of homes do.
+
+    Attributes:
+        intrinsics: of the image.
+        nearest, farthest: z between which depth is measured, metres.
+        noise: standard deviation of depth at 1 m, metres; it grows with the square of depth.
+        hole_share: share of the pixels without a measurement.
+    """
+
+    intrinsics: Intrinsics = field(default_factory=make_intrinsics)
+    nearest: float = 0.25
+    farthest: float = 5.0
+    noise: float = 0.002
+    hole_share: float = 0.01
+
+    def shoot(
+        self, solids: Solids, num_owners: int, pose: Pose, *, rng: np.random.Generator
+    ) -> Shot:
+        """Take a picture.
+
+        Args:
+            solids: what there is.
+            num_owners: of it.
+            pose: true one of the camera.
+            rng: of noise and holes.
+        """
+        camera = self.intrinsics
+        depth = np.full((camera.height, camera.width), np.inf)
+        owner = np.full(depth.shape, -1, dtype=np.int32)
+        num_alone = np.zeros(num_owners, dtype=np.int64)
+        cast_rays(
+            solids.center, solids.half, solids.turn, solids.owner,
+            np.ascontiguousarray(pose.position), np.ascontiguousarray(pose.rotation),
+            np.array([camera.fx, camera.fy]), np.array([camera.cx, camera.cy]),
+            depth, owner, num_alone,
+        )  # fmt: skip
+        noisy = depth + self.noise * depth**2 * rng.standard_normal(depth.shape, dtype=np.float32)
+        is_hole = rng.random(depth.shape, dtype=np.float32) < self.hole_share
+        is_hole |= (depth < self.nearest) | (depth > self.farthest)
+        measured = np.where(is_hole, np.nan, noisy).astype(np.float32)
+        return Shot(measured, depth, owner, num_alone)
+
+    def sees(self, pose: Pose, points: np.ndarray) -> np.ndarray:
+        """Tell which points (n, 3) the image and the range of a camera hold, bool (n,)."""
+        own = pose.to_camera(points)
+        is_in_range = (own[:, 2] >= self.nearest) & (own[:, 2] <= self.farthest)
+        with np.errstate(invalid="ignore"):
+            return is_in_range & self.intrinsics.contains(self.intrinsics.project(own))

@@ -1,0 +1,115 @@
+"""Where in and on the furniture the things of a home lie."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.layout.box import ABOVE_TOP
+from simulator.box_world.floor import BoxFloor
+from simulator.box_world.sizes import find_thing_size
+from simulator.box_world.solids import Solids, list_levels
+from simulator.world.homes import Homes
+
+_TRIES = 40  # spots for one thing before it is put on others
+_EDGE = 0.02  # metres from the edge of what a thing lies on
+_HIGHEST = ABOVE_TOP - 0.05  # metres above a surface that things and piles reach at most
+
+
+class ThingBoxes:
+    """The box of every thing, C slots, as the home moves them from place to place.
+
+    A thing that comes to a place gets a free spot there, or lies on others. It stays on its spot
+    until it leaves the place, also when what it lay on is taken away.
+
+    Attributes:
+        center, half: metres, (C, 3).
+        yaw: (C,).
+        place: furniture * 2 + relation, -1 where there is none, (C,). A thing that is "in"
+            furniture without an inside lies on top.
+    """
+
+    def __init__(self, homes: Homes, floor: BoxFloor, rng: np.random.Generator) -> None:
+        """Lay out all things of the one home.
+
+        Args:
+            homes: of one home.
+            floor: of it.
+            rng: of the spots.
+        """
+        self._homes, self._floor, self._rng = homes, floor, rng
+        num_slots = homes.num_slots
+        self.center, self.half = np.zeros((num_slots, 3)), np.full((num_slots, 3), 0.01)
+        self.yaw = np.zeros(num_slots)
+        self.place = np.full(num_slots, -1)
+        self._code = np.full(num_slots, -1)
+        self.update()
+
+    def update(self) -> None:
+        """Move what the home has moved since the last call."""
+        homes = self._homes
+        places = self._read_places()
+        is_new = (places != self.place) | (homes.object_code[0] != self._code)
+        self.place[is_new] = -1  # what leaves a place gives its spot free
+        for slot in np.flatnonzero(is_new & (places >= 0)).tolist():
+            self._put(slot, int(places[slot]))
+        self._code = homes.object_code[0].copy()
+
+    @property
+    def solids(self) -> Solids:
+        """The boxes of what is there; the owner is the slot."""
+        own = np.flatnonzero(self.place >= 0)
+        turn = np.column_stack([np.cos(self.yaw[own]), np.sin(self.yaw[own])])
+        return Solids(self.center[own], self.half[own], turn, own.astype(np.int32))
+
+    def _read_places(self) -> np.ndarray:
+        """Return the place of every slot, "onTop" where there is no inside, (C,)."""
+        places = self._homes.object_place[0].astype(np.int64)
+        has_inside = np.array([box.interior != "none" for box in self._floor.furniture])
+        furniture = np.maximum(places, 0) // NUM_RELATIONS
+        return np.where((places >= 0) & ~has_inside[furniture], furniture * NUM_RELATIONS + 1, places)
+
+    def _put(self, slot: int, place: int) -> None:
+        """Give a thing a spot at a place."""
+        furniture, relation = divmod(place, NUM_RELATIONS)
+        box, shape = self._floor.furniture[furniture], self._floor.shapes[furniture]
+        low, high, levels, headroom = _list_surfaces(box.size, shape, relation)
+        kind = int(self._homes.object_type[0, slot])
+        width, depth, height = find_thing_size(self._homes.type_labels[0, kind])
+        others = np.flatnonzero(self.place == place)
+        own_center = box.to_own(self.center[others])
+        spot, half, turn = np.zeros(3), np.zeros(3), 0
+        for _ in range(_TRIES):
+            turn = int(self._rng.integers(2))
+            sides = (depth, width) if turn == 0 else (width, depth)
+            half = np.array([*np.minimum(sides, 0.95 * (high - low)), min(height, headroom)]) / 2
+            level = levels[int(self._rng.integers(len(levels)))]
+            spot[:2] = self._rng.uniform(low + half[:2], high - half[:2])
+            spot[2] = level + half[2]
+            reach = half + self.half[others]
+            is_in_the_way = (np.abs(own_center - spot) < reach - 1e-9).all(axis=1)
+            if not is_in_the_way.any():
+                break
+        else:  # on what lies there, where there is room above it
+            tops = own_center[:, 2] + self.half[others, 2]
+            above = float(tops[is_in_the_way].max())
+            if above + 2 * half[2] <= level + headroom:
+                spot[2] = above + half[2]
+        self.center[slot], self.half[slot] = box.to_map(spot), half
+        self.yaw[slot] = box.yaw
+        self.place[slot] = place
+
+
+def _list_surfaces(
+    size: tuple[float, float, float], shape: str, relation: int
+) -> tuple[np.ndarray, np.ndarray, list[float], float]:
+    """Return where things lie: low and high x, y, heights from the middle, and room above each."""
+    length, width, height = size
+    high = np.array([length / 2 - _EDGE, width / 2 - _EDGE])
+    if relation == 1:
+        return -high, high, [height / 2], _HIGHEST
+    high -= 0.03  # walls, and the door
+    if shape == "basin":
+        return -high, high, [-height / 2 + min(0.02, height / 4)], height - 0.05
+    levels = list_levels(height)
+    return -high, high, levels, (height - 0.04) / len(levels) - 0.04

@@ -1,0 +1,114 @@
+"""A home of boxes: a simulated home whose rooms, furniture and things have places and sizes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.layout.box import Box
+from simulator.box_world.floor import BoxFloor, sample_floor
+from simulator.box_world.ray_kernel import find_hidden
+from simulator.box_world.solids import Solids, list_parts
+from simulator.box_world.things import ThingBoxes
+from simulator.world.homes import Homes
+
+
+class BoxWorld:
+    """One home, of any source, with a floor plan, boxes of furniture and boxes of things.
+
+    Where things are is up to the home: they move as its dynamics say. Floor plan and spots come
+    from streams of the home of their own ("box floor", "box things"), so that a home of boxes
+    lives as the same home without boxes does.
+
+    Attributes:
+        homes: the one home.
+        floor: where everything stands.
+        things: where the things lie; the slots are those of the home.
+        open_doors: furniture whose doors are open now.
+    """
+
+    def __init__(self, homes: Homes) -> None:
+        """Lay out a home at t = 0.
+
+        Raises:
+            ValueError: if there are several homes.
+        """
+        if homes.num_homes != 1:
+            raise ValueError(
+                f"a world of boxes must be one home, got {homes.num_homes}. Make one of them."
+            )
+        self.homes = homes
+        num_furniture = int(homes.home_num_furniture[0])
+        rooms = [label for label in homes.room_labels[0].tolist() if label]
+        self.floor: BoxFloor = sample_floor(
+            homes.furniture_labels[0, :num_furniture].tolist(),
+            homes.furniture_room[0, :num_furniture].tolist(),
+            len(rooms),
+            homes.streams.generator("box floor", 0),
+        )
+        self.room_labels = tuple(rooms)
+        self.things = ThingBoxes(homes, self.floor, homes.streams.generator("box things", 0))
+        self.open_doors: set[int] = set()
+        ground = Box.of_floor(self.floor.low, self.floor.high)
+        self._still = Solids.of_boxes([*self.floor.walls, ground], self.num_owners - 1)
+
+    @property
+    def num_furniture(self) -> int:
+        """F."""
+        return len(self.floor.furniture)
+
+    @property
+    def num_owners(self) -> int:
+        """Owners of boxes: C things, then F pieces of furniture, then all walls and the floor."""
+        return self.homes.num_slots + self.num_furniture + 1
+
+    @property
+    def solids(self) -> Solids:
+        """All boxes that a ray can hit, as they are now."""
+        parts = [
+            Solids.of_boxes(
+                list_parts(box, shape, number in self.open_doors), self.homes.num_slots + number
+            )
+            for number, (box, shape) in enumerate(
+                zip(self.floor.furniture, self.floor.shapes, strict=True)
+            )
+        ]
+        return Solids.join([self.things.solids, *parts, self._still])
+
+    def evolve(self) -> None:
+        """Let a time step pass; all doors are shut then."""
+        self.homes.evolve()
+        self.things.update()
+        self.open_doors.clear()
+
+    def describe_thing(self, slot: int) -> str:
+        """Return the description of a thing, such as "large red mug"."""
+        return self.homes.object_descriptions.text(int(self.homes.object_code[0, slot]))
+
+    def list_there(self, furniture: int) -> list[tuple[int, int]]:
+        """Return slot and relation of everything at a piece of furniture."""
+        slots = np.flatnonzero(self.things.place // NUM_RELATIONS == furniture)
+        return [(int(slot), int(self.things.place[slot] % NUM_RELATIONS)) for slot in slots]
+
+    def compute_hidden(
+        self, solids: Solids, position: np.ndarray, points: np.ndarray, ignored: np.ndarray
+    ) -> np.ndarray:
+        """Tell which points something stands before, seen from a position.
+
+        Args:
+            solids: of the world.
+            position: x, y, z of the camera.
+            points: (n, 3).
+            ignored: owner that hides each point not, -1 for none, (n,).
+
+        Returns:
+            bool (n,).
+        """
+        is_hidden = np.zeros(len(points), dtype=bool)
+        find_hidden(
+            solids.center, solids.half, solids.turn, solids.owner,
+            np.ascontiguousarray(position, dtype=float),
+            np.ascontiguousarray(points, dtype=float),
+            np.ascontiguousarray(ignored, dtype=np.int32), is_hidden,
+        )  # fmt: skip
+        return is_hidden
