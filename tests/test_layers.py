@@ -30,7 +30,8 @@ ORDER = """
     sgm.names sgm.layout sgm.memory sgm.belief sgm.evidence sgm.policies
     sgm.network sgm.finder sgm.eyes sgm
     simulator.caches simulator.yaml_text simulator.process simulator.compiled simulator.fan_out
-    simulator.priors simulator.text simulator.world simulator.policies simulator.snapshots
+    simulator.priors simulator.text simulator.world simulator.box_world simulator.policies
+    simulator.snapshots
     simulator.tasks simulator.trace simulator.drawing simulator.replay simulator.realism
     simulator.home_options simulator.command_line simulator.gym simulator.igridson
     simulator.collect simulator.testing simulator.test_sets simulator.moved simulator

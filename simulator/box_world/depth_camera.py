@@ -73,10 +73,11 @@ class DepthCamera:
             np.array([camera.fx, camera.fy]), np.array([camera.cx, camera.cy]),
             depth, owner, num_alone,
         )  # fmt: skip
-        noisy = depth + self.noise * depth**2 * rng.standard_normal(depth.shape, dtype=np.float32)
+        noise = rng.standard_normal(depth.shape, dtype=np.float32)
         is_hole = rng.random(depth.shape, dtype=np.float32) < self.hole_share
         is_hole |= (depth < self.nearest) | (depth > self.farthest)
-        measured = np.where(is_hole, np.nan, noisy).astype(np.float32)
+        measured = np.where(is_hole, np.nan, depth)
+        measured = (measured + self.noise * measured**2 * noise).astype(np.float32)
         return Shot(measured, depth, owner, num_alone)
 
     def sees(self, pose: Pose, points: np.ndarray) -> np.ndarray:

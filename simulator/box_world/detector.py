@@ -75,13 +75,13 @@ class BoxDetector:
         present = np.flatnonzero(world.things.place >= 0)
         for slot in np.flatnonzero(draws[:, 0] < probability).tolist():
             own = owner == slot
-            box = np.array(
-                [columns[own].min(), rows[own].min(), columns[own].max(), rows[own].max()]
-            ) + (-0.5, -0.5, 0.5, 0.5)
-            left, top, right, bottom = box + noise[slot]
+            left, top = np.array([columns[own].min(), rows[own].min()]) - 0.5 + noise[slot, :2]
+            right, bottom = np.array([columns[own].max(), rows[own].max()]) + 0.5 + noise[slot, 2:]
             is_named = bool(draws[slot, 1] >= self.wrong_share)
             named = slot if is_named else int(present[int(draws[slot, 2] * len(present))])
-            score = 0.55 + 0.45 * math.sqrt(draws[slot, 3]) if is_named else 0.3 + 0.6 * draws[slot, 3]
+            score = (
+                0.55 + 0.45 * math.sqrt(draws[slot, 3]) if is_named else 0.3 + 0.6 * draws[slot, 3]
+            )
             detection = Detection(
                 world.describe_thing(named),
                 score,

@@ -1,4 +1,4 @@
-"""The floor of a home of boxes: rooms beside a corridor, walls, doors, and where furniture stands."""
+"""The floor of a home of boxes: rooms beside a corridor, walls, doors, furniture."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def sample_floor(
 def _sample_room(
     sizes: Sequence[FurnitureSize], frees: Sequence[bool], rng: np.random.Generator
 ) -> tuple[float, float, float, list[_Piece]]:
-    """Return width, depth, x of the door, and the furniture, in the room's axes: y from the door on."""
+    """Return width, depth, x of the door and furniture in the room's axes, y from the door on."""
     area = 5.0 + sum((size.depth + 0.6) * (size.width + 0.2) for size in sizes)
     width, depth = math.sqrt(1.25 * area), math.sqrt(area / 1.25)
     while True:

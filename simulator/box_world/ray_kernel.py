@@ -28,9 +28,14 @@ def cast_rays(
     """Draw boxes into a depth image.
 
     Args:
-        center, half, turn, owner: as in `Solids`.
-        position, rotation: of the camera, (3,), (3, 3).
-        focal, middle: fx, fy and cx, cy, (2,).
+        center: as in `Solids`.
+        half: as in `Solids`.
+        turn: as in `Solids`.
+        owner: as in `Solids`.
+        position: of the camera, (3,).
+        rotation: of the camera, (3, 3).
+        focal: fx, fy.
+        middle: cx, cy.
         depth: inf at first; becomes z of what each pixel shows, (rows, columns).
         seen_owner: -1 at first; becomes whose it is, int32 (rows, columns).
         num_alone: 0 at first; becomes how many pixels the boxes of each owner would take if
@@ -65,10 +70,10 @@ def cast_rays(
             row = down / ahead * focal[1] + middle[1]
             column = min(max(column, -2.0), columns + 1.0)
             row = min(max(row, -2.0), rows + 1.0)
-            first_column = min(first_column, int(math.floor(column)))
-            last_column = max(last_column, int(math.ceil(column)))
-            first_row = min(first_row, int(math.floor(row)))
-            last_row = max(last_row, int(math.ceil(row)))
+            first_column = min(first_column, math.floor(column))
+            last_column = max(last_column, math.ceil(column))
+            first_row = min(first_row, math.floor(row))
+            last_row = max(last_row, math.ceil(row))
         if num_behind == 8:
             continue
         if is_near:
@@ -127,7 +132,10 @@ def find_hidden(
     """Tell which points a box stands before, or around.
 
     Args:
-        center, half, turn, owner: as in `Solids`.
+        center: as in `Solids`.
+        half: as in `Solids`.
+        turn: as in `Solids`.
+        owner: as in `Solids`.
         position: of the camera, (3,).
         points: (n, 3).
         ignored: owner whose boxes hide each point not, -1 for none, (n,).

@@ -12,6 +12,7 @@ from simulator.box_world.solids import Solids, list_levels
 from simulator.world.homes import Homes
 
 _TRIES = 40  # spots for one thing before it is put on others
+_SHRINKS = 0.6  # factor of the sides of a thing for which there is no room
 _EDGE = 0.02  # metres from the edge of what a thing lies on
 _HIGHEST = ABOVE_TOP - 0.05  # metres above a surface that things and piles reach at most
 
@@ -67,7 +68,9 @@ class ThingBoxes:
         places = self._homes.object_place[0].astype(np.int64)
         has_inside = np.array([box.interior != "none" for box in self._floor.furniture])
         furniture = np.maximum(places, 0) // NUM_RELATIONS
-        return np.where((places >= 0) & ~has_inside[furniture], furniture * NUM_RELATIONS + 1, places)
+        return np.where(
+            (places >= 0) & ~has_inside[furniture], furniture * NUM_RELATIONS + 1, places
+        )
 
     def _put(self, slot: int, place: int) -> None:
         """Give a thing a spot at a place."""
@@ -78,23 +81,26 @@ class ThingBoxes:
         width, depth, height = find_thing_size(self._homes.type_labels[0, kind])
         others = np.flatnonzero(self.place == place)
         own_center = box.to_own(self.center[others])
-        spot, half, turn = np.zeros(3), np.zeros(3), 0
-        for _ in range(_TRIES):
-            turn = int(self._rng.integers(2))
-            sides = (depth, width) if turn == 0 else (width, depth)
-            half = np.array([*np.minimum(sides, 0.95 * (high - low)), min(height, headroom)]) / 2
+        lowest, spot, half = np.inf, np.zeros(3), np.zeros(3)
+        for attempt in range(3 * _TRIES):
+            scale = _SHRINKS ** (attempt // _TRIES)  # what fits nowhere is smaller than usual
+            sides = np.array((depth, width) if self._rng.integers(2) else (width, depth)) * scale
+            new = np.minimum([*sides, scale * height], [*(0.95 * (high - low)), headroom]) / 2
             level = levels[int(self._rng.integers(len(levels)))]
-            spot[:2] = self._rng.uniform(low + half[:2], high - half[:2])
-            spot[2] = level + half[2]
-            reach = half + self.half[others]
-            is_in_the_way = (np.abs(own_center - spot) < reach - 1e-9).all(axis=1)
-            if not is_in_the_way.any():
+            middle = self._rng.uniform(low + new[:2], high - new[:2])
+            reach = new[:2] + self.half[others, :2]
+            is_below = (np.abs(own_center[:, :2] - middle) < reach).all(axis=1)
+            is_below &= np.abs(own_center[:, 2] - level - headroom / 2) < headroom / 2
+            tops = own_center[is_below, 2] + self.half[others[is_below], 2]
+            above = float(tops.max(initial=level)) - level
+            if above + 2 * new[2] > headroom:  # no room on the pile: through it, if need be
+                above = headroom
+            if above < lowest:
+                lowest, half = above, new
+                base = min(level + above, level + headroom - 2 * new[2])
+                spot = np.array([*middle, base + new[2]])
+            if lowest == 0 or (lowest < headroom and attempt % _TRIES == _TRIES - 1):
                 break
-        else:  # on what lies there, where there is room above it
-            tops = own_center[:, 2] + self.half[others, 2]
-            above = float(tops[is_in_the_way].max())
-            if above + 2 * half[2] <= level + headroom:
-                spot[2] = above + half[2]
         self.center[slot], self.half[slot] = box.to_map(spot), half
         self.yaw[slot] = box.yaw
         self.place[slot] = place

@@ -16,7 +16,7 @@ NUM_POINTS = 500  # of a volume: a share is right to .02 or so
 class TrueView:
     """Collects over frames which points of each volume were in view, by rays through the world.
 
-    A point is in view if the image and the range of the camera hold it and nothing stands before it.
+    A point is in view if image and range of the camera hold it and nothing stands before it.
 
     Attributes:
         points: of the volumes, by (furniture, relation), (n, 3) each.
@@ -51,9 +51,7 @@ class TrueView:
         possible = np.flatnonzero(self._camera.sees(pose, self._all) & ~self._is_seen)
         ignored = np.full(len(possible), -1, dtype=np.int32)
         world = self._world
-        is_hidden = world.compute_hidden(
-            world.solids, pose.position, self._all[possible], ignored
-        )
+        is_hidden = world.compute_hidden(world.solids, pose.position, self._all[possible], ignored)
         self._is_seen[possible[~is_hidden]] = True
 
     @property

@@ -1,0 +1,17 @@
+import pytest
+
+from simulator.box_world.world import BoxWorld
+from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
+from simulator.world.streams import Streams
+
+
+@pytest.fixture
+def make_world():
+    """Make small homes of boxes."""
+
+    def make(home=0, furniture=4, things=3, **rules):
+        config = HomeConfig(furniture_per_room=furniture, objects_per_furniture=things, **rules)
+        return BoxWorld(SampledSource(home=config).make(Streams(3, "test", [home])))
+
+    return make
