@@ -1,7 +1,10 @@
 """From poses, depth and detections to looks: what a robot's camera tells its memory."""
 
+from sgm.eyes.built_look import BuiltLook
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.detection import Detection
+from sgm.eyes.gate import Gate
+from sgm.eyes.look_builder import LookBuilder, Unassigned
 from sgm.layout.box import ABOVE_TOP, BELOW_TOP, INTERIORS, Box, sample_volume
 
 __all__ = [
@@ -9,8 +12,12 @@ __all__ = [
     "BELOW_TOP",
     "INTERIORS",
     "Box",
+    "BuiltLook",
     "Detection",
+    "Gate",
     "Intrinsics",
+    "LookBuilder",
     "Pose",
+    "Unassigned",
     "sample_volume",
 ]

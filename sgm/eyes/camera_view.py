@@ -1,0 +1,203 @@
+"""What is in view of a camera in one frame."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sgm.eyes.camera import Intrinsics, Pose
+from sgm.eyes.scene import Scene, compute_entries
+
+_FARTHEST_METRES = 200.0  # no depth camera of a home measures more: these are other units
+_PATCH = np.linspace(-0.2, 0.2, 5)  # of the sides of a box in pixels, around its middle
+
+
+class CameraView:
+    """One frame of a camera: which points are in view, and where the things of the image are.
+
+    With a depth image, a point is in view if it is not behind what was measured; pixels without a
+    measurement (0, nan) say nothing. Infinity means that nothing was in the way. Without a depth
+    image boxes are solid, but for the open front of those that are open.
+
+    Attributes:
+        pose, intrinsics: of the camera.
+        has_depth: whether there is a depth image.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        pose: Pose,
+        intrinsics: Intrinsics,
+        depth: np.ndarray | None,
+        reach: tuple[float, float],
+    ) -> None:
+        """Look at a scene.
+
+        Args:
+            scene: the boxes.
+            pose: of the camera.
+            intrinsics: of the camera.
+            depth: z of every pixel in metres, or in millimetres if they are whole numbers,
+                (height, width); None for none.
+            reach: nearest and farthest distance at which things are detected.
+
+        Raises:
+            ValueError: if the depth image is none, has another size, or another unit.
+        """
+        self.pose, self.intrinsics = pose, intrinsics
+        self.has_depth = depth is not None
+        self._scene, self._reach = scene, reach
+        self._depth = None if depth is None else read_depth(depth, intrinsics)
+        self._occluders = self._find_in_cone(scene.center, scene.radius, 0.0)
+
+    def find_seen_points(self, volumes: np.ndarray, margin: float) -> tuple[np.ndarray, np.ndarray]:
+        """Find the points of volumes that are in view.
+
+        Args:
+            volumes: those that can be looked into, (v,).
+            margin: metres that a point may lie behind what was measured.
+
+        Returns:
+            The volumes of which something may be in view, (k,), and which of their points are,
+            bool (k, n).
+        """
+        scene = self._scene
+        nearest, _ = self._reach
+        is_near = self._find_in_cone(
+            scene.volume_center[volumes], scene.volume_radius[volumes], nearest
+        )
+        volumes = volumes[is_near]
+        if not len(volumes):
+            return volumes, np.zeros((0, scene.points.shape[1]), dtype=bool)
+        shape = (len(volumes), scene.points.shape[1])
+        points = scene.points[volumes].reshape(-1, 3)
+        is_seen = scene.is_free[volumes].ravel()
+        rows = np.flatnonzero(is_seen)
+        rows = rows[self.can_see(points[rows], margin, np.repeat(volumes, shape[1])[rows])]
+        is_seen[:] = False
+        is_seen[rows] = True
+        return volumes, is_seen.reshape(shape)
+
+    def can_see(self, points: np.ndarray, margin: float, volumes: np.ndarray) -> np.ndarray:
+        """Tell which points (n, 3), each in a volume (n,), are in view, bool (n,)."""
+        pixels, away = self._project(points)
+        rows = np.flatnonzero(away >= 0)  # in the image and in reach
+        is_seen = np.zeros(len(points), dtype=bool)
+        if self._depth is not None:
+            is_seen[rows] = away[rows] <= self._read_depth(pixels[rows]) + margin
+        elif len(rows):
+            is_seen[rows] = ~self._find_behind_boxes(points[rows], volumes[rows])
+        return is_seen
+
+    def measure_behind(self, points: np.ndarray, volumes: np.ndarray) -> np.ndarray:
+        """Return how far the rays through points (n, 3) went on behind them, metres, (n,).
+
+        Negative where something is in front of the point; nan where it is not in the image or in
+        reach, or nothing was measured. Without a depth image infinite or minus infinite.
+        """
+        pixels, away = self._project(points)
+        behind = np.full(len(points), np.nan)
+        rows = np.flatnonzero(away >= 0)
+        if self._depth is not None:
+            measured = self._read_depth(pixels[rows])
+            behind[rows] = np.where(measured > 0, measured - away[rows], np.nan)
+            scale = np.linalg.norm(points[rows] - self.pose.position, axis=1) / away[rows]
+            behind[rows] *= scale  # along the ray
+        elif len(rows):
+            is_hidden = self._find_behind_boxes(points[rows], volumes[rows])
+            behind[rows] = np.where(is_hidden, -np.inf, np.inf)
+        return behind
+
+    def measure_boxes(self, boxes: np.ndarray) -> np.ndarray:
+        """Return the depth in the middle of boxes in pixels (n, 4), nan where there is none, (n,).
+
+        The median of a patch of 5 x 5 pixels over the inner part of each box.
+        """
+        if self._depth is None or not len(boxes):
+            return np.full(len(boxes), np.nan)
+        middle, side = (boxes[:, :2] + boxes[:, 2:]) / 2, boxes[:, 2:] - boxes[:, :2]
+        at = middle[:, None] + side[:, None] * _PATCH[:, None]  # (n, 5, 2)
+        height, width = self._depth.shape
+        columns = np.clip(np.rint(at[..., 0]).astype(int), 0, width - 1)
+        rows = np.clip(np.rint(at[..., 1]).astype(int), 0, height - 1)
+        patch = self._depth[rows[:, :, None], columns[:, None, :]].reshape(len(boxes), 25)
+        patch = np.where(np.isfinite(patch) & (patch > 0), patch, np.nan)
+        depth = np.full(len(boxes), np.nan)
+        is_known = np.isfinite(patch).any(axis=1)
+        depth[is_known] = np.nanmedian(patch[is_known], axis=1)
+        return depth
+
+    def _project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return pixels (n, 2), and z (n,), -1 for what is not in the image or in reach."""
+        camera = self.pose.to_camera(points)
+        pixels = self.intrinsics.project(camera)
+        nearest, farthest = self._reach
+        distance = np.linalg.norm(camera, axis=1)
+        is_in = self.intrinsics.contains(pixels) & (distance >= nearest) & (distance <= farthest)
+        return pixels, np.where(is_in, camera[:, 2], -1.0)
+
+    def _read_depth(self, pixels: np.ndarray) -> np.ndarray:
+        """Return the depth of pixels that lie in the image, -inf where nothing was measured."""
+        assert self._depth is not None
+        column, row = np.rint(pixels).astype(int).T
+        height, width = self._depth.shape
+        depth = self._depth[np.minimum(row, height - 1), np.minimum(column, width - 1)]
+        depth = np.where(depth > 0, depth, -np.inf)  # nan, too
+        if np.any((depth > _FARTHEST_METRES) & np.isfinite(depth)):
+            raise ValueError(
+                f"depth must be at most {_FARTHEST_METRES:g} m, got "
+                f"{depth[np.isfinite(depth)].max():g}. Give metres, or millimetres as integers."
+            )
+        return depth
+
+    def _find_behind_boxes(self, points: np.ndarray, volumes: np.ndarray) -> np.ndarray:
+        """Tell which points (n, 3) of volumes (n,) are behind boxes or in them, bool (n,)."""
+        scene, origin = self._scene, self.pose.position
+        places = np.flatnonzero(self._occluders)
+        entry, leave, axis = compute_entries(scene, origin, points - origin, places)
+        in_the_way = (np.maximum(entry, 0) < leave) & (entry < 1 - 1e-9) & (leave > 0)
+        # Into a box that is open one looks through its front alone.
+        is_own = (volumes[:, None] // 2 == places) & (volumes % 2 == 0)[:, None]
+        start = scene.to_own(origin[None], places)[0, :, 0]
+        is_front = (axis == 0) & (start > scene.half[places, 0])
+        in_the_way &= ~(is_own & (is_front | (entry <= 0)))
+        return np.any(in_the_way, axis=1)
+
+    def _find_in_cone(self, center: np.ndarray, radius: np.ndarray, nearest: float) -> np.ndarray:
+        """Tell which balls may reach into the image and the detector's reach, bool (n,)."""
+        camera = self.pose.to_camera(center)
+        distance = np.linalg.norm(camera, axis=1)
+        inside = (distance - radius <= self._reach[1]) & (distance + radius >= nearest)
+        for plane in _make_planes(self.intrinsics):
+            inside &= camera @ plane >= -radius
+        return inside
+
+
+def _make_planes(intrinsics: Intrinsics) -> np.ndarray:
+    """Return the normals of the sides of the image's cone, inwards, and forward, (5, 3)."""
+    left, right = (
+        (column - intrinsics.cx) / intrinsics.fx for column in (-0.5, intrinsics.width - 0.5)
+    )
+    top, bottom = ((row - intrinsics.cy) / intrinsics.fy for row in (-0.5, intrinsics.height - 0.5))
+    planes = np.array(
+        [[1, 0, -left], [-1, 0, right], [0, 1, -top], [0, -1, bottom], [0, 0, 1]], dtype=float
+    )
+    return planes / np.linalg.norm(planes, axis=1, keepdims=True)
+
+
+def read_depth(depth: Any, intrinsics: Intrinsics) -> np.ndarray:
+    """Return a depth image in metres; whole numbers are millimetres.
+
+    Raises:
+        ValueError: if it is none, or has another size than the camera.
+    """
+    read = np.asarray(depth)
+    size = (intrinsics.height, intrinsics.width)
+    if read.shape != size or read.dtype.kind not in "fui":
+        raise ValueError(
+            f"depth must be numbers of shape {size}, as the intrinsics say, got "
+            f"{read.dtype} of shape {read.shape}. Register it to the camera of the detections."
+        )
+    return read / 1000 if read.dtype.kind in "ui" else read

@@ -1,0 +1,109 @@
+"""Where in the map the detections of a frame are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sgm.eyes.camera_view import CameraView
+from sgm.eyes.detection import Detection
+
+_MOST_RADIUS = 0.25  # metres: what a box in pixels is wider than that may be two things, or a part
+_USUAL_SIZE = (0.04, 0.04, 0.1)  # half of length and width, and the height, where nobody knows
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Located:
+    """The k detections of a frame that have a place in the map.
+
+    Attributes:
+        detections: k of them.
+        center: their middles in the map, (k, 3).
+        radius: half of how wide they are, metres, (k,).
+        height: how high they are, metres, (k,).
+        sd: standard deviation of the middle, by the uncertainty of the pose, metres, (k,).
+    """
+
+    detections: tuple[Detection, ...]
+    center: np.ndarray
+    radius: np.ndarray
+    height: np.ndarray
+    sd: np.ndarray
+
+    @property
+    def bottom(self) -> np.ndarray:
+        """Height of their lower sides, (k,)."""
+        low: np.ndarray = self.center[:, 2] - self.height / 2
+        return low
+
+
+def locate(view: CameraView, detections: Sequence[Detection]) -> tuple[Located, list[Detection]]:
+    """Find where detections are, by their own centers or the depth image.
+
+    A thing in the image begins at the depth in the middle of its box, and its middle lies behind
+    that by half of how thick it is along the ray.
+
+    Args:
+        view: of the frame.
+        detections: of the frame.
+
+    Returns:
+        Those with a place, and those without: no center, and no depth there.
+    """
+    with_box = [one for one in detections if one.center is None]
+    boxes = np.array([one.box for one in with_box], dtype=float).reshape(-1, 4)
+    depth = view.measure_boxes(boxes)
+    is_known = np.isfinite(depth)
+    found = [one for one, known in zip(with_box, is_known, strict=True) if known]
+    lost = [one for one, known in zip(with_box, is_known, strict=True) if not known]
+    center, radius, height = _locate_boxes(view, boxes[is_known], depth[is_known])
+    own = [one for one in detections if one.center is not None]
+    size = [_read_size(one) for one in own]
+    center = np.vstack([center, np.array([one.center for one in own]).reshape(-1, 3)])
+    radius = np.append(radius, [(length + width) / 2 for length, width, _ in size])
+    height = np.append(height, [tall for _, _, tall in size])
+    distance = np.linalg.norm(center - view.pose.position, axis=1)
+    sd = np.hypot(view.pose.position_sd, view.pose.angle_sd * distance)
+    return Located((*found, *own), center, radius, height, sd), lost
+
+
+def _locate_boxes(
+    view: CameraView, boxes: np.ndarray, depth: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return middles (k, 3), radii and heights (k,) of boxes in pixels (k, 4) at depths (k,)."""
+    pose, intrinsics = view.pose, view.intrinsics
+    surface = pose.to_map(intrinsics.unproject((boxes[:, :2] + boxes[:, 2:]) / 2, depth))
+    ray = surface - pose.position
+    ray /= np.linalg.norm(ray, axis=1, keepdims=True) + 1e-12
+    wide = (boxes[:, 2] - boxes[:, 0]) * depth / intrinsics.fx
+    tall = (boxes[:, 3] - boxes[:, 1]) * depth / intrinsics.fy
+    radius = np.minimum(wide / 2, _MOST_RADIUS)
+    # From above one sees the upper side, too: tall = height * cos + 2 * radius * sin.
+    sine = np.abs(ray[:, 2])
+    cosine = np.sqrt(np.maximum(1 - sine**2, 0.01))
+    height = np.clip((tall - 2 * radius * sine) / cosine, 0.01, None)
+    thick = compute_half_chord(ray, radius, height)
+    return surface + ray * thick[:, None], radius, height
+
+
+def compute_half_chord(ray: np.ndarray, radius: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Return half of how thick ellipsoids are along rays through their middles, metres, (k,).
+
+    Args:
+        ray: directions of length 1, (k, 3).
+        radius: half axes in the plane, (k,).
+        height: full axes upwards, (k,).
+    """
+    flat = np.hypot(ray[:, 0], ray[:, 1]) / np.maximum(radius, 1e-3)
+    up = ray[:, 2] / np.maximum(height / 2, 1e-3)
+    return 1 / np.hypot(flat, up)
+
+
+def _read_size(detection: Detection) -> tuple[float, float, float]:
+    """Return half the length, half the width, and the height."""
+    if detection.size is None:
+        return _USUAL_SIZE
+    length, width, height = detection.size
+    return length / 2, width / 2, max(height, 0.01)

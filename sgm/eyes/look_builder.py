@@ -1,0 +1,347 @@
+"""From frames of a camera to looks."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sgm.checks import check_at_least, check_shares, is_number
+from sgm.eyes.assignment import NOWHERE, assign, assign_by_ray
+from sgm.eyes.built_look import BuiltLook
+from sgm.eyes.camera import Intrinsics, Pose
+from sgm.eyes.camera_view import CameraView, read_depth
+from sgm.eyes.detection import Detection
+from sgm.eyes.gate import Gate
+from sgm.eyes.located import locate
+from sgm.eyes.scene import Scene
+from sgm.eyes.spots import Spots
+from sgm.eyes.tracks import Tracks
+from sgm.eyes.visits import Visit, Visits
+from sgm.layout.box import Box
+from sgm.memory.sighting import RELATIONS, Sighting
+from sgm.messages import shorten
+
+_MOST_UNASSIGNED = 1000  # kept for the user
+_SURE = 0.5  # confidence from which on a thing has a spot
+
+
+@dataclass(frozen=True, slots=True)
+class Unassigned:
+    """A detection that is at no known place.
+
+    Attributes:
+        detection: what was seen.
+        time: of its frame, seconds.
+        center: where in the map, x, y, z; None if nobody knows.
+    """
+
+    detection: Detection
+    time: float
+    center: tuple[float, float, float] | None
+
+
+class LookBuilder:
+    """Turns poses, depth and detections into looks, many frames a second into one look a visit.
+
+    What a frame does: bad frames are left out and counted (`Gate`). Points in the volumes "in" and
+    "onTop" of all furniture are projected, and those in view are united over the frames of a visit;
+    their share is the coverage. Detections are assigned to the volume that they lie in, and joined
+    over the frames to one sighting a thing. A visit ends when the place was out of view for `pause`
+    seconds; then its look is ready.
+
+    Example:
+        >>> builder = LookBuilder({table: Box((2, 1, 0.4), (0.8, 1.4, 0.8))})
+        >>> builder.frame(0.0, pose, intrinsics, detections, depth)
+        >>> for look in builder.finish():
+        ...     look.tell(memory)
+
+    One thread at a time may call it.
+    """
+
+    def __init__(
+        self,
+        boxes: Mapping[int, Box],
+        *,
+        gate: Gate | None = None,
+        margin: float = 0.03,
+        through_margin: float = 0.03,
+        dilation: float = 0.05,
+        num_points: int = 128,
+        pause: float = 2.0,
+        longest: float = 30.0,
+        least_coverage: float = 0.05,
+        least_confidence: float = 0.2,
+        most_blind: float = 0.7,
+        on_look: Callable[[BuiltLook], None] | None = None,
+    ) -> None:
+        """Begin without a frame.
+
+        Args:
+            boxes: of the furniture, by id; floors of rooms, too (`Box.of_floor`).
+            gate: which frames are good enough; None for the defaults.
+            margin: metres that a point may lie behind what was measured and be in view.
+            through_margin: metres that a ray must go on behind a thing to have gone through it.
+                What bears a thing lies but 4 to 13 cm behind it.
+            dilation: metres by which volumes are larger for detections, beside the uncertainty of
+                the pose.
+            num_points: points of each volume that are projected.
+            pause: seconds out of view after which a visit is over.
+            longest: seconds after which a visit is a look, and a new one begins.
+            least_coverage: share in view below which a visit that showed nothing is no look.
+            least_confidence: below it, a thing was not seen.
+            most_blind: bound of the coverage where a frame has no depth image: what is in the way
+                is not known.
+            on_look: is given every look when it is ready; None to keep them for `looks`.
+
+        Raises:
+            TypeError: if the boxes are none.
+            ValueError: if a number is out of range.
+        """
+        check_at_least(
+            0, margin=margin, through_margin=through_margin, dilation=dilation, pause=pause,
+            longest=longest,
+        )  # fmt: skip
+        check_at_least(1, num_points=num_points)
+        check_shares(
+            least_coverage=least_coverage, least_confidence=least_confidence, most_blind=most_blind
+        )
+        self.gate = Gate() if gate is None else gate
+        self._margin, self._through_margin, self._dilation = margin, through_margin, dilation
+        self._pause, self._longest = pause, longest
+        self._least_coverage, self._least_confidence = least_coverage, least_confidence
+        self._most_blind, self._num_points = most_blind, num_points
+        self._on_look = on_look
+        self._ready: deque[BuiltLook] = deque()
+        self._counts: Counter[str] = Counter()
+        self.unassigned: deque[Unassigned] = deque(maxlen=_MOST_UNASSIGNED)
+        self._before: tuple[float, Pose] | None = None
+        self._time = -math.inf
+        self._frame = 0
+        self._spots = Spots()
+        self._begin(boxes)
+
+    def _begin(self, boxes: Mapping[int, Box]) -> None:
+        self._scene = Scene(boxes, self._num_points)
+        self._visits = Visits(self._scene)
+        self._tracks = Tracks()
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many frames and detections there were, and how many were left out for what."""
+        return dict(self._counts)
+
+    def set_boxes(self, boxes: Mapping[int, Box]) -> None:
+        """Go on with other furniture: all visits end, and doors stay as they are.
+
+        Raises:
+            TypeError: if the boxes are none.
+        """
+        self._end(self._visits.take_all())
+        ids, was_open = self._scene.ids, self._scene.is_open
+        self._begin(boxes)
+        for number, is_open in zip(ids, was_open, strict=True):
+            place = self._scene.index.get(number)
+            if place is not None and self._scene.has_door[place]:
+                self._scene.is_open[place] = is_open
+        self._spots.renumber([self._scene.index.get(number, -1) for number in ids])
+
+    def set_open(self, furniture: int, is_open: bool = True) -> None:
+        """Note that a door was opened, or shut: a shut place is not looked into.
+
+        Raises:
+            KeyError: if there is no box of that id.
+            ValueError: if it has no door.
+        """
+        self._scene.set_open(furniture, is_open)
+
+    def frame(
+        self,
+        time: float,
+        pose: Pose | None,
+        intrinsics: Intrinsics,
+        detections: Iterable[Detection] = (),
+        depth: np.ndarray | None = None,
+        pose_time: float | None = None,
+    ) -> bool:
+        """Take one frame.
+
+        Args:
+            time: when the image was taken, seconds of any clock that goes forward.
+            pose: of the camera in the map at that time; None if no transform was found.
+            intrinsics: of the camera.
+            detections: what was detected in the image.
+            depth: z of every pixel in metres, or in millimetres as whole numbers, (height, width);
+                0 and nan where nothing was measured; None without a depth camera.
+            pose_time: when the pose was measured; None for `time`.
+
+        Returns:
+            Whether the frame was used; `counts` says what for if it was not.
+
+        Raises:
+            TypeError: if pose, intrinsics or detections are something else.
+            ValueError: if the depth image has another size or unit.
+        """
+        detections = _read_frame(pose, intrinsics, detections)
+        if depth is not None:
+            depth = read_depth(depth, intrinsics)
+        self._counts["frames"] += 1
+        fault = self._find_fault(time, pose, pose_time)
+        if fault:
+            self._counts[fault] += 1
+            return False
+        assert pose is not None
+        self._frame += 1
+        reach = (self.gate.nearest, self.gate.farthest)
+        view = CameraView(self._scene, pose, intrinsics, depth, reach)
+        volumes, is_seen = view.find_seen_points(self._scene.list_volumes(), self._margin)
+        shown = self._visits.note_points(time, volumes, is_seen, view.has_depth)
+        shown |= self._note_detections(time, view, detections)
+        self._tracks.note_view(view, self._frame, self._margin)
+        self._spots.note_rays(view, shown, self._through_margin)
+        self._visits.note_frame(time, shown)
+        return True
+
+    def looks(self) -> Iterator[BuiltLook]:
+        """Take the looks that are ready, in order; without `on_look`."""
+        while self._ready:
+            yield self._ready.popleft()
+
+    def finish(self) -> Iterator[BuiltLook]:
+        """End all visits, as when the robot stops, and take the looks that are ready.
+
+        The next frame may be of any time, as after the robot's clock was set back.
+        """
+        self._end(self._visits.take_all())
+        self._time, self._before = -math.inf, None
+        return self.looks()
+
+    def _find_fault(self, time: float, pose: Pose | None, pose_time: float | None) -> str:
+        """Say why a frame is left out, "" if it is good, and end the visits that are over."""
+        if not is_number(time) or not math.isfinite(time):
+            return "time is no number"
+        if time <= self._time:
+            return "time went back" if time < self._time else "frame came twice"
+        self._time = time
+        self._end(self._visits.take_ended(time, self._pause, self._longest))
+        age = 0.0 if pose_time is None else time - pose_time
+        fault = self.gate.find_fault(time, pose, age, self._before)
+        self._before = None if pose is None else (time, pose)
+        return fault
+
+    def _note_detections(
+        self, time: float, view: CameraView, detections: list[Detection]
+    ) -> set[int]:
+        """Assign the detections of a frame, and return the places where things were seen."""
+        self._counts["detections"] += len(detections)
+        sure = [one for one in detections if one.score >= self.gate.least_score]
+        self._counts["detections of low score"] += len(detections) - len(sure)
+        located, lost = locate(view, sure)
+        volumes = assign(self._scene, located, self._dilation)
+        places = set()
+        distance = np.linalg.norm(located.center - view.pose.position, axis=1)
+        for row, detection in enumerate(located.detections):
+            if not self.gate.nearest <= distance[row] <= self.gate.farthest:
+                self._counts["detections out of range"] += 1
+                continue
+            center = located.center[row]
+            size = float(located.radius[row]), float(located.height[row]), float(located.sd[row])
+            places |= self._note(time, detection, int(volumes[row]), (center, *size))
+        for detection in lost:
+            if view.has_depth:
+                self._counts["detections without depth"] += 1
+                continue
+            volume, at = assign_by_ray(
+                self._scene, view, detection, self._dilation, self.gate.farthest
+            )
+            away = float(np.linalg.norm(at - view.pose.position))
+            places |= self._note(time, detection, volume, _guess_size(view, detection, at, away))
+        return places
+
+    def _note(
+        self,
+        time: float,
+        detection: Detection,
+        volume: int,
+        at: tuple[np.ndarray, float, float, float],
+    ) -> set[int]:
+        """Add one detection to what is seen at its place, and return the place."""
+        if volume == NOWHERE:
+            self._counts["detections at no place"] += 1
+            center = tuple(at[0].tolist()) if np.isfinite(at[0]).all() else None
+            self.unassigned.append(Unassigned(detection, time, center))
+            return set()
+        self._tracks.add(detection, self._frame, volume, at)
+        return {volume // 2}
+
+    def _end(self, visits: list[Visit]) -> None:
+        """Make the looks of visits that are over, in the order in which they began."""
+        for visit in sorted(visits, key=lambda visit: (visit.start, visit.place)):
+            look = self._make_look(visit)
+            if look is None:
+                self._counts["glimpses"] += 1
+                continue
+            self._counts["looks"] += 1
+            if self._on_look is None:
+                self._ready.append(look)
+            else:
+                self._on_look(look)
+
+    def _make_look(self, visit: Visit) -> BuiltLook | None:
+        coverage = visit.compute_coverage(self._scene, self._most_blind)
+        tracks = self._tracks.take(visit.place)
+        sure = [(track, track.compute_confidence()) for track in tracks]
+        sure = [(track, sureness) for track, sureness in sure if sureness >= self._least_confidence]
+        certain = [track for track, sureness in sure if sureness >= _SURE]
+        hidden = self._spots.renew(visit.place, [track for track, _ in sure], certain)
+        if not sure and max(coverage.values()) < self._least_coverage:
+            return None
+        seen = tuple(
+            Sighting(track.name, RELATIONS[track.volume % 2], sureness) for track, sureness in sure
+        )
+        for one in seen:  # what showed a thing showed something of the place
+            coverage[one.relation] = max(coverage[one.relation], 1 / self._num_points)
+        return BuiltLook(
+            furniture=self._scene.ids[visit.place], seen=seen, coverage=coverage, hidden=hidden,
+            start=visit.start, end=visit.last, num_frames=visit.num_frames,
+        )  # fmt: skip
+
+
+def _guess_size(
+    view: CameraView, detection: Detection, at: np.ndarray, away: float
+) -> tuple[np.ndarray, float, float, float]:
+    """Return center, radius, height and uncertainty of a thing that stands at a point."""
+    assert detection.box is not None
+    left, top, right, bottom = detection.box
+    height = max((bottom - top) * away / view.intrinsics.fy, 0.01)
+    radius = (right - left) * away / view.intrinsics.fx / 2
+    center = at + np.array([0.0, 0.0, height / 2])
+    return center, radius, height, view.pose.compute_sd(away)
+
+
+def _read_frame(
+    pose: Pose | None, intrinsics: Intrinsics, detections: Iterable[Detection]
+) -> list[Detection]:
+    """Return the detections of a frame.
+
+    Raises:
+        TypeError: if one of them is something else.
+    """
+    for name, value, kind in (("pose", pose, Pose), ("intrinsics", intrinsics, Intrinsics)):
+        if not isinstance(value, kind) and not (value is None and name == "pose"):
+            raise TypeError(
+                f"{name} must be of {kind.__name__}, got {shorten(value)}. Make it with sgm.eyes."
+            )
+    if not isinstance(detections, Iterable):
+        raise TypeError(f"detections must be a list, got {shorten(detections)}. Write [] for none.")
+    read = list(detections)
+    for one in read:
+        if not isinstance(one, Detection):
+            raise TypeError(
+                f"detections must hold Detection objects, got {shorten(one)}. Write "
+                "Detection('mug', 0.9, box=(left, top, right, bottom))."
+            )
+    return read

@@ -1,0 +1,142 @@
+"""The boxes of a home as arrays: volumes to look into, and what stands in the way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from sgm.layout.box import Box, read_box, sample_volume
+from sgm.memory.sighting import RELATIONS
+from sgm.messages import shorten
+
+_TOUCHING = 0.005  # metres: points of one box on the surface of another one are free
+
+
+class Scene:
+    """P places, which are boxes by furniture id, with two volumes each and n points in each volume.
+
+    Volume 2 p is "in" place p, volume 2 p + 1 is on top of it.
+
+    Attributes:
+        ids: furniture ids, (P,).
+        center, half: of the boxes, their middles and half their sides, (P, 3).
+        rotation: from the own axes of each box to the map, (P, 3, 3).
+        radius: half the diagonal of each box, (P,).
+        has_inside, has_door, is_open: of each place, bool (P,); doors are shut until `set_open`.
+        points: of the volumes in the map, (2 P, n, 3).
+        is_free: which of them are inside no other box, bool (2 P, n).
+        num_free: how many those are, (2 P,).
+        volume_center, volume_half: middles and half sides of the volumes, (2 P, 3).
+        volume_radius: half their diagonals, (2 P,).
+    """
+
+    def __init__(self, boxes: Mapping[int, Box], num_points: int = 128) -> None:
+        """Take over boxes.
+
+        Args:
+            boxes: by furniture id.
+            num_points: n.
+
+        Raises:
+            TypeError: if they are none.
+        """
+        if not isinstance(boxes, Mapping):
+            raise TypeError(
+                f"boxes must be a mapping, got {shorten(boxes)}. Give boxes by furniture id."
+            )
+        known = {number: read_box(box) for number, box in boxes.items()}
+        rows = [box for box in known.values() if box is not None]
+        self.boxes = rows
+        self.ids = [number for number, box in known.items() if box is not None]
+        self.index = {number: place for place, number in enumerate(self.ids)}
+        self.center = np.array([box.center for box in rows]).reshape(-1, 3)
+        self.half = np.array([box.size for box in rows]).reshape(-1, 3) / 2
+        self.rotation = np.array([_make_rotation(box.yaw) for box in rows]).reshape(-1, 3, 3)
+        self.radius = np.linalg.norm(self.half, axis=1)
+        self.has_inside = np.array([box.interior != "none" for box in rows], dtype=bool)
+        self.has_door = np.array([box.has_door for box in rows], dtype=bool)
+        self.is_open = ~self.has_door
+        self._sample(num_points)
+
+    def _sample(self, num_points: int) -> None:
+        num_volumes = 2 * len(self.boxes)
+        self.points = np.zeros((num_volumes, num_points, 3))
+        self.is_free = np.zeros((num_volumes, num_points), dtype=bool)
+        self.volume_center, self.volume_half = np.zeros((2, num_volumes, 3))
+        for number in range(num_volumes):
+            box, relation = self.boxes[number // 2], RELATIONS[number % 2]
+            volume = box.volume(relation)
+            if volume is not None:
+                self.points[number] = sample_volume(box, relation, num_points)
+                self.is_free[number] = True
+                self.volume_center[number] = volume.center
+                self.volume_half[number] = np.array(volume.size) / 2
+        self.volume_radius = np.linalg.norm(self.volume_half, axis=1)
+        for place, box in enumerate(self.boxes):
+            distance = np.linalg.norm(self.volume_center - box.center, axis=1)
+            near = np.flatnonzero(distance < self.volume_radius + box.radius)
+            near = near[near // 2 != place]
+            outside = np.abs(box.to_own(self.points[near])) - np.array(box.size) / 2
+            self.is_free[near] &= outside.max(axis=-1) > -_TOUCHING
+        self.num_free = self.is_free.sum(axis=1)
+
+    def set_open(self, furniture: int, is_open: bool) -> None:
+        """Note whether a door is open.
+
+        Raises:
+            KeyError: if there is no box of that id.
+            ValueError: if it has no door.
+        """
+        if furniture not in self.index:
+            raise KeyError(
+                f"furniture must be the id of one with a box, got {shorten(furniture)}; there are "
+                f"{len(self.ids)}. Give it a box."
+            )
+        place = self.index[furniture]
+        if not self.has_door[place]:
+            raise ValueError(
+                f"furniture must have a door to be opened or shut, got {furniture} with the "
+                f"interior {self.boxes[place].interior!r}. Give its Box interior='door'."
+            )
+        self.is_open[place] = is_open
+
+    def list_volumes(self) -> np.ndarray:
+        """Return the volumes that can be looked into now: no shut ones, and none that is full."""
+        can_look = np.ones((len(self.ids), 2), dtype=bool)
+        can_look[:, 0] = self.has_inside & self.is_open
+        return np.flatnonzero(can_look.ravel() & (self.num_free > 0))
+
+    def to_own(self, points: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Turn points (n, 3) of the map into the axes of places (k,), (n, k, 3)."""
+        offset = points[:, None] - self.center[places]
+        return np.einsum("nki,kij->nkj", offset, self.rotation[places])
+
+
+def _make_rotation(yaw: float) -> np.ndarray:
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+
+
+def compute_entries(
+    scene: Scene, origin: np.ndarray, directions: np.ndarray, places: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return where rays from a camera enter and leave boxes, in lengths of the directions.
+
+    Args:
+        scene: the boxes.
+        origin: of all rays, (3,).
+        directions: (n, 3).
+        places: which boxes, (k,).
+
+    Returns:
+        (n, k) entry, 0 or less where the camera is inside, (n, k) exit, and (n, k) the own axis of
+        the side of entry. Where a ray passes by, the entry lies behind the exit.
+    """
+    start = scene.to_own(origin[None], places)  # (1, k, 3)
+    along = np.einsum("ni,kij->nkj", directions, scene.rotation[places])  # (n, k, 3)
+    along = np.where(np.abs(along) < 1e-12, 1e-12, along)
+    first, second = (scene.half[places] * sign - start for sign in (-1, 1))
+    first, second = first / along, second / along
+    near = np.minimum(first, second)
+    return near.max(axis=2), np.maximum(first, second).min(axis=2), near.argmax(axis=2)

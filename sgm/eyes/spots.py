@@ -1,0 +1,155 @@
+"""Where things were seen to lie, and whether a ray has gone through that spot since."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sgm.eyes.camera_view import CameraView
+from sgm.eyes.located import compute_half_chord
+from sgm.eyes.tracks import Track
+from sgm.names.names import read_name
+
+_SAME_SPOT = 0.15  # metres within which a thing of the same name is taken for the same one
+_SUPPORT = 0.015  # metres of what is behind a thing: less cannot be told from the thing itself
+
+
+@dataclass(slots=True, eq=False)
+class Spot:
+    """Where one thing was seen last.
+
+    Attributes:
+        name: of the thing.
+        place, volume: numbers in the scene.
+        center: in the map, (3,).
+        radius, height: of the thing, metres.
+        sd: standard deviation of the center, metres.
+        num_through: frames of this visit in which a ray went through the spot.
+        num_in_front: frames in which something was in front of it.
+    """
+
+    name: str
+    place: int
+    volume: int
+    center: np.ndarray
+    radius: float
+    height: float
+    sd: float
+    num_through: int = 0
+    num_in_front: int = 0
+
+    def forget_visit(self) -> None:
+        """Begin to count again."""
+        self.num_through = self.num_in_front = 0
+
+    @property
+    def was_in_view(self) -> bool:
+        """Whether the frames of this visit show that the spot was not hidden."""
+        return self.num_through > 0
+
+
+class Spots:
+    """Where things were seen at all places.
+
+    A spot is kept until its thing is seen at that place again.
+    """
+
+    def __init__(self) -> None:
+        """Start with none."""
+        self._spots: list[Spot] = []
+
+    def note_rays(self, view: CameraView, places: set[int], through_margin: float) -> None:
+        """Count, for the spots at places that a frame shows, whether a ray went through them.
+
+        Args:
+            view: of the frame.
+            places: those that it shows.
+            through_margin: metres that a ray must go on behind a thing.
+        """
+        note_rays(view, [spot for spot in self._spots if spot.place in places], through_margin)
+
+    def renew(self, place: int, seen: list[Track], certain: list[Track]) -> tuple[str, ...]:
+        """End a visit, and return the names of things that were not seen and hidden all the time.
+
+        Args:
+            place: the place.
+            seen: what was seen there.
+            certain: those of it that are there for sure: they have spots from now on.
+        """
+        kept, hidden = [], []
+        names = {read_name(track.name) for track in seen}
+        for spot in self._spots:
+            if spot.place != place:
+                kept.append(spot)
+                continue
+            is_seen = read_name(spot.name) in names
+            if not is_seen and not spot.was_in_view:
+                hidden.append(spot.name)
+            if not is_seen or not (spot.was_in_view or _is_near(spot, certain)):
+                kept.append(spot)  # of two mugs one may be seen, and the other hidden
+            spot.forget_visit()
+        for track in certain:
+            sd = track.sd / math.sqrt(len(track.frames))
+            size = track.radius, track.height, sd
+            kept.append(Spot(track.name, place, track.volume, track.center, *size))
+        self._spots = kept
+        return tuple(dict.fromkeys(hidden))
+
+    def renumber(self, places: list[int]) -> None:
+        """Go on in another scene, with its number for each place so far, -1 for none."""
+        self._spots = [spot for spot in self._spots if places[spot.place] >= 0]
+        for spot in self._spots:
+            spot.place = places[spot.place]
+            spot.volume = 2 * spot.place + spot.volume % 2
+
+
+def _is_near(spot: Spot, tracks: list[Track]) -> bool:
+    """Tell whether something of that name was seen at the spot, or so near that it was moved."""
+    name = read_name(spot.name)
+    return any(
+        read_name(track.name) == name
+        and float(np.linalg.norm(track.center - spot.center)) <= _SAME_SPOT + 2 * spot.sd
+        for track in tracks
+    )
+
+
+def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> None:
+    """Count for each spot whether a ray of this frame went through it.
+
+    A ray went through if it was measured to go on behind the thing, by `through_margin` and the
+    uncertainty of both poses. Where what bears a thing is so near behind it that this cannot be
+    told, as behind a plate, it is enough that nothing was measured in front of it.
+
+    Args:
+        view: of the frame.
+        spots: n of them.
+        through_margin: metres.
+    """
+    if not spots:
+        return
+    center = np.array([spot.center for spot in spots])
+    radius, height = np.array([(spot.radius, spot.height) for spot in spots]).T
+    volumes = np.array([spot.volume for spot in spots])
+    ray = center - view.pose.position
+    distance = np.linalg.norm(ray, axis=1)
+    ray = ray / np.maximum(distance, 1e-9)[:, None]
+    half = compute_half_chord(ray, radius, height)
+    sd = np.hypot(
+        np.array([spot.sd for spot in spots]),
+        np.hypot(view.pose.position_sd, view.pose.angle_sd * distance),
+    )
+    # The upper part is measured: behind it the bearing surface is farther away.
+    upper = center + np.outer(height / 4, [0.0, 0.0, 1.0])
+    behind = view.measure_behind(upper, volumes)
+    behind_middle = view.measure_behind(center, volumes)
+    is_in_front = np.fmin(behind, behind_middle) < -half - through_margin
+    # Where it lay on a surface, a ray through its upper part meets that 3/4 of its height deeper.
+    expected = 0.75 * height / np.maximum(-ray[:, 2], 1e-3)
+    is_flat = expected < half + through_margin + _SUPPORT
+    least = np.where(is_flat, -1.0, 1.0) * (half + through_margin) + 2 * sd
+    is_through = (behind > least) & ~is_in_front
+    for spot, through, front in zip(spots, is_through, is_in_front, strict=True):
+        spot.num_through += bool(through)
+        spot.num_in_front += bool(front)

@@ -1,0 +1,171 @@
+"""One thing over many frames: which detections are of it, and how sure they are together."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sgm.eyes.camera_view import CameraView
+from sgm.eyes.detection import Detection
+from sgm.names.names import read_name
+
+_SAME_THING = 0.15  # metres from one frame to the next; things are smaller, and do not run
+_SAME_SPOT = 0.10  # metres within which two names are of one thing, if never said at once
+_IN_SIGHT = 2.0  # standard deviations added to both
+# How often a detector finds what is in view, and what is not there. Frames of one visit repeat each
+# other's mistakes: together they say no more than five that do not.
+_FOUND, _FALSE = 0.6, 0.1
+_MOST_FRAMES = 5.0
+_MOST_LOGIT = 6.0  # a probability of .9975
+
+
+@dataclass(slots=True, eq=False)
+class Track:
+    """Detections that are of one thing.
+
+    Attributes:
+        key: words of its name, or the detector's number for it.
+        center: mean of where it was, in the map, (3,).
+        radius, height, sd: means of how large it is, and how uncertain its center, metres.
+        names: how often it was called what.
+        votes: how often it was assigned to each volume.
+        frames: numbers of the frames in which it was seen.
+        sum_logit: of the scores.
+        num_in_view: frames in which its spot was in view.
+    """
+
+    key: object
+    center: np.ndarray
+    radius: float
+    height: float
+    sd: float
+    names: Counter[str] = field(default_factory=Counter)
+    votes: Counter[int] = field(default_factory=Counter)
+    frames: list[int] = field(default_factory=list)
+    sum_logit: float = 0.0
+    num_in_view: int = 0
+
+    @property
+    def name(self) -> str:
+        """What it was called most often."""
+        return self.names.most_common(1)[0][0]
+
+    @property
+    def volume(self) -> int:
+        """Where it was most often."""
+        return self.votes.most_common(1)[0][0]
+
+    def compute_confidence(self) -> float:
+        """Return the probability that it is there and called so, from all frames together.
+
+        One frame alone gives its score. Further frames in which its spot was in view speak for or
+        against it by the odds of a detector that finds .6 of what is there and .1 of what is not.
+        """
+        num_seen = len(self.frames)
+        num_frames = max(self.num_in_view, num_seen)
+        gain = math.log(_FOUND / _FALSE)
+        loss = math.log((1 - _FOUND) / (1 - _FALSE))
+        votes = num_seen * gain + (num_frames - num_seen) * loss
+        logit = self.sum_logit / num_seen + votes * min(1.0, _MOST_FRAMES / num_frames) - gain
+        return 1 / (1 + math.exp(-min(max(logit, -_MOST_LOGIT), _MOST_LOGIT)))
+
+    def add(self, detection: Detection, frame: int, volume: int) -> None:
+        """Note one more detection."""
+        self.names[detection.name] += 1
+        self.votes[volume] += 1
+        self.frames.append(frame)
+        score = min(max(detection.score, 1e-9), 1 - 1e-9)
+        logit = math.log(score / (1 - score))
+        self.sum_logit += min(max(logit, -_MOST_LOGIT), _MOST_LOGIT)
+
+    def move(self, center: np.ndarray, radius: float, height: float, sd: float) -> None:
+        """Take a measurement into the means, after `add`."""
+        weight = 1 / len(self.frames)
+        self.center = self.center + weight * (center - self.center)
+        self.radius += weight * (radius - self.radius)
+        self.height += weight * (height - self.height)
+        self.sd += weight * (sd - self.sd)
+
+
+class Tracks:
+    """The things that are being seen."""
+
+    def __init__(self) -> None:
+        """Start with none."""
+        self._tracks: list[Track] = []
+
+    def __iter__(self) -> Iterator[Track]:
+        """Go through all of them."""
+        return iter(self._tracks)
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self._tracks)
+
+    def note_view(self, view: CameraView, frame: int, margin: float) -> None:
+        """Count the frame for all things whose spot it shows, or that were seen in it."""
+        if not self._tracks:
+            return
+        center = np.array([track.center for track in self._tracks])
+        volumes = np.array([track.volume for track in self._tracks])
+        behind = view.measure_behind(center, volumes)
+        sizes = np.array([max(track.radius, track.height / 2) for track in self._tracks])
+        is_in_view = behind > -sizes - margin  # its own surface is before its middle
+        for track, shown in zip(self._tracks, is_in_view, strict=True):
+            track.num_in_view += bool(shown or track.frames[-1] == frame)
+
+    def add(
+        self,
+        detection: Detection,
+        frame: int,
+        volume: int,
+        at: tuple[np.ndarray, float, float, float],
+    ) -> None:
+        """Add a detection to the thing that it is of, or begin a new one.
+
+        It is of the same thing if the detector gives it the same number; without a number, if it
+        has the same name and is near, each thing once a frame.
+
+        Args:
+            detection: of the frame.
+            frame: its number.
+            volume: where it was assigned to.
+            at: center (3,), radius, height and standard deviation of the thing.
+        """
+        key: object = read_name(detection.name)
+        if detection.track is not None:
+            key = ("track", detection.track)
+        same = [track for track in self._tracks if track.key == key and track.frames[-1] != frame]
+        if detection.track is None and same:
+            center, _, _, sd = at
+            away = [float(np.linalg.norm(track.center - center)) for track in same]
+            nearest = int(np.argmin(away))
+            reach = _SAME_THING + _IN_SIGHT * math.hypot(sd, same[nearest].sd)
+            same = [same[nearest]] if away[nearest] <= reach else []
+        track = same[0] if same else Track(key, *at)
+        if not same:
+            self._tracks.append(track)
+        track.add(detection, frame, volume)
+        track.move(*at)
+
+    def take(self, place: int) -> list[Track]:
+        """Take out the things at a place; of two names for one thing the more frequent is kept."""
+        here = [track for track in self._tracks if track.volume // 2 == place]
+        self._tracks = [track for track in self._tracks if track.volume // 2 != place]
+        here.sort(key=lambda track: -len(track.frames))
+        kept: list[Track] = []
+        for track in here:
+            if not any(_are_one_thing(track, other) for other in kept):
+                kept.append(track)
+        return kept
+
+
+def _are_one_thing(one: Track, other: Track) -> bool:
+    """Tell whether two things are at one spot and were never seen at once."""
+    reach = _SAME_SPOT + _IN_SIGHT * math.hypot(one.sd, other.sd)
+    away = float(np.linalg.norm(one.center - other.center))
+    return away <= reach and set(one.frames).isdisjoint(other.frames)

@@ -1,0 +1,107 @@
+"""Visits to places: frames that show a place one after the other are one look."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sgm.eyes.scene import Scene
+
+
+@dataclass(slots=True, eq=False)
+class Visit:
+    """A visit that goes on.
+
+    Attributes:
+        place: number in the scene.
+        start, last: seconds of the first and the latest frame that showed it.
+        is_seen: which points of its two volumes were in view in any frame, bool (2, n).
+        num_frames: frames that showed it.
+        has_depth: whether all of them had a depth image.
+    """
+
+    place: int
+    start: float
+    last: float
+    is_seen: np.ndarray
+    num_frames: int = 0
+    has_depth: bool = True
+
+    def compute_coverage(self, scene: Scene, most_blind: float) -> dict[str, float]:
+        """Return the share in view of what is "in" and "onTop" of the place.
+
+        Where there is no inside, that is the share of the upper side: nothing else is to be seen.
+
+        Args:
+            scene: the boxes.
+            most_blind: bound where not all frames had a depth image.
+        """
+        num_free = np.maximum(scene.num_free[2 * self.place : 2 * self.place + 2], 1)
+        inside, on_top = (self.is_seen.sum(axis=1) / num_free).tolist()
+        if not scene.has_inside[self.place]:
+            inside = on_top
+        elif not scene.num_free[2 * self.place + 1]:  # up to the ceiling, or below another box
+            on_top = inside
+        most = 1.0 if self.has_depth else most_blind
+        return {"in": min(inside, most), "onTop": min(on_top, most)}
+
+
+class Visits:
+    """The visits that go on, one a place."""
+
+    def __init__(self, scene: Scene) -> None:
+        """Start with none."""
+        self._scene = scene
+        self._open: dict[int, Visit] = {}
+
+    def note_points(
+        self, time: float, volumes: np.ndarray, is_seen: np.ndarray, has_depth: bool
+    ) -> set[int]:
+        """Unite the points that a frame shows, and return the places that it shows.
+
+        Args:
+            time: of the frame, seconds.
+            volumes: (k,).
+            is_seen: which of their points are in view, bool (k, n).
+            has_depth: whether there is a depth image.
+        """
+        shown = set()
+        for row in np.flatnonzero(is_seen.any(axis=1)):
+            volume = int(volumes[row])
+            visit = self._continue(volume // 2, time)
+            visit.is_seen[volume % 2] |= is_seen[row]
+            visit.has_depth &= has_depth
+            shown.add(volume // 2)
+        return shown
+
+    def note_frame(self, time: float, places: set[int]) -> None:
+        """Count a frame for the places that it shows, or in which it shows a thing."""
+        for place in places:
+            visit = self._continue(place, time)
+            visit.last = time
+            visit.num_frames += 1
+
+    def take_ended(self, time: float, pause: float, longest: float) -> list[Visit]:
+        """Take out the visits whose place was out of view for `pause` s, or that last `longest`."""
+        ended = [
+            visit
+            for visit in self._open.values()
+            if time - visit.last > pause or visit.last - visit.start >= longest
+        ]
+        for visit in ended:
+            del self._open[visit.place]
+        return ended
+
+    def take_all(self) -> list[Visit]:
+        """Take out all of them."""
+        ended = list(self._open.values())
+        self._open.clear()
+        return ended
+
+    def _continue(self, place: int, time: float) -> Visit:
+        visit = self._open.get(place)
+        if visit is None:
+            is_seen = np.zeros((2, self._scene.points.shape[1]), dtype=bool)
+            visit = self._open[place] = Visit(place, time, time, is_seen)
+        return visit
