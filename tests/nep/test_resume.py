@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import random
+import subprocess
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -64,6 +67,40 @@ def test_two_epochs_and_one_are_three_to_the_last_bit(tmp_path, monkeypatch):
     assert settings["features"]["prior"] is True
     events = EventAccumulator(str(tmp_path / RUN.format(0))).Reload()
     assert [row.value for row in events.Scalars("lr-Adam")] == pytest.approx([1e-4] * 18)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:The dirpath has changed:UserWarning")
+def test_killed_and_gone_on_with_is_as_if_never_stopped(tmp_path, monkeypatch, python):
+    """The command is killed without warning, again and again, soon after a checkpoint was there."""
+    monkeypatch.chdir(tmp_path)
+    repository = Path(__file__).parents[2]
+    monkeypatch.setenv("PYTHONPATH", str(repository))
+    options = [*SMALL, "--trainer.max_epochs=6"]
+    whole = list_weights(main(options))
+    last: Path | None = None
+    num_killed = 0
+    for number, delay in enumerate([0.0, 0.02, 0.1, 0.3], start=1):
+        folder = tmp_path / RUN.format(number) / "checkpoints"
+        going_on = [] if last is None else [f"--ckpt_path={last}"]
+        process = subprocess.Popen(
+            [python, "-m", "nep.fit", *options, *going_on],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        try:
+            while not (folder / "last.ckpt").exists() and process.poll() is None:
+                time.sleep(0.005)
+            time.sleep(delay)
+        finally:
+            process.kill()
+            num_killed += process.wait() != 0
+        if (folder / "last.ckpt").exists():  # else it had no epoch left
+            last = folder / "last.ckpt"
+    assert last is not None
+    assert num_killed > 0
+    resumed = list_weights(main([*options, f"--ckpt_path={last}"]))
+    assert all(torch.equal(value, whole[name]) for name, value in resumed.items())
 
 
 @pytest.mark.slow
