@@ -16,7 +16,7 @@ MOVED = {
     "simulator.files": "sgm.files",
     "simulator.lazy_names": "sgm.lazy_names",
     "simulator.memory": "sgm.memory",
-    "simulator.memory.home_layout": "sgm.layout.home_layout",
+    "simulator.memory.home_layout": "sgm.layout.layout",
     "simulator.memory.names": "sgm.names.names",
     "simulator.memory.place_prior": "sgm.prior.place_prior",
     "simulator.memory.vocabulary": "sgm.names.vocabulary",

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
+from sgm.layout.layout import LayoutArrays
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.prior.place_prior import PlacePrior
 from sgm.prior.prior_graph import FurnitureType, ObjectType, Placement, PriorGraph
@@ -135,14 +136,13 @@ def make_tiny_memory(tiny_prior: PriorGraph) -> Callable[..., MemoryBatch]:
         place_prior = PlacePrior(
             tiny_prior, [ROOMS] * num_homes, [furniture] * num_homes, furniture_room
         )
-        memory = MemoryBatch(
-            labels,
+        layout = LayoutArrays(
             np.tile([labels.index(room) for room in ROOMS], (num_homes, 1)),
             np.tile([labels.index(label) for label in furniture], (num_homes, 1)),
             furniture_room,
             place_prior,
-            threshold,
         )
+        memory = MemoryBatch(labels, layout, threshold)
         memory.count_history()
         return memory
 

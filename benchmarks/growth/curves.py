@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sgm.layout.layout import LayoutArrays
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
@@ -93,13 +94,13 @@ def fill_memory(num_objects: int) -> MemoryBatch:
     furniture_room = np.array([[rooms.index(prior.furniture[node].room) for node in nodes]])
     labels = list(dict.fromkeys([*rooms, *furniture, *(row.label for row in prior.objects)]))
     index = {label: number for number, label in enumerate(labels)}
-    memory = MemoryBatch(
-        labels,
+    layout = LayoutArrays(
         np.array([[index[room] for room in rooms]]),
         np.array([[index[label] for label in furniture]]),
         furniture_room,
         PlacePrior(prior, [rooms], [furniture], furniture_room),
     )
+    memory = MemoryBatch(labels, layout)
     key = np.arange(num_objects)
     types = key % len(prior.objects)
     label_of_type = np.array([index[row.label] for row in prior.objects])

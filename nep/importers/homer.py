@@ -238,14 +238,12 @@ def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Su
         for node in order
     ]
     others = iter(_number([label for label, name in zip(labels, names, strict=True) if not name]))
-    layout = Layout(
-        tuple(Room(name, nodes.names[room]) for name, room in zip(room_names, rooms, strict=True)),
-        tuple(
-            Furniture(name or next(others), label, rooms.index(room_of[node]), label)
+    layout = Layout.of(
+        (Room(nodes.names[room], name) for name, room in zip(room_names, rooms, strict=True)),
+        (
+            Furniture(label, rooms.index(room_of[node]), label, name or next(others))
             for node, name, label in zip(order, names, labels, strict=True)
         ),
-        FIRST_DAY,
-        len(days) * DAY_SECONDS,
     )
     index = {node: number for number, node in enumerate(order)}
     relations = [_find_relation(label) for label in labels]
@@ -260,7 +258,9 @@ def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Su
     summary.left_out["never at a place"].update(sorted(unseen))
     if not unseen:
         del summary.left_out["never at a place"]
-    return Trace(folder.resolve().name, layout, tuple(events)), summary
+    until_s = len(days) * DAY_SECONDS
+    name = folder.resolve().name
+    return Trace(name, layout, tuple(events), start=FIRST_DAY, until_s=until_s), summary
 
 
 def _list_events(

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.layout.home_layout import HomeLayout
+from sgm.layout.layout import Layout
 from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.sighting import RELATIONS, SeenAt
@@ -49,9 +49,7 @@ def _list_edges(
     return sorted(places, key=lambda place: -place.time)
 
 
-def list_home(
-    memory: MemoryBatch, layout: HomeLayout, descriptions: Sequence[str]
-) -> dict[str, Any]:
+def list_home(memory: MemoryBatch, layout: Layout, descriptions: Sequence[str]) -> dict[str, Any]:
     """List rooms > furniture > objects as JSON values.
 
     Args:
@@ -89,7 +87,7 @@ def list_home(
         "rooms": [
             {
                 "id": room,
-                "label": label,
+                "label": own.label,
                 "furniture": [
                     {
                         "id": number,
@@ -102,7 +100,7 @@ def list_home(
                     if node.room == room
                 ],
             }
-            for room, label in layout.rooms.items()
+            for room, own in layout.rooms.items()
         ],
         "unplaced": unplaced,
     }

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from sgm.files import parse_json, read_file
-from sgm.layout.home_layout import Furniture
+from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
 from sgm.memory.log_lock import LogLock
 from sgm.memory.memory_content import MemoryContent
@@ -43,8 +43,8 @@ class LogLine:
     """One change of a memory.
 
     Attributes:
-        kind: "start": a memory begins, or goes on after it was loaded, with these rooms and
-            furniture and this clock; `memory` is all that it holds then, a `MemoryContent`, None
+        kind: "start": a memory begins, or goes on after it was loaded, with this `layout` and this
+            clock; `memory` is all that it holds then, a `MemoryContent`, None
             in logs of version 1, which do not say. "room", "furniture", "move", "remove_room",
             "remove_furniture", "remove_object", "look", "absent", "query", "step": what was called,
             with its arguments as values. `seen` of a look holds description, relation and
@@ -180,24 +180,14 @@ def read_log(path: str | Path) -> list[LogLine]:
     return _read_lines(whole, path)
 
 
-def make_furniture(row: list[Any]) -> Furniture:
-    """Make the furniture of a row of a "start" line, without its number."""
-    _, label, room, description, position = row
-    return Furniture(label, room, description, None if position is None else tuple(position))
-
-
 def _list_start(content: MemoryContent, *, is_new: bool) -> dict[str, Any]:
     """Return the values of a "start" line."""
-    layout, clock = content.layout, content.clock
+    clock = content.clock
     return {
         "version": LOG_VERSION,
         "prior": content.prior,
         "clock": None if clock is None else clock.to_json(),
-        "rooms": [[number, label] for number, label in layout.rooms.items()],
-        "furniture": [
-            [number, row.label, row.room, row.description, row.position]
-            for number, row in layout.furniture.items()
-        ],
+        **content.layout.to_json(),
         "memory": None if is_new else content.to_json(),
     }
 
@@ -278,8 +268,8 @@ def _read_line(data: Any) -> LogLine:
         clock = values["clock"]
         values["clock"] = None if clock is None else Clock.from_json(clock)
         values["memory"] = None if values["version"] == 1 else _read_memory(data, values["clock"])
-        values["furniture"] = {row[0]: make_furniture(row) for row in values["furniture"]}
-        values["rooms"] = {int(number): str(label) for number, label in values["rooms"]}
+        rooms, furniture = values.pop("rooms"), values.pop("furniture")
+        values["layout"] = Layout.from_json(data, len(rooms), len(furniture))
     elif kind == "look":
         values["seen"] = [
             (_check_words(description), str(relation), float(confidence))

@@ -9,13 +9,13 @@ import numpy as np
 
 from sgm.arrays.grouped import join_groups, mark_rows
 from sgm.arrays.table import Table
+from sgm.layout.layout import LayoutArrays
 from sgm.memory.candidates import propose_places
 from sgm.memory.change import Change
 from sgm.memory.columns import EDGES, FURNITURE, NEVER, OBJECTS, make_table
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.look_weights import LookWeights
 from sgm.memory.queries import Queries
-from sgm.prior.place_prior import PlacePrior
 
 
 class MemoryBatch:
@@ -67,10 +67,7 @@ class MemoryBatch:
     def __init__(
         self,
         labels: Sequence[str],
-        room_label: np.ndarray,
-        furniture_label: np.ndarray,
-        furniture_room: np.ndarray,
-        place_prior: PlacePrior,
+        layout: LayoutArrays,
         threshold: float = 0.0,
         clock: np.ndarray | None = None,
     ) -> None:
@@ -78,27 +75,20 @@ class MemoryBatch:
 
         Args:
             labels: text per label index.
-            room_label: -1 beyond the rooms of a home, (H, R).
-            furniture_label: -1 beyond the furniture of a home, (H, F).
-            furniture_room: room index within the home, -1 beyond its furniture, (H, F).
-            place_prior: the prior for these layouts.
+            layout: rooms and furniture of the homes.
             threshold: prior weight above which a place gets a hypothetical edge.
             clock: of every home, (H, 2); None if nobody knows what time it is.
         """
         self.time = 0
         self.clock = clock
         self.labels = list(labels)
-        self.room_label = room_label
-        self.furniture_label = furniture_label
-        self.furniture_room = furniture_room
-        self.place_prior = place_prior
-        self._count_layout()
         self.threshold = threshold
-        num_homes, num_furniture = furniture_label.shape
+        self._take_layout(layout)
+        num_homes, num_furniture = self.furniture_label.shape
         self.furniture = make_table(FURNITURE, (num_homes,), num_furniture)
         self.objects, self.edges = make_table(OBJECTS), make_table(EDGES)
         self._history: HomeHistory | None = None
-        self._row_of_key = np.full((len(furniture_label), 64), -1, dtype=np.int32)
+        self._row_of_key = np.full((num_homes, 64), -1, dtype=np.int32)
         self._pending: Queries | None = None
 
     @property
@@ -176,35 +166,20 @@ class MemoryBatch:
         copied._pending = None
         return copied
 
-    def set_layout(
-        self,
-        room_label: np.ndarray,
-        furniture_label: np.ndarray,
-        furniture_room: np.ndarray,
-        place_prior: PlacePrior,
-    ) -> None:
-        """Take over a layout that has grown; known furniture keeps its index and history.
-
-        Args:
-            room_label: (H, R).
-            furniture_label: (H, F), F at least as before.
-            furniture_room: (H, F).
-            place_prior: the prior for the new layout.
-        """
-        num_added = furniture_label.shape[1] - self.num_furniture
+    def set_layout(self, layout: LayoutArrays) -> None:
+        """Take over a layout that has grown; known furniture keeps its index and history."""
+        num_added = layout.furniture_label.shape[1] - self.num_furniture
         if self._history is not None:
             self._history.add_furniture(num_added)
         self.furniture.append(num_added)
-        self.room_label = room_label
-        self.furniture_label = furniture_label
-        self.furniture_room = furniture_room
-        self.place_prior = place_prior
-        self._count_layout()
+        self._take_layout(layout)
         self._pending = None
         edges = self.edges
         edges["prior"][:] = self._get_prior(edges["object"], edges["furniture"], edges["relation"])
 
-    def _count_layout(self) -> None:
+    def _take_layout(self, layout: LayoutArrays) -> None:
+        self.room_label, self.place_prior = layout.room_label, layout.place_prior
+        self.furniture_label, self.furniture_room = layout.furniture_label, layout.furniture_room
         self.is_furniture = self.furniture_label >= 0
         self.home_num_rooms = np.count_nonzero(self.room_label >= 0, axis=1)
         self.home_num_furniture = np.count_nonzero(self.is_furniture, axis=1)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.layout.home_layout import Furniture, HomeLayout, read_position
+from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.step_log import StepLook
@@ -53,7 +53,7 @@ class MemoryContent:
     time: int
     prior: str
     labels: tuple[str, ...]
-    layout: HomeLayout
+    layout: Layout
     descriptions: tuple[str, ...]
     tables: Tables
     history: HomeHistory
@@ -70,7 +70,7 @@ class MemoryContent:
             time=0,
             prior=prior,
             labels=HOME_LABELS,
-            layout=HomeLayout(),
+            layout=Layout(),
             descriptions=(),
             tables=make_empty_tables(),
             history=HomeHistory(1, 0),
@@ -88,25 +88,16 @@ class MemoryContent:
 
         Hypothetical edges of the query asked end, as with every change of the nodes.
         """
-        layout = self.layout
-        kept = {
-            number: node
-            for number, node in layout.furniture.items()
-            if number not in furniture and node.room not in rooms
-        }
-        keep_furniture = np.array([number in kept for number in layout.furniture], dtype=bool)
+        layout = self.layout.leave_out(rooms, furniture)
+        kept = layout.furniture
+        keep_furniture = np.array([number in kept for number in self.layout.furniture], dtype=bool)
         keep_object = np.ones(len(self.descriptions), dtype=bool)
         keep_object[list(objects)] = False
         rows = {"furniture": keep_furniture, "objects": keep_object}
         tables, keep_edge = keep_rows(self.tables, rows)
         return replace(
             self,
-            layout=HomeLayout(
-                {number: label for number, label in layout.rooms.items() if number not in rooms},
-                kept,
-                layout.num_rooms_ever,
-                layout.num_furniture_ever,
-            ),
+            layout=layout,
             descriptions=tuple(np.array(self.descriptions, dtype=object)[keep_object]),
             tables=tables,
             history=self.history.take(keep_furniture, keep_edge),
@@ -122,12 +113,7 @@ class MemoryContent:
             "time": self.time,
             "prior": self.prior,
             "labels": list(self.labels),
-            "rooms": [[number, label] for number, label in self.layout.rooms.items()],
-            "furniture": [
-                [number, node.label, node.room, node.description]
-                + ([] if node.position is None else [list(node.position)])
-                for number, node in self.layout.furniture.items()
-            ],
+            **self.layout.to_json(),
             "num_rooms_ever": self.layout.num_rooms_ever,
             "num_furniture_ever": self.layout.num_furniture_ever,
             "descriptions": list(self.descriptions),
@@ -160,15 +146,7 @@ class MemoryContent:
                 time=data["time"],
                 prior=data["prior"],
                 labels=tuple(data["labels"]),
-                layout=HomeLayout(
-                    dict(data["rooms"]),
-                    {
-                        number: Furniture(label, room, description, read_position(*position))
-                        for number, label, room, description, *position in data["furniture"]
-                    },
-                    data["num_rooms_ever"],
-                    data["num_furniture_ever"],
-                ),
+                layout=Layout.from_json(data, data["num_rooms_ever"], data["num_furniture_ever"]),
                 descriptions=tuple(data["descriptions"]),
                 tables=tables,
                 history=history,
@@ -217,10 +195,8 @@ class MemoryContent:
                     f"{shorten(furniture)}"
                 )
         _check_between("asked", [] if self.asked is None else [self.asked], 0, num_objects - 1)
-        texts = [*self.labels, *layout.rooms.values(), *self.descriptions]
+        texts = [*self.labels, *layout.room_labels, *self.descriptions]
         for node in layout.furniture.values():
-            if node.room not in layout.rooms:
-                raise ValueError(f"there is no room {node.room}")
             texts += [node.label, node.description]
         for text in texts:
             read_words("name", text)

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sgm.layout.home_layout import HomeLayout
+from sgm.layout.layout import Layout
 from sgm.memory.asking import Asked, Looks, list_looks_before
 from sgm.memory.clock import Clock, make_clock_rows
 from sgm.memory.home_view import list_places
@@ -41,7 +41,7 @@ class MemoryState:
     """
 
     clock: Clock | None
-    layout: HomeLayout
+    layout: Layout
     step: StepLog
     sought: dict[tuple[str, int], tuple[float, int]]
     asked: int | None
@@ -269,10 +269,7 @@ class MemoryState:
 
     def update_layout(self) -> None:
         """Let the batch take over rooms and furniture, and look up the prior again."""
-        arrays = self.layout.make_arrays(self.vocabulary, self.prior)
-        self._batch.set_layout(
-            arrays.room_label, arrays.furniture_label, arrays.furniture_room, arrays.place_prior
-        )
+        self._batch.set_layout(self.layout.make_arrays(self.vocabulary, self.prior))
         self._is_layout_new = False
 
     def get_content(self, batch: MemoryBatch | None = None) -> MemoryContent:
@@ -310,11 +307,8 @@ class MemoryState:
         self._rows_as_written: dict[str, int] = {}
         arrays = self.layout.make_arrays(self.vocabulary, self.prior)
         self.clock = content.clock
-        batch = self._batch = MemoryBatch(
-            [], arrays.room_label, arrays.furniture_label, arrays.furniture_room,
-            arrays.place_prior,
-            clock=make_clock_rows([content.clock]),
-        )  # fmt: skip
+        clock = make_clock_rows([content.clock])
+        batch = self._batch = MemoryBatch([], arrays, clock=clock)
         self._is_layout_new = False
         batch.labels = self.vocabulary.labels  # one list: grows with the vocabulary
         batch.time = content.time

@@ -147,14 +147,14 @@ class Replayer:
 
     def _join(self, line: LogLine) -> None:
         """Go on in the home of a line that does not say what the memory held."""
-        rooms, furniture = line.values["rooms"], line.values["furniture"]
+        rooms, furniture = line.values["layout"].rooms, line.values["layout"].furniture
         for number in [number for number in self.furniture if number not in furniture]:
             self.memory.remove_furniture(self.furniture.pop(number))
         for number in [number for number in self._rooms if number not in rooms]:
             self._remove_room(number)
-        for number, label in rooms.items():
+        for number, room in rooms.items():
             if number not in self._rooms:
-                self._rooms[number] = self.memory.add_room(label)
+                self._rooms[number] = self.memory.add_room(room.label)
         for number, row in furniture.items():
             if number not in self.furniture:
                 values = {"description": row.description, "position": row.position}

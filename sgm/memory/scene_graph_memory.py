@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sgm.layout.home_layout import HomeLayout
+from sgm.layout.layout import Layout
 from sgm.memory.asking import Asked, Scorer
 from sgm.memory.clock import Clock
 from sgm.memory.home_view import list_home, list_rows
@@ -237,7 +237,7 @@ class SceneGraphMemory:
             return self._state.time
 
     @property
-    def layout(self) -> HomeLayout:
+    def layout(self) -> Layout:
         """Rooms and furniture by id, as they are now; the methods below change the memory's own."""
         with self._lock:
             return self._state.layout.copy()

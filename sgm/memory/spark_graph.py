@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.layout.home_layout import HomeLayout
+from sgm.layout.layout import Layout
 
 _SPACING = 3.0  # metres between what has no position
 _BESIDE = 0.3  # metres from the middle of furniture to what lies on it
@@ -33,7 +33,7 @@ def import_spark_dsg() -> Any:
         ) from error
 
 
-def make_spark_graph(home: Mapping[str, Any], layout: HomeLayout, labels: Mapping[str, str]) -> Any:
+def make_spark_graph(home: Mapping[str, Any], layout: Layout, labels: Mapping[str, str]) -> Any:
     """Return what a memory holds as a `spark_dsg.DynamicSceneGraph`.
 
     Rooms are of the layer of rooms; furniture, and every object that the last look at its place

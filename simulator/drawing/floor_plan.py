@@ -83,7 +83,7 @@ class FloorPlan:
         nodes = list(layout.furniture.values())
         positions = [node.position for node in nodes if node.position is not None]
         return cls.make(
-            list(layout.rooms.values()),
+            list(layout.room_labels),
             [node.description for node in nodes],
             np.array([index[node.room] for node in nodes], dtype=np.int64),
             list(layout.furniture),

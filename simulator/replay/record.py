@@ -6,7 +6,8 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-from sgm.layout.home_layout import Furniture
+from sgm.layout.furniture import Furniture, Room
+from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
 from sgm.memory.look_log import LOG_VERSION, LogLine
 from sgm.memory.sighting import RELATIONS
@@ -135,14 +136,9 @@ def _describe_start(homes: Homes) -> LogLine:
     if homes.clock is not None and np.isfinite(homes.clock[0]).all():
         since_monday, step_seconds = homes.clock[0]
         clock = Clock(_MONDAY + timedelta(seconds=float(since_monday)), float(step_seconds))
-    furniture = {
-        node: Furniture(label, int(homes.furniture_room[0, node]), name)
+    furniture = [
+        Furniture(label, int(homes.furniture_room[0, node]), name)
         for node, (label, name) in enumerate(zip(labels, names, strict=True))
-    }
-    values = {
-        "version": LOG_VERSION,
-        "clock": clock,
-        "rooms": dict(enumerate(rooms)),
-        "furniture": furniture,
-    }
-    return LogLine("start", 0, values)
+    ]
+    layout = Layout.of(map(Room, rooms), furniture)
+    return LogLine("start", 0, {"version": LOG_VERSION, "clock": clock, "layout": layout})

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from sgm.layout.layout import LayoutArrays
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -25,14 +26,13 @@ def make_memory(homes: Homes) -> MemoryBatch:
     place_prior = PlacePrior(
         homes.prior, rooms, furniture, homes.furniture_room, view=homes.view_prior
     )
-    return MemoryBatch(
-        labels,
+    layout = LayoutArrays(
         np.array([[index[label] for label in row] for row in rooms]),
         np.array([[index[label] for label in row] for row in furniture]),
         homes.furniture_room,
         place_prior,
-        clock=homes.clock,
     )
+    return MemoryBatch(labels, layout, clock=homes.clock)
 
 
 class Rollout:

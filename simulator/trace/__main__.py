@@ -134,7 +134,7 @@ def bring(arguments: Sequence[str]) -> int:
         options.file, list(options.furniture), options.labels
     )
     if options.start is not None:
-        trace = replace(trace, layout=replace(trace.layout, start=read_start(options.start)))
+        trace = replace(trace, start=read_start(options.start))
     print(builder.summarise())
     if options.out is not None:
         save_trace(trace, options.out)
@@ -179,8 +179,8 @@ def summarise(trace: Trace) -> str:
     objects = {event.object for event in trace.events}
     hours = (trace.end_s - trace.start_s) / 3600
     since = ""
-    if layout.start is not None:
-        since = f" from {Clock(layout.start).shift(trace.start_s).start:%A %Y-%m-%d %H:%M}"
+    if trace.start is not None:
+        since = f" from {Clock(trace.start).shift(trace.start_s).start:%A %Y-%m-%d %H:%M}"
     return (
         f"{len(layout.rooms)} rooms, {len(layout.furniture)} furniture nodes, {len(objects)} "
         f"objects, {len(trace.events)} events in {hours:.1f} hours{since}"

@@ -214,7 +214,7 @@ class _HomeCounter:
 def _list_layout(trace: Trace, types: RecordedTypes) -> list[tuple[str, str]]:
     """List (room label, furniture label) of every furniture node, (F,)."""
     rooms = [types.spell(label) for label in trace.layout.room_labels]
-    return [(rooms[row.room], types.spell(row.label)) for row in trace.layout.furniture]
+    return [(rooms[row.room], types.spell(row.label)) for row in trace.layout.furniture.values()]
 
 
 def _weigh_placements(
@@ -278,7 +278,7 @@ def _describe_furniture(
     known = load_types().furniture.get(label)
     said: dict[str, None] = {}
     for trace in traces:
-        for row in trace.layout.furniture:
+        for row in trace.layout.furniture.values():
             words = read_words("description", row.description)
             if types.spell(row.label) == label and words.endswith(label):
                 said |= dict.fromkeys([words.removesuffix(label).strip()] if words != label else [])

@@ -62,7 +62,7 @@ class Episode:
     @property
     def clock(self) -> Clock | None:
         """What time it is at every step; None if the layout does not say when it starts."""
-        start = self.trace.layout.start
+        start = self.trace.start
         return None if start is None else Clock(start, self.step_seconds).shift(self.start_s)
 
 
@@ -134,7 +134,7 @@ def split_days(trace: Trace, step_seconds: float) -> tuple[list[Episode], list[s
             "play all days as one."
         )
     _count_steps(trace, trace.start_s, step_seconds)
-    date = trace.layout.start
+    date = trace.start
     midnight = 0.0
     if date is not None:
         midnight = -(date - datetime.combine(date.date(), datetime.min.time())).total_seconds()
@@ -170,13 +170,13 @@ def _count_steps(trace: Trace, start_s: float, step_seconds: float) -> int:
             f"{step_seconds:g} s for {trace.name}. Mend the times of its events or end_s in "
             "layout.json, or take longer steps."
         )
-    if trace.layout.start is not None:
+    if trace.start is not None:
         try:
-            trace.layout.start + timedelta(seconds=trace.end_s + DAY_SECONDS)
+            trace.start + timedelta(seconds=trace.end_s + DAY_SECONDS)
         except OverflowError:
             raise ValueError(
                 f"trace must end before the year 9999, got {trace.end_s:g} s after "
-                f"{trace.layout.start} for {trace.name}. Mend start in layout.json."
+                f"{trace.start} for {trace.name}. Mend start in layout.json."
             ) from None
     return math.ceil(seconds / step_seconds - _ROUNDING)
 
@@ -189,7 +189,7 @@ class _Resolver:
     """
 
     def __init__(self, trace: Trace) -> None:
-        self._rooms = [row.room for row in trace.layout.furniture]
+        self._rooms = [row.room for row in trace.layout.furniture.values()]
         self._place: dict[str, int] = {}  # of every object that is there
         self._slot: dict[str, int] = {}
         self._free = list(range(trace.num_slots))

@@ -12,10 +12,11 @@ from datetime import datetime
 from pathlib import Path
 
 from sgm.files import read_file
+from sgm.layout.layout import Layout
 from sgm.memory.sighting import RELATIONS, read_relation
 from sgm.messages import shorten, shorten_values
 from sgm.names.words import read_words
-from simulator.trace.layout import LAYOUT_FILE, Layout, get_label, read_start
+from simulator.trace.layout import LAYOUT_FILE, get_label, read_start
 
 EVENTS_FILE = "events.csv"
 COLUMNS = ("time_s", "object", "furniture", "relation", "description")
@@ -42,8 +43,13 @@ class Event:
     relation: int
 
 
-def load_events(path: Path, layout: Layout) -> tuple[Event, ...]:
+def load_events(path: Path, layout: Layout, start: datetime | None = None) -> tuple[Event, ...]:
     """Read an `events.csv`.
+
+    Args:
+        path: of the file.
+        layout: rooms and furniture of the trace.
+        start: of the trace, for rows with a date and time; None if nobody knows.
 
     Raises:
         ValueError: if it is missing or broken; names the file and the row.
@@ -61,7 +67,7 @@ def load_events(path: Path, layout: Layout) -> tuple[Event, ...]:
         ) from None
     reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
     try:
-        events = tuple(_read_rows(reader, layout))
+        events = tuple(_read_rows(reader, layout, start))
     except (ValueError, csv.Error) as error:
         raise ValueError(
             f"{path}, row {max(reader.reader.line_num, 1)}: {shorten_values(str(error))}"
@@ -92,7 +98,9 @@ def make_events_csv(events: Sequence[Event], layout: Layout) -> str:
     return out.getvalue()
 
 
-def _read_rows(reader: csv.DictReader[str], layout: Layout) -> Iterator[Event]:
+def _read_rows(
+    reader: csv.DictReader[str], layout: Layout, start: datetime | None
+) -> Iterator[Event]:
     header = [name.strip() for name in reader.fieldnames or []]
     missing = [name for name in _REQUIRED if name not in header]
     unknown = [name for name in header if name not in COLUMNS]
@@ -102,7 +110,7 @@ def _read_rows(reader: csv.DictReader[str], layout: Layout) -> Iterator[Event]:
             f"{', '.join(header) or 'nothing'}. Name them in the first row."
         )
     reader.fieldnames = header
-    furniture = {read_words("name", row.name): i for i, row in enumerate(layout.furniture)}
+    furniture = {read_words("name", row.name): i for i, row in layout.furniture.items()}
     known: dict[str, Event] = {}  # by the words of the object's name
     last = 0.0
     for row in reader:
@@ -111,7 +119,8 @@ def _read_rows(reader: csv.DictReader[str], layout: Layout) -> Iterator[Event]:
                 f"row must have {len(header)} cells, got {_count_cells(row)}. "
                 "Write texts that hold a comma in double quotes."
             )
-        event = _read_row(row, furniture, layout, known, last)
+        time = _read_time(row["time_s"], last, start)
+        event = _read_row(row, time, furniture, layout, known)
         known[read_words("object", event.object)] = event
         last = event.time_s
         yield event
@@ -119,12 +128,11 @@ def _read_rows(reader: csv.DictReader[str], layout: Layout) -> Iterator[Event]:
 
 def _read_row(
     row: Mapping[str, str],
+    time: float,
     furniture: Mapping[str, int],
     layout: Layout,
     known: Mapping[str, Event],
-    last: float,
 ) -> Event:
-    time = _read_time(row["time_s"], last, layout.start)
     name = row["object"].strip()
     before = known.get(read_words("object", name))
     description = (row.get("description") or "").strip()
@@ -155,7 +163,7 @@ def _read_row(
         return Event(time, name, description, GONE, before.relation)
     place = furniture.get(read_words("furniture", row["furniture"]))
     if place is None:
-        names = ", ".join(entry.name for entry in layout.furniture)
+        names = ", ".join(entry.name for entry in layout.furniture.values())
         raise ValueError(
             f"furniture must be in layout.json, got {shorten(row['furniture'])}. Add it there, or "
             f"mend its name; known: {names}."

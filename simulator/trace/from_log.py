@@ -6,17 +6,19 @@ import math
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from itertools import groupby
 from typing import Any
 
-from sgm.layout.home_layout import Furniture as Node
+from sgm.layout.furniture import Furniture, Room
+from sgm.layout.layout import Layout
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from sgm.memory.look_log import LogLine
 from sgm.memory.sighting import RELATIONS, read_relation
 from sgm.names.names import read_name
 from sgm.names.words import read_words
 from simulator.trace.events import GONE, Event
-from simulator.trace.layout import Furniture, Layout, Room, get_label, number_names
+from simulator.trace.layout import get_label, number_names
 from simulator.trace.trace import Trace
 
 _COUNTED = 0.5  # a sighting of less confidence is none; parts of looks that make so much are one
@@ -105,8 +107,10 @@ def make_trace(lines: Sequence[LogLine], name: str = "home") -> Trace:
         raise ValueError(
             f"log must hold a sighting, got {len(looks)} looks without one. Log more of the home."
         )
-    layout = reader.make_layout(end_s=max(looks[-1].time_s, things.events[-1].time_s))
-    return Trace(name, layout, tuple(things.events))
+    until_s = max(looks[-1].time_s, things.events[-1].time_s) or None
+    return Trace(
+        name, reader.make_layout(), tuple(things.events), start=reader.start, until_s=until_s
+    )
 
 
 def split_trace(trace: Trace, shares: Mapping[str, float]) -> dict[str, Trace]:
@@ -151,7 +155,7 @@ def _cut(trace: Trace, name: str, begin_s: float, end_s: float) -> Trace:
         if event.furniture != GONE or event.object in named:
             events.append(event)
             named.add(event.object)
-    return Trace(name, replace(trace.layout, end_s=end_s), tuple(events))
+    return replace(trace, name=name, events=tuple(events), truth=None, until_s=end_s)
 
 
 class _LogReader:
@@ -165,7 +169,7 @@ class _LogReader:
         self._shift_s = 0.0  # of the memory's step 0
         self._time_s = 0.0
         self._room_labels: list[str] = []
-        self._nodes: list[Node] = []  # `room` is an index
+        self._nodes: list[Furniture] = []  # `room` is an index
         self._known_rooms: dict[tuple[int, str], int] = {}
         self._known_nodes: dict[tuple[int, str, str], int] = {}
         self._rooms: dict[int, int] = {}  # index in the trace by number in the memory
@@ -185,7 +189,7 @@ class _LogReader:
         if line.kind == "room":
             self._add_room(values["room"], values["label"])
         elif line.kind == "furniture":
-            node = Node(values["label"], values["room"], values["description"])
+            node = Furniture(values["label"], values["room"], values["description"])
             self._add_furniture(values["furniture"], node)
         elif line.kind == "move":
             place = self._places[values["furniture"]]
@@ -205,27 +209,24 @@ class _LogReader:
             name = read_name(values["description"])
             self._add_look(self._places[values["furniture"]], values["coverage"], {}, name)
 
-    def make_layout(self, end_s: float) -> Layout:
+    @property
+    def start(self) -> datetime | None:
+        """Date and time of time 0; None if nobody knows."""
+        return None if self._clock is None else self._clock.start
+
+    def make_layout(self) -> Layout:
         """Return rooms and furniture; those of one label are numbered."""
         rooms = number_names([get_label(label) for label in self._room_labels])
         names = number_names([get_label(node.label) for node in self._nodes])
-        return Layout(
-            tuple(
-                Room(name, read_words("label", label))
+        return Layout.of(
+            (
+                Room(read_words("label", label), name)
                 for name, label in zip(rooms, self._room_labels, strict=True)
             ),
-            tuple(
-                Furniture(
-                    name,
-                    read_words("label", node.label),
-                    node.room,
-                    node.description,
-                    node.position,
-                )
+            (
+                replace(node, name=name, label=read_words("label", node.label))
                 for name, node in zip(names, self._nodes, strict=True)
             ),
-            None if self._clock is None else self._clock.start,
-            end_s or None,
         )
 
     def _start(self, line: LogLine) -> None:
@@ -238,9 +239,10 @@ class _LogReader:
             # a new memory, nobody knows how much later: one step
             self._shift_s = self._time_s + self._step_seconds * (1 - line.time)
         self._rooms, self._places = {}, {}
-        for number, label in line.values["rooms"].items():
-            self._add_room(number, label)
-        for number, node in line.values["furniture"].items():
+        layout: Layout = line.values["layout"]
+        for number, room in layout.rooms.items():
+            self._add_room(number, room.label)
+        for number, node in layout.furniture.items():
             self._add_furniture(number, node)
 
     def _add_room(self, number: int, label: str) -> None:
@@ -249,7 +251,7 @@ class _LogReader:
             self._room_labels.append(label)
         self._rooms[number] = index
 
-    def _add_furniture(self, number: int, node: Node) -> None:
+    def _add_furniture(self, number: int, node: Furniture) -> None:
         node = replace(node, room=self._rooms[node.room])
         key = number, node.label, node.description
         index = self._known_nodes.setdefault(key, len(self._nodes))

@@ -7,13 +7,13 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from sgm.files import read_json
-from sgm.layout.home_layout import read_position
+from sgm.layout.furniture import Furniture, Room, read_position
+from sgm.layout.layout import Layout
 from sgm.messages import shorten
 from sgm.names.words import read_words
 
@@ -22,71 +22,6 @@ LAYOUT_VERSION = 1
 _FIELDS = ("version", "rooms", "furniture", "start", "end_s")
 _ROOM_FIELDS = ("name", "label")
 _FURNITURE_FIELDS = ("name", "room", "label", "description", "position")
-
-
-@dataclass(frozen=True, slots=True)
-class Room:
-    """One room.
-
-    Attributes:
-        name: tells it from the other rooms, such as "bedroom 2".
-        label: what kind of room it is, such as "bedroom".
-    """
-
-    name: str
-    label: str
-
-
-@dataclass(frozen=True, slots=True)
-class Furniture:
-    """One furniture node.
-
-    Attributes:
-        name: tells it from all other furniture of the home, such as "shelf 2".
-        label: what it is, such as "shelf".
-        room: index of its room.
-        description: for people, such as "white fridge".
-        position: in metres; None if nobody knows.
-    """
-
-    name: str
-    label: str
-    room: int
-    description: str
-    position: tuple[float, float] | None = None
-
-
-@dataclass(frozen=True)
-class Layout:
-    """What stands where in a home, which never changes.
-
-    Attributes:
-        rooms: (R,).
-        furniture: (F,).
-        start: local date and time of time 0; None if nobody knows.
-        end_s: until when the home was watched, in seconds; None for the last event.
-    """
-
-    rooms: tuple[Room, ...]
-    furniture: tuple[Furniture, ...]
-    start: datetime | None = None
-    end_s: float | None = None
-
-    @property
-    def room_labels(self) -> tuple[str, ...]:
-        """Label of every room, (R,)."""
-        return tuple(room.label for room in self.rooms)
-
-    @property
-    def furniture_labels(self) -> tuple[str, ...]:
-        """Label of every furniture node, (F,)."""
-        return tuple(row.label for row in self.furniture)
-
-    @property
-    def room_sizes(self) -> tuple[int, ...]:
-        """Furniture nodes of every room, (R,)."""
-        counts = Counter(row.room for row in self.furniture)
-        return tuple(counts[room] for room in range(len(self.rooms)))
 
 
 def get_label(name: str) -> str:
@@ -123,8 +58,8 @@ def read_start(start: Any) -> datetime:
     return time
 
 
-def load_layout(path: Path) -> Layout:
-    """Read a `layout.json`.
+def load_layout(path: Path) -> tuple[Layout, datetime | None, float | None]:
+    """Read a `layout.json`: rooms and furniture, and `start` and `until_s` of the trace.
 
     Raises:
         ValueError: if it is missing or broken; names the file and the entry.
@@ -144,16 +79,16 @@ def load_layout(path: Path) -> Layout:
         raise ValueError(f"{path}: {error}") from None
 
 
-def make_layout_json(layout: Layout) -> str:
-    """Write a layout as the text of a `layout.json`, one row per line."""
+def make_layout_json(layout: Layout, start: datetime | None, until_s: float | None) -> str:
+    """Write the text of a `layout.json`, one row per line; arguments as in `Trace`."""
     rooms = [
         room.name
         if room.label == get_label(room.name)
         else {"name": room.name, "label": room.label}
-        for room in layout.rooms
+        for room in layout.rooms.values()
     ]
     furniture = []
-    for row in layout.furniture:
+    for row in layout.furniture.values():
         entry: dict[str, Any] = {"name": row.name, "room": layout.rooms[row.room].name}
         if row.label != get_label(row.name):
             entry["label"] = row.label
@@ -169,14 +104,14 @@ def make_layout_json(layout: Layout) -> str:
         + ",\n  ".join(json.dumps(entry, ensure_ascii=False) for entry in furniture)
         + "\n ]",
     ]
-    if layout.start is not None:
-        parts.append(f'"start": "{layout.start.isoformat()}"')
-    if layout.end_s is not None:
-        parts.append(f'"end_s": {json.dumps(layout.end_s)}')
+    if start is not None:
+        parts.append(f'"start": "{start.isoformat()}"')
+    if until_s is not None:
+        parts.append(f'"end_s": {json.dumps(until_s)}')
     return "{\n " + ",\n ".join(parts) + "\n}\n"
 
 
-def _read_layout(data: Any) -> Layout:
+def _read_layout(data: Any) -> tuple[Layout, datetime | None, float | None]:
     if not isinstance(data, Mapping):
         raise ValueError(f"layout must be a JSON object, got {_shorten(data)}. See docs/traces.md.")
     if data.get("version", LAYOUT_VERSION) != LAYOUT_VERSION:
@@ -189,9 +124,8 @@ def _read_layout(data: Any) -> Layout:
     start, end_s = data.get("start"), data.get("end_s")
     if end_s is not None and not _is_positive(end_s):
         raise ValueError(f"end_s must be a number of seconds > 0, got {shorten(end_s)}. Mend it.")
-    return Layout(
-        rooms,
-        tuple(_read_furniture(data.get("furniture"), rooms)),
+    return (
+        Layout.of(rooms, _read_furniture(data.get("furniture"), rooms)),
         None if start is None else read_start(start),
         None if end_s is None else float(end_s),
     )
@@ -203,7 +137,7 @@ def _read_rooms(rows: Any) -> Iterator[Room]:
         where = f"rooms[{index}]"
         entry = {"name": row} if isinstance(row, str) else _check_row(where, row, _ROOM_FIELDS)
         name = _read_name(f"{where}.name", entry.get("name"), seen)
-        yield Room(name, _read_label(f"{where}.label", entry.get("label"), name))
+        yield Room(_read_label(f"{where}.label", entry.get("label"), name), name)
 
 
 def _read_furniture(rows: Any, rooms: tuple[Room, ...]) -> Iterator[Furniture]:
@@ -224,7 +158,7 @@ def _read_furniture(rows: Any, rooms: tuple[Room, ...]) -> Iterator[Furniture]:
         if description is not None:
             read_words(f"{where}.description", description)
         position = read_position(entry.get("position"))
-        yield Furniture(name, label, room, description or label, position)
+        yield Furniture(label, room, description or label, name, position)
 
 
 def _check_list(what: str, rows: Any) -> list[Any]:

@@ -23,18 +23,18 @@ def remember_trace(
         prior: of the memory; None for the household prior.
         time_s: when to look; None for the end of the recording.
     """
-    start, now = trace.layout.start, trace.end_s if time_s is None else time_s
+    start, now = trace.start, trace.end_s if time_s is None else time_s
     memory = SceneGraphMemory(prior, None if start is None else Clock(start).shift(now))
-    for room in trace.layout.rooms:
+    for room in trace.layout.rooms.values():
         memory.add_room(room.label)
-    for row in trace.layout.furniture:
+    for row in trace.layout.furniture.values():
         description = row.name if row.description == row.label else row.description
         memory.add_furniture(row.label, row.room, description, row.position)
     where: dict[str, Event] = {}
     for event in trace.events:
         if time_s is None or event.time_s <= time_s:
             where[event.object] = event
-    for furniture in range(len(trace.layout.furniture)):
+    for furniture in trace.layout.furniture:
         seen = [
             Sighting(event.description, RELATIONS[event.relation])
             for event in where.values()

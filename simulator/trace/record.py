@@ -8,9 +8,11 @@ from datetime import datetime
 import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS
+from sgm.layout.furniture import Furniture, Room
+from sgm.layout.layout import Layout
 from sgm.memory.clock import DEFAULT_STEP_SECONDS
 from simulator.trace.events import GONE, Event
-from simulator.trace.layout import Furniture, Layout, Room, number_names
+from simulator.trace.layout import number_names
 from simulator.trace.trace import Trace
 from simulator.trace.truth import Truth, list_weights
 from simulator.world.sampled_homes import SampledHomes
@@ -79,11 +81,10 @@ class TraceRecorder:
         traces = []
         for home, number in enumerate(homes.streams.homes):
             last = (self._time - 1) * self._step_seconds[home]
-            layout = _describe_layout(homes, home, self._starts[home], last if last > 0 else None)
             traces.append(
                 Trace(
-                    f"home_{number:06d}", layout, tuple(self._events[home]),
-                    self._describe_truth(home),
+                    f"home_{number:06d}", _describe_layout(homes, home), tuple(self._events[home]),
+                    self._describe_truth(home), self._starts[home], last if last > 0 else None,
                 )
             )  # fmt: skip
         return traces
@@ -143,9 +144,7 @@ def record_homes(
     return recorder.finish()
 
 
-def _describe_layout(
-    homes: SampledHomes, home: int, start: datetime | None, end_s: float | None
-) -> Layout:
+def _describe_layout(homes: SampledHomes, home: int) -> Layout:
     """Return the layout of a home; rooms and furniture of one label are numbered."""
     labels = homes.furniture_labels[home, homes.is_furniture[home]].tolist()
     furniture = []
@@ -161,5 +160,4 @@ def _describe_layout(
             )
         )
     rooms = homes.configs[home].rooms
-    names = zip(number_names(rooms), rooms, strict=True)
-    return Layout(tuple(Room(*pair) for pair in names), tuple(furniture), start, end_s)
+    return Layout.of(map(Room, rooms, number_names(rooms)), furniture)

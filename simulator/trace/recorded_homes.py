@@ -85,7 +85,7 @@ class RecordedHomes(Homes):
             "", object,
         )  # fmt: skip
         self.furniture_room = pad_rows(
-            [[row.room for row in layout.furniture] for layout in layouts], -1, np.int64
+            [[row.room for row in layout.furniture.values()] for layout in layouts], -1, np.int64
         )
         self.num_furniture = self.furniture_room.shape[1]
         self.home_num_slots = np.array([episode.trace.num_slots for episode in episodes])

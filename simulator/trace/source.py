@@ -144,7 +144,7 @@ class RecordedSource(HomeSource):
     @property
     def has_clock(self) -> bool:
         """Whether all layouts say when they start."""
-        return all(trace.layout.start is not None for trace in self.traces)
+        return all(trace.start is not None for trace in self.traces)
 
     @property
     def left_out(self) -> Sequence[str]:
@@ -170,7 +170,7 @@ class RecordedSource(HomeSource):
             ValueError: if the layout of some home does not say when it starts.
         """
         for trace in self.traces:
-            if trace.layout.start is None:
+            if trace.start is None:
                 raise ValueError(
                     f"recorded homes must have a clock for features.clock, got no start in the "
                     f'{LAYOUT_FILE} of {trace.name}. Add a line like "start": "2024-05-06T07:30", '

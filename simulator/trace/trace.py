@@ -7,15 +7,17 @@ import os
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
 
 from sgm.arrays.relations import NUM_RELATIONS
 from sgm.files import write_whole
+from sgm.layout.layout import Layout
 from sgm.names.words import read_words
 from simulator.trace.events import EVENTS_FILE, GONE, Event, load_events, make_events_csv
-from simulator.trace.layout import LAYOUT_FILE, Layout, load_layout, make_layout_json
+from simulator.trace.layout import LAYOUT_FILE, load_layout, make_layout_json
 from simulator.trace.truth import TRUTH_FILE, Truth, load_truth, make_truth_json
 
 _MOST_ENTRIES = 10_000  # of a folder that is searched for traces
@@ -27,15 +29,19 @@ class Trace:
 
     Attributes:
         name: of its folder.
-        layout: rooms and furniture.
+        layout: rooms and furniture, numbered from 0, which never change; all have names.
         events: what happened, in order of time; one or more.
         truth: the rules and dynamics of a simulated home, None for any other.
+        start: local date and time of time 0; None if nobody knows.
+        until_s: until when the home was watched, in seconds; None for the last event.
     """
 
     name: str
     layout: Layout
     events: tuple[Event, ...]
     truth: Truth | None = None
+    start: datetime | None = None
+    until_s: float | None = None
 
     @property
     def start_s(self) -> float:
@@ -46,7 +52,7 @@ class Trace:
     def end_s(self) -> float:
         """Time until which the home was watched."""
         last = self.events[-1].time_s
-        return last if self.layout.end_s is None else self.layout.end_s
+        return last if self.until_s is None else self.until_s
 
     @cached_property
     def num_slots(self) -> int:
@@ -92,15 +98,15 @@ def load_trace(folder: str | Path) -> Trace:
         ValueError: if a file is missing or broken; names the file and the row.
     """
     folder = Path(folder)
-    layout = load_layout(folder / LAYOUT_FILE)
-    events = load_events(folder / EVENTS_FILE, layout)
-    if layout.end_s is not None and layout.end_s < events[-1].time_s:
+    layout, start, until_s = load_layout(folder / LAYOUT_FILE)
+    events = load_events(folder / EVENTS_FILE, layout, start)
+    if until_s is not None and until_s < events[-1].time_s:
         raise ValueError(
             f"{folder / LAYOUT_FILE}: end_s must not be before the last event, got "
-            f"{layout.end_s:g} before {events[-1].time_s:g}. Raise it, or leave it out."
+            f"{until_s:g} before {events[-1].time_s:g}. Raise it, or leave it out."
         )
     truth = load_truth(folder / TRUTH_FILE, len(layout.furniture) * NUM_RELATIONS)
-    return Trace(folder.resolve().name, layout, events, truth)
+    return Trace(folder.resolve().name, layout, events, truth, start, until_s)
 
 
 def save_trace(trace: Trace, folder: str | Path) -> None:
@@ -156,7 +162,7 @@ def _find_inside(folder: Path) -> list[Path]:
 
 def _make_files(trace: Trace) -> dict[str, str]:
     files = {
-        LAYOUT_FILE: make_layout_json(trace.layout),
+        LAYOUT_FILE: make_layout_json(trace.layout, trace.start, trace.until_s),
         EVENTS_FILE: make_events_csv(trace.events, trace.layout),
     }
     if trace.truth is not None:

@@ -11,6 +11,7 @@ from datamodules.batch import EDGE_TYPES, ENTERING, NODE_TYPES
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
+from sgm.layout.layout import LayoutArrays
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.prior.place_prior import PlacePrior
 from simulator import PriorGraph
@@ -47,7 +48,7 @@ def make_memory(sizes) -> MemoryBatch:
             furniture_room[home, place] = own.index(row.room)
     padded = [[*own, *[""] * (max(num_rooms) - len(own))] for own in rooms]
     prior = PlacePrior(PRIOR, padded, texts, furniture_room)
-    return MemoryBatch(LABELS, room_label, furniture_label, furniture_room, prior)
+    return MemoryBatch(LABELS, LayoutArrays(room_label, furniture_label, furniture_room, prior))
 
 
 def play(sizes) -> tuple[list[Snapshots], list[dict[str, np.ndarray]]]:

@@ -6,11 +6,13 @@ from collections import Counter, defaultdict
 from collections.abc import Collection
 from dataclasses import replace
 
+from sgm.layout.furniture import Furniture, Room
+from sgm.layout.layout import Layout
 from sgm.memory.sighting import RELATIONS
 from sgm.names.words import read_words
 from simulator.priors.types import load_types
 from simulator.trace.events import Event
-from simulator.trace.layout import Furniture, Layout, Room, number_names
+from simulator.trace.layout import number_names
 from simulator.trace.trace import Trace
 
 
@@ -31,7 +33,7 @@ class HomeBuilder:
         """
         self._own = {read_words("furniture label", label) for label in furniture_labels}
         self._rooms: list[str] = []
-        self._furniture: list[Furniture] = []  # each named as its label, not yet numbered
+        self._furniture: list[Furniture] = []  # without names
         self._objects: list[tuple[str, str, int, int]] = []  # label, description, place, relation
         self.num_nested = 0
         self.left_out: dict[str, list[str]] = defaultdict(list)
@@ -63,7 +65,7 @@ class HomeBuilder:
             position: in metres; None if nobody knows.
         """
         words = read_words("furniture label", label)
-        row = Furniture(words, words, room, description or words, position)
+        row = Furniture(words, room, description or words, position=position)
         self._furniture.append(row)
         return len(self._furniture) - 1
 
@@ -115,11 +117,9 @@ class HomeBuilder:
         rooms = number_names(self._rooms)
         furniture = number_names([row.label for row in self._furniture])
         objects = number_names([label for label, *_ in self._objects])
-        layout = Layout(
-            tuple(Room(*pair) for pair in zip(rooms, self._rooms, strict=True)),
-            tuple(
-                replace(row, name=own) for own, row in zip(furniture, self._furniture, strict=True)
-            ),
+        layout = Layout.of(
+            map(Room, self._rooms, rooms),
+            (replace(row, name=own) for own, row in zip(furniture, self._furniture, strict=True)),
         )
         events = tuple(
             Event(0.0, own, description, place, relation)

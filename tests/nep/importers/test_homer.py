@@ -76,7 +76,7 @@ def write_homer_plus(folder):
 
 
 def list_events(trace):
-    names = [row.name for row in trace.layout.furniture]
+    names = [row.name for row in trace.layout.furniture.values()]
     return {(event.time_s, event.object, names[event.furniture]) for event in trace.events}
 
 
@@ -98,8 +98,8 @@ EXPECTED = {
 @pytest.mark.parametrize("write", [write_homer, write_homer_plus])
 def test_a_household_becomes_a_trace(tmp_path, write):
     trace, summary = read_homer(write(tmp_path / "household"))
-    assert [room.label for room in trace.layout.rooms] == ["kitchen", "bedroom"]
-    furniture = [(row.name, row.label, row.room) for row in trace.layout.furniture]
+    assert [room.label for room in trace.layout.rooms.values()] == ["kitchen", "bedroom"]
+    furniture = [(row.name, row.label, row.room) for row in trace.layout.furniture.values()]
     assert furniture == [
         ("table 1", "table", 0), ("fridge", "fridge", 0), ("bedroom floor", "floor", 1),
         ("table 2", "table", 1),
@@ -109,7 +109,7 @@ def test_a_household_becomes_a_trace(tmp_path, write):
     relations = {trace.layout.furniture[e.furniture].label: e.relation for e in trace.events}
     assert relations == {"table": 1, "fridge": 0, "floor": 1}
     assert trace.end_s == 2 * DAY
-    assert trace.layout.start.weekday() == 0
+    assert trace.start.weekday() == 0
     assert summary.summarise() == "placed: 4 objects at 4 places, 2 days"
 
 

@@ -32,7 +32,7 @@ def list_content(memory):
         "clock": None if memory.clock is None else memory.clock.to_json(),
         "labels": list(batch.labels),
         "descriptions": list(memory.descriptions),
-        "rooms": [[number, label] for number, label in layout.rooms.items()],
+        "rooms": [[number, room.label] for number, room in layout.rooms.items()],
         "furniture": [
             [number, row.label, row.room, row.description, row.position and list(row.position)]
             for number, row in layout.furniture.items()

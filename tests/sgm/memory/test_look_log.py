@@ -80,8 +80,9 @@ def test_a_loaded_memory_says_how_the_home_is(memory, path, tmp_path):
     memory.save(tmp_path / "home.sgm")
     SceneGraphMemory.load(tmp_path / "home.sgm", log=tmp_path / "new.jsonl")
     (line,) = read_log(tmp_path / "new.jsonl")
-    assert (line.kind, line.time, line.values["rooms"]) == ("start", 5, {0: "kitchen"})
-    assert line.values["furniture"][0].description == "white fridge"
+    layout = line.values["layout"]
+    assert (line.kind, line.time, layout.room_labels) == ("start", 5, ("kitchen",))
+    assert layout.furniture[0].description == "white fridge"
     assert line.values["clock"] == memory.clock
 
 

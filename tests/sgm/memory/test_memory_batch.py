@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from sgm.arrays.table import Table
+from sgm.layout.layout import LayoutArrays
 from sgm.memory.candidates import propose_places, propose_rows, sample_places
 from sgm.memory.columns import NEVER
 from sgm.prior.place_prior import PlacePrior
@@ -371,7 +372,7 @@ def test_a_layout_may_grow(make_tiny_memory, tiny_prior):
         tiny_prior, [["kitchen", "bedroom"]],
         [["fridge", "shelf", "table", "bed", "shelf", "desk", "table"]], rooms,
     )  # fmt: skip
-    memory.set_layout(memory.room_label, labels, rooms, place_prior)
+    memory.set_layout(LayoutArrays(memory.room_label, labels, rooms, place_prior))
     # mug: shelf 0.4, two tables 0.4 each, desk 0.2: sum 1.4
     assert read_edges(memory, "prior")[7, TABLE, ON] == pytest.approx((0.4 / 1.4,))
     assert memory.num_furniture == 7

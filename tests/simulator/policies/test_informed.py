@@ -3,6 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
+from sgm.layout.layout import LayoutArrays
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.prior.place_prior import PlacePrior
 from sgm.prior.prior_graph import FurnitureType, ObjectType, Placement, PriorGraph
@@ -48,10 +49,8 @@ LOOKS = [
 def make_memory():
     labels = ["house", "floor", "kitchen", *PLACES, "mug", "box"]
     room = np.zeros((1, 3), dtype=int)
-    return MemoryBatch(
-        labels, np.array([[2]]), np.array([[3, 4, 5]]), room,
-        PlacePrior(PRIOR, [["kitchen"]], [PLACES], room), 0.0,
-    )  # fmt: skip
+    prior = PlacePrior(PRIOR, [["kitchen"]], [PLACES], room)
+    return MemoryBatch(labels, LayoutArrays(np.array([[2]]), np.array([[3, 4, 5]]), room, prior))
 
 
 def name_mug(key):

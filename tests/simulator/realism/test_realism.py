@@ -105,13 +105,12 @@ def test_routines_are_as_regular_as_the_recorded_homes_that_we_know():
 
 @pytest.mark.slow
 def test_the_command_writes_a_report(tmp_path, capsys):
-    layout = Layout(
-        (Room("kitchen", "kitchen"),),
-        tuple(Furniture(name, name, 0, name) for name in ("table", "shelf")),
-        end_s=48 * 3600.0,
+    layout = Layout.of(
+        [Room("kitchen", "kitchen")],
+        (Furniture(name, 0, name, name) for name in ("table", "shelf")),
     )
     events = (Event(0, "mug", "mug", 0, 1), Event(7200, "mug", "mug", 1, 1))
-    save_trace(Trace("home", layout, events), tmp_path / "home")
+    save_trace(Trace("home", layout, events, until_s=48 * 3600.0), tmp_path / "home")
     out = tmp_path / "report"
     arguments = [
         "--trace",

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
+from sgm.layout.furniture import Room
+from sgm.layout.layout import Layout
 from sgm.memory.look_log import LogLine, read_log
 from sgm.memory.replay import replay as make_again
 from simulator import (
@@ -238,7 +240,7 @@ def test_work_and_memory_follow_the_lines_not_the_steps(log, monkeypatch):
 
 def test_a_robot_that_steps_every_second(log, monkeypatch):
     """Lines that let time pass alone cost nothing; of the others every 64th memory is kept."""
-    lines = [LogLine("start", 0, {"clock": None, "rooms": {0: "hall"}, "furniture": {}})]
+    lines = [LogLine("start", 0, {"clock": None, "layout": Layout.of([Room("hall")], [])})]
     lines.append(LogLine("furniture", 0, dict.fromkeys(("position", "description"), None)
                          | {"furniture": 0, "room": 0, "label": "shelf"}))  # fmt: skip
     for second in range(1, 30_001):

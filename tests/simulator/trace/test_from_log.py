@@ -116,7 +116,7 @@ def test_what_is_doubtful_forgotten_or_removed(memory, path):
     memory.remove_furniture(DESK)
     trace = make_trace(read_log(path))
     assert list_events(path) == [(0, "pen", DESK), (0, "book", BED), (1, "pen", GONE)]
-    assert [row.room for row in trace.layout.furniture] == [0, 0, 0]
+    assert [row.room for row in trace.layout.furniture.values()] == [0, 0, 0]
 
 
 def test_memories_go_on_in_one_log(path, tmp_path):
@@ -138,7 +138,7 @@ def test_clocks_say_how_much_later(path):
     memory.step(3)
     look(memory, BED, "mug")
     assert list_events(path) == [(0, "mug", DESK), (24.5, "mug", BED)]
-    assert make_trace(read_log(path)).layout.start == datetime(2026, 11, 20, 8)
+    assert make_trace(read_log(path)).start == datetime(2026, 11, 20, 8)
 
 
 def test_the_command_cuts_by_time_and_what_it_writes_replays(memory, path, tmp_path, capsys):

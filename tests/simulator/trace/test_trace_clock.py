@@ -38,7 +38,7 @@ def test_episodes_have_a_clock(evening):
     assert [day.clock for day in days] == [
         Clock(datetime(2024, 5, 7), 1800), Clock(datetime(2024, 5, 8), 1800)
     ]  # fmt: skip
-    unknown = replace(evening, layout=replace(evening.layout, start=None))
+    unknown = replace(evening, start=None)
     assert make_episode(unknown, HOUR).clock is None
 
 
@@ -54,7 +54,7 @@ def test_memories_tell_the_time_at_every_step(evening, tiny_prior):
 
 
 def test_a_home_without_a_start_stays_without(evening, tiny_prior, write_home):
-    unknown = replace(evening, name="unknown", layout=replace(evening.layout, start=None))
+    unknown = replace(evening, name="unknown", start=None)
     both = RecordedSource.from_traces([unknown, evening], tiny_prior)
     clock = both.make(Streams(0, "test", [0, 1])).clock
     np.testing.assert_array_equal(clock, [[np.nan] * 2, [21 * HOUR, HOUR]])
@@ -86,7 +86,7 @@ def test_recorded_and_imported_homes_can_say_when(tmp_path, capsys):
     assert main([*record, "2026-11-16T07:30"]) == 0
     assert "in 2.0 hours from Monday 2026-11-16 07:30" in capsys.readouterr().out
     trace = load_trace(out / "home_000000")
-    assert trace.layout.start == datetime(2026, 11, 16, 7, 30)
+    assert trace.start == datetime(2026, 11, 16, 7, 30)
     for start, message in (
         ("soon", "start must be a date and time, got 'soon'. Write it like 2024-05-06T07:30"),
         ("2026-11-16T07:30+01:00", "start must be local time, got the time zone of"),
@@ -100,7 +100,7 @@ def test_recorded_and_imported_homes_can_say_when(tmp_path, capsys):
     (tmp_path / "house.json").write_text(json.dumps(home))
     bring = ["import", "procthor", str(tmp_path / "house.json"), "--start", "2026-11-16T07:30"]
     assert main([*bring, "--out", str(tmp_path / "in"), "--memory", str(tmp_path / "a.sgm")]) == 0
-    assert load_trace(tmp_path / "in").layout.start == datetime(2026, 11, 16, 7, 30)
+    assert load_trace(tmp_path / "in").start == datetime(2026, 11, 16, 7, 30)
     memory = SceneGraphMemory.load(tmp_path / "a.sgm")
     assert memory.clock == Clock(datetime(2026, 11, 16, 7, 30), HOUR)
 

@@ -16,9 +16,9 @@ def test_labels_descriptions_and_places_are_read(write_home):
     layout = trace.layout
     assert layout.room_labels == ("kitchen", "bedroom")
     assert layout.furniture_labels == ("table", "shelf", "shelf")
-    assert [row.description for row in layout.furniture] == ["table", "oak shelf", "shelf"]
-    assert [row.room for row in layout.furniture] == [0, 0, 1]
-    assert layout.start == datetime(2024, 5, 6, 7, 30)
+    assert [row.description for row in layout.furniture.values()] == ["table", "oak shelf", "shelf"]
+    assert [row.room for row in layout.furniture.values()] == [0, 0, 1]
+    assert trace.start == datetime(2024, 5, 6, 7, 30)
     assert (trace.name, trace.start_s, trace.end_s) == ("home", 0, 30000)
     assert trace.events[0] == Event(0, "mug", "large red mug", 0, 1)
     assert trace.events[1] == Event(0, "milk", "milk", 0, 0)  # "Table" is the table

@@ -62,9 +62,9 @@ def home_file(tmp_path) -> Path:
 
 def test_a_procthor_house(home_file):
     trace, builder = read_procthor(home_file)
-    rooms = [room.name for room in trace.layout.rooms]
+    rooms = [room.name for room in trace.layout.rooms.values()]
     assert rooms == ["kitchen", "bedroom 1", "bedroom 2", "wine cellar"]
-    assert [(row.name, rooms[row.room]) for row in trace.layout.furniture] == [
+    assert [(row.name, rooms[row.room]) for row in trace.layout.furniture.values()] == [
         ("dining table", "kitchen"),
         ("chair", "kitchen"),
         ("fridge", "kitchen"),  # room 9 does not exist: the floor polygon holds it
@@ -189,7 +189,7 @@ def test_a_scene_graph_of_spark_dsg(tmp_path):
     make_scene_graph(path, spark_dsg)
     trace, builder = read_scene_graph(path)
     assert trace.layout.room_labels == ("kitchen", "room")
-    assert [(row.name, row.room) for row in trace.layout.furniture] == [
+    assert [(row.name, row.room) for row in trace.layout.furniture.values()] == [
         ("dining table", 0),
         ("fridge", 0),
         ("bed", 1),

@@ -33,7 +33,7 @@ def test_the_trace_has_the_clock_of_the_home_and_every_move(tmp_path):
     (trace, _) = record_homes(source.make(Streams(0, "test", HOMES)), STEPS)
     save_trace(trace, tmp_path / "home")
     trace = load_trace(tmp_path / "home")
-    assert trace.layout.start == datetime(2024, 5, 8, 6)
+    assert trace.start == datetime(2024, 5, 8, 6)
     assert trace.end_s == STEPS * 1800
     assert trace.truth.config.dynamics == RULES
     # Who is carried out comes back under the same name, and nobody else comes.

@@ -1,13 +1,15 @@
-"""Rooms and furniture of one home, by ids that never change."""
+"""Rooms and furniture of a home, by ids that never change."""
 
 from __future__ import annotations
 
-import math
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from sgm.layout.furniture import Furniture, Room, read_position
 from sgm.messages import shorten
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import read_words
@@ -16,29 +18,14 @@ from sgm.prior.prior_graph import PriorGraph
 
 
 @dataclass(frozen=True, slots=True)
-class Furniture:
-    """A furniture node.
-
-    Attributes:
-        label: what it is, such as "fridge".
-        room: id of its room.
-        description: for people, such as "white fridge".
-        position: where one stands to look at it, in metres; None if nobody knows.
-    """
-
-    label: str
-    room: int
-    description: str
-    position: tuple[float, float] | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class LayoutArrays:
-    """A layout as a `MemoryBatch` of one home takes it.
+    """Layouts of H homes of up to R rooms and F furniture nodes, as a `MemoryBatch` takes them.
 
     Attributes:
-        room_label: (1, R). furniture_label, furniture_room: (1, F).
-        place_prior: the prior for this layout.
+        room_label: -1 beyond the rooms of a home, (H, R).
+        furniture_label: -1 beyond the furniture of a home, (H, F).
+        furniture_room: room index within the home, -1 beyond its furniture, (H, F).
+        place_prior: the prior for these layouts.
     """
 
     room_label: np.ndarray
@@ -48,23 +35,83 @@ class LayoutArrays:
 
 
 @dataclass(slots=True)
-class HomeLayout:
+class Layout:
     """Rooms and furniture; no id is given twice.
 
     Attributes:
-        rooms: label by id.
-        furniture: furniture by id.
+        rooms, furniture: by id.
         num_rooms_ever, num_furniture_ever: ids given so far.
     """
 
-    rooms: dict[int, str] = field(default_factory=dict)
+    rooms: dict[int, Room] = field(default_factory=dict)
     furniture: dict[int, Furniture] = field(default_factory=dict)
     num_rooms_ever: int = 0
     num_furniture_ever: int = 0
 
+    @classmethod
+    def of(cls, rooms: Iterable[Room], furniture: Iterable[Furniture]) -> Layout:
+        """Number rooms and furniture from 0 on."""
+        own_rooms, own_furniture = dict(enumerate(rooms)), dict(enumerate(furniture))
+        return cls(own_rooms, own_furniture, len(own_rooms), len(own_furniture))
+
+    @property
+    def room_labels(self) -> tuple[str, ...]:
+        """Label of every room, (R,)."""
+        return tuple(room.label for room in self.rooms.values())
+
+    @property
+    def furniture_labels(self) -> tuple[str, ...]:
+        """Label of every furniture node, (F,)."""
+        return tuple(row.label for row in self.furniture.values())
+
+    @property
+    def room_sizes(self) -> tuple[int, ...]:
+        """Furniture nodes of every room, (R,)."""
+        counts = Counter(row.room for row in self.furniture.values())
+        return tuple(counts[room] for room in self.rooms)
+
+    def to_json(self) -> dict[str, list[Any]]:
+        """Return JSON values: rows of rooms and of furniture, each with its id first."""
+        return {
+            "rooms": [[number, room.label] for number, room in self.rooms.items()],
+            "furniture": [[number, *row.to_row()] for number, row in self.furniture.items()],
+        }
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any], num_rooms: int, num_furniture: int) -> Layout:
+        """Read JSON values.
+
+        Args:
+            data: of `to_json`, among others.
+            num_rooms: ids of rooms given so far.
+            num_furniture: ids of furniture given so far.
+
+        Raises:
+            ValueError: if a row is of another kind, or furniture stands in no room.
+            KeyError, TypeError: if a part is missing, or of another kind.
+        """
+        rooms = {number: Room(label) for number, label in data["rooms"]}
+        furniture = {number: Furniture.from_row(*row) for number, *row in data["furniture"]}
+        for row in furniture.values():
+            if row.room not in rooms:
+                raise ValueError(f"there is no room {shorten(row.room)}")
+        return cls(rooms, furniture, num_rooms, num_furniture)
+
+    def leave_out(self, rooms: Collection[int] = (), furniture: Collection[int] = ()) -> Layout:
+        """Return the layout without some rooms, what stands in them, and some furniture."""
+        return replace(
+            self,
+            rooms={number: room for number, room in self.rooms.items() if number not in rooms},
+            furniture={
+                number: row
+                for number, row in self.furniture.items()
+                if number not in furniture and row.room not in rooms
+            },
+        )
+
     def add_room(self, label: str) -> int:
         """Add a room, whose label was checked, and return its id."""
-        self.rooms[self.num_rooms_ever] = label
+        self.rooms[self.num_rooms_ever] = Room(label)
         self.num_rooms_ever += 1
         return self.num_rooms_ever - 1
 
@@ -74,7 +121,7 @@ class HomeLayout:
         self.num_furniture_ever += 1
         return self.num_furniture_ever - 1
 
-    def copy(self) -> HomeLayout:
+    def copy(self) -> Layout:
         """Return the same layout, which can be changed alone."""
         return replace(self, rooms=dict(self.rooms), furniture=dict(self.furniture))
 
@@ -96,7 +143,7 @@ class HomeLayout:
         description = label if description is None else description
         read_words("furniture description", description)
         self.check_room(room)
-        return Furniture(label, int(room), description, read_position(position))
+        return Furniture(label, int(room), description, position=read_position(position))
 
     def make_moved(
         self, furniture: int, room: int | None, position: tuple[float, float] | None
@@ -129,8 +176,8 @@ class HomeLayout:
     def make_arrays(self, vocabulary: Vocabulary, prior: PriorGraph) -> LayoutArrays:
         """Number labels and rooms by position, and look up the prior."""
         position = {room: index for index, room in enumerate(self.rooms)}
-        rooms = [vocabulary.get_text(label) for label in self.rooms.values()]
-        labels = [vocabulary.get_text(node.label) for node in self.furniture.values()]
+        rooms = [vocabulary.get_text(label) for label in self.room_labels]
+        labels = [vocabulary.get_text(label) for label in self.furniture_labels]
         room_of = np.array(
             [[position[node.room] for node in self.furniture.values()]], dtype=np.int32
         )
@@ -165,22 +212,3 @@ class HomeLayout:
                 f"furniture must be an id from add_furniture, got {shorten(furniture)}; there are "
                 f"{len(self.furniture)} furniture nodes. Add it first."
             )
-
-
-def read_position(position: Any = None) -> tuple[float, float] | None:
-    """Return a position as two floats; None stays None.
-
-    Raises:
-        ValueError: if it is no two finite numbers.
-    """
-    if position is None:
-        return None
-    try:
-        x, y = (float(value) for value in position)
-    except (TypeError, ValueError, OverflowError):
-        x = y = math.nan
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise ValueError(
-            f"position must be two numbers, got {shorten(position)}. Give metres, such as (1.5, 4)."
-        )
-    return x, y
