@@ -37,7 +37,8 @@ any-home: $(STAMP)
 	  looks=runs/any_home/first_$$seed/checkpoints/last.ckpt; \
 	  $$fit first_$$seed --trainer.max_epochs 1 $(ARGS); \
 	  $$fit second_$$seed --data.also_policies "[nep.players.policy:NEPPolicy=$$looks]" $(ARGS); \
-	  $(PY) -m nep.export runs/any_home/second_$$seed/checkpoints/last.ckpt runs/any_home/seed_$$seed; \
+	  $(PY) -m nep.export runs/any_home/second_$$seed/checkpoints/last.ckpt runs/any_home/seed_$$seed \
+	    --num_homes 100 --steps 100; \
 	done
 	$(PY) -m nep.any_home --out results/any_home.md $(if $(RECORDED),--recorded $(RECORDED)) \
 	  --checkpoint any_home=runs/any_home/seed_$(firstword $(SEEDS)) \

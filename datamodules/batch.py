@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import dgl
+import torch
 from torch import Tensor
+
+if TYPE_CHECKING:
+    from torch_geometric.data import HeteroData
 
 NODE_TYPES = ("house", "floor", "room", "furniture", "object")
 RELATIONS = ("in", "contains", "onTop", "under")
@@ -70,6 +74,34 @@ class SGMBatch:
     text: Tensor
     num_snapshots: int
     question: Tensor | None = None
+
+    def to_pyg(self) -> HeteroData:
+        """Return the batch as PyTorch Geometric's `HeteroData`, extra `events`.
+
+        Nodes, edges and their data keep their names; `edge_index` has source and destination, and
+        `batch` of every node type is the snapshot of each node, by which PyG pools.
+
+        Raises:
+            ModuleNotFoundError: if torch_geometric is not installed.
+        """
+        from torch_geometric.data import HeteroData
+
+        data = HeteroData()
+        for ntype in self.graph.ntypes:
+            store = data[ntype]
+            store.num_nodes = self.graph.num_nodes(ntype)
+            for name, values in self.graph.nodes[ntype].data.items():
+                store[name] = values
+            store.batch = self.graph.nodes[ntype].data["snapshot"]
+        for etype in self.graph.canonical_etypes:
+            store = data[etype]
+            store.edge_index = torch.stack(self.graph.edges(etype=etype, order="eid")).long()
+            for name, values in self.graph.edges[etype].data.items():
+                store[name] = values
+        data.text, data.num_snapshots = self.text, self.num_snapshots
+        if self.question is not None:
+            data.question = self.question
+        return data
 
     def to(self, device: Any, **kwargs: Any) -> SGMBatch:
         """Copy the batch to a device; keyword arguments are those of `dgl.DGLGraph.to`."""

@@ -23,6 +23,7 @@ from sgm.checks import check_at_least
 from sgm.messages import shorten
 from simulator.collect import EXTRAS, CollectConfig, collect
 from simulator.home_options import HomeOptions, MakeSource
+from simulator.tasks.registry import make_file_name
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
 
@@ -204,7 +205,7 @@ class SGMDataModule(pl.LightningDataModule):
         policy, loads, checksum = settings["policy"].partition("=")
         if loads:
             policy = f"{policy}-{checksum[:8]}"
-        name = f"{config.task}-{policy}-{config.steps}steps-seed{config.seed}"
+        name = f"{make_file_name(config.task)}-{policy}-{config.steps}steps-seed{config.seed}"
         extras = [  # those of which there are versions with theirs
             f"-{extra}" if settings[extra] is True else f"-{extra}{settings[extra]}"
             for extra in EXTRAS

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from nep.report.results import Results
 from nep.report.tables import (
@@ -16,10 +17,12 @@ from sgm.messages import shorten
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.process import run_main
 from simulator.tasks.metrics import STEP_METRICS
-from simulator.tasks.registry import TASKS
 
 # Settings of `nep.evaluate` that say who plays, not where: two runs may differ in them.
 _PLAYERS = ("checkpoints", "policies", "tasks")
+_FIRST_HOME = "first_home"  # the checksum of a home
+_MOST_SHOWN = 3  # settings that a message names
+_CHECKSUM_LENGTH = 64
 
 
 def compare(first: Results, second: Results) -> str:
@@ -43,13 +46,37 @@ def compare(first: Results, second: Results) -> str:
 
 
 def _check_homes(first: Results, second: Results) -> None:
-    for name in sorted({*first.config, *second.config} - {*_PLAYERS}):
-        ours, theirs = first.config.get(name), second.config.get(name)
-        if ours != theirs:
-            raise ValueError(
-                f"results must be of the same homes and rules, got {name} {shorten(ours)} and "
-                f"{shorten(theirs)}. Evaluate with the same options{_name_versions(first, second)}."
-            )
+    names = {*first.config, *second.config} - {*_PLAYERS}
+    # A checksum comes last: it says that homes differ, and a setting says how.
+    for name in sorted(names, key=lambda name: (name == _FIRST_HOME, name)):
+        differing = list(find_differences(first.config.get(name), second.config.get(name), name))
+        if not differing:
+            continue
+        parts = [f"{what} {_show(ours)} and {_show(theirs)}" for what, ours, theirs in differing]
+        more = f", and {len(parts) - _MOST_SHOWN} more" if len(parts) > _MOST_SHOWN else ""
+        advice = "Evaluate with the same options"
+        if name == _FIRST_HOME:
+            advice = "All settings are equal, and the code made other homes: use the same commit"
+        raise ValueError(
+            f"results must be of the same homes and rules, got {'; '.join(parts[:_MOST_SHOWN])}"
+            f"{more}. {advice}{_name_versions(first, second)}."
+        )
+
+
+def find_differences(ours: Any, theirs: Any, name: str) -> Iterator[tuple[str, object, object]]:
+    """Yield name and both values of each setting that differs, down to the innermost."""
+    if isinstance(ours, dict) and isinstance(theirs, dict):
+        for key in sorted({*ours, *theirs}):
+            yield from find_differences(ours.get(key), theirs.get(key), f"{name}.{key}")
+    elif ours != theirs:
+        yield name, ours, theirs
+
+
+def _show(value: object) -> str:
+    """Return a setting for a message; of a checksum its beginning."""
+    if isinstance(value, str) and len(value) == _CHECKSUM_LENGTH and value.isalnum():
+        return f"{value[:8]}... (a checksum)"
+    return shorten(value)
 
 
 def _name_versions(first: Results, second: Results) -> str:
@@ -63,7 +90,8 @@ def _name_versions(first: Results, second: Results) -> str:
 
 
 def _compare_task(task: str, first: Results, second: Results) -> str:
-    metric = STEP_METRICS[TASKS[task].metric]
+    about = first.get_title(task)
+    metric = STEP_METRICS[about.metric]
     ours, theirs = first.tasks[task], second.tasks[task]
     counts = sorted({len(own.values) for own in (*ours.values(), *theirs.values())})
     if not ours or not theirs or len(counts) > 1:
@@ -90,7 +118,7 @@ def _compare_task(task: str, first: Results, second: Results) -> str:
     header = ["second", "first", metric.title, "first's", "difference [95 %]", "detectable"]
     num_homes, num_steps = next(iter(theirs.values())).values.shape
     better = "more" if metric.is_higher_better else "less"
-    title = f"{TASKS[task].title}, {num_homes} homes x {num_steps} steps, {better} is better"
+    title = f"{about.title}, {num_homes} homes x {num_steps} steps, {better} is better"
     return f"## {title}\n\n{join_table(header, lines, num_text=2)}"
 
 

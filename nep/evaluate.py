@@ -16,7 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from nep.players.contestants import Checkpoint, check_contestants, list_contestants
 from nep.report.code_version import describe_code, list_versions
 from nep.report.figures import draw_over_steps
-from nep.report.results import Results, ScoreSummary
+from nep.report.results import Results, ScoreSummary, TaskTitle
 from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
 from sgm.checks import check_at_least
 from sgm.files import write_whole
@@ -35,8 +35,8 @@ from simulator.policies import POLICIES, check_policies, list_policies
 from simulator.process import run_main
 from simulator.tasks.evaluation import play_games
 from simulator.tasks.fingerprint import compute_fingerprint
-from simulator.tasks.metrics import STEP_METRICS
-from simulator.tasks.registry import TASKS
+from simulator.tasks.metrics import METRICS, STEP_METRICS, Metric
+from simulator.tasks.registry import TASKS, find_metric, find_task, make_file_name
 from simulator.tasks.scores import TaskScores
 from simulator.test_sets.test_sets import name_test_set
 from simulator.world.source import HomeSource, SampledSource
@@ -57,7 +57,8 @@ class EvaluateConfig:
 
     Attributes:
         homes: where homes come from.
-        tasks: names of tasks.
+        tasks: names of tasks, or import paths.
+        metrics: import paths of metrics that are computed besides those of every table.
         policies: names of policies.
         checkpoints: trained networks.
         num_homes: homes, H, from number 0 on.
@@ -74,6 +75,12 @@ class EvaluateConfig:
     steps: int = 100
     seed: int = 0
     split: str = "test"
+    metrics: tuple[str, ...] = ()
+
+    @property
+    def more(self) -> Mapping[str, Metric]:
+        """The metrics of one's own by name."""
+        return {name: find_metric(name) for name in self.metrics if name not in METRICS}
 
     def check(self) -> None:
         """Check everything that can be checked before anything runs.
@@ -83,6 +90,8 @@ class EvaluateConfig:
         """
         check_at_least(1, num_homes=self.num_homes, steps=self.steps)
         check_contestants(self.tasks, self.policies, self.checkpoints)
+        for name in self.metrics:
+            find_metric(name)
         self.homes.check_homes(range(self.num_homes))
         self.homes.check_steps(self.steps)
         check_policies(self.policies, self.homes)
@@ -95,6 +104,7 @@ class EvaluateConfig:
         """Return everything that the scores depend on, as JSON values."""
         settings = {field.name: getattr(self, field.name) for field in fields(self)}
         streams = Streams(self.seed, self.split, range(self.num_homes))
+        del settings["metrics"]  # they change nothing in what is played
         return {
             **settings,
             "homes": self.homes.describe(),
@@ -137,11 +147,19 @@ def evaluate(
     return results
 
 
-def summarise(scores: Scores, homes: HomeSource) -> Summaries:
-    """Compute what tables and figures need of what was scored in the first homes of a source."""
+def summarise(
+    scores: Scores, homes: HomeSource, more: Mapping[str, Metric] | None = None
+) -> Summaries:
+    """Compute what tables and figures need of what was scored in the first homes of a source.
+
+    Args:
+        scores: by task and policy.
+        homes: the source.
+        more: metrics besides those of every table.
+    """
     return {
         task: {
-            name: ScoreSummary.of(own, homes.list_units(range(len(own.values))))
+            name: ScoreSummary.of(own, homes.list_units(range(len(own.values))), more)
             for name, own in players.items()
         }
         for task, players in scores.items()
@@ -150,7 +168,7 @@ def summarise(scores: Scores, homes: HomeSource) -> Summaries:
 
 def compute_tables(summaries: Summaries) -> Tables:
     """Compute the rows of the table of each task."""
-    return {task: compute_rows(TASKS[task], players) for task, players in summaries.items()}
+    return {task: compute_rows(find_task(task), players) for task, players in summaries.items()}
 
 
 def save_results(
@@ -165,23 +183,26 @@ def save_results(
         out: folder; made if needed.
         command: the command line that makes these files again.
     """
-    stored = Results(command, config.describe(), list_versions(), summaries)
+    classes = {task: find_task(task) for task in summaries}
+    titles = {task: TaskTitle(own.title, own.metric) for task, own in classes.items()}
+    stored = Results(command, config.describe(), list_versions(), summaries, titles)
     stored.save(out / "results.json")
     parts = [
-        make_markdown(TASKS[task], rows, _make_title(config, task)) for task, rows in tables.items()
+        make_markdown(classes[task], rows, _make_title(config, task), config.more)
+        for task, rows in tables.items()
     ]
     parts.append(f"`{command}`\n\n{describe_made(config)}\n")
     write_whole(out / "table.md", "\n".join(parts).encode())
-    write_whole(out / "table.csv", make_csv(tables).encode())
+    write_whole(out / "table.csv", make_csv(tables, more=config.more).encode())
     models = [checkpoint.name for checkpoint in config.checkpoints]
     for task, players in summaries.items():
         figure = draw_over_steps(
             {name: own.values for name, own in players.items()},
             models,
-            title=f"{TASKS[task].title} on unseen homes",
-            metric=STEP_METRICS[TASKS[task].metric].title,
+            title=f"{classes[task].title} on unseen homes",
+            metric=STEP_METRICS[classes[task].metric].title,
         )
-        figure.savefig(out / f"{task}_over_steps.png", metadata={"Software": None})
+        figure.savefig(out / f"{make_file_name(task)}_over_steps.png", metadata={"Software": None})
 
 
 def describe_made(config: EvaluateConfig) -> str:
@@ -199,12 +220,13 @@ def describe_made(config: EvaluateConfig) -> str:
 def print_tables(config: EvaluateConfig, tables: Tables, console: Console) -> None:
     """Print one table per task, the worst policy first."""
     for task, rows in tables.items():
-        console.print(make_rich_table(TASKS[task], rows, _make_title(config, task)))
+        title = _make_title(config, task)
+        console.print(make_rich_table(find_task(task), rows, title, config.more))
 
 
 def _make_title(config: EvaluateConfig, task: str) -> str:
     homes = config.homes.make_title(config.num_homes, config.split)
-    return f"{TASKS[task].title}, {homes} x {config.steps} steps"
+    return f"{find_task(task).title}, {homes} x {config.steps} steps"
 
 
 def _make_parser() -> ArgumentParser:
@@ -217,7 +239,14 @@ def _make_parser() -> ArgumentParser:
         "--tasks",
         type=tuple[str, ...],
         default=("all",),
-        help="all, or some of " + ", ".join(TASKS),
+        help=f"all, or some of {', '.join(TASKS)}, or your own: my_module:MyTask",
+    )
+    parser.add_argument(
+        "--metrics",
+        type=tuple[str, ...],
+        default=(),
+        help="metrics of your own beside those of every table: my_module:my_metric, a function of "
+        "TaskScores or a Metric",
     )
     parser.add_argument(
         "--policies",
@@ -240,7 +269,7 @@ def _make_parser() -> ArgumentParser:
     )
     parser.add_argument("--steps", type=int | None, help="time steps; 100, or all that there are")
     parser.add_class_arguments(
-        EvaluateConfig, skip={"homes", "tasks", "policies", "checkpoints", "steps"}
+        EvaluateConfig, skip={"homes", "tasks", "policies", "checkpoints", "steps", "metrics"}
     )
     add_home_arguments(parser)
     add_worker_arguments(parser, workers=1)
@@ -264,6 +293,7 @@ def _make_config(options: Namespace) -> EvaluateConfig:
         steps=homes.num_steps or 100 if options.steps is None else options.steps,
         seed=options.seed,
         split=options.split,
+        metrics=tuple(options.metrics),
     )
 
 
@@ -293,10 +323,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         bar = progress.add_task("", total=len(games) * config.steps * num_groups)
 
         def advance(task: str, name: str) -> None:
-            progress.update(bar, advance=1, description=f"{name}: {TASKS[task].title}")
+            progress.update(bar, advance=1, description=f"{name}: {find_task(task).title}")
 
         scores = evaluate(config, advance, options.workers, options.backend, options.threads)
-    summaries = summarise(scores, config.homes)
+    summaries = summarise(scores, config.homes, config.more)
     tables = compute_tables(summaries)
     command = shlex.join(["python", "-m", "nep.evaluate", *arguments])
     save_results(config, summaries, tables, options.out, command)

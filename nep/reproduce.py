@@ -21,6 +21,7 @@ from nep.paper.experiments import (
 from nep.paper.paper_tables import load_table_1, make_table_1, make_table_2
 from nep.paper.plan import TABLES, Plan, plan_stages
 from nep.paper.stages import run_stages
+from nep.paper.weights import check_weights, export_weights
 from nep.paper.work import add_work_options, make_console, stop_if_failed, work_in, write_files
 from nep.report.figures import draw_over_steps
 from sgm.checks import check_at_least
@@ -29,7 +30,7 @@ from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.policies import POLICIES
 from simulator.process import run_main
 
-# Everything as small as it can be, to try the command: seconds instead of hours.
+# Everything as small as it can be, to try the command: minutes instead of hours.
 _TINY_FIT = (
     "--data.num_homes=2", "--data.steps=6", "--data.num_val_homes=1", "--data.batch_size=8",
     "--trainer.max_epochs=1", "--trainer.log_every_n_steps=1", "--online.num_homes=1",
@@ -37,6 +38,11 @@ _TINY_FIT = (
 )  # fmt: skip
 _TINY_HOMES, _TINY_STEPS = 3, 4
 _CHOICES = (*TABLES, "all")
+# Most of it is importing torch in each of two processes, and some 150 small jobs.
+_TINY_COST = (
+    "--tiny: about three minutes of two processors for all tables, a minute for --table figure "
+    "--models mlp. The numbers mean nothing."
+)
 
 
 def make_files(plan: Plan) -> dict[str, bytes]:
@@ -120,7 +126,22 @@ def _make_parser() -> ArgumentParser:
         help="table_1.json: write Table 1 again from its scores, and train and play nothing",
     )
     parser.add_argument(
-        "--tiny", type=bool, default=False, help="everything as small as can be, to try the command"
+        "--weights",
+        type=Path | None,
+        help="folder: also export the networks of the tables there, with weights.json, a list of "
+        "their names and checksums",
+    )
+    parser.add_argument(
+        "--check_weights",
+        type=Path | None,
+        help="folder of --weights: check every network by its name, with --stored also against "
+        "the checkpoints of that table, and do nothing else",
+    )
+    parser.add_argument(
+        "--tiny",
+        type=bool,
+        default=False,
+        help="everything as small as can be, to try the command: about three minutes",
     )
     return parser
 
@@ -176,6 +197,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     console = make_console()
     with one_line_errors(status=2):
         options = parse(_make_parser(), arguments)
+        if options.check_weights is not None:
+            known = None
+            if options.stored is not None:
+                known = load_table_1(options.stored)[1].checkpoints
+            print("\n".join(check_weights(options.check_weights, known)))
+            return
         if options.stored is not None:
             results, provenance = load_table_1(options.stored)
             options.out.mkdir(parents=True, exist_ok=True)
@@ -184,11 +211,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
         plan = _make_plan(options)
         for folder in (plan.runs, plan.data, options.out):
             folder.mkdir(parents=True, exist_ok=True)
+    if options.tiny:
+        console.print(_TINY_COST)
     with work_in(plan.runs):
         failed = run_stages(plan_stages(plan), options.jobs, console)
     stop_if_failed(failed)
     with one_line_errors():
         write_files(options.out, make_files(plan), console)
+        if options.weights is not None:
+            for name in export_weights(plan, options.weights):
+                console.print(f"wrote {options.weights / name}", highlight=False, markup=False)
 
 
 if __name__ == "__main__":

@@ -5,12 +5,13 @@ Run `python -m simulator.collect --help`.
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from tqdm import tqdm
@@ -29,6 +30,9 @@ from simulator.command_line import (
     parse,
     pick,
 )
+from simulator.events.collection import collect_events
+from simulator.events.files import MANIFEST as EVENT_MANIFEST
+from simulator.events.files import load_events, read_manifest, save_events
 from simulator.fan_out import check_workers, fan_out
 from simulator.home_options import HomeOptions
 from simulator.policies import check_policies, identify_policy, make_policy
@@ -45,7 +49,7 @@ from simulator.snapshots.shards import (
     save_shard,
 )
 from simulator.tasks.answer import Answer
-from simulator.tasks.registry import TASKS
+from simulator.tasks.registry import check_task, find_task
 from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import SPLITS, Streams
 
@@ -100,13 +104,12 @@ class CollectConfig:
                 "fewer."
             )
         check_seed(self.seed)
-        for name, known in (("task", TASKS), ("split", SPLITS)):
-            if getattr(self, name) not in known:
-                raise ValueError(
-                    f"{name} must be one of {', '.join(known)}, got "
-                    f"{shorten(getattr(self, name))}. Choose one of these."
-                )
-
+        check_task(self.task)
+        if self.split not in SPLITS:
+            raise ValueError(
+                f"split must be one of {', '.join(SPLITS)}, got {shorten(self.split)}. Choose one "
+                "of these."
+            )
         check_policies([self.policy])
 
     def check_homes(self) -> None:
@@ -166,6 +169,49 @@ def collect(
         return
     with lock_folder(out):
         _collect_missing(config, settings, out, workers, progress, backend)
+
+
+def write_events(
+    config: CollectConfig, out: Path, workers: int = 1, backend: str = "processes"
+) -> None:
+    """Collect events into a folder, all at once; nothing is done where they are there already.
+
+    Args:
+        config: what to collect; without extras.
+        out: folder; made if needed.
+        workers: processes that work in parallel.
+        backend: where they work, see `fan_out`.
+
+    Raises:
+        ValueError: if there are extras, or the folder holds a collection of other settings or other
+            files.
+        OSError: if the disk is full.
+    """
+    settings = config.describe()
+    for extra in EXTRAS:
+        if extra in settings:
+            raise ValueError(f"{extra} must be off for events, got {extra} on. Leave it out.")
+    config.check_homes()
+    _make_folder(out)
+    if (out / EVENT_MANIFEST).exists():
+        found = read_manifest(out)["settings"]
+        for name, theirs, ours in _find_differences(found, json.loads(json.dumps(settings))):
+            raise ValueError(
+                f"output folder must hold events of the same settings, got {name} = "
+                f"{shorten(theirs)} instead of {shorten(ours)} in {out}. Choose another folder."
+            )
+        load_events(out)
+        return
+    if any(out.iterdir()):
+        raise ValueError(f"output folder must be empty, got files in {out}. Choose another one.")
+    with tqdm(total=config.num_homes, desc=f"{config.split} events", unit="home") as bar:
+        table = collect_events(
+            config.homes, Streams(config.seed, config.split, range(config.num_homes)), config.steps,
+            policy=config.policy, task=config.task, workers=workers, backend=backend,
+            on_homes=bar.update,
+        )  # fmt: skip
+    names = save_events(table, out, settings)
+    print(f"{out}: {', '.join(names)}; {len(table.events.home):,} events")
 
 
 def _collect_missing(
@@ -228,7 +274,7 @@ def collect_homes(
     step = 0
     state = config.homes.make(Streams(config.seed, config.split, homes))
     policy = make_policy(config.policy, state)
-    task = TASKS[config.task](state, policy)
+    task = find_task(config.task)(state, policy)
     recorder = Recorder(task.rollout.memory)
     if config.evidence:
         task.rollout.memory.count_history()
@@ -368,6 +414,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "--num_homes", type=int | None, help="number of homes; 100, or all that there are"
     )
     parser.add_argument("--steps", type=int | None, help="time steps; 100, or all that there are")
+    parser.add_argument(
+        "--format",
+        type=Literal["snapshots", "events"],
+        default="snapshots",
+        help="snapshots: the memory at every question, for nep.fit; events: what looks have shown, "
+        "as CSV, and Parquet if pyarrow is installed (docs/events.md)",
+    )
     parser.add_class_arguments(CollectConfig, skip={"homes", "num_homes", "steps"})
     add_home_arguments(parser)
     add_worker_arguments(parser, os.cpu_count() or 1)
@@ -380,7 +433,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
             "steps": homes.num_steps or 100 if options.steps is None else options.steps,
         }
         config = CollectConfig(**pick(options, CollectConfig) | {"homes": homes} | sizes)
-        collect(config, options.out, workers=options.workers, backend=options.backend)
+        if options.format == "events":
+            write_events(config, options.out, options.workers, options.backend)
+        else:
+            collect(config, options.out, workers=options.workers, backend=options.backend)
 
 
 if __name__ == "__main__":

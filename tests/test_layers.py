@@ -31,8 +31,8 @@ ORDER = """
     sgm.network sgm.finder sgm.eyes sgm
     simulator.caches simulator.yaml_text simulator.process simulator.compiled simulator.fan_out
     simulator.priors simulator.text simulator.world simulator.box_world simulator.policies
-    simulator.snapshots
-    simulator.tasks simulator.trace simulator.drawing simulator.replay simulator.realism
+    simulator.snapshots simulator.tasks simulator.events simulator.trace simulator.drawing
+    simulator.replay simulator.realism
     simulator.home_options simulator.command_line simulator.gym simulator.igridson
     simulator.collect simulator.testing simulator.test_sets simulator.moved simulator
     simulator.__main__

@@ -35,7 +35,7 @@ from simulator.policies import POLICIES, check_policies, find_policy, make_polic
 from simulator.policies.registry import ORACLES
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.metrics import STEP_METRICS
-from simulator.tasks.registry import TASKS
+from simulator.tasks.registry import TASKS, find_task
 from simulator.tasks.scores import TaskScores
 from simulator.tasks.task import Task
 from simulator.world.source import HomeSource, SampledSource
@@ -94,7 +94,7 @@ class OnlineEvaluation(pl.Callback):
         """Start without scores, with the task and the homes of the data."""
         self.scores, self._kinds = {}, None
         config = _get_datamodule(trainer).val_config
-        self.task = TASKS[config.task]
+        self.task = find_task(config.task)
         self.homes = config.homes
         self.num_homes = self.homes.num_homes or self.num_homes
         self.steps = self.homes.num_steps or self.steps

@@ -123,7 +123,7 @@ def check_contestants(
     for what, names in (("tasks", tasks), ("policies", policies)):
         if len(set(names)) < len(names):
             raise ValueError(f"{what} must differ, got {', '.join(names)}. Name each one once.")
-    for task in TASKS:
+    for task in {*TASKS, *tasks}:
         names = [point.name for point in checkpoints if point.task in (None, task)]
         for name in names:
             if name in POLICIES or names.count(name) > 1:

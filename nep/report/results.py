@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from sgm.files import read_json, write_whole
 from sgm.messages import shorten
-from simulator.tasks.metrics import METRICS
+from simulator.tasks.metrics import METRICS, STEP_METRICS, Metric
 from simulator.tasks.registry import TASKS
 from simulator.tasks.scores import TaskScores
 
@@ -27,7 +27,7 @@ class ScoreSummary:
 
     Attributes:
         values: the task's own score of each step, (H, T); of several trainings their mean.
-        metrics: what was computed of its answers, by name in `METRICS`.
+        metrics: what was computed of its answers, by name in `METRICS`, then those of one's own.
         trainings: mean score of each home, of every training, (S, H); None for one, or for a policy
             that needs none.
         units: what each home is a play of, (H,): replays of a recording have one name; None if all
@@ -40,10 +40,22 @@ class ScoreSummary:
     units: tuple[str, ...] | None = None
 
     @classmethod
-    def of(cls, scores: TaskScores, units: tuple[str, ...] | None = None) -> ScoreSummary:
-        """Compute every metric of what a policy scored in homes that are plays of `units`."""
-        metrics = {name: metric.compute(scores) for name, metric in METRICS.items()}
-        return cls(scores.values, metrics, units=units)
+    def of(
+        cls,
+        scores: TaskScores,
+        units: tuple[str, ...] | None = None,
+        more: Mapping[str, Metric] | None = None,
+    ) -> ScoreSummary:
+        """Compute every metric of what a policy scored in homes that are plays of `units`.
+
+        Args:
+            scores: what it scored.
+            units: what each home is a play of.
+            more: metrics besides `METRICS`, by name.
+        """
+        metrics = {**METRICS, **(more or {})}
+        found = {name: float(metric.compute(scores)) for name, metric in metrics.items()}
+        return cls(scores.values, found, units=units)
 
     @classmethod
     def join(cls, parts: Sequence[ScoreSummary]) -> ScoreSummary:
@@ -67,6 +79,19 @@ class ScoreSummary:
 
 
 @dataclass(frozen=True, slots=True)
+class TaskTitle:
+    """What tables need to know of a task.
+
+    Attributes:
+        title: of tables.
+        metric: name of what a step is scored with, in `STEP_METRICS`.
+    """
+
+    title: str
+    metric: str
+
+
+@dataclass(frozen=True, slots=True)
 class Results:
     """Who played what, and how it went.
 
@@ -75,12 +100,19 @@ class Results:
         config: everything that the scores depend on, as JSON values.
         versions: of Python and packages.
         tasks: summaries by task and by policy, all of a task in the same homes.
+        titles: of tasks of one's own, which a file says and nothing is imported for.
     """
 
     command: str
     config: Mapping[str, Any]
     versions: Mapping[str, str]
     tasks: Mapping[str, Mapping[str, ScoreSummary]]
+    titles: Mapping[str, TaskTitle] = field(default_factory=dict)
+
+    def get_title(self, task: str) -> TaskTitle:
+        """Return title and metric of a task of these results."""
+        known = TASKS.get(task)
+        return self.titles[task] if known is None else TaskTitle(known.title, known.metric)
 
     def save(self, path: Path) -> None:
         """Write the file, whole or not at all; its folder is made if needed."""
@@ -91,7 +123,7 @@ class Results:
             "versions": self.versions,
             "tasks": {
                 task: {
-                    "metric": TASKS[task].metric,
+                    **asdict(self.get_title(task)),
                     "policies": {name: _pack(summary) for name, summary in policies.items()},
                 }
                 for task, policies in self.tasks.items()
@@ -130,14 +162,22 @@ class Results:
             command, config, versions = (content[x] for x in ("command", "config", "versions"))
             if not isinstance(config, dict) or not isinstance(versions, dict):
                 raise TypeError("config and versions are no objects")
-            if unknown := set(tasks) - set(TASKS):
-                raise ValueError(f"unknown tasks {sorted(unknown)}")
-            return cls(command, config, versions, tasks)
+            own = {task: entry for task, entry in content["tasks"].items() if task not in TASKS}
+            titles = {task: _read_title(task, entry) for task, entry in own.items()}
+            return cls(command, config, versions, tasks, titles)
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise ValueError(
                 f"results must hold all that Results.save writes, got {shorten(error)} in {path}. "
                 "Was the file edited? Make it again."
             ) from error
+
+
+def _read_title(task: str, entry: Mapping[str, Any]) -> TaskTitle:
+    """Read what a file says of a task of one's own."""
+    title, metric = entry.get("title"), entry.get("metric")
+    if ":" not in task or not isinstance(title, str) or str(metric) not in STEP_METRICS:
+        raise ValueError(f"unknown tasks {[task]}")
+    return TaskTitle(title, str(metric))
 
 
 def _pack(summary: ScoreSummary) -> dict[str, Any]:

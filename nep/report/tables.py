@@ -22,7 +22,7 @@ from nep.report.statistics import (
     compute_p_value,
 )
 from sgm.messages import shorten
-from simulator.tasks.metrics import METRICS, STEP_METRICS
+from simulator.tasks.metrics import METRICS, STEP_METRICS, Metric
 from simulator.tasks.task import Task
 
 # Whom every policy is compared with unless others are named.
@@ -147,15 +147,18 @@ def compute_rows(
     return sorted(rows, key=lambda row: row.mean if is_higher_better else -row.mean)
 
 
-def format_table(task: type[Task], rows: list[Row]) -> tuple[list[str], list[list[str]]]:
-    """Return the header and the cells of a table."""
+def format_table(
+    task: type[Task], rows: list[Row], more: Mapping[str, Metric] | None = None
+) -> tuple[list[str], list[list[str]]]:
+    """Return the header and the cells of a table; `more` are metrics besides `METRICS`."""
     references = list(rows[0].differences) if rows else []
     has_gap = any(row.gap_closed is not None for row in rows)
     metric = STEP_METRICS[task.metric]
     header = ["policy", metric.title, "std"]
     header += [f"minus {name} [95 %]" for name in references]
     header += ["gap closed"] * has_gap
-    header += [column.title for column in METRICS.values()]
+    columns = [*METRICS.values(), *(more or {}).values()]
+    header += [column.title for column in columns]
     cells = []
     for row in rows:
         line = [row.policy, *(format_number(x, metric.format) for x in (row.mean, row.std))]
@@ -164,7 +167,7 @@ def format_table(task: type[Task], rows: list[Row]) -> tuple[list[str], list[lis
             line.append(format_difference(delta, metric.format))
         if has_gap:
             line.append("" if row.gap_closed is None else format_number(row.gap_closed, ".0%"))
-        line += [format_number(row.metrics[name], METRICS[name].format) for name in METRICS]
+        line += [format_number(row.metrics[own.name], own.format) for own in columns]
         cells.append(line)
     return header, cells
 
@@ -187,22 +190,31 @@ def format_difference(delta: Difference | None, form: str) -> str:
     return f"{mean} [n/a]" if math.isnan(delta.low) else f"{mean} [{low}, {high}]"
 
 
-def make_rich_table(task: type[Task], rows: list[Row], title: str) -> Table:
-    """Make the table for a terminal: scores and comparisons; calibration is left to the files."""
-    header, cells = format_table(task, rows)
-    shown = len(header) - len(METRICS)
+def make_rich_table(
+    task: type[Task], rows: list[Row], title: str, more: Mapping[str, Metric] | None = None
+) -> Table:
+    """Make the table for a terminal: scores, comparisons and metrics of one's own.
+
+    Calibration and the like are left to the files.
+    """
+    header, cells = format_table(task, rows, more)
+    last = len(header) - len(more or {})
+    shown = [*range(last - len(METRICS)), *range(last, len(header))]
     table = Table(title=escape(title), box=SIMPLE_HEAD, pad_edge=False, padding=0)
-    for position, name in enumerate(header[:shown]):
+    for position in shown:
+        name = header[position]
         # Only intervals may take two lines where the terminal is narrow.
         table.add_column(name, justify="right" if position else "left", no_wrap="[" not in name)
     for line in cells:
-        table.add_row(*(escape(cell) for cell in line[:shown]))
+        table.add_row(*(escape(line[position]) for position in shown))
     return table
 
 
-def make_markdown(task: type[Task], rows: list[Row], title: str) -> str:
+def make_markdown(
+    task: type[Task], rows: list[Row], title: str, more: Mapping[str, Metric] | None = None
+) -> str:
     """Make the table as Markdown, under a heading, with what its comparisons could detect."""
-    text = f"## {title}\n\n{join_table(*format_table(task, rows))}"
+    text = f"## {title}\n\n{join_table(*format_table(task, rows, more))}"
     form, parts = STEP_METRICS[task.metric].format, []
     for name in rows[0].differences if rows else ():
         known = [row.differences[name] for row in rows]
@@ -220,24 +232,32 @@ def join_table(header: Sequence[str], cells: Iterable[Sequence[str]], num_text: 
     return "".join(f"| {' | '.join(line)} |\n" for line in (header, rules, *cells))
 
 
-def make_csv(tables: Mapping[str, Sequence[Row]], key: str = "task") -> str:
+def make_csv(
+    tables: Mapping[str, Sequence[Row]],
+    key: str = "task",
+    more: Mapping[str, Metric] | None = None,
+) -> str:
     """Make one CSV of all tables, numbers unrounded; empty where there is none.
 
     Args:
         tables: rows by task, or by what else `key` says.
         key: name of the first column.
+        more: metrics besides `METRICS`.
     """
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     differences = [f"minus_{name}{part}" for name in REFERENCES for part in ("", "_low", "_high")]
-    writer.writerow([key, "policy", "mean", "std", *differences, "gap_closed", *METRICS])
+    writer.writerow(
+        [key, "policy", "mean", "std", *differences, "gap_closed", *METRICS, *(more or {})]
+    )
     for task, rows in tables.items():
         for row in rows:
             numbers: list[float | None] = [row.mean, row.std]
             for name in REFERENCES:
                 delta = row.differences.get(name)
                 numbers += [delta.mean, delta.low, delta.high] if delta else [None] * 3
-            numbers += [row.gap_closed, *(row.metrics[name] for name in METRICS)]
+            names = [*METRICS, *(more or {})]
+            numbers += [row.gap_closed, *(row.metrics[name] for name in names)]
             cells = [None if x is None or math.isnan(x) else x for x in numbers]
             writer.writerow([task, row.policy, *cells])
     return file.getvalue()

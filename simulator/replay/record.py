@@ -17,7 +17,7 @@ from simulator.replay.replay import Replay
 from simulator.replay.story import Question
 from simulator.replay.truth import TruthRecorder
 from simulator.tasks.answer import Answer
-from simulator.tasks.registry import TASKS
+from simulator.tasks.registry import find_task
 from simulator.tasks.task import Task
 from simulator.trace.layout import number_names
 from simulator.world.homes import Homes
@@ -119,7 +119,7 @@ def record_run(
     source.check_steps(num_steps)
     (group,) = source.list_groups([home])
     homes = source.make(Streams(seed, "test", group.homes))
-    game = TASKS[task](homes, make_policy(policy, homes))
+    game = find_task(task)(homes, make_policy(policy, homes))
     recorder = RunRecorder(game)
     for _ in game.run(num_steps):
         recorder.end_step()

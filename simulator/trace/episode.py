@@ -85,6 +85,7 @@ def make_episode(
     Raises:
         ValueError: if there is no whole step, or a step without any object to ask for.
     """
+    _check_objects(trace)
     start = trace.start_s if start_s is None else start_s
     if num_steps is None:
         num_steps = _count_steps(trace, start, step_seconds)
@@ -133,6 +134,7 @@ def split_days(trace: Trace, step_seconds: float) -> tuple[list[Episode], list[s
             f"step must divide a day of {DAY_SECONDS:g} s, got {step_seconds:g} s. Take 3600 s, or "
             "play all days as one."
         )
+    _check_objects(trace)
     _count_steps(trace, trace.start_s, step_seconds)
     date = trace.start
     midnight = 0.0
@@ -155,6 +157,15 @@ def split_days(trace: Trace, step_seconds: float) -> tuple[list[Episode], list[s
             "days as one."
         )
     return episodes, left_out
+
+
+def _check_objects(trace: Trace) -> None:
+    """Raise ValueError for a map of the furniture alone, in which nothing can be asked for."""
+    if not trace.events:
+        raise ValueError(
+            f"home must hold an object to be played, got none in {trace.name}. Say in events.csv "
+            "what is where, or start a memory from the map (`import --memory`)."
+        )
 
 
 def _count_steps(trace: Trace, start_s: float, step_seconds: float) -> int:

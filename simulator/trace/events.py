@@ -72,8 +72,6 @@ def load_events(path: Path, layout: Layout, start: datetime | None = None) -> tu
         raise ValueError(
             f"{path}, row {max(reader.reader.line_num, 1)}: {shorten_values(str(error))}"
         ) from None
-    if not events:
-        raise ValueError(f"events must have a row, got none in {path}. Say where something is.")
     return events
 
 

@@ -15,6 +15,8 @@ def remember_trace(
 ) -> SceneGraphMemory:
     """Look once at all furniture of a recorded home, without missing anything.
 
+    A home without events is a map: its memory knows the furniture, and has looked at none of it.
+
     Room and furniture ids are their indices in the layout. If that says when it starts, the memory
     has a clock, with steps of an hour from the time of the looks on.
 
@@ -30,6 +32,8 @@ def remember_trace(
     for row in trace.layout.furniture.values():
         description = row.name if row.description == row.label else row.description
         memory.add_furniture(row.label, row.room, description, row.position)
+    if not trace.events:
+        return memory
     where: dict[str, Event] = {}
     for event in trace.events:
         if time_s is None or event.time_s <= time_s:

@@ -30,7 +30,8 @@ class Trace:
     Attributes:
         name: of its folder.
         layout: rooms and furniture, numbered from 0, which never change; all have names.
-        events: what happened, in order of time; one or more.
+        events: what happened, in order of time; none in a map of the furniture alone, which can be
+            remembered (`remember_trace`) and not be played.
         truth: the rules and dynamics of a simulated home, None for any other.
         start: local date and time of time 0; None if nobody knows.
         until_s: until when the home was watched, in seconds; None for the last event.
@@ -46,12 +47,12 @@ class Trace:
     @property
     def start_s(self) -> float:
         """Time of the first event: the home is known from then on."""
-        return self.events[0].time_s
+        return self.events[0].time_s if self.events else 0.0
 
     @property
     def end_s(self) -> float:
         """Time until which the home was watched."""
-        last = self.events[-1].time_s
+        last = self.events[-1].time_s if self.events else 0.0
         return last if self.until_s is None else self.until_s
 
     @cached_property
@@ -100,7 +101,7 @@ def load_trace(folder: str | Path) -> Trace:
     folder = Path(folder)
     layout, start, until_s = load_layout(folder / LAYOUT_FILE)
     events = load_events(folder / EVENTS_FILE, layout, start)
-    if until_s is not None and until_s < events[-1].time_s:
+    if until_s is not None and events and until_s < events[-1].time_s:
         raise ValueError(
             f"{folder / LAYOUT_FILE}: end_s must not be before the last event, got "
             f"{until_s:g} before {events[-1].time_s:g}. Raise it, or leave it out."

@@ -53,7 +53,8 @@ def test_other_homes_and_other_tasks_are_refused():
         compare(first, make_results(CONFIG | {"home": 3}, a=(4, 4)))
     other = replace(first, config=CONFIG | {"first_home": "a1"}, versions={"numpy": "3.0"})
     with pytest.raises(
-        ValueError, match=r"first_home None and 'a1'.* same options and versions.* numpy None and 3"
+        ValueError,
+        match=r"first_home None and 'a1'. All settings are equal.* and versions.* numpy None",
     ):
         compare(first, other)
     other = replace(first, tasks={"predict_location": first.tasks["find_object"]})
@@ -62,6 +63,23 @@ def test_other_homes_and_other_tasks_are_refused():
     for other in (make_results(CONFIG, a=(4, 6, 7)), make_results(CONFIG)):  # edited
         with pytest.raises(ValueError, match=r"must have played find_object in as many homes"):
             compare(first, other)
+
+
+def test_the_setting_that_differs_is_named_before_checksums():
+    home = {"looks": "policy", "dynamics": {"name": "paper", "move_share": 0.05}}
+    config = CONFIG | {"homes": {"home": home, "prior": 64 * "a"}, "first_home": 64 * "1"}
+    first = make_results(config, a=(4, 6))
+    other = home | {"dynamics": {"name": "paper", "move_share": 0.2}}
+    homes = config["homes"] | {"home": other}
+    with pytest.raises(
+        ValueError, match=r"got homes\.home\.dynamics\.move_share 0\.05 and 0\.2\. Evaluate with"
+    ):
+        compare(first, make_results(config | {"homes": homes, "first_home": 64 * "2"}, a=(4, 6)))
+    homes = config["homes"] | {"prior": 64 * "b"}
+    with pytest.raises(
+        ValueError, match=r"homes\.prior aaaaaaaa\.\.\. \(a checksum\) and bbbbbbbb"
+    ):
+        compare(first, make_results(config | {"homes": homes}, a=(4, 6)))
 
 
 def test_two_runs_of_the_command_line(tmp_path, capsys):

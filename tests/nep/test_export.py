@@ -16,11 +16,11 @@ from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep import ObjectFinder
 from nep.encoders import GCN, HEAT
-from nep.export import main
+from nep.export import ExportConfig, main
 from nep.model.module import NEPModule
 from nep.players.checkpoints import load_config, load_trained
 from nep.players.policy import NEPPolicy
-from nep.report.model_card import make_card
+from nep.report.model_card import REFERENCES, make_card
 from sgm.network.shipped import PRETRAINED
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.policies import make_policy
@@ -135,7 +135,9 @@ def test_the_card_says_whether_it_reads_the_clock(features, sees):
 
 def test_a_small_export_is_calibrated_and_says_what_it_measured(checkpoint, tmp_path, capsys):
     main([str(checkpoint), str(tmp_path / "net"), "--num_homes=2", "--steps=3", "--threads=1"])
-    assert capsys.readouterr().out.endswith("config.json, weights.safetensors, MODEL_CARD.md\n")
+    out = capsys.readouterr().out
+    assert out.endswith("config.json, weights.safetensors, MODEL_CARD.md\n")
+    assert out.startswith("Calibrates in 2 homes and scores in 2, 3 steps each. --num_homes 0 leav")
     config = load_config(tmp_path / "net")
     measured = config["notes"]["measured"]
     assert (measured["homes"], measured["steps"]) == (2, 3)
@@ -156,6 +158,11 @@ def test_a_small_export_is_calibrated_and_says_what_it_measured(checkpoint, tmp_
     assert ObjectFinder.load(tmp_path / "net").calibration.temperature > 0
 
 
+def test_an_export_is_small_by_default():
+    """Twelve games of 50 steps and two of searches, not of 100: a minute of training is no more."""
+    assert ExportConfig().count_steps() == 50 * (1 + 1 + 2 * (len(REFERENCES) + 1)) == 700
+
+
 def test_an_exported_network_is_exported_anew(exported, checkpoint, tmp_path):
     """Weights and where they are from stay; the command is the one that was run."""
     out = tmp_path / "again"
@@ -166,7 +173,7 @@ def test_an_exported_network_is_exported_anew(exported, checkpoint, tmp_path):
     assert notes[1]["checkpoint_sha256"] == notes[0]["checkpoint_sha256"]
     assert notes[1]["training"] == notes[0]["training"]
     assert notes[1]["command"] == (
-        "python -m nep.export exported again --num_homes=0 --steps=100 --seed=0 --elsewhere=alike"
+        "python -m nep.export exported again --num_homes=0 --steps=50 --seed=0 --elsewhere=alike"
     )
 
 

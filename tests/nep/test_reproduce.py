@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 import time
 from pathlib import Path
@@ -17,6 +18,7 @@ from nep.paper.plan import plan_stages
 from nep.paper.stages import _THREAD_VARIABLES
 from nep.paper.training import Training
 from nep.paper.work import LOCK
+from nep.players.checkpoints import load_exported
 from nep.reproduce import _make_parser, _make_plan, main
 from simulator.command_line import parse
 from simulator.policies import POLICIES
@@ -93,6 +95,46 @@ def test_stored_scores_are_those_of_the_checkpoint(folder, tmp_path, python):
         assert json.loads(path.read_text())["tasks"]["find_object"]["policies"] == {
             file: want[name]
         }
+
+
+def test_weights_of_a_table_are_checked_by_name(folder, tmp_path, capsys):
+    """What was exported is what the table lists; another network under a name is noticed."""
+    out = tmp_path / "weights"
+    reproduce(folder, "--table", "1", "--weights", str(out))
+    names = [f"{setting.name}/mlp" for setting in SETTINGS]
+    listed = json.loads((out / "weights.json").read_text())
+    assert list(listed["networks"]) == names
+    assert listed["networks"][names[0]]["title"] == "NEP-MLP"
+    assert (out / names[0] / "weights.safetensors").is_file()
+    stored = str(folder / "out" / "table_1.json")
+    capsys.readouterr()
+    main(["--check_weights", str(out), "--stored", stored])
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.partition(":")[0] for line in lines] == names
+    assert all(line.endswith("as listed") for line in lines)
+    load_exported(out / names[0])
+
+    first, second = out / names[0], out / names[1]
+    first.rename(out / "kept")
+    shutil.copytree(second, first)  # the network of another setting under this name
+    refused(["--check_weights", str(out)], f"checkpoint_sha256 of {names[0]} must be", capsys)
+    shutil.rmtree(first)
+    (out / "kept").rename(first)
+    content = json.loads(Path(stored).read_text())
+    content["checkpoints"] = {}
+    other = tmp_path / "table_1.json"
+    other.write_text(json.dumps(content))
+    refused(
+        ["--check_weights", str(out), "--stored", str(other)], "must be that of the table", capsys
+    )
+    (out / "weights.json").write_text('{"networks": {"../x": {}}}')
+    refused(["--check_weights", str(out)], "weights.json must list the networks of its", capsys)
+
+
+def refused(arguments, message, capsys):
+    with pytest.raises(SystemExit):
+        main(arguments)
+    assert message in capsys.readouterr().err
 
 
 def test_finished_parts_are_not_run_again(folder):

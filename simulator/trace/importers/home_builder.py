@@ -104,11 +104,10 @@ class HomeBuilder:
         """Return the home as a trace with everything at time 0.
 
         Raises:
-            ValueError: if it has no room, no furniture, or no object.
+            ValueError: if it has no room or no furniture. A home without objects is a map, which a
+                robot starts with.
         """
-        for what, rows in (
-            ("room", self._rooms), ("furniture", self._furniture), ("object", self._objects),
-        ):  # fmt: skip
+        for what, rows in (("room", self._rooms), ("furniture", self._furniture)):
             if not rows:
                 raise ValueError(
                     f"home must have a {what} that can be placed, got none in {name}. "

@@ -120,7 +120,6 @@ def test_bad_events_name_the_row(write_home, good_events, row, message):
         ("", "events must have the columns time_s, object, furniture, relation.*got nothing"),
         ("time_s,object,furniture\n", "must have the columns"),
         ("time_s,object,furniture,relation,colour\n", "must have the columns.*colour"),
-        ("time_s,object,furniture,relation\n", "events must have a row, got none"),
         ('time_s,object,furniture,relation\n0,"mug,table,in\n', "row 2: unexpected end of data"),
     ],
 )

@@ -6,9 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.policies import Bayesian
 from simulator.trace import load_trace
 from simulator.trace.__main__ import main
+from simulator.trace.episode import split_days
 from simulator.trace.importers import read_procthor, read_scene_graph
 from simulator.trace.memory import remember_trace
 
@@ -100,10 +103,6 @@ def test_a_procthor_house(home_file):
         ("{", "house must be one JSON object"),
         ("[]", r"house must have the lists 'rooms' and 'objects'"),
         ('{"rooms": [], "objects": []}', "home must have a room that can be placed, got none"),
-        (
-            '{"rooms": [{"id": "room|1", "roomType": "Kitchen"}], "objects": [{"id": "Bed|1|0"}]}',
-            "home must have a object that can be placed",
-        ),
     ],
 )
 def test_bad_homes(tmp_path, text, message):
@@ -219,3 +218,30 @@ def test_without_spark_dsg_the_error_says_what_to_install(tmp_path, monkeypatch,
     monkeypatch.setitem(__import__("sys").modules, "spark_dsg", None)
     assert main(["import", "spark-dsg", "graph.json", "--out", str(tmp_path / "x")]) == 1
     assert "pip install 'scene-graph-memory[spark]'" in capsys.readouterr().err
+
+
+MAP = '{"rooms": [{"id": "room|1", "roomType": "Kitchen"}], "objects": [{"id": "Fridge|1|0"}]}'
+
+
+def test_a_map_without_things_is_where_a_robot_starts(tmp_path, capsys):
+    """It is kept and remembered, with no look at anything; only playing needs a thing."""
+    path, out, file = tmp_path / "house.json", tmp_path / "trace", tmp_path / "home.sgm"
+    path.write_text(MAP)
+    arguments = ["import", "procthor", str(path), "--out", str(out), "--memory", str(file)]
+    assert main(arguments) == 0
+    assert "placed: 1 rooms, 1 furniture nodes, 0 objects" in capsys.readouterr().out
+    memory = SceneGraphMemory.load(file)
+    assert memory.describe(0) == "fridge in kitchen"
+    assert memory.last_seen("apple") is None
+    ranking = Finder(Bayesian()).rank(memory, "apple")
+    assert "not seen here" not in str(ranking)  # nothing was looked at
+    trace = load_trace(out)
+    assert (trace.events, trace.start_s, trace.end_s) == ((), 0.0, 0.0)
+    assert remember_trace(trace).describe(0) == "fridge in kitchen"
+    assert main(["check", str(out)]) == 1
+    assert "home must hold an object to be played, got none in trace" in capsys.readouterr().err
+    with pytest.raises(ValueError, match="home must hold an object to be played"):
+        split_days(trace, 3600)
+    with (out / "events.csv").open("a") as events:  # the robot has seen something
+        events.write("0,apple,fridge,in,\n7200,apple,fridge,onTop,\n")
+    assert main(["check", str(out)]) == 0
