@@ -1,0 +1,73 @@
+"""Event tables as the objects of PyTorch Geometric and of TGM (extras `events` and `tgm`)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import torch
+
+from simulator.events.files import make_edge_types
+from simulator.events.table import EventTable
+
+if TYPE_CHECKING:
+    from torch_geometric.data import TemporalData
+
+MESSAGE_COLUMNS = ("is_seen", "is_on_top", "coverage", "confidence")
+
+
+def to_temporal_data(table: EventTable, sightings_alone: bool = False) -> TemporalData:
+    """Return events as PyG's `TemporalData`, in the order of the table.
+
+    `src` is the thing, `dst` the place, `t` the time step and `msg` has `MESSAGE_COLUMNS`,
+    float32 (E, 4). `home`, `look`, `order` and `y` (1 where the thing was seen) are further
+    attributes, which a slice or a mask cuts alike. Ids of nodes are those of the table, so that
+    homes share none: one graph with a part for each home.
+
+    Args:
+        table: of `EventTable` or `load_events`.
+        sightings_alone: whether to leave out that things were not seen.
+
+    Raises:
+        ModuleNotFoundError: if torch_geometric is not installed.
+    """
+    from torch_geometric.data import TemporalData
+
+    events = table.events
+    chosen = np.flatnonzero(events.is_seen) if sightings_alone else np.arange(len(events.home))
+
+    def take(values: np.ndarray) -> torch.Tensor:
+        return torch.from_numpy(np.ascontiguousarray(values[chosen]).astype(np.int64))
+
+    return TemporalData(
+        src=take(events.thing), dst=take(events.place), t=take(events.time),
+        msg=torch.from_numpy(_make_messages(table)[chosen]), y=take(events.is_seen),
+        home=take(events.home), look=take(events.look), order=take(events.order),
+    )  # fmt: skip
+
+
+def to_tgm(table: EventTable) -> Any:
+    """Return events as TGM's `DGData`, extra `tgm`; times are ordered, without a unit.
+
+    Edges have `MESSAGE_COLUMNS` as features, and a type for relation and sign
+    (`simulator.events.files.save_tgb`); nodes have 0 for a place and 1 for a thing.
+
+    Raises:
+        ModuleNotFoundError: if tgm is not installed.
+    """
+    from tgm.data import DGData
+
+    events = table.events
+    return DGData.from_raw(
+        edge_time=torch.from_numpy(events.time.astype(np.int64)),
+        edge_index=torch.from_numpy(np.column_stack([events.thing, events.place]).astype(np.int32)),
+        edge_x=torch.from_numpy(_make_messages(table)),
+        edge_type=torch.from_numpy(make_edge_types(events)).to(torch.int32),
+        node_type=torch.from_numpy(table.nodes.kind.astype(np.int32)),
+    )
+
+
+def _make_messages(table: EventTable) -> np.ndarray:
+    events = table.events
+    columns = [events.is_seen, events.relation, events.coverage, events.confidence]
+    return np.column_stack(columns).astype(np.float32)  # (E, 4)

@@ -1,0 +1,146 @@
+"""Follows a task and keeps what its looks have shown as events."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sgm.memory.change import Change
+from simulator.events.table import PLACE, THING, Events, EventTable, Nodes, Questions
+from simulator.tasks.answer import Answer
+from simulator.tasks.task import Task
+from simulator.world.sensing import Observation
+
+
+class EventRecorder:
+    """Listens to a task in H homes: every look, and every question before its look."""
+
+    def __init__(self, task: Task, numbers: Sequence[int]) -> None:
+        """Follow a task from its start on.
+
+        Args:
+            task: that is played.
+            numbers: of its homes, (H,).
+        """
+        self._task = task
+        self._numbers = np.asarray(numbers)
+        self._memory = task.rollout.memory
+        self._num_looks = np.zeros(len(numbers), dtype=np.int64)  # of each home
+        self._change: Change | None = None
+        self._rows: list[np.ndarray] = []  # integer columns of events, (n, 8)
+        self._shares: list[np.ndarray] = []  # coverage and confidence, (n, 2)
+        self._asked: list[np.ndarray] = []  # home, time, look, object row, (q, 4)
+        self._places: list[tuple[int, ...]] = []
+        task.on_answer = self._note_answer
+        task.rollout.on_change = self._note_change
+        task.rollout.on_look = self._note_look
+
+    def finish(self) -> EventTable:
+        """Return the events of all homes so far."""
+        memory, tables = self._memory, []
+        rows = np.concatenate(self._rows) if self._rows else np.zeros((0, 8), dtype=np.int64)
+        shares = np.concatenate(self._shares) if self._shares else np.zeros((0, 2))
+        asked = np.concatenate(self._asked) if self._asked else np.zeros((0, 4), dtype=np.int64)
+        labels = np.array([*memory.labels, ""], dtype=object)
+        things_of = memory.objects["home"]
+        text = self._task.rollout.homes.object_descriptions.text
+        clock = memory.clock
+        for home, number in enumerate(self._numbers):
+            num_places = int(memory.home_num_furniture[home])
+            things = np.flatnonzero(things_of == home)
+            new_id = np.full(len(things_of), -1)
+            new_id[things] = num_places + np.arange(len(things))
+            place_label = labels[memory.furniture_label[home, :num_places]]
+            rooms = memory.room_label[home, memory.furniture_room[home, :num_places]]
+            own = rows[:, 0] == home
+            _, time, look, order, thing, place, relation, is_seen = rows[own].T
+            events = Events(
+                np.full(len(time), number), time, look, order, new_id[thing], place, relation,
+                is_seen.astype(bool), *shares[own].T,
+            )  # fmt: skip
+            nodes = Nodes(
+                np.full(num_places + len(things), number),
+                np.repeat([PLACE, THING], [num_places, len(things)]),
+                np.concatenate([place_label, labels[memory.objects["label"][things]]]),
+                np.concatenate(
+                    [
+                        place_label,
+                        np.array([text(int(k)) for k in memory.objects["key"][things]], object),
+                    ]
+                ),
+                np.concatenate([labels[rooms], np.full(len(things), "", dtype=object)]),
+            )
+            chosen = np.flatnonzero(asked[:, 0] == home)
+            _, time, look, thing = asked[chosen].T
+            questions = Questions(
+                np.full(len(time), number), time, look, new_id[thing],
+                tuple(self._places[row] for row in chosen),
+            )  # fmt: skip
+            seconds = None if clock is None else _get_step_seconds(clock[home])
+            tables.append(EventTable(events, nodes, questions, seconds))
+        return EventTable.join(tables)
+
+    def _note_answer(self, answer: Answer) -> None:
+        if answer.is_repeat:
+            return
+        home = answer.queries.home
+        time = np.full(len(home), self._memory.time)
+        self._asked.append(
+            np.column_stack([home, time, self._num_looks[home], answer.queries.object])
+        )
+        self._places += [tuple(np.flatnonzero(row).tolist()) for row in answer.answers]
+
+    def _note_change(self, change: Change) -> None:
+        self._change = change
+
+    def _note_look(self, seen: Observation) -> None:
+        change, memory = self._change, self._memory
+        assert change is not None
+        edges = memory.edges
+        rows, is_seen = change.edges, change.is_seen
+        home, thing = edges["home"][rows], edges["object"][rows]
+        relation = edges["relation"][rows]
+        # Where the detector listed each edge first; what it did not list comes last.
+        listed = {
+            key: position
+            for position, key in reversed(
+                list(
+                    enumerate(
+                        zip(
+                            seen.seen_home.tolist(), seen.seen_code.tolist(),
+                            seen.seen_relation.tolist(), strict=True,
+                        )
+                    )
+                )
+            )
+        }  # fmt: skip
+        keys = zip(
+            home.tolist(), memory.objects["key"][thing].tolist(), relation.tolist(), strict=True
+        )
+        last = len(seen.seen_home)
+        position = np.array([listed.get(key, last) for key in keys], dtype=np.int64)
+        position = np.where(is_seen, position, last)
+        by_look = np.lexsort((relation, thing, position, home))
+        home, thing, relation = home[by_look], thing[by_look], relation[by_look]
+        rows, is_seen = rows[by_look], is_seen[by_look]
+        first = np.searchsorted(home, home)
+        coverage = np.ones(memory.num_homes)
+        coverage[change.home] = change.coverage
+        confidence = np.where(is_seen, edges["confidence"][rows], 0.0)
+        self._rows.append(
+            np.column_stack(
+                [
+                    home, np.full(len(home), memory.time), self._num_looks[home],
+                    np.arange(len(home)) - first, thing, edges["furniture"][rows], relation,
+                    is_seen,
+                ]
+            ).astype(np.int64)
+        )  # fmt: skip
+        self._shares.append(np.column_stack([coverage[home], confidence]))
+        self._num_looks[change.home] += 1
+
+
+def _get_step_seconds(clock: np.ndarray) -> float | None:
+    """Return the length of a step of a row of `MemoryBatch.clock`, None where nobody knows."""
+    return None if np.isnan(clock).any() else float(clock[1])
