@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sgm.belief.belief import SEEN_NOW
 from sgm.checks import is_number
 from sgm.memory.asking import Looks
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -79,9 +80,48 @@ class Detector:
                 "share of the misses: 0 where looks are independent."
             )
 
+    @property
+    def miss_again(self) -> float:
+        """How likely a look misses a thing that is there and can be seen: (m - h) / (1 - h).
+
+        With m the miss rate and h = `repeated_share` m the things that all looks miss. The chance
+        that one more look is the first to show a thing falls by this factor from look to look.
+        """
+        hidden = self.repeated_share * self.miss_rate
+        return (self.miss_rate - hidden) / (1 - hidden)
+
     def compute_miss(self, num_looks: np.ndarray) -> np.ndarray:
         """Return how likely looks of one time step all miss what is there; see `compute_miss`."""
         return compute_miss(num_looks, self.miss_rate, self.repeated_share)
+
+    def compute_detection(self, num_looks: np.ndarray) -> np.ndarray:
+        """Return how likely one more look shows a thing that is there.
+
+            detection(n) = 1 - miss(n + 1) / miss(n)
+
+        It falls with n, since a thing that was missed often is more likely to be hidden.
+
+        Args:
+            num_looks: n, looks at the place in this time step that missed it, any shape.
+        """
+        num_looks = np.asarray(num_looks, dtype=float)
+        before, after = (self.compute_miss(n) for n in (num_looks, num_looks + 1))
+        missed: np.ndarray = np.divide(after, before, out=np.ones_like(before), where=before > 0)
+        return 1 - missed
+
+    def weigh_seen(self, looks: Looks) -> np.ndarray:
+        """Return how likely it is where it was seen in this step, 0 where it was not, (F,).
+
+        The confidence of the sighting, at most `SEEN_NOW`, and Bayes' rule for looks since that did
+        not show it.
+
+        Args:
+            looks: at every place.
+        """
+        seen = np.minimum(looks.seen, SEEN_NOW)
+        missed = seen * self.compute_miss(looks.in_vain)
+        weighed: np.ndarray = missed / (missed + 1 - seen)
+        return weighed
 
     def compute_log_likelihood(
         self, looks: Looks, looks_counted: float

@@ -130,7 +130,7 @@ class Finder:
         check_ids(exclude)
         resolution = self.resolve(memory, description)
         asked = memory.ask(resolution.matches or (description,), at=at)
-        probabilities, elsewhere = self._compute_belief(asked)
+        probabilities, elsewhere, detection = self._compute_belief(asked)
         relation = asked.choose_relation()
         order = np.argsort(-probabilities, kind="stable")
         if exclude:
@@ -146,6 +146,7 @@ class Finder:
                     relation=RELATIONS[relation[place]],
                     probability=float(probabilities[place]),
                     evidence=own,
+                    detection=float(detection[place]),
                 )
                 for place, own in zip(chosen, evidence, strict=True)
             ),
@@ -166,7 +167,8 @@ class Finder:
     ) -> SearchPlan:
         """Plan in which order to look, so that the expected cost until it is found is small.
 
-        The plan keeps today's probabilities; to search, use `search`, which learns from every look.
+        The plan keeps the present probabilities and has one look at each place; to search, use
+        `search`, which learns from every look.
 
         Args:
             memory: what was seen so far.
@@ -197,6 +199,7 @@ class Finder:
         look_cost: float = 1.0,
         exclude: Collection[int] = (),
         give_up_at: float = 0.9,
+        budget: float | None = None,
     ) -> ObjectSearch:
         """Start a search: it says where to go next, and learns from what was seen there.
 
@@ -207,20 +210,27 @@ class Finder:
             distance: cost of the way, as in `search_plan`.
             look_cost: of one look.
             exclude: furniture ids not to visit.
-            give_up_at: probability of "elsewhere" and of what cannot be reached, together, from
-                which on `next` gives up, once every reachable place was looked at.
+            give_up_at: probability that no further look finds it, from which on `next` gives up:
+                it is elsewhere, where there is no way, or, once all other places were looked at,
+                hidden there. At 1 the search ends with the budget alone.
+            budget: most that all looks may cost together, in the unit of the distances; without
+                distances it is the number of looks. None for as many looks as three at each place.
 
         Raises:
-            ValueError: as in `search_plan`.
+            ValueError: as in `search_plan`; or if `give_up_at` or the budget is out of range.
         """
         check_ids(exclude)
         distance = check_distance(distance) or find_distance(memory, start)
         return ObjectSearch(
-            self, memory, description, start, distance, look_cost, frozenset(exclude), give_up_at
-        )
+            self, memory, description, start, distance, look_cost, frozenset(exclude), give_up_at,
+            budget,
+        )  # fmt: skip
 
-    def _compute_belief(self, asked: Asked) -> tuple[np.ndarray, float]:
-        """Return where any of the things asked for is: at each place, (F,), and at none of them."""
+    def _compute_belief(self, asked: Asked) -> tuple[np.ndarray, float, np.ndarray]:
+        """Return where any of the things asked for is: at each place, (F,), and at none of them.
+
+        Also how likely a look at each place now shows one that is there, (F,).
+        """
         was_seen = asked.was_seen
         with self._lock:  # policies keep caches
             belief = self._judge(asked)
@@ -242,7 +252,10 @@ class Finder:
             strict=True,
         )
         belief = Belief(belief.log_weights[rows]).look(np.stack(earlier), was_seen[rows])
-        return belief.look(np.stack(since)).join(np.stack([looks.seen for looks in variants]))
+        belief = belief.look(np.stack(since))
+        shown = self.detector.compute_detection(np.stack([looks.in_vain for looks in variants]))
+        joined = belief.join(np.stack([self.detector.weigh_seen(looks) for looks in variants]))
+        return *joined, _join_detection(belief.places, shown)
 
     def _compute_left(self, asked: Asked) -> np.ndarray:
         """Return how likely each thing has left, before this step's looks, (K,); see `Leaving`."""
@@ -273,6 +286,20 @@ class Finder:
 
 def _odds(share: float) -> float:
     return share / (1 - share)
+
+
+def _join_detection(places: np.ndarray, detection: np.ndarray) -> np.ndarray:
+    """Return how likely a look shows one of several things, if any of them is there, (F,).
+
+    Args:
+        places: probability of each thing at each place, (K, F).
+        detection: how likely a look shows it there, (K, F).
+    """
+    if len(places) == 1:
+        return detection[0]
+    there, shown = (1 - np.prod(1 - share, axis=0) for share in (places, places * detection))
+    joined: np.ndarray = np.divide(shown, there, out=detection.max(axis=0), where=there > 0)
+    return joined
 
 
 def check_ids(exclude: Collection[int]) -> None:

@@ -21,6 +21,8 @@ class Place:
         probability: that it is at this furniture; of several things that were meant, that at least
             one of them is.
         evidence: what the memory holds for and against it.
+        detection: probability that a look there now shows it, if it is there: 1 minus the miss rate
+            of the detector, and less after each look of this time step that missed it.
     """
 
     furniture: int
@@ -28,6 +30,7 @@ class Place:
     relation: str
     probability: float
     evidence: Evidence
+    detection: float = 1.0
 
     @property
     def last_seen(self) -> SeenAt | None:

@@ -63,7 +63,7 @@ class Evidence:
     def _tell_seen(self, seen: SeenAt) -> str:
         """Say when it was last seen here, and whether a later look missed it."""
         if seen.steps_ago == 0:
-            return "seen here in this step" + ("" if seen.is_there else ", but not in every look")
+            return "seen here in this step" + ("" if seen.is_there else ", not in the latest look")
         if self.seen_on is None or self.now is None:
             ago = f"seen here {_count(seen.steps_ago, 'step')} ago"
             return ago + ("" if seen.is_there else ", then gone")

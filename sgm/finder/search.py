@@ -4,24 +4,36 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import Any, Protocol
 
+import numpy as np
+
+from sgm.belief import Detector
 from sgm.checks import is_number
 from sgm.finder.ranking import Place, Ranking
-from sgm.finder.search_plan import Distance, Look, SearchPlan, plan_search
+from sgm.finder.search_plan import (
+    MOST_ROUNDS,
+    Distance,
+    Look,
+    compute_way,
+    is_at,
+    plan_search,
+)
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.messages import shorten
 from sgm.names.names import Resolution, read_name
 
-MOST_ROUNDS = (
-    3  # looks at one place in a search: a detector that misses a quarter misses 2 % thrice
-)
 _GLANCE = 0.01  # share of the furniture in view when only the thing itself was
 
 
 class Ranker(Protocol):
     """Whoever says where things are: `sgm.finder.finder.Finder`."""
+
+    @property
+    def detector(self) -> Detector:
+        """How often a look misses what is there."""
 
     def resolve(self, memory: SceneGraphMemory, description: str) -> Resolution:
         """Say which remembered things a question means."""
@@ -42,13 +54,14 @@ class Ranker(Protocol):
 
 
 class ObjectSearch:
-    """Looks for one thing until it is found or not worth going on.
+    """Looks for one thing until it is found, or further looks are unlikely to find it.
 
-    Every look goes into the memory, so that the next place is chosen by Bayes' rule from all that
-    was seen since. No place is offered again before every place that can be reached was offered as
-    often; a detector that misses things makes a second round worth while. Time may pass meanwhile
-    (`memory.step`), and a search that is started anew, after a restart for example, goes on with
-    what the memory holds.
+    Every look goes into the memory, and the next place is the one with the best gain per cost by
+    Bayes' rule: the probability that a look there now finds it, by what it costs to go there and
+    look. So a place is looked at again when it is the best again, and less so from look to look,
+    since what is missed often is more likely to be hidden (`Detector.repeated_share`). Time may
+    pass meanwhile (`memory.step`), and a search that is started anew, after a restart for example,
+    goes on with what the memory holds.
 
     Example:
         >>> search = finder.search(memory, "large red mug")
@@ -62,6 +75,8 @@ class ObjectSearch:
         description: what is looked for.
         memory: what is remembered.
         num_looks: looks so far.
+        cost: of these looks together, in the unit of the distances; without distances, their
+            number.
         is_found: whether it was found.
     """
 
@@ -75,16 +90,23 @@ class ObjectSearch:
         look_cost: float,
         exclude: frozenset[int],
         give_up_at: float,
+        budget: float | None,
     ) -> None:
         """Start; `Finder.search` says what the arguments are."""
         if not is_number(give_up_at) or not 0 < give_up_at <= 1:
             raise ValueError(
                 f"give_up_at must lie above 0 and at most at 1, got {shorten(give_up_at)}. Give "
-                "the probability of elsewhere from which on looking is not worth it."
+                "the probability that no look finds it, from which on the search ends."
+            )
+        if budget is not None and (not is_number(budget) or not budget > 0):
+            raise ValueError(
+                f"budget must be a number above 0, got {shorten(budget)}. Give the most that all "
+                "looks may cost, or leave it out."
             )
         self.description = description
         self.memory = memory
         self.num_looks = 0
+        self.cost = 0.0
         self.is_found = False
         self._finder = finder
         self._at = start
@@ -92,11 +114,13 @@ class ObjectSearch:
         self._look_cost = look_cost
         self._exclude = exclude
         self._give_up_at = give_up_at
-        self._rounds: dict[int, int] = {}  # looks of this search by furniture id
+        self._budget = budget
+        self._missed: dict[int, tuple[float, int]] = {}  # looks, and when the last one was
+        self._in_a_row = 0  # looks at the place where it is now
         self._going: Look | None = None
         self._reason = ""
         self._found_at = ""
-        self._make_plan(self._split(self.ranking)[0])  # bad arguments are told now
+        self._plan(self._split(self.ranking)[0])  # bad arguments are told now
 
     @property
     def ranking(self) -> Ranking:
@@ -114,29 +138,26 @@ class ObjectSearch:
     def next(self) -> Look | None:
         """Return where to go and look next; None when the search is over (`outcome` says why).
 
-        Until all places that can be reached were looked at, there is a next one. Then it is worth
-        another round as long as "elsewhere" and what cannot be reached are together less likely
-        than `give_up_at`, `MOST_ROUNDS` at most.
+        It is over when the thing was found; when it is elsewhere or at a place that cannot be
+        reached with `give_up_at` or more, or, once all others were looked at, hidden there; or when
+        the budget allows no further look.
         """
         self._going = None
         if self.is_found:
             return None
         ranking = self._finder.rank(self.memory, self.description)
         places, cut_off = self._split(ranking)
-        plan, elsewhere = self._make_plan(places), ranking.elsewhere
-        if not plan.looks:
+        if not places:
             self._reason = "no place can be reached"
             return None
-        num_rounds = self._rounds.get(plan.looks[0].place.furniture, 0)
-        hopeless = elsewhere + sum(place.probability for place in cut_off)
-        if num_rounds == MOST_ROUNDS or (num_rounds and hopeless >= self._give_up_at):
-            self._reason = f"all that can be reached was looked at, elsewhere {elsewhere:.0%}"
-            if cut_off and cut_off[0].probability > elsewhere:
-                self._reason += (
-                    f", {cut_off[0].name}, which cannot be reached, {cut_off[0].probability:.0%}"
-                )
+        if self._compute_prospect(places) <= 1 - self._give_up_at:
+            self._reason = _tell_why_given_up(ranking.elsewhere, cut_off)
             return None
-        self._going, self._reason = plan.looks[0], ""
+        looks = self._plan(places)
+        if not looks:
+            self._reason = _tell_why_given_up(ranking.elsewhere, cut_off, self._budget)
+            return None
+        self._going, self._reason = looks[0], ""
         return self._going
 
     def found(self) -> None:
@@ -146,7 +167,7 @@ class ObjectSearch:
         self.memory.observe(
             look.place.furniture, [Sighting(name, look.place.relation)], coverage=_GLANCE
         )
-        self._note(look, is_found=True)
+        self._note(look, _GLANCE, is_found=True)
 
     def not_found(self, coverage: float = 1.0) -> None:
         """Say that it was not at the place that `next` gave; nothing is said of other things.
@@ -157,7 +178,7 @@ class ObjectSearch:
         look = self._get_going()
         for name in self._list_meant():
             self.memory.note_absent(look.place.furniture, name, coverage)
-        self._note(look, is_found=False)
+        self._note(look, coverage, is_found=False)
 
     def seen(self, sightings: Sequence[Sighting], coverage: float = 1.0) -> bool:
         """Say all that was seen at the place that `next` gave.
@@ -183,7 +204,7 @@ class ObjectSearch:
             for name in self._finder.resolve_among(self.memory, self.description, new)
         }
         is_found = any(read_name(name) in meant for name in names)
-        self._note(look, is_found)
+        self._note(look, coverage, is_found)
         return is_found
 
     def _list_meant(self) -> tuple[str, ...]:
@@ -191,22 +212,67 @@ class ObjectSearch:
         resolution = self._finder.resolve(self.memory, self.description)
         return resolution.matches or (self.description,)
 
-    def _make_plan(self, places: Sequence[Place]) -> SearchPlan:
-        """Plan over the places that were looked at least often in this search."""
-        fewest = min((self._rounds.get(place.furniture, 0) for place in places), default=0)
-        places = [p for p in places if self._rounds.get(p.furniture, 0) == fewest]
-        return plan_search(self.description, places, self._at, self._distance, self._look_cost)
+    def _plan(self, places: Sequence[Place]) -> Sequence[Look]:
+        """Plan looks, the next one first; none where the budget allows none."""
+        if self._budget is None:
+            left = MOST_ROUNDS * len(places) - self.num_looks
+            new = [place for place in places if place.furniture not in self._missed]
+            if left <= len(new):  # the last looks are for places that were not looked at
+                places = new[: max(left, 0)]
+        if self._in_a_row >= MOST_ROUNDS and not self._look_cost:  # looks that cost nothing
+            places = [place for place in places if not is_at(self._at, place.furniture)] or places
+        looks = self._order(places)
+        if self._budget is None or not looks or looks[0].cost <= self._budget - self.cost:
+            return looks
+        return self._order([place for place in places if self._is_affordable(place.furniture)])
+
+    def _order(self, places: Sequence[Place]) -> Sequence[Look]:
+        miss_again = self._finder.detector.miss_again
+        return plan_search(
+            self.description, places, self._at, self._distance, self._look_cost, miss_again
+        ).looks
+
+    def _is_affordable(self, furniture: int) -> bool:
+        """Tell whether the rest of the budget is enough for a look at a furniture node."""
+        way = compute_way(self._distance, self._at, furniture)
+        return way + self._look_cost <= (self._budget or 0.0) - self.cost
+
+    def _compute_prospect(self, places: Sequence[Place]) -> float:
+        """Return how likely looks at places find it, if there are as many as one likes.
+
+        Once each of them was looked at, without what is hidden there: p d / (1 - a) are all gains
+        of a place together, where `plan_search` says what these are.
+        """
+        if any(place.furniture not in self._missed for place in places):
+            return sum(place.probability for place in places)
+        found_by_one = sum(place.probability * place.detection for place in places)
+        return found_by_one / (1 - self._finder.detector.miss_again)
 
     def _split(self, ranking: Ranking) -> tuple[list[Place], list[Place]]:
-        """Part the places that can be visited from those that cannot or shall not be."""
+        """Part the places that can be visited from those that cannot or shall not be.
+
+        How likely a look shows it takes looks of this search into account from earlier time steps,
+        too, the less the longer they are ago.
+        """
         parts: tuple[list[Place], list[Place]] = [], []
         for place in ranking:
             to = place.furniture
-            is_cut_off = to in self._exclude or (
-                self._distance is not None and math.isinf(self._distance(self._at, to))
-            )
-            parts[is_cut_off].append(place)
+            way = compute_way(self._distance, self._at, to)
+            is_cut_off = to in self._exclude or math.isinf(way)
+            detection = min(place.detection, self._compute_detection(to))
+            parts[is_cut_off].append(replace(place, detection=detection))
         return parts
+
+    def _compute_detection(self, furniture: int) -> float:
+        """Return how likely a look shows what is there, after the looks of this search."""
+        num_looks = self._count_missed(furniture)
+        return float(self._finder.detector.compute_detection(np.array(num_looks)))
+
+    def _count_missed(self, furniture: int) -> float:
+        """Return how many looks of this search missed it, each by how likely nothing changed."""
+        num_looks, time = self._missed.get(furniture, (0.0, 0))
+        stay = 1 - self._finder.detector.leave_rate
+        return num_looks * stay ** (self.memory.time - time)
 
     def _get_going(self) -> Look:
         if self._going is None:
@@ -216,12 +282,25 @@ class ObjectSearch:
             )
         return self._going
 
-    def _note(self, look: Look, is_found: bool) -> None:
+    def _note(self, look: Look, coverage: float, is_found: bool) -> None:
         furniture = look.place.furniture
         self.num_looks += 1
+        self.cost += look.cost
         self.is_found = is_found
-        self._rounds[furniture] = self._rounds.get(furniture, 0) + 1
+        self._missed[furniture] = self._count_missed(furniture) + coverage, self.memory.time
         self._found_at = look.place.name if is_found else ""
         self._going = None
+        self._in_a_row = self._in_a_row + 1 if is_at(self._at, furniture) else 1
         if self._distance is not None:
             self._at = furniture
+
+
+def _tell_why_given_up(
+    elsewhere: float, cut_off: Sequence[Place], budget: float | None = None
+) -> str:
+    """Say how likely it is elsewhere, or at a place without a way."""
+    spent = "given up" if budget is None else f"budget of {budget:g} spent"
+    reason = f"{spent}, elsewhere {elsewhere:.0%}"
+    if cut_off and cut_off[0].probability > elsewhere:
+        reason += f", {cut_off[0].name}, which cannot be reached, {cut_off[0].probability:.0%}"
+    return reason

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,13 +12,15 @@ import numpy as np
 from sgm.checks import is_number
 from sgm.finder.ranking import Place
 from sgm.finder.tour import compute_tour_costs, plan_tour
+from sgm.layout.home_layout import read_position
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 
+MOST_ROUNDS = 3  # looks at one place: a detector that misses a quarter misses 2 % thrice
 # (from, to) -> cost of the way; `from` is the start or a furniture id, `to` a furniture id.
 Distance = Callable[[Any, int], float]
 
-EXACT_PLACES = 9  # planned exactly: 10 ms; each further place takes twice as long
+EXACT_PLACES = 9  # looks planned exactly: 10 ms; each further one takes twice as long
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +28,7 @@ class Look:
     """One look of a plan.
 
     Attributes:
-        place: where, with the probability that the object is there.
+        place: where, with the probability that the object is there, and that a look shows it.
         cost: of going there from the place before and looking.
         prob_needed: probability that the object was not found before.
     """
@@ -78,13 +80,17 @@ def plan_search(
     start: Any = None,
     distance: Distance | None = None,
     look_cost: float = 1.0,
+    miss_again: float | None = None,
 ) -> SearchPlan:
-    """Order places so that the expected cost until the object is found is small.
+    """Order looks so that the expected cost until the object is found is small.
 
-    Two orders are made, and the cheaper one is taken: the best probability per cost of the next leg
-    first; and the exact optimum over the `EXACT_PLACES` most promising places, followed by the
-    others in the first manner. With so few places or fewer, and without distances, it is the
-    optimum.
+    The k-th look at a place is the first that finds the object with probability p d a^(k - 1): it
+    is there with p, a look shows it with d (`Place.detection`), and each look that misses it leaves
+    the share a (`Detector.miss_again`) of what the next one can find.
+
+    Two orders are made, and the cheaper one is taken: the best gain per cost of the next leg first;
+    and the exact optimum over the `EXACT_PLACES` most promising looks, followed by the others in
+    the first manner. With so few looks or fewer, and without distances, it is the optimum.
 
     Args:
         description: what is looked for.
@@ -92,11 +98,16 @@ def plan_search(
         start: where the search starts, as `distance` understands it.
         distance: cost of the way, `distance(start, furniture)` and `distance(furniture, furniture)`
             with furniture ids; infinite where there is no way: such places are left out; None if
-            only looks cost.
+            only looks cost. It is not asked for the way from a place to itself, which is none.
         look_cost: of one look, in the unit of the distances.
+        miss_again: a above; each place is then looked at `MOST_ROUNDS` times, in the order that
+            costs least where one of these looks finds it. None for one look each.
 
     Raises:
         ValueError: if a cost is negative or nan, or there is a start without distances.
+
+    Source: Kadane (1968), "Discrete search and the Neyman-Pearson lemma": without ways between the
+    places, the best gain per cost first is the optimum, since gains of a place fall.
     """
     if distance is None and start is not None:
         raise ValueError(
@@ -108,31 +119,42 @@ def plan_search(
             f"look_cost must be a finite number, 0 or more, got {shorten(look_cost)}. Give the "
             "cost of a look in the unit of the distances."
         )
-    first_leg = np.array([_measure(distance, start, place.furniture) for place in places])  # (K,)
+    first_leg = np.array(
+        [compute_way(distance, start, place.furniture) for place in places]
+    )  # (K,)
     is_near = np.isfinite(first_leg)
     places = [place for place, near in zip(places, is_near, strict=True) if near]
     first_leg = first_leg[is_near]
     ids = [place.furniture for place in places]
-    legs = np.array([[_measure(distance, at, to) for to in ids] for at in ids])
-    legs = legs.reshape(len(ids), len(ids))  # (K, K)
+    legs = np.array([[compute_way(distance, at, to) for to in ids] for at in ids])
+    legs = legs.reshape(len(ids), len(ids))  # (F, F)
     back_and_on = first_leg[:, None] + first_leg  # where there is no direct way: by the start
     legs = np.where(np.isfinite(legs), legs, back_and_on) + look_cost
     first_leg = first_leg + look_cost
-    prob = np.array([place.probability for place in places])
+    rounds = 1 if miss_again is None else MOST_ROUNDS
+    turn, at = (part.ravel() for part in np.indices((rounds, len(ids))))  # (K,), K looks
+    prob = np.array([place.probability * place.detection for place in places])[at]
+    prob *= np.power(0.0 if miss_again is None else miss_again, turn)
+    first_leg, legs = first_leg[at], legs[np.ix_(at, at)]
     orders = [_order_greedily(prob, first_leg, legs, [])]
+    # Who may look again and again gives up some time: the cost is that of finding it.
+    weight = prob if miss_again is None else prob / max(float(prob.sum()), 1e-300)
     if distance is not None and ids:
         promise = prob / np.maximum(first_leg, 1e-9)
         few = np.argsort(-promise, kind="stable")[:EXACT_PLACES]
         (tour,) = plan_tour(
-            prob[None, few], first_leg[None, few], legs[np.ix_(few, few)][None],
+            weight[None, few], first_leg[None, few], legs[np.ix_(few, few)][None],
             np.ones((1, len(few)), dtype=bool),
         )  # fmt: skip
         orders.append(_order_greedily(prob, first_leg, legs, few[tour].tolist()))
-    tours = [(order, *compute_tour_costs(prob, first_leg, legs, order)) for order in orders]
-    order, cost, prob_needed = min(tours, key=lambda tour: tour[1] @ tour[2])
+    order = min(
+        orders,
+        key=lambda order: np.multiply(*compute_tour_costs(weight, first_leg, legs, order)).sum(),
+    )
+    cost, prob_needed = compute_tour_costs(prob, first_leg, legs, order)
     looks = [
         Look(places[place], float(leg), float(needed))
-        for place, leg, needed in zip(order, cost, prob_needed, strict=True)
+        for place, leg, needed in zip(at[order], cost, prob_needed, strict=True)
     ]
     return SearchPlan(description, tuple(looks), float(cost @ prob_needed), float(prob.sum()))
 
@@ -145,37 +167,65 @@ def find_distance(memory: SceneGraphMemory, start: Any) -> Distance | None:
     Args:
         memory: with the positions of its furniture.
         start: (x, y) in metres, or a furniture id; None for no start.
+
+    Raises:
+        ValueError: if the start is neither, beside positions of all furniture.
     """
     at = {number: node.position for number, node in memory.layout.furniture.items()}
     if start is None or None in at.values():
         return None
+    _check_start(start, at)
 
     def measure(origin: Any, furniture: int) -> float:
         if furniture not in at:  # added since
             at.update((number, node.position) for number, node in memory.layout.furniture.items())
-        here: Any = at.get(origin, origin) if isinstance(origin, int) else origin
+        is_id = isinstance(origin, (int, np.integer))
+        here: Any = at.get(origin) if is_id else origin
         there = at.get(furniture)
         return math.inf if here is None or there is None else math.dist(here, there)
 
     return measure
 
 
+def is_at(start: Any, furniture: int) -> bool:
+    """Tell whether a start, as `Distance` understands it, is that furniture node."""
+    return isinstance(start, (int, np.integer)) and int(start) == furniture
+
+
+def _check_start(start: Any, furniture: Collection[int]) -> None:
+    if isinstance(start, (int, np.integer)) and start in furniture:
+        return
+    try:
+        read_position(start)
+    except ValueError:
+        raise ValueError(
+            f"start must be (x, y) in metres or a furniture id where all furniture has a position, "
+            f"got {shorten(start)}. Give distance= to start from a place with a name."
+        ) from None
+
+
 def _order_greedily(
     prob: np.ndarray, first_leg: np.ndarray, legs: np.ndarray, begin: list[int]
 ) -> np.ndarray:
-    """Go on with the best probability per cost of the next leg, (K,) places in order."""
+    """Go on with the best probability per cost of the next leg, (K,) looks in order."""
     order = list(begin)
-    rest = [place for place in range(len(prob)) if place not in begin]
-    while rest:
+    is_left = np.ones(len(prob), dtype=bool)
+    is_left[begin] = False
+    while len(order) < len(prob):
         cost = legs[order[-1]] if order else first_leg
-        best = max(rest, key=lambda place: prob[place] / max(cost[place], 1e-9))
-        order.append(best)
-        rest.remove(best)
+        promise = np.where(is_left, prob / np.maximum(cost, 1e-9), -1.0)
+        order.append(int(promise.argmax()))
+        is_left[order[-1]] = False
     return np.array(order, dtype=np.int64)
 
 
-def _measure(distance: Distance | None, start: Any, to: int) -> float:
-    if distance is None:
+def compute_way(distance: Distance | None, start: Any, to: int) -> float:
+    """Return the cost of a way; 0 without distances, and for none.
+
+    Raises:
+        ValueError: if the distance is no number, 0 or more.
+    """
+    if distance is None or is_at(start, to):
         return 0.0
     cost = distance(start, to)
     if not is_number(cost) or not cost >= 0:  # nan, too

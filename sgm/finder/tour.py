@@ -32,18 +32,14 @@ def plan_tour(
     # Cost to go after visiting a set with its last place, (n, S, K); the full set is the end.
     togo = np.zeros((num_tours, num_sets, num_places))
     following = np.zeros((num_tours, num_sets, num_places), dtype=np.int64)
-    for visited in range(num_sets - 2, 0, -1):
-        rest = np.flatnonzero(~is_in[visited])
-        after = np.stack(
-            [
-                missing[:, visited, None] * legs[:, :, place]
-                + togo[:, visited | 1 << place, place, None]
-                for place in rest
-            ]
-        )  # (rest, n, K)
-        best = after.argmin(axis=0)
-        following[:, visited] = rest[best]
-        togo[:, visited] = np.take_along_axis(after, best[None], axis=0)[0]
+    places = np.arange(num_places)
+    for num_visited in range(num_places - 1, 0, -1):  # sets of one size at once, (V,)
+        sets = np.flatnonzero(is_in.sum(axis=1) == num_visited)
+        ahead = togo[:, sets[:, None] | 1 << places, places]  # (n, V, K), by the next place
+        after = missing[:, sets, None, None] * legs[:, None] + ahead[:, :, None]  # (n, V, K, K)
+        after[:, is_in[sets][:, None, :].repeat(num_places, axis=1)] = np.inf
+        following[:, sets] = after.argmin(axis=3)
+        togo[:, sets] = after.min(axis=3)
     single = togo[:, 1 << np.arange(num_places), np.arange(num_places)]  # (n, K)
     order = np.zeros((num_tours, num_places), dtype=np.int64)
     order[:, 0] = np.argmin(first_leg + single, axis=1)

@@ -26,8 +26,8 @@ class Looks:
     """What the looks at F furniture nodes say about one object.
 
     Attributes:
-        in_vain: looks of this time step that did not show it, each weighed by how much of the
-            furniture was in view, (F,).
+        in_vain: looks of this time step that did not show it, since it was seen there in this step
+            or all, each weighed by how much of the furniture was in view, (F,).
         steps_ago: time steps since each of the latest looks of earlier steps that did not show it,
             since it was last seen there, infinite where there was none, (F, n).
         sought: how often it alone was looked for in an earlier step, in vain, (F,).

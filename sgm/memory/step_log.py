@@ -57,6 +57,7 @@ class StepLog:
         num_labels, num_objects: labels and objects that there were then.
         looks: in order.
         counts: things seen, by object row and furniture id.
+        num_until_seen: looks up to the latest one that showed it, by object row and furniture id.
         origin: stands for the state of `before`, as in `Asked`.
         asked: row of the object whose hypothetical edges were open then.
         queries: what was asked for since, each with the number of looks before it.
@@ -67,6 +68,7 @@ class StepLog:
     num_objects: int = 0
     looks: list[StepLook] = field(default_factory=list)
     counts: dict[int, dict[int, int]] = field(default_factory=dict)
+    num_until_seen: dict[int, dict[int, int]] = field(default_factory=dict)
     origin: object = None
     asked: int | None = None
     queries: list[tuple[int, str]] = field(default_factory=list)
@@ -89,16 +91,20 @@ class StepLog:
         for row, count in seen.items():
             here = self.counts.setdefault(row, Counter())
             here[look.furniture] = max(here.get(look.furniture, 0), count)
+            self.num_until_seen.setdefault(row, {})[look.furniture] = len(self.looks)
 
     def count_at_once(self, row: int) -> int:
         """Return how many things of an object row were seen in this step."""
         return sum(self.counts.get(row, {}).values())
 
     def sum_in_vain(self, row: int) -> dict[int, float]:
-        """Return the coverage of the looks that did not show an object, by furniture id."""
-        found = self.counts.get(row, {})
+        """Return the coverage of the looks that did not show an object, by furniture id.
+
+        Where it was seen in this step, surely or not, these are the looks since.
+        """
+        found = self.num_until_seen.get(row, {})
         in_vain: dict[int, float] = {}
-        for look in self.looks:
-            if look.furniture not in found:  # a sighting that is not sure says for itself
+        for number, look in enumerate(self.looks):
+            if number >= found.get(look.furniture, 0):
                 in_vain[look.furniture] = in_vain.get(look.furniture, 0.0) + look.coverage
         return in_vain

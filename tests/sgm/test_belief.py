@@ -6,9 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sgm.belief import SEEN_NOW, Belief, Detector, compute_miss
+from sgm.finder.finder import Finder
 from sgm.memory.asking import Looks
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
+from sgm.policies.heuristics import Bayesian
 
 NOTHING = np.zeros(3)
 
@@ -65,6 +67,36 @@ def test_an_estimate_joins_counts_with_usual_rates():
         steady.step()
     # 250 of 1,049 looks, each of which counts a little less than one.
     assert 250 / 1049 <= Detector.estimate(steady).miss_rate < 250 / 1030
+
+
+def test_detection_falls_from_look_to_look():
+    # h = .2 x .25 = .05, a = .2 / .95: miss(1) = .25, miss(2) = .05 + .95 a^2 = .0921,
+    # miss(3) = .0589, so that one more look shows it with .75, 1 - .0921 / .25, 1 - .0589 / .0921.
+    detector = Detector()
+    assert detector.miss_again == pytest.approx(0.2 / 0.95)
+    found = detector.compute_detection(np.arange(3))
+    assert found == pytest.approx([0.75, 0.6316, 0.3609], abs=1e-4)
+    # The chance to be first falls by a: miss(n) - miss(n + 1) = .75 a^n.
+    missed = detector.compute_miss(np.arange(6))
+    assert missed[:-1] - missed[1:] == pytest.approx(0.75 * detector.miss_again ** np.arange(5))
+    assert Detector(0.25, 0.05, 0.0).compute_detection(np.arange(4)) == pytest.approx([0.75] * 4)
+    assert Detector(0.0).compute_detection(np.arange(2)) == pytest.approx([1, 0])
+    assert Detector(0.25, 0.05, 1.0).compute_detection(np.arange(2)) == pytest.approx([0.75, 0])
+
+
+def test_looks_after_a_sighting_count_against_it():
+    # Seen with .97; one later look of the step missed it: .97 x .25 / (.97 x .25 + .03) = .8899.
+    looks = make_looks([1, 0, 0], seen=[1.0, 0, 0.6])
+    assert Detector().weigh_seen(looks) == pytest.approx([0.2425 / 0.2725, 0, 0.6])
+    memory = SceneGraphMemory()
+    desk = memory.add_furniture("desk", memory.add_room("study"))
+    chances = []
+    for seen in ([Sighting("mug")], [], [], [Sighting("mug")]):
+        memory.observe(desk, seen)
+        chances.append(Finder(Bayesian()).rank(memory, "mug")[0].probability)
+    assert chances[0] == chances[3] == pytest.approx(SEEN_NOW)
+    assert chances[1] == pytest.approx(0.2425 / 0.2725)
+    assert chances[2] < chances[1]  # it stayed at 97 % beside "not in the latest look"
 
 
 def test_half_a_view_is_half_a_look():

@@ -46,7 +46,7 @@ def test_what_two_looks_of_a_step_say():
     memory.observe(table, [Sighting("cup")])
     memory.observe(table, [])
     told = tell(memory, "cup", table)
-    assert told == "seen here in this step, but not in every look"
+    assert told == "seen here in this step, not in the latest look"
 
 
 def test_hours_and_days_where_there_is_a_clock():
