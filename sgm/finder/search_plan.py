@@ -12,7 +12,7 @@ import numpy as np
 from sgm.checks import is_number
 from sgm.finder.ranking import Place
 from sgm.finder.tour import compute_tour_costs, plan_tour
-from sgm.layout.home_layout import read_position
+from sgm.layout.furniture import read_position
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 
