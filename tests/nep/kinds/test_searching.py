@@ -1,0 +1,67 @@
+"""Orders of looks beside each other: the same misses for all, and what each of them does."""
+
+import pytest
+
+from nep.kinds.life import Asked
+from nep.kinds.searching import SEARCHERS, search_all
+from sgm.finder.finder import Finder
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
+from sgm.policies.heuristics import Bayesian
+
+
+def make_memory() -> SceneGraphMemory:
+    """A mug on the first of eight shelves, an hour ago."""
+    memory = SceneGraphMemory()
+    room = memory.add_room("study")
+    for number in range(8):
+        memory.add_furniture("shelf", room, f"shelf {number}")
+    memory.observe(0, [Sighting("mug")])
+    memory.step()
+    return memory
+
+
+def list_looks(who: str, most: int) -> list[int]:
+    """Where a searcher looks if nothing shows the mug."""
+    places = []
+    for furniture in SEARCHERS[who](Finder(Bayesian()), make_memory(), "mug"):
+        places.append(furniture)
+        if len(places) == most:
+            break
+    return places
+
+
+def test_searchers_differ_in_when_they_come_back():
+    assert list_looks("everywhere first", 9)[:8] != [0] * 8
+    assert sorted(list_looks("everywhere first", 8)) == list(range(8))
+    assert list_looks("greedy", 4)[:2] == [0, 0]
+    assert list_looks("search", 2) == [0, 0]
+    assert len(set(list_looks("search", 24))) == 8
+    assert len(list_looks("search", 100)) == 24  # three a place
+
+
+@pytest.mark.parametrize("who", SEARCHERS)
+def test_a_search_that_misses_nothing_is_one_look(who):
+    asked = [Asked(make_memory(), "mug", frozenset([0]))]
+    scores = search_all(Finder(Bayesian()), SEARCHERS[who], asked, 0.0, 0)
+    assert scores == {"within": 1.0, "found": 1.0, "looks": 1.0}
+    assert asked[0].memory.time == 1  # only read
+
+
+@pytest.mark.parametrize("who", SEARCHERS)
+def test_what_no_look_shows_is_not_found(who):
+    asked = [Asked(make_memory(), "mug", frozenset([0]))] * 2
+    scores = search_all(Finder(Bayesian()), SEARCHERS[who], asked, 1.0, 0)
+    assert (scores["within"], scores["found"]) == (0, 0)
+    assert scores["looks"] <= 24
+
+
+def test_all_searchers_meet_the_same_misses():
+    asked = [Asked(make_memory(), "mug", frozenset([0]))] * 40
+    finder = Finder(Bayesian())
+    greedy, search = (
+        search_all(finder, SEARCHERS[who], asked, 0.4, 3) for who in ("greedy", "search")
+    )
+    # Both look at the shelf first, and again: what differs is what they do after three misses.
+    assert search["looks"] <= 1.05 * greedy["looks"]
+    assert search["found"] == 1.0
