@@ -94,17 +94,22 @@ class Belief:
         changed[:, :-1] += loss[:, None]
         return Belief(changed)
 
-    def join(self, seen: np.ndarray | None = None) -> tuple[np.ndarray, float]:
+    def join(
+        self, seen: np.ndarray | None = None, carried: np.ndarray | None = None
+    ) -> tuple[np.ndarray, float]:
         """Return where any of the K things is.
 
         Args:
             seen: confidence with which each was seen at each place in this step, 0 where it was
                 not, (K, F): it is there with that, at most `SEEN_NOW`; the rest keeps its
                 proportions. None for nothing.
+            carried: probability that the robot has each in its hand, (K,): then it is nowhere else.
+                None for none.
 
         Returns:
             Probability that at least one of them is at each place, (F,), and that none is at any.
-            They sum to one for one thing, unless it was seen at several places at once.
+            They sum to one for one thing that is not carried, unless it was seen at several places
+            at once.
         """
         places, elsewhere = self.places, self.elsewhere
         if seen is not None and seen.any():
@@ -117,6 +122,8 @@ class Belief:
             own = np.where(seen > 0, seen, rest * share[:, None])
             places = np.where(is_seen[:, None], own, places)
             elsewhere = np.where(is_seen, elsewhere * share, elsewhere)
+        if carried is not None:
+            places, elsewhere = places * (1 - carried)[:, None], elsewhere * (1 - carried)
         if len(places) == 1:
             return places[0], float(elsewhere[0])
         return 1 - np.prod(1 - places, axis=0), float(np.prod(elsewhere))

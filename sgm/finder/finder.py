@@ -151,6 +151,7 @@ class Finder:
                 for place, own in zip(chosen, evidence, strict=True)
             ),
             elsewhere=elsewhere,
+            with_robot=float(1 - np.prod(1 - asked.carried)),
             last_seen=asked.last_seen,
             resolution=resolution,
         )
@@ -237,15 +238,18 @@ class Finder:
             if was_seen.any():
                 left = np.where(was_seen, self._compute_left(asked), belief.elsewhere)
                 belief = belief.with_elsewhere(left)
-        belief = belief.spread(_ANYWHERE)
-        rows, variants = [], []
+        belief = _doubt(belief.spread(_ANYWHERE), asked)
+        rows, variants, carried = [], [], []
         for row, looks in enumerate(asked.looks):
             num_others = asked.num_instances[row] - np.count_nonzero(looks.seen)
             own = [looks]
             if looks.seen.any():  # the others are where they were
                 own += [looks.for_another()] * max(num_others, 0)
+            elif asked.carried[row]:
+                own += [looks] * (num_others - 1)
             rows += [row] * len(own)
             variants += own
+            carried += [asked.carried[row]] + [0.0] * (len(own) - 1)
         counted = self._policy.looks_counted
         earlier, since = zip(
             *(self.detector.compute_log_likelihood(looks, counted) for looks in variants),
@@ -254,7 +258,8 @@ class Finder:
         belief = Belief(belief.log_weights[rows]).look(np.stack(earlier), was_seen[rows])
         belief = belief.look(np.stack(since))
         shown = self.detector.compute_detection(np.stack([looks.in_vain for looks in variants]))
-        joined = belief.join(np.stack([self.detector.weigh_seen(looks) for looks in variants]))
+        seen = np.stack([self.detector.weigh_seen(looks) for looks in variants])
+        joined = belief.join(seen, np.array(carried))
         return *joined, _join_detection(belief.places, shown)
 
     def _compute_left(self, asked: Asked) -> np.ndarray:
@@ -282,6 +287,25 @@ class Finder:
     def _get_cosines(self, asked: Asked) -> np.ndarray | None:
         """Return the cosines of all pairs of labels (L, L); None without text vectors."""
         return None
+
+
+def _doubt(belief: Belief, asked: Asked) -> Belief:
+    """Return the belief with as much of it as if people were wrong in what they said last.
+
+    Then a thing is where it was held to be before; where that is nowhere, it may be at any place.
+    What was said in this time step is weighed as what was seen in it.
+    """
+    share = np.zeros(len(asked.said))
+    places = np.ones((len(share), len(asked.furniture_ids)))
+    elsewhere = belief.elsewhere.copy()
+    for row, said in enumerate(asked.said):
+        if said is None or said.furniture is None or said.time == asked.current.time:
+            continue
+        share[row] = 1 - said.confidence
+        if said.was_at:
+            places[row] = np.isin(asked.furniture_ids, said.was_at)
+            elsewhere[row] = 0.0
+    return belief.mix(Belief.of(places).with_elsewhere(elsewhere), share) if share.any() else belief
 
 
 def _odds(share: float) -> float:

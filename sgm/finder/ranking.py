@@ -55,10 +55,11 @@ class Ranking:
         description: what was asked for.
         places: as many as were asked for, or fewer.
         elsewhere: probability that it is at none of the places: at furniture that the memory does
-            not know, or not in the home. For a single thing, the probabilities of all places and
-            this sum to one.
+            not know, or not in the home. For a single thing, the probabilities of all places, this
+            and `with_robot` sum to one.
         last_seen: where and when it was last seen; None if it never was.
         resolution: what the question was taken for, and what else it may have meant.
+        with_robot: probability that the robot carries it (`SceneGraphMemory.picked_up`).
     """
 
     description: str
@@ -66,6 +67,7 @@ class Ranking:
     elsewhere: float
     last_seen: SeenAt | None
     resolution: Resolution
+    with_robot: float = 0.0
 
     def __iter__(self) -> Iterator[Place]:
         """Iterate over the places, the best first."""
@@ -82,4 +84,7 @@ class Ranking:
     def __str__(self) -> str:
         """Say one place per line."""
         lines = [str(self.resolution), *(f"  {place}" for place in self.places)]
-        return "\n".join([*lines, f"  {self.elsewhere:4.0%}  elsewhere"])
+        lines.append(f"  {self.elsewhere:4.0%}  elsewhere")
+        if self.with_robot:
+            lines.insert(1, f"  {self.with_robot:4.0%}  with the robot")
+        return "\n".join(lines)

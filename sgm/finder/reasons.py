@@ -8,7 +8,9 @@ from datetime import datetime
 import numpy as np
 
 from sgm.memory.asking import Asked
+from sgm.memory.columns import NEVER
 from sgm.memory.sighting import SeenAt
+from sgm.memory.statement import ROBOT
 
 SIMILAR = 0.7  # cosine of the labels' text vectors: mug and cup .96, document and book .74
 _MONTHS = (
@@ -62,15 +64,27 @@ class Evidence:
 
     def _tell_seen(self, seen: SeenAt) -> str:
         """Say when it was last seen here, and whether a later look missed it."""
+        if seen.by:
+            return self._tell_said(seen)
         if seen.steps_ago == 0:
             return "seen here in this step" + ("" if seen.is_there else ", not in the latest look")
         if self.seen_on is None or self.now is None:
             ago = f"seen here {_count(seen.steps_ago, 'step')} ago"
             return ago + ("" if seen.is_there else ", then gone")
-        told = f"seen here {_tell_time(self.seen_on, self.now)}"
-        if not seen.is_there and self.missed_on is not None:
-            told += f"; not there {_tell_time(self.missed_on, self.now)}"
-        return told
+        return f"seen here {_tell_time(self.seen_on, self.now)}{self._tell_missed(seen)}"
+
+    def _tell_said(self, seen: SeenAt) -> str:
+        """Say who said when that it is here, and whether a later look missed it."""
+        who = "put here by the robot" if seen.by == ROBOT else f"{seen.by} said so"
+        if self.seen_on is None or self.now is None:
+            ago = f"{_count(seen.steps_ago, 'step')} ago" if seen.steps_ago else "in this step"
+            return f"{who} {ago}" + ("" if seen.is_there else ", then gone")
+        return f"{who} {_tell_time(self.seen_on, self.now)}{self._tell_missed(seen)}"
+
+    def _tell_missed(self, seen: SeenAt) -> str:
+        if seen.is_there or self.missed_on is None or self.now is None:
+            return ""
+        return f"; not there {_tell_time(self.missed_on, self.now)}"
 
 
 def _tell_time(time: datetime, now: datetime) -> str:
@@ -123,6 +137,7 @@ def gather_evidence(
     similar = _list_similar(asked, cosines, is_own)
     prior = asked.queries.prior.mean(axis=0).sum(axis=1)  # (F,)
     found = []
+    said_at = _list_said_away(asked)
     for place in furniture.tolist():
         seen = seen_at.get(ids[place])
         seen_on = missed_on = now = None
@@ -130,7 +145,8 @@ def gather_evidence(
             seen_on = asked.clock.get_date(seen.time)
             now = asked.clock.get_date(seen.time + seen.steps_ago)
             if not seen.is_there:
-                missed_on = asked.clock.get_date(int(last_look[place]))
+                missed = max(int(last_look[place]), said_at.get(ids[place], NEVER))
+                missed_on = asked.clock.get_date(missed)
         found.append(
             Evidence(
                 seen=seen,
@@ -143,6 +159,15 @@ def gather_evidence(
             )
         )
     return found
+
+
+def _list_said_away(asked: Asked) -> dict[int, int]:
+    """Return when it was said last that a thing is no longer at a place, by furniture id."""
+    said_at: dict[int, int] = {}
+    for said in asked.said:
+        if said is not None:
+            said_at |= dict.fromkeys(said.was_at, said.time)
+    return said_at
 
 
 def _list_similar(

@@ -147,6 +147,9 @@ class ObjectSearch:
             return None
         ranking = self._finder.rank(self.memory, self.description)
         places, cut_off = self._split(ranking)
+        if ranking.with_robot > 0.5:
+            self._reason = f"the robot carries it ({ranking.with_robot:.0%})"
+            return None
         if not places:
             self._reason = "no place can be reached"
             return None

@@ -12,6 +12,7 @@ from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.memory.sighting import SeenAt
+from sgm.memory.statement import ROBOT_CONFIDENCE, Statement
 
 
 class Scorer(Protocol):
@@ -63,6 +64,8 @@ class Asked:
         queries: the objects asked for in it, (K,).
         current: the memory as it is now.
         rows: the objects' rows in `current.objects`, -1 for what it does not know, (K,).
+        said: the last statement about each, None where a look has shown it since or nobody said
+            anything, K of them.
         descriptions: of all objects of `current`, (O,).
         looks: what the looks say about each, K of them.
         num_instances: most things of each description that were seen at once, 1 or more, (K,).
@@ -76,6 +79,7 @@ class Asked:
     queries: Queries
     current: MemoryBatch
     rows: np.ndarray
+    said: tuple[Statement | None, ...]
     descriptions: tuple[str, ...]
     looks: tuple[Looks, ...]
     num_instances: np.ndarray
@@ -94,6 +98,13 @@ class Asked:
         """Which of them were seen before the looks of this time step, bool (K,)."""
         seen: np.ndarray = self.batch.objects["num_observed"][self.queries.object] > 0
         return seen
+
+    @property
+    def carried(self) -> np.ndarray:
+        """Probability that the robot carries each of them, (K,)."""
+        is_carried = np.append(self.current.objects["carried_since"] >= 0, False)[self.rows]
+        sure = [0.0 if said is None else said.confidence for said in self.said]
+        return np.where(is_carried, np.where(np.array(sure) > 0, sure, ROBOT_CONFIDENCE), 0.0)
 
     def mark_edges(self) -> np.ndarray:
         """Mark the edges of `current` that lead from what is asked for, bool (E,)."""

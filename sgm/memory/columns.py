@@ -134,6 +134,7 @@ OBJECTS = (
     Column("num_at_once", since=3, guess=_guess_at_once),
     Column("num_sought", since=4),
     Column("num_still", since=4),
+    _stamp("carried_since", since=5),
 )
 EDGES = (
     Column("home", is_derived=True),

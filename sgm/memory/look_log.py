@@ -15,12 +15,14 @@ from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
 from sgm.memory.log_lock import LogLock
 from sgm.memory.memory_content import MemoryContent
+from sgm.memory.statement import LEAST_CONFIDENCE, STATEMENTS
 from sgm.memory.time_steps import MAX_TIME
 from sgm.messages import shorten
 from sgm.names.words import read_words
 
-LOG_VERSION = 2
-_FIRST_VERSION = 1  # without the memory that goes on, and without questions
+LOG_VERSION = 3
+# Without the memory that goes on, and without questions; 2 without what people say.
+_FIRST_VERSION = 1
 MOST_LOG_BYTES = 1 << 34
 # What the values of a line must name, by kind.
 _FIELDS: Mapping[str, tuple[str, ...]] = {
@@ -34,8 +36,12 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {
     "look": ("furniture", "coverage", "seen"),
     "absent": ("furniture", "description", "coverage"),
     "query": ("description",),
+    "moved": ("description", "furniture", "relation", "by", "confidence", "was_at"),
+    "picked_up": ("description", "by", "confidence", "was_at"),
+    "put_down": ("description", "furniture", "relation", "by", "confidence"),
     "step": ("num_steps",),
 }
+_OPTIONAL = ("id", "by")  # of the thing; who said it
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +50,12 @@ class LogLine:
 
     Attributes:
         kind: "start": a memory begins, or goes on after it was loaded, with this `layout` and this
-            clock; `memory` is all that it holds then, a `MemoryContent`, None
-            in logs of version 1, which do not say. "room", "furniture", "move", "remove_room",
-            "remove_furniture", "remove_object", "look", "absent", "query", "step": what was called,
-            with its arguments as values. `seen` of a look holds description, relation and
-            confidence of each sighting.
+            clock; `memory` is all that it holds then, a `MemoryContent`, None in logs of version 1,
+            which do not say. "room", "furniture", "move", "remove_room", "remove_furniture",
+            "remove_object", "look", "absent", "query", "step", "moved", "picked_up", "put_down":
+            what was called, with its arguments as values; a thing is named by its description and,
+            where it has one, its id. `seen` of a look holds description, relation and confidence of
+            each sighting.
         time: time step of the memory, after the change.
         values: JSON values by name.
     """
@@ -258,6 +265,7 @@ def _read_line(data: Any) -> LogLine:
     if kind not in _FIELDS or not _is_time(time):
         raise ValueError(f"kind {shorten(kind)} at time {shorten(time)}")
     values = {name: data[name] for name in _FIELDS[kind]}
+    values |= {name: data[name] for name in _OPTIONAL if name in data}
     if kind == "step" and not _is_time(values["num_steps"]):
         raise ValueError(f"{shorten(values['num_steps'])} steps")
     if kind == "start":
@@ -275,6 +283,9 @@ def _read_line(data: Any) -> LogLine:
             (_check_words(description), str(relation), float(confidence))
             for description, relation, confidence in values["seen"]
         ]
+    elif kind in STATEMENTS:
+        if not LEAST_CONFIDENCE <= float(values["confidence"]) <= 1:
+            raise ValueError(f"confidence {shorten(values['confidence'])}")
     if "coverage" in values:
         values["coverage"] = float(values["coverage"])
     return LogLine(kind, time, values)

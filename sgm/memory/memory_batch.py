@@ -44,10 +44,11 @@ class MemoryBatch:
             one, (H, F).
         objects: table of object nodes (home, key, label, type, num_observed, last_observed,
             num_moved, last_moved, last_furniture, first_observed, num_at_once, num_sought,
-            num_still); `key` is the description, `type` the prior's object type or -1;
-            `num_at_once` is the most things of this description that a robot has seen in one time
-            step (0 in simulated homes); `num_sought` counts the looks for it where it was last
-            seen, while it was asked for, `num_still` those that found it (0 without `history`).
+            num_still, carried_since); `key` is the description, `type` the prior's object type or
+            -1; `num_at_once` is the most things of this description that a robot has seen in one
+            time step (0 in simulated homes); `num_sought` counts the looks for it where it was last
+            seen, while it was asked for, `num_still` those that found it (0 without `history`);
+            `carried_since` is when the robot took it up, -1 for what it does not carry.
         edges: table of object-furniture edges (home, object, furniture, relation, prior,
             num_observed, num_true, num_changed, last_observed, last_changed, last_true,
             is_true, num_absent, time_true, missed, confidence); relation 0 "in", 1 "onTop";
@@ -257,6 +258,8 @@ class MemoryBatch:
         seen_relation: np.ndarray,
         coverage: np.ndarray | None = None,
         confidence: np.ndarray | None = None,
+        *,
+        is_look: bool = True,
     ) -> Change:
         """Fold one look per home into the memories.
 
@@ -271,6 +274,7 @@ class MemoryBatch:
             seen_relation: 0 "in", 1 "onTop", (m,).
             coverage: share of the furniture that was in view, in (0, 1], (n,); None for all of it.
             confidence: probability that each detection is right, in [0, 1], (m,); None for 1.
+            is_look: whether `history`, which is of looks, counts it.
 
         Returns:
             The rows that changed.
@@ -290,7 +294,7 @@ class MemoryBatch:
         is_seen = is_seen_key[touched_key]
         again = touched[is_seen]
         has_changed = mark_rows(seen_object, len(self.objects))
-        if self._history is not None:
+        if self._history is not None and is_look:
             self._history.note_look(
                 self, looked, look.is_counted, has_changed, again, self._pending
             )
@@ -311,6 +315,8 @@ class MemoryBatch:
             gone = gone[edges["num_true"][gone] > 0]
             rows = np.concatenate([again, added[: len(new_true)], gone])
             is_true = np.arange(len(rows)) < len(rows) - len(gone)
+            if not is_look:
+                rows, is_true = rows[:0], is_true[:0]
             clock = self.clock[edges["home"][rows]]
             self._history.note_hours(clock, self.time, rows, is_true, len(edges))
 
@@ -323,6 +329,43 @@ class MemoryBatch:
             home, furniture, np.flatnonzero(has_changed), np.concatenate([touched, added]),
             np.concatenate([is_seen, np.arange(len(added)) < len(new_true)]), look.coverage[home],
         )  # fmt: skip
+
+    def note_place(self, row: int, furniture: int, relation: int, confidence: float) -> None:
+        """Take over that an object is somewhere now, which no look has shown.
+
+        It counts as a sighting of it alone: nothing is said of others there, and `history` is as it
+        was. The furniture counts no look.
+
+        Args:
+            row: of the object.
+            furniture: index within its home.
+            relation: 0 "in", 1 "onTop".
+            confidence: probability that it is so, at least `SURE`.
+        """
+        self.objects["carried_since"][row] = NEVER
+        self.observe(
+            self.objects["home"][[row]], np.array([furniture]), np.array([row]),
+            np.array([relation]), np.zeros(1), np.array([confidence]), is_look=False,
+        )  # fmt: skip
+
+    def note_left(self, edges: np.ndarray, confidence: float) -> None:
+        """Take over that objects are no longer at places, as looks would that miss them.
+
+        Args:
+            edges: rows of `edges` that are true, (n,).
+            confidence: probability that it is so.
+        """
+        is_seen = np.zeros(len(edges), dtype=bool)
+        self._update_edges(edges, is_seen, np.full(len(edges), confidence))
+
+    def note_carried(self, row: int) -> None:
+        """Take over that the robot has an object in its hand now; it is at no furniture."""
+        objects = self.objects
+        if objects["num_observed"][row] == 0:
+            objects["first_observed"][row] = self.time
+        objects["num_observed"][row] += 1
+        objects["last_observed"][row] = objects["carried_since"][row] = self.time
+        objects["last_furniture"][row] = NEVER
 
     def _update_edges(self, rows: np.ndarray, is_seen: np.ndarray, weight: np.ndarray) -> None:
         """Update edges that are true, or were looked at for some part of a look, (n,) each."""

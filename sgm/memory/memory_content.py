@@ -11,6 +11,7 @@ import numpy as np
 from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
 from sgm.memory.home_history import HomeHistory
+from sgm.memory.statement import Statement
 from sgm.memory.step_log import StepLook
 from sgm.memory.table_content import (
     Tables,
@@ -20,6 +21,7 @@ from sgm.memory.table_content import (
     read_tables,
     write_tables,
 )
+from sgm.memory.thing import Thing, read_embedding, read_id
 from sgm.memory.time_steps import MAX_TIME
 from sgm.messages import shorten
 from sgm.names.words import read_words
@@ -38,7 +40,7 @@ class MemoryContent:
         prior: checksum of the prior.
         labels: text of every label index, in the order in which they came up.
         layout: rooms and furniture, in the order of their rows in the tables.
-        descriptions: of the objects, (O,).
+        things: the objects, what is not in their table, (O,).
         tables: of furniture (F,), objects (O,) and edges (E,); they name each other by position.
         history: of the home as a whole.
         asked: position of the object asked for since the last step, None without one.
@@ -54,7 +56,7 @@ class MemoryContent:
     prior: str
     labels: tuple[str, ...]
     layout: Layout
-    descriptions: tuple[str, ...]
+    things: tuple[Thing, ...]
     tables: Tables
     history: HomeHistory
     asked: int | None
@@ -71,11 +73,24 @@ class MemoryContent:
             prior=prior,
             labels=HOME_LABELS,
             layout=Layout(),
-            descriptions=(),
+            things=(),
             tables=make_empty_tables(),
             history=HomeHistory(1, 0),
             asked=None,
             clock=clock,
+        )
+
+    def copy(self) -> MemoryContent:
+        """Return the same content; nothing that is done to the memory reaches it."""
+        return replace(
+            self,
+            layout=self.layout.copy(),
+            tables={
+                table: {name: column.copy() for name, column in columns.items()}
+                for table, columns in self.tables.items()
+            },
+            history=self.history.copy(),
+            sought=dict(self.sought),
         )
 
     def remove(
@@ -90,15 +105,20 @@ class MemoryContent:
         """
         layout = self.layout.leave_out(rooms, furniture)
         kept = layout.furniture
+        gone = self.layout.furniture.keys() - kept.keys()
         keep_furniture = np.array([number in kept for number in self.layout.furniture], dtype=bool)
-        keep_object = np.ones(len(self.descriptions), dtype=bool)
+        keep_object = np.ones(len(self.things), dtype=bool)
         keep_object[list(objects)] = False
         rows = {"furniture": keep_furniture, "objects": keep_object}
         tables, keep_edge = keep_rows(self.tables, rows)
         return replace(
             self,
             layout=layout,
-            descriptions=tuple(np.array(self.descriptions, dtype=object)[keep_object]),
+            things=tuple(
+                thing.leave_out(gone)
+                for thing, stays in zip(self.things, keep_object, strict=True)
+                if stays
+            ),
             tables=tables,
             history=self.history.take(keep_furniture, keep_edge),
             asked=None,
@@ -116,7 +136,8 @@ class MemoryContent:
             **self.layout.to_json(),
             "num_rooms_ever": self.layout.num_rooms_ever,
             "num_furniture_ever": self.layout.num_furniture_ever,
-            "descriptions": list(self.descriptions),
+            "descriptions": [thing.description for thing in self.things],
+            **_write_things(self.things),
             **write_tables(self.tables),
             "history": self.history.to_json(),
             "asked": self.asked,
@@ -147,7 +168,7 @@ class MemoryContent:
                 prior=data["prior"],
                 labels=tuple(data["labels"]),
                 layout=Layout.from_json(data, data["num_rooms_ever"], data["num_furniture_ever"]),
-                descriptions=tuple(data["descriptions"]),
+                things=_read_things(data),
                 tables=tables,
                 history=history,
                 asked=data["asked"],
@@ -172,7 +193,7 @@ class MemoryContent:
         """
         _check_between("time", [self.time], 0, MAX_TIME)
         layout = self.layout
-        num_furniture, num_objects = len(layout.furniture), len(self.descriptions)
+        num_furniture, num_objects = len(layout.furniture), len(self.things)
         num_rows = {
             "furniture": num_furniture, "objects": num_objects,
             "edges": len(self.tables["edges"]["object"]),
@@ -195,16 +216,67 @@ class MemoryContent:
                     f"{shorten(furniture)}"
                 )
         _check_between("asked", [] if self.asked is None else [self.asked], 0, num_objects - 1)
-        texts = [*self.labels, *layout.room_labels, *self.descriptions]
+        texts = [*self.labels, *layout.room_labels]
+        texts += [thing.description for thing in self.things]
         for node in layout.furniture.values():
             texts += [node.label, node.description]
         for text in texts:
             read_words("name", text)
-        words = {read_words("description", text) for text in self.descriptions}
+        words = {
+            (thing.id, "" if thing.id else read_words("description", thing.description))
+            for thing in self.things
+        }
         if len(words) < num_objects or len(set(self.labels)) < len(self.labels):
             raise ValueError("two objects of one description, or a label that is there twice")
         if self.labels[:2] != HOME_LABELS or not isinstance(self.prior, str):
             raise ValueError("no labels of house and floor, or no checksum of the prior")
+
+
+def _write_things(things: tuple[Thing, ...]) -> dict[str, Any]:
+    """Return JSON values of things beside their descriptions, where there are any, by position."""
+    written: dict[str, dict[int, Any]] = {
+        "ids": {number: thing.id for number, thing in enumerate(things) if thing.id},
+        "embeddings": {
+            number: list(thing.embedding) for number, thing in enumerate(things) if thing.embedding
+        },
+        "statements": {
+            number: [statement.to_json() for statement in thing.statements]
+            for number, thing in enumerate(things)
+            if thing.statements
+        },
+    }
+    return {
+        name: [[number, value] for number, value in values.items()]
+        for name, values in written.items()
+        if values
+    }
+
+
+def _read_things(data: Mapping[str, Any]) -> tuple[Thing, ...]:
+    """Read things.
+
+    Raises:
+        ValueError: if a part does not fit the others.
+        KeyError, TypeError: if a part is missing, or of another kind.
+    """
+    furniture = {number for number, *_ in data["furniture"]}
+    ids, embeddings = dict(data.get("ids", ())), dict(data.get("embeddings", ()))
+    statements = {
+        number: tuple(Statement.from_json(one, furniture, data["time"]) for one in own)
+        for number, own in data.get("statements", ())
+    }
+    numbers = range(len(data["descriptions"]))
+    if not {*ids, *embeddings, *statements} <= set(numbers):
+        raise ValueError("ids, embeddings or statements of a thing that is not there")
+    return tuple(
+        Thing(
+            description,
+            read_id(ids[number]) if number in ids else "",
+            statements.get(number, ()),
+            read_embedding(embeddings.get(number, ())),
+        )
+        for number, description in zip(numbers, data["descriptions"], strict=True)
+    )
 
 
 def _check_between(what: str, values: Any, low: int, high: int) -> None:

@@ -16,8 +16,10 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import HOME_LABELS, MemoryContent
 from sgm.memory.queries import Queries
 from sgm.memory.sighting import RELATIONS, SeenAt, Sighting
+from sgm.memory.statement import Statement
 from sgm.memory.step_log import StepLog, StepLook
 from sgm.memory.table_content import fill_tables, view_tables
+from sgm.memory.thing import Thing
 from sgm.names.aliases import AliasTable
 from sgm.names.names import read_name
 from sgm.names.vocabulary import Vocabulary
@@ -34,7 +36,7 @@ class MemoryState:
         prior: where things tend to be.
         clock: what time it is at every time step; None if nobody knows.
         layout: rooms and furniture.
-        descriptions: of the objects, (O,).
+        things: the objects, what is not in their table, (O,).
         step: looks of the present time step.
         sought: as in `MemoryContent`.
         asked: row of the object whose hypothetical edges are open.
@@ -71,6 +73,11 @@ class MemoryState:
         return self._batch.time
 
     @property
+    def descriptions(self) -> tuple[str, ...]:
+        """Descriptions of the objects, (O,)."""
+        return tuple(thing.description for thing in self.things)
+
+    @property
     def furniture_ids(self) -> tuple[int, ...]:
         """Ids of the furniture nodes in the order of the batch, (F,)."""
         return tuple(self.layout.furniture)
@@ -93,7 +100,7 @@ class MemoryState:
         for row in set(rows):
             at_once[row] = max(at_once[row], self.step.count_at_once(row))
             if self.sought:
-                words = read_words("description", self.descriptions[row])
+                words = read_words("description", self.things[row].description)
                 self.sought.pop((words, furniture), None)
 
     def note_absent(self, furniture: int, words: str, coverage: float) -> None:
@@ -114,16 +121,22 @@ class MemoryState:
 
     def ask(self, descriptions: Sequence[str], before_looks: bool, later: int = 0) -> Asked:
         """Ask for objects, and change nothing; see `SceneGraphMemory.ask`."""
-        words = [read_words("description", description) for description in descriptions]
         current, step = self.batch.copy(), self.step
         current.time += later
         if before_looks and step.before is not None and not later:
             origin, num_known = step.origin, step.num_objects
             batch = step.before.copy()
         else:
-            origin, num_known = self._version, len(self.descriptions)
+            origin, num_known = self._version, len(self.things)
             batch = current.copy()
-        known = np.array([self.find_row(description) for description in descriptions])
+        rows = [self.find_rows(description) or [-1] for description in descriptions]
+        known = np.array([row for own in rows for row in own])
+        descriptions = [
+            self.things[row].description if row >= 0 else description
+            for description, own in zip(descriptions, rows, strict=True)
+            for row in own
+        ]
+        words = [read_words("description", description) for description in descriptions]
         vocabulary = self.vocabulary.with_labels(batch.labels)
         kinds = np.array([vocabulary.find_type(description) for description in descriptions])
         batch.labels = vocabulary.labels
@@ -138,7 +151,8 @@ class MemoryState:
             queries=queries,
             current=current,
             rows=known,
-            descriptions=tuple(self.descriptions),
+            said=tuple(map(self.get_last_said, known.tolist())),
+            descriptions=self.descriptions,
             looks=tuple(
                 self.list_looks(batch, key if key < num_known else -1, row, own, current.time)
                 for key, row, own in zip(keys.tolist(), known.tolist(), words, strict=True)
@@ -155,29 +169,66 @@ class MemoryState:
             clock=self.clock,
         )
 
-    def ensure_object(self, description: str) -> int:
-        """Return the row of an object node, adding the node if it is new."""
-        known = self._rows_as_written.get(description)
+    def ensure_object(self, description: str, id: str = "") -> int:
+        """Return the row of an object node, adding the node if it is new.
+
+        Args:
+            description: by whose words it is known, where it has no id.
+            id: by which it is known, whatever it is called; empty without one.
+        """
+        known = None if id else self._rows_as_written.get(description)
         if known is not None:  # most things are called the same every time
             return known
-        row = self._rows.setdefault(read_name(description), len(self.descriptions))
-        if row == len(self.descriptions):
-            self.descriptions.append(description)
+        name = read_name(description)
+        row = self._rows.setdefault(id or name, len(self.things))
+        if row == len(self.things):
+            self.things.append(Thing(description, id))
+            if id:
+                self._rows_with_id.setdefault(name, []).append(row)
+        description = self.things[row].description
         label, object_type = self.vocabulary.find_type(description)
         rows = self.batch.ensure_objects(
             _HOME, np.array([row]), np.array([label]), np.array([object_type])
         )
         assert rows[0] == row
-        self._rows_as_written[description] = row
+        if not id:
+            self._rows_as_written[description] = row
         return row
 
-    def find_row(self, description: str) -> int:
-        """Return the row of an object node, -1 if there is none of that name."""
-        return self._rows.get(read_name(description), -1)
+    def get_row(self, description: str, id: str = "") -> int:
+        """Return the row of an object node by its id or, without one, its name; -1 for none."""
+        return self._rows.get(id or read_name(description), -1)
+
+    def find_rows(self, name: str) -> list[int]:
+        """Return the rows of all object nodes of a name, or of the one of that id."""
+        by_id = self._rows.get(name, -1)
+        if by_id >= 0:
+            return [by_id]
+        own = self._rows.get(read_name(name), -1)
+        return ([own] if own >= 0 else []) + self._rows_with_id.get(read_name(name), [])
+
+    def list_carried(self) -> list[int]:
+        """Return the rows of what the robot carries."""
+        return np.flatnonzero(self.batch.objects["carried_since"] >= 0).tolist()
 
     def list_places(self, row: int) -> list[SeenAt]:
         """List every place where the object of a row was ever seen, the latest first."""
-        return list_places(self.batch, self.furniture_ids, row)
+        places = list_places(self.batch, self.furniture_ids, row)
+        said = self.get_last_said(row)
+        return [
+            replace(seen, by=said.by)
+            if said is not None and (seen.time, seen.furniture) == (said.time, said.furniture)
+            else seen
+            for seen in places
+        ]
+
+    def get_last_said(self, row: int) -> Statement | None:
+        """Return what was said last of an object; None if a look has shown it since, or nobody."""
+        if row < 0 or not self.things[row].statements:
+            return None
+        said = self.things[row].statements[-1]
+        is_last = self.batch.objects["num_observed"][row] == said.num_observed
+        return said if is_last else None
 
     def list_looks(self, batch: MemoryBatch, row: int, row_now: int, words: str, now: int) -> Looks:
         """List what all looks say about an object.
@@ -201,6 +252,10 @@ class MemoryState:
                 in_vain[position[furniture]] += count
         edges = self.batch.edges
         is_now = (edges["object"] == row_now) & (edges["last_true"] == now)
+        said = self.get_last_said(row_now)
+        if said is not None and said.time == now:  # not where it was seen before that in this step
+            place = -1 if said.furniture is None else position[said.furniture]
+            is_now &= edges["furniture"] == place
         np.maximum.at(seen, edges["furniture"][is_now], edges["confidence"][is_now])
         for (name, furniture), (count, time) in self.sought.items():
             if name == words and time == now:
@@ -222,7 +277,7 @@ class MemoryState:
 
         Nothing of them stays, nor of what they are called.
         """
-        is_there = self.batch.objects["num_observed"] > 0
+        is_there = self.batch.objects["num_observed"] > 0  # or was said to be
         is_there[self.batch.edges["object"]] = True
         never = np.flatnonzero(~is_there)
         if len(never):
@@ -247,9 +302,53 @@ class MemoryState:
         if label is not None:
             self.vocabulary.number(label)  # now: labels are numbered in the order they come up
         self._is_layout_new = True
-        self._version = object()
         self.asked = None
-        self.step = StepLog()  # what was looked at in another home says nothing of this one
+        self._begin_anew()  # what was looked at in another home says nothing of this one
+
+    def _begin_anew(self) -> None:
+        """Let what the memory holds now be what the further looks of this step are held against."""
+        self._version = object()
+        self.step = StepLog()
+
+    def state(
+        self, description: str, id: str, statement: Statement, was_at: int | None = None
+    ) -> None:
+        """Take over what was said of a thing, or what the robot did with it.
+
+        Args:
+            description: of the thing; a new one if there is none.
+            id: of the thing; empty if it has none.
+            statement: what, without the places where it was held to be.
+            was_at: the one of several places that it is no longer at; None for all, where it is the
+                only one of its description.
+        """
+        row = self.ensure_object(description, id)
+        batch, ids = self.batch, self.furniture_ids
+        edges = batch.edges
+        is_left = (edges["object"] == row) & edges["is_true"]
+        if was_at is not None:
+            is_left &= edges["furniture"] == ids.index(was_at)
+        elif batch.objects["num_at_once"][row] > 1:
+            is_left[:] = False
+        place = relation = -1
+        if statement.furniture is not None and statement.relation is not None:
+            place = ids.index(statement.furniture)
+            relation = RELATIONS.index(statement.relation)
+            is_left &= (edges["furniture"] != place) | (edges["relation"] != relation)
+        left = np.flatnonzero(is_left)
+        places = sorted({ids[index] for index in edges["furniture"][left] if index != place})
+        batch.note_left(left, statement.confidence)
+        if place < 0:
+            batch.note_carried(row)
+        else:
+            batch.note_place(row, place, relation, statement.confidence)
+        num_observed = int(batch.objects["num_observed"][row])
+        statement = replace(statement, was_at=tuple(places), num_observed=num_observed)
+        self.things[row] = self.things[row].add(statement)
+        if self.sought and statement.furniture is not None:
+            words = read_words("description", self.things[row].description)
+            self.sought.pop((words, statement.furniture), None)
+        self._begin_anew()
 
     def remove(
         self,
@@ -280,7 +379,7 @@ class MemoryState:
             prior=self.prior.checksum,
             labels=tuple(batch.labels),
             layout=self.layout,
-            descriptions=tuple(self.descriptions[: len(batch.objects)]),
+            things=tuple(self.things[: len(batch.objects)]),
             tables=view_tables(batch.tables),
             history=batch.history,
             asked=self.asked,
@@ -302,8 +401,10 @@ class MemoryState:
         """Become a memory of that content; prior weights are looked up again."""
         self.vocabulary = Vocabulary(self.prior, content.labels, self._table)
         self.layout = content.layout
-        self.descriptions: list[str] = []
-        self._rows: dict[tuple[str, ...], int] = {}  # by `read_name` of the description
+        self.things: list[Thing] = []
+        # By `read_name` of the description, a tuple, or by id, a text.
+        self._rows: dict[tuple[str, ...] | str, int] = {}
+        self._rows_with_id: dict[tuple[str, ...], list[int]] = {}
         self._rows_as_written: dict[str, int] = {}
         arrays = self.layout.make_arrays(self.vocabulary, self.prior)
         self.clock = content.clock
@@ -312,8 +413,9 @@ class MemoryState:
         self._is_layout_new = False
         batch.labels = self.vocabulary.labels  # one list: grows with the vocabulary
         batch.time = content.time
-        for description in content.descriptions:
-            self.ensure_object(description)
+        for thing in content.things:
+            self.ensure_object(thing.description, thing.id)
+        self.things = list(content.things)
         batch.edges.append(len(content.tables["edges"]["object"]))
         fill_tables(batch.tables, content.tables)
         self.update_layout()  # the batch looks up the prior of every edge

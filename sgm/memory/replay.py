@@ -8,10 +8,12 @@ from dataclasses import replace
 from typing import Any
 
 from sgm.memory.clock import Clock
+from sgm.memory.corrections import ThingName
 from sgm.memory.look_log import LogLine
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
+from sgm.memory.statement import STATEMENTS, Statement
 from sgm.prior.prior_graph import PriorGraph, find_shipped
 
 
@@ -114,20 +116,35 @@ class Replayer:
         elif line.kind == "remove_room":
             self._remove_room(values["room"])
         elif line.kind == "remove_furniture":
-            memory.remove_furniture(self.furniture.pop(values["furniture"]))
+            memory._remove_furniture(self.furniture.pop(values["furniture"]), values.get("by"))
         elif line.kind == "remove_object":
             with suppress(KeyError):  # in version 1: it was asked for, and never seen
-                memory.remove_object(values["description"])
+                memory._remove_object(values["description"], values.get("id", ""), values.get("by"))
         elif line.kind == "look":
             seen = [Sighting(*one) for one in values["seen"]]
             memory.observe(self.furniture[values["furniture"]], seen, values["coverage"])
         elif line.kind == "absent":
             place = self.furniture[values["furniture"]]
             memory.note_absent(place, values["description"], values["coverage"])
+        elif line.kind in STATEMENTS:
+            self._say(line)
         elif line.kind == "query":
             memory.query(values["description"])
         else:
             memory.step(values["num_steps"])
+
+    def _say(self, line: LogLine) -> None:
+        values = line.values
+        place, was_at = (
+            None if values.get(name) is None else self.furniture[values[name]]
+            for name in ("furniture", "was_at")
+        )
+        statement = Statement(
+            self.memory.time, line.kind, place, values.get("relation"), values["by"],
+            values["confidence"],
+        )  # fmt: skip
+        name = ThingName(values["description"], values.get("id", ""))
+        self.memory._note(name, statement, was_at)
 
     def _start(self, line: LogLine) -> None:
         content: MemoryContent | None = line.values.get("memory")

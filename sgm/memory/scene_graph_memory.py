@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import deepcopy
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -15,6 +14,7 @@ import numpy as np
 from sgm.layout.layout import Layout
 from sgm.memory.asking import Asked, Scorer
 from sgm.memory.clock import Clock
+from sgm.memory.corrections import Corrections
 from sgm.memory.home_view import list_home, list_rows
 from sgm.memory.look_log import LookLog
 from sgm.memory.memory_batch import MemoryBatch
@@ -36,7 +36,7 @@ if TYPE_CHECKING:  # pandas is an extra
     from pandas import DataFrame
 
 
-class SceneGraphMemory:
+class SceneGraphMemory(Corrections):
     """One graph that holds everything ever observed in a home.
 
     Object nodes are told apart by the words of their description, and one description may be
@@ -156,7 +156,7 @@ class SceneGraphMemory:
     def copy(self) -> SceneGraphMemory:
         """Return a memory of the same content that goes its own way; it writes no log."""
         with self._lock:
-            content = deepcopy(self._state.get_content_to_save())
+            content = self._state.get_content_to_save().copy()
         memory = type(self)(self._prior, aliases=self._aliases, encoder=self._own_encode)
         memory._state.set_content(content)
         return memory
@@ -173,7 +173,7 @@ class SceneGraphMemory:
         """
         with self._saving:  # of two saves the later one lasts; nobody waits for the disk
             with self._lock:
-                content = deepcopy(self._state.get_content_to_save())
+                content = self._state.get_content_to_save().copy()
             save_content(path, content.to_json())
 
     def save_and_rotate(self, path: str | Path, old_log: str | Path) -> None:
@@ -199,7 +199,7 @@ class SceneGraphMemory:
                         f"memory must have a log to begin anew, got none for {path}. Give log= "
                         "when it is made or loaded."
                     )
-                content = deepcopy(self._state.get_content_to_save())
+                content = self._state.get_content_to_save().copy()
                 self._log.rotate(Path(old_log), content)
             save_content(path, content.to_json())
 
@@ -258,7 +258,7 @@ class SceneGraphMemory:
     def descriptions(self) -> tuple[str, ...]:
         """Descriptions of all objects seen or asked for, in the order of `batch`, (O,)."""
         with self._lock:
-            return tuple(self._state.descriptions)
+            return self._state.descriptions
 
     def add_room(self, label: str) -> int:
         """Add a room such as "kitchen" and return its id.
@@ -368,10 +368,7 @@ class SceneGraphMemory:
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
         """
-        with self._lock:
-            self._state.layout.check_furniture(furniture)
-            self._write("remove_furniture", furniture=furniture)
-            self._state.remove(furniture=[furniture])
+        self._remove_furniture(furniture)
 
     def remove_object(self, description: str) -> None:
         """Forget an object with all its edges, as if it had never been seen or asked for.
@@ -380,16 +377,7 @@ class SceneGraphMemory:
             KeyError: if this memory has no object of that description.
             ValueError: if the description is no name (`read_words`).
         """
-        with self._lock:
-            row = self._state.find_row(description)
-            if row < 0:
-                raise KeyError(
-                    f"description must be one that was seen or asked for, got "
-                    f"{shorten(description)}; there are {len(self._state.descriptions)} objects. "
-                    "Check its words."
-                )
-            self._write("remove_object", description=description)
-            self._state.remove(objects=[row])
+        self._remove_object(description)
 
     def describe(self, furniture: int) -> str:
         """Return the description and room of a furniture node, "white fridge in kitchen".
@@ -610,7 +598,7 @@ class SceneGraphMemory:
         """
         matches = self.resolve(description).matches
         with self._lock:
-            rows = [row for match in matches if (row := self._state.find_row(match)) >= 0]
+            rows = [row for match in matches for row in self._state.find_rows(match)]
             found = [seen for row in rows for seen in self._state.list_places(row)]
         return sorted(found, key=lambda seen: -seen.time)
 
@@ -674,7 +662,7 @@ class SceneGraphMemory:
         """Become a memory of that content, as a log says that one went on."""
         with self._lock:
             self._begin(prior, content.clock)
-            self._state.set_content(deepcopy(content))
+            self._state.set_content(content.copy())
             self._note_start(goes_on=True)
 
     def _start_log(self, path: str | Path | None, goes_on: bool = False) -> None:

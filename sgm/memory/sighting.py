@@ -82,6 +82,7 @@ class SeenAt:
         is_there: whether the last look at this furniture found it; False if it was absent then.
         times_seen: looks at this furniture that found it.
         times_looked: looks at this furniture since it was first seen or looked for there.
+        by: who said so, "robot" for what it did itself; empty for what a look has shown.
     """
 
     time: int
@@ -91,6 +92,7 @@ class SeenAt:
     is_there: bool
     times_seen: int
     times_looked: int
+    by: str = ""
 
 
 def read_sightings(seen: Iterable[Sighting], place: str) -> tuple[Sighting, ...]:

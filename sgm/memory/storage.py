@@ -12,10 +12,10 @@ from sgm.memory.memory_content import MemoryContent
 from sgm.messages import shorten
 
 FORMAT = "scene graph memory"
-FORMAT_VERSION = 4
-_FIRST_VERSION = (
-    1  # without a clock; 2 without a history and partial looks; 3 without time at places
-)
+FORMAT_VERSION = 5
+# Without a clock; 2 without a history and partial looks; 3 without time at places; 4 without
+# statements and ids of things.
+_FIRST_VERSION = 1
 
 
 def save_content(path: str | Path, data: dict[str, Any]) -> None:

@@ -8,11 +8,13 @@ from pathlib import Path
 import pytest
 
 from sgm.belief import SEEN_NOW, Detector
+from sgm.finder.finder import Finder
 from sgm.finder.ranking import Place, Ranking
 from sgm.finder.search_plan import EXACT_PLACES, Look, SearchPlan
 from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import SeenAt, Sighting
+from sgm.policies.heuristics import Bayesian
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "robot.md").read_text(encoding="utf-8")
 
@@ -41,6 +43,35 @@ class Robot:
         return self._now
 
 
+def find_block(text):
+    """The block of Python that holds a text."""
+    (block,) = (b for b in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if text in b)
+    return block
+
+
+def run_with_answers(block, names):
+    """Run the lines of a block; what stands behind `# ` is what an expression gives."""
+    for line in block.splitlines():
+        code, _, answer = line.partition("  # ")
+        if answer:
+            assert repr(eval(code, names)).startswith(answer.rstrip("'")), line
+        else:
+            exec(code, names)
+
+
+def test_what_is_told_as_on_the_page():
+    memory = SceneGraphMemory(clock=Clock(datetime(2026, 11, 19, 18, 10)))
+    room = memory.add_room("kitchen")
+    drawer, sink = (memory.add_furniture(label, room) for label in ("drawer", "sink"))
+    memory.observe(sink, [Sighting("keys"), Sighting("red mug")])
+    told, *rest = find_block("memory.note_moved(").splitlines(keepends=True)
+    names = {"memory": memory, "finder": Finder(Bayesian()), "drawer": drawer, "sink": sink}
+    run_with_answers(told, names)
+    memory.step(20)
+    run_with_answers("".join(rest), names)
+    assert memory.last_seen("red mug").by == "robot"
+
+
 def test_numbers_of_the_page():
     assert EXACT_PLACES == 9
     assert PAGE.count("nine") == 2
@@ -49,7 +80,7 @@ def test_numbers_of_the_page():
 
 @pytest.mark.parametrize("thing", ["the red mug", "scissors", "keys"])
 def test_the_loop_of_the_page_finds_things(thing):
-    (block,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    block = find_block("def fetch(")
     names = {}
     exec(compile(block, "docs/robot.md", "exec"), names)  # our own text
     memory = SceneGraphMemory(clock=Clock(datetime(2026, 11, 20, 8), 600))

@@ -40,6 +40,18 @@ CALLS = {
     "observe": st.tuples(places, sightings | st.just(["mug"]), coverages | st.just(0)),
     "note_absent": st.tuples(places, st.sampled_from((*THINGS, "")), coverages | st.just(2)),
     "query": st.tuples(st.sampled_from((*THINGS, ""))),
+    "note_moved": st.tuples(
+        st.sampled_from((*THINGS, "")), places, st.sampled_from(("anna", "Tom", "")),
+        st.sampled_from(("in", "on", "under")), st.sampled_from((None, 0.75, 1, 0.3)),
+        st.none() | places,
+    ),
+    "picked_up": st.tuples(
+        st.sampled_from((*THINGS, "")), st.none() | places, st.sampled_from((None, 0.8, 2))
+    ),
+    "put_down": st.tuples(
+        st.sampled_from((*THINGS, "")), places, st.sampled_from(("in", "on", "under"))
+    ),
+    "forget": st.tuples(places | st.sampled_from((*THINGS, "unicorn", ""))),
     "step": st.tuples(st.integers(-1, 3) | st.just(2**31)),
     "step_to": st.tuples(st.integers(0, 12) | st.sampled_from((10**9, 2**40))),
 }  # fmt: skip

@@ -111,7 +111,7 @@ def test_a_file_cut_short_or_altered_anywhere_is_refused(file):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"version": 5}, r"must have version 1 to 4, got 5 for .*Install the version of the"),
+        ({"version": 6}, r"must have version 1 to 5, got 6 for .*Install the version of the"),
         ({"format": "poem"}, r"must be one that SceneGraphMemory\.save wrote"),
         ({"checksum": "0"}, r"must be as it was saved, got another checksum"),
         ({"content": None}, r"must be as it was saved, got another checksum"),

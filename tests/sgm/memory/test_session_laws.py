@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sgm.memory.corrections import Corrections
 from sgm.memory.look_log import read_log
 from sgm.memory.replay import replay
 from simulator import Clock, PriorGraph, SceneGraphMemory, Sighting
@@ -175,7 +176,8 @@ def test_all_calls_that_write_are_tried():
     """A new method is either tried here or among the readers of test_threads.py."""
     from tests.sgm.memory.test_threads import READERS
 
-    public = {name for name in vars(SceneGraphMemory) if not name.startswith("_")}
+    names = {*vars(SceneGraphMemory), *vars(Corrections)}
+    public = {name for name in names if not name.startswith("_")}
     files = {"load", "save_and_rotate", "sync_log"}  # tried in test_kept_home.py
     assert public == {*CALLS, *READERS, *files}
     assert all(callable(getattr(SceneGraphMemory, name)) for name in CALLS)

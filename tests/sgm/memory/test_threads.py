@@ -61,6 +61,7 @@ def compare_layout(memory):
 READERS = {
     "ask": lambda memory, n: memory.ask(["cup", "unicorn"], before_looks=n % 2 == 0),
     "batch": lambda memory, n: memory.batch.num_furniture,
+    "carried": lambda memory, n: memory.carried,
     "clock": lambda memory, n: memory.clock.step_seconds,
     "copy": lambda memory, n: see_pair(memory.copy().to_dict()),
     "describe": lambda memory, n: memory.describe(n),
@@ -106,8 +107,12 @@ def write(memory, rng, num_calls):
             memory.note_absent(place, thing)
         elif kind < 0.7:
             memory.step()
-        elif kind < 0.75:
+        elif kind < 0.72:
             memory.query(thing)
+        elif kind < 0.74:
+            memory.picked_up("pen", confidence=0.9)
+        elif kind < 0.75:
+            memory.note_moved("pen", place, "anna")
         elif kind < 0.8 and thing in memory.descriptions:
             memory.remove_object(thing)
         elif kind < 0.85 and len(furniture) > 5:
