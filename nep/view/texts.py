@@ -116,7 +116,10 @@ def _tell_look(look: PastLook) -> str:
     parts = [f"saw {_join(look.seen)}" if look.seen else "saw nothing"]
     if look.missed:
         parts.append(f"missed {_join(look.missed)}")
-    if look.coverage < 1:
+    if isinstance(look.coverage, tuple):
+        inside, on_top = look.coverage
+        parts.append(f"{inside:.0%} of the inside and {on_top:.0%} of the upper side in view")
+    elif look.coverage < 1:
         parts.append(f"{look.coverage:.0%} of it in view")
     return "; ".join(parts)
 

@@ -15,6 +15,7 @@ from sgm.evidence.object_counts import (
     compute_hours_per_step,
     count_left,
 )
+from sgm.memory.asking import compute_relation_shares
 from sgm.memory.home_history import NUM_HOURS
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -258,12 +259,20 @@ def _follow(
         crossing[:, number] = rates.crossing if one.crossing is None else one.crossing
         moved[:, number] = 1 if one.asks_moved is None else one.asks_moved * rates.any_moved
     return follow_looks(
-        destinations, room, num_rooms, memory.history.look_times[home],
+        destinations, room, num_rooms, _list_look_times(memory, queries),
         memory.objects["last_furniture"][queries.object].astype(np.int64),
         memory.objects["last_observed"][queries.object].astype(np.int64),
         memory.time, compute_hours_per_step(memory, home), rate, crossing, moved, rates.miss,
         leaving,
     )  # fmt: skip
+
+
+def _list_look_times(memory: MemoryBatch, queries: Queries) -> np.ndarray:
+    """Return when each place was looked at for what is asked for, (Q, F, n)."""
+    history = memory.history
+    if history.look_relations is None:
+        return history.look_times[queries.home]
+    return history.list_look_times(queries.home, compute_relation_shares(memory, queries))
 
 
 def follow_prior(

@@ -32,4 +32,4 @@ class BuiltLook:
 
     def tell(self, memory: SceneGraphMemory) -> None:
         """Fold the look into a memory."""
-        memory.observe(self.furniture, self.seen, max(self.coverage.values()))
+        memory.observe(self.furniture, self.seen, self.coverage, self.hidden)

@@ -126,15 +126,36 @@ class Asked:
         return relation
 
 
-def list_looks_before(batch: MemoryBatch, row: int, now: int) -> np.ndarray:
+def compute_relation_shares(batch: MemoryBatch, queries: Queries) -> np.ndarray:
+    """Return how likely things are "in" and "onTop" of furniture that they are at, (Q, F, 2).
+
+    As they were seen there last; by the prior where they never were, and alike where that knows
+    nothing.
+    """
+    prior = queries.prior.astype(float)
+    total = prior.sum(axis=2, keepdims=True)
+    share = np.where(total > 0, prior / np.where(total > 0, total, 1), 0.5)
+    query, edge = batch.edges_of(queries)
+    is_seen = batch.edges["num_true"][edge] > 0
+    query, edge = query[is_seen], edge[is_seen]
+    order = np.argsort(batch.edges["last_true"][edge], kind="stable")
+    query, edge = query[order], edge[order]
+    place, relation = batch.edges["furniture"][edge], batch.edges["relation"][edge]
+    share[query, place, 0], share[query, place, 1] = 1 - relation, relation
+    return share
+
+
+def list_looks_before(batch: MemoryBatch, row: int, now: int, share: np.ndarray) -> np.ndarray:
     """Return the steps since the latest looks in vain for an object, infinite for none, (F, n).
 
     Args:
         batch: memory of one home.
         row: of the object in its table, -1 for what was never seen.
         now: the present time step.
+        share: how likely it is "in" and "onTop" of the furniture that it is at, (F, 2).
     """
-    edges, looked = batch.edges, batch.history.look_times[0]  # (F, n)
+    edges = batch.edges
+    looked = batch.history.list_look_times(np.zeros(1, dtype=int), share[None])[0]  # (F, n)
     last_true = np.full(batch.num_furniture, NEVER)
     if row >= 0:
         own = np.flatnonzero(edges["object"] == row)

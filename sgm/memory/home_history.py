@@ -16,6 +16,7 @@ from sgm.memory.queries import Queries
 from sgm.memory.remembered import Remembered
 
 NUM_LOOKS_KEPT = 8  # of every furniture node; what older ones said has been overtaken by moves
+BOTH = 3  # of `look_relations`
 NUM_HOURS = 12  # bins of a day, two hours each
 # Of more furniture, moves from place to place are not counted: few happen twice, and they would
 # take the square of its number.
@@ -31,6 +32,8 @@ class HomeHistory:
     Attributes:
         look_times: time steps of the latest looks at each furniture node, in no order, -1 for
             none, int32 (H, F, NUM_LOOKS_KEPT).
+        look_relations: what most was in view of in each of them, 1 "in", 2 "onTop", 3 both, uint8
+            (H, F, NUM_LOOKS_KEPT); None as long as all were of both.
         moves: how often an object that was last seen at one furniture node was seen at another
             next, int32 (H, F, F); all zero in homes of more than `MOST_FURNITURE`.
         counters: table of homes, (H,) each. Questions asked and how many the next looks answered;
@@ -47,6 +50,7 @@ class HomeHistory:
         """Start with nothing counted."""
         shape = (num_homes, num_furniture)
         self.look_times = np.full((*shape, NUM_LOOKS_KEPT), NEVER, dtype=np.int32)
+        self.look_relations: np.ndarray | None = None
         self.moves = _make_moves(num_homes, num_furniture)
         self.counters = make_table(HOME, num_rows=num_homes)
         self.edge_hours = np.zeros((2, 0, NUM_HOURS), dtype=np.uint16)
@@ -55,6 +59,9 @@ class HomeHistory:
         """Add columns of furniture that was never looked at."""
         added = (0, num_added)
         self.look_times = np.pad(self.look_times, ((0, 0), added, (0, 0)), constant_values=NEVER)
+        if self.look_relations is not None:
+            wider = ((0, 0), added, (0, 0))
+            self.look_relations = np.pad(self.look_relations, wider, constant_values=BOTH)
         before = self.moves
         self.moves = _make_moves(len(before), before.shape[1] + num_added)
         if self.counts_moves:
@@ -69,6 +76,8 @@ class HomeHistory:
         """Return the same counts, which can be changed alone."""
         copied = copy.copy(self)
         copied.look_times, copied.edge_hours = self.look_times.copy(), self.edge_hours.copy()
+        if self.look_relations is not None:
+            copied.look_relations = self.look_relations.copy()
         copied.moves = self.moves.copy() if self.counts_moves else self.moves
         copied.counters = self.counters.copy()
         return copied
@@ -77,6 +86,8 @@ class HomeHistory:
         """Return a copy that keeps some furniture (F,) and edges (E,), bool."""
         kept = HomeHistory(0, 0)
         kept.look_times = self.look_times[:, furniture]
+        if self.look_relations is not None:
+            kept.look_relations = self.look_relations[:, furniture]
         kept.moves = _make_moves(len(self.moves), int(furniture.sum()))
         if self.counts_moves:
             kept.moves = self.moves[:, furniture][:, :, furniture]
@@ -98,6 +109,37 @@ class HomeHistory:
         """
         return (self.counters["num_moved"] + 0.5) / (self.counters["time_followed"] * hours + 15)
 
+    def list_look_times(self, home: np.ndarray, share: np.ndarray | None) -> np.ndarray:
+        """Return `look_times` of homes (Q,) that were about things, -1 for the others, (Q, F, n).
+
+        Args:
+            home: of each thing.
+            share: how likely each thing is "in" and "onTop" of furniture that it is at, (Q, F, 2);
+                None for whatever relation.
+        """
+        times: np.ndarray = self.look_times[home]
+        if self.look_relations is None or share is None:
+            return times
+        relations = self.look_relations[home]  # (Q, F, n)
+        in_view = share[..., :1] * (relations & 1 > 0) + share[..., 1:] * (relations & 2 > 0)
+        return np.where(in_view >= 0.5, times, NEVER)
+
+    def _note_relations(
+        self,
+        home: np.ndarray,
+        furniture: np.ndarray,
+        column: np.ndarray,
+        relations: np.ndarray | None,
+    ) -> None:
+        """Note what most was in view of in looks that were just counted, (n,) each."""
+        if self.look_relations is None:
+            if relations is None or (relations[home] == BOTH).all():
+                return
+            self.look_relations = np.full(self.look_times.shape, BOTH, dtype=np.uint8)
+        self.look_relations[home, furniture, column] = (
+            BOTH if relations is None else relations[home]
+        )
+
     def note_questions(self, queries: Queries) -> None:
         """Count questions."""
         self._count("num_asked", queries.home)
@@ -110,6 +152,8 @@ class HomeHistory:
         is_seen: np.ndarray,
         seen_again: np.ndarray,
         asked: Queries | None,
+        relations: np.ndarray | None = None,
+        is_out_of_view: np.ndarray | None = None,
     ) -> None:
         """Count one look per home, before the counters of the memory are changed.
 
@@ -120,13 +164,20 @@ class HomeHistory:
             is_seen: whether each object was detected, bool (O,).
             seen_again: rows of edges that were known and are found true, (n,).
             asked: open questions; None if there are none.
+            relations: which relations most was in view of, as in `look_relations`, (H,); None for
+                both.
+            is_out_of_view: objects whose places here were out of view, bool (O,); None for none.
         """
         objects, time = memory.objects, memory.time
         if asked is not None:
+            if is_out_of_view is not None:
+                in_view = ~is_out_of_view[asked.object] | is_seen[asked.object]
+                asked = asked.take(np.flatnonzero(in_view))
             self._note_answers(memory, looked, asked, is_seen[asked.object])
         home = np.flatnonzero((looked >= 0) & is_counted)
         column = memory.furniture_num_observed[home, looked[home]] % NUM_LOOKS_KEPT
         self.look_times[home, looked[home], column] = time
+        self._note_relations(home, looked[home], column, relations)
 
         rows = np.flatnonzero(is_seen)
         rows = rows[objects["num_observed"][rows] > 0]
@@ -182,8 +233,10 @@ class HomeHistory:
         """Return JSON values of one home, from which `from_json` makes the same counts."""
         counted = self.moves[0] if self.counts_moves else np.zeros((0, 0), dtype=np.int32)
         moves = np.nonzero(counted)
+        relations = self.look_relations
         return {
             "look_times": self.look_times[0].tolist(),
+            **({} if relations is None else {"look_relations": relations[0].tolist()}),
             "moves": np.stack([*moves, counted[moves]]).tolist(),
             "counters": {name: float(column[0]) for name, column in self.counters.items()},
             **{
@@ -205,6 +258,10 @@ class HomeHistory:
         history = cls(1, num_furniture)
         looks = _read_whole(data["look_times"], (num_furniture, NUM_LOOKS_KEPT), (NEVER, time))
         history.look_times[0] = looks
+        if "look_relations" in data:
+            shape = (num_furniture, NUM_LOOKS_KEPT)
+            relations = _read_whole(data["look_relations"], shape, (0, BOTH))
+            history.look_relations = relations[None].astype(np.uint8)
         src, dst, count = _read_whole(data["moves"], (3, None), (0, 2**31 - 1))
         _check_below("moves", np.append(src, dst), num_furniture)
         if history.counts_moves:

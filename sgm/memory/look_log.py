@@ -13,6 +13,7 @@ from typing import Any
 from sgm.files import parse_json, read_file
 from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
+from sgm.memory.coverage import parse_coverage
 from sgm.memory.log_lock import LogLock
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.statement import LEAST_CONFIDENCE, STATEMENTS
@@ -55,7 +56,7 @@ class LogLine:
             "remove_object", "look", "absent", "query", "step", "moved", "picked_up", "put_down":
             what was called, with its arguments as values; a thing is named by its description and,
             where it has one, its id. `seen` of a look holds description, relation and confidence of
-            each sighting.
+            each sighting, `coverage` one share or those of "in" and "onTop".
         time: time step of the memory, after the change.
         values: JSON values by name.
     """
@@ -283,11 +284,12 @@ def _read_line(data: Any) -> LogLine:
             (_check_words(description), str(relation), float(confidence))
             for description, relation, confidence in values["seen"]
         ]
+        values["hidden"] = [_check_words(name) for name in data.get("hidden", ())]
     elif kind in STATEMENTS:
         if not LEAST_CONFIDENCE <= float(values["confidence"]) <= 1:
             raise ValueError(f"confidence {shorten(values['confidence'])}")
     if "coverage" in values:
-        values["coverage"] = float(values["coverage"])
+        values["coverage"] = parse_coverage(values["coverage"])
     return LogLine(kind, time, values)
 
 

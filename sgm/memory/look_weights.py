@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from sgm.arrays.grouped import mark_rows
 from sgm.memory.remembered import Remembered
 
 SURE = 0.5  # from this confidence on, a sighting counts as true
@@ -13,17 +14,46 @@ class LookWeights:
     """Weighs one look in each home, edge by edge; the key of an edge is object * 2 + relation.
 
     Attributes:
-        coverage: share of the furniture looked at that was in view, 0 without a look, (H,).
+        coverage: share of the furniture looked at that was in view, 0 without a look, (H,). Of
+            shares by relation, the mean by how much the prior expects "in" and "onTop" of it.
+        relations: which relations most was in view of, where that is said: 1 "in", 2 "onTop", 3
+            both, (H,); None where one share is for both.
         is_counted: whether it counts as a look at the furniture, bool (H,).
     """
 
-    def __init__(self, memory: Remembered, home: np.ndarray, coverage: np.ndarray | None) -> None:
-        """Weigh the looks of homes (n,), each with its coverage (n,); None for all of it."""
+    def __init__(
+        self,
+        memory: Remembered,
+        home: np.ndarray,
+        furniture: np.ndarray,
+        coverage: np.ndarray | None,
+        hidden: np.ndarray | None = None,
+    ) -> None:
+        """Weigh looks.
+
+        Args:
+            memory: the memory.
+            home: homes that looked, (n,).
+            furniture: the furniture that each looked at, (n,).
+            coverage: of each look, (n,), or of "in" and "onTop" of it, (n, 2); None for all of it.
+            hidden: rows of objects against which the looks say nothing, (k,); None for none.
+        """
         self._memory = memory
+        self._by_relation: np.ndarray | None = None  # (H, 2)
+        self.relations: np.ndarray | None = None
+        if coverage is not None and coverage.ndim == 2:
+            self._by_relation = np.zeros((memory.num_homes, 2))
+            self._by_relation[home] = coverage
+            self.relations = (self._by_relation >= SURE) @ np.array([1, 2])
+            coverage = _average(memory, home, furniture, coverage)
         self.coverage = np.zeros(memory.num_homes)  # (H,)
         self.coverage[home] = 1.0 if coverage is None else coverage
         self.is_counted = self.coverage >= 0.5
+        self._is_hidden: np.ndarray | None = None
+        if hidden is not None and len(hidden):
+            self._is_hidden = mark_rows(hidden, len(memory.objects))
         self._is_whole = coverage is None or bool((coverage == 1).all())
+        self._is_whole &= self._by_relation is None and self._is_hidden is None
         self._confidence: np.ndarray | None = None  # the highest by key, 0 for what was not seen
 
     def sort_out(
@@ -43,8 +73,52 @@ class LookWeights:
         """Return what part of a look counts against keys (n,), should they not be seen."""
         if self._is_whole and self._confidence is None:
             return np.ones(len(keys))
-        weight = self.coverage[self._memory.objects["home"][keys // 2]]
+        weight = self._get_share(keys)
         if self._confidence is None:
             return weight
         found = self._confidence[keys]
         return np.where(found > 0, 1 - found, weight)
+
+    def counts(self, keys: np.ndarray) -> np.ndarray:
+        """Tell whether the look counts as one for what these edges are about, bool (n,)."""
+        is_counted: np.ndarray = self.is_counted[self._memory.objects["home"][keys // 2]]
+        if self._by_relation is None and self._is_hidden is None:
+            return is_counted
+        return self._get_share(keys) >= SURE
+
+    def find_out_of_view(self, touched_key: np.ndarray) -> np.ndarray | None:
+        """Mark objects whose remembered places here were out of view, bool (O,).
+
+        Args:
+            touched_key: of all remembered edges of the furniture looked at, (n,).
+
+        Returns:
+            None where one share is for both relations, and nothing is hidden.
+        """
+        if self._by_relation is None and self._is_hidden is None:
+            return None
+        num_objects = len(self._memory.objects)
+        is_counted = self.counts(touched_key)
+        is_out = mark_rows(touched_key[~is_counted] // 2, num_objects)
+        is_out &= ~mark_rows(touched_key[is_counted] // 2, num_objects)
+        return is_out
+
+    def _get_share(self, keys: np.ndarray) -> np.ndarray:
+        """Return how much was in view of the places of edges, (n,)."""
+        home = self._memory.objects["home"][keys // 2]
+        share: np.ndarray = self.coverage[home]
+        if self._by_relation is not None:
+            share = self._by_relation[home, keys % 2]
+        return share if self._is_hidden is None else share * ~self._is_hidden[keys // 2]
+
+
+def _average(
+    memory: Remembered, home: np.ndarray, furniture: np.ndarray, coverage: np.ndarray
+) -> np.ndarray:
+    """Return coverages (n, 2) as one number, by how much is expected "in" and "onTop", (n,)."""
+    expected = memory.place_prior.weights[home, :, furniture].sum(axis=1)  # (n, 2)
+    total = expected.sum(axis=1, keepdims=True)
+    share = np.where(total > 0, expected / np.where(total > 0, total, 1), 0.5)
+    return np.where(
+        coverage[:, 0] == coverage[:, 1], coverage[:, 0], (share * coverage).sum(axis=1)
+    )

@@ -258,6 +258,7 @@ class MemoryBatch:
         seen_relation: np.ndarray,
         coverage: np.ndarray | None = None,
         confidence: np.ndarray | None = None,
+        hidden: np.ndarray | None = None,
         *,
         is_look: bool = True,
     ) -> Change:
@@ -265,15 +266,20 @@ class MemoryBatch:
 
         Every remembered edge of the furniture looked at is updated: seen -> true, else false, as
         far as it was in view. A look that had less than half of the furniture in view is not
-        counted as a look at it, and makes no hypothetical edge false.
+        counted as a look at it, and makes no hypothetical edge false. Where coverage is given by
+        relation, edges are updated as far as their own relation was in view, and a look counts as
+        one at the furniture by the mean that `LookWeights` says.
 
         Args:
             home: homes that looked, each once, (n,).
             furniture: the furniture index that each looked at, (n,).
             seen_object: rows of `objects` that were detected there, (m,).
             seen_relation: 0 "in", 1 "onTop", (m,).
-            coverage: share of the furniture that was in view, in (0, 1], (n,); None for all of it.
+            coverage: share of the furniture that was in view, in (0, 1], (n,), or shares of what
+                is "in" and "onTop" of it, in [0, 1], (n, 2); None for all of it.
             confidence: probability that each detection is right, in [0, 1], (m,); None for 1.
+            hidden: rows of `objects` that were not seen because their spots were out of view, (k,):
+                nothing is counted against them. None for none.
             is_look: whether `history`, which is of looks, counts it.
 
         Returns:
@@ -283,7 +289,7 @@ class MemoryBatch:
         """
         looked = np.full(self.num_homes, -1, dtype=np.int32)
         looked[home] = furniture
-        look = LookWeights(self, home, coverage)
+        look = LookWeights(self, home, furniture, coverage, hidden)
         if confidence is not None and (confidence < 1).any():
             seen_object, seen_relation = look.sort_out(seen_object, seen_relation, confidence)
         edges = self.edges
@@ -296,8 +302,9 @@ class MemoryBatch:
         has_changed = mark_rows(seen_object, len(self.objects))
         if self._history is not None and is_look:
             self._history.note_look(
-                self, looked, look.is_counted, has_changed, again, self._pending
-            )
+                self, looked, look.is_counted, has_changed, again, self._pending,
+                look.relations, look.find_out_of_view(touched_key),
+            )  # fmt: skip
         self._update_edges(touched, is_seen, look.weigh(touched_key))
         edges["confidence"][again] = look.get_confidence(touched_key[is_seen])
         is_new_false = self._mark_looked_up(looked, num_keys) & ~is_seen_key
@@ -311,7 +318,7 @@ class MemoryBatch:
         false = added[len(new_true) :]
         edges["missed"][false] = edges["num_absent"][false] - 1 + missed
         if self._history is not None and self.clock is not None:
-            gone = touched[~is_seen & look.is_counted[edges["home"][touched]]]
+            gone = touched[~is_seen & look.counts(touched_key)]
             gone = gone[edges["num_true"][gone] > 0]
             rows = np.concatenate([again, added[: len(new_true)], gone])
             is_true = np.arange(len(rows)) < len(rows) - len(gone)

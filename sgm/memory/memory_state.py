@@ -9,8 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from sgm.layout.layout import Layout
-from sgm.memory.asking import Asked, Looks, list_looks_before
+from sgm.memory.asking import Asked, Looks, compute_relation_shares, list_looks_before
 from sgm.memory.clock import Clock, make_clock_rows
+from sgm.memory.coverage import Coverage
 from sgm.memory.home_view import list_places
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import HOME_LABELS, MemoryContent
@@ -82,7 +83,13 @@ class MemoryState:
         """Ids of the furniture nodes in the order of the batch, (F,)."""
         return tuple(self.layout.furniture)
 
-    def look(self, furniture: int, seen: Sequence[Sighting], coverage: float) -> None:
+    def look(
+        self,
+        furniture: int,
+        seen: Sequence[Sighting],
+        coverage: Coverage,
+        hidden: Sequence[str] = (),
+    ) -> None:
         """Fold one look at a furniture node in; see `SceneGraphMemory.observe`."""
         self.step.begin(self.batch, self._version, self.asked)
         self._version = object()
@@ -94,8 +101,9 @@ class MemoryState:
             np.array([RELATIONS.index(sighting.relation) for sighting in seen], dtype=np.int64),
             np.array([coverage], dtype=float),
             np.array([sighting.confidence for sighting in seen], dtype=float),
+            np.array([row for row in map(self.find_row, hidden) if row >= 0], dtype=np.int64),
         )
-        self.step.add(StepLook(furniture, tuple(seen), coverage), Counter(rows))
+        self.step.add(StepLook(furniture, tuple(seen), coverage, tuple(hidden)), Counter(rows))
         at_once = self.batch.objects["num_at_once"]
         for row in set(rows):
             at_once[row] = max(at_once[row], self.step.count_at_once(row))
@@ -144,6 +152,7 @@ class MemoryState:
         keys = np.where((known >= 0) & (known < num_known), known, new)
         queries = batch.query(np.zeros(len(words), dtype=np.int64), keys, kinds[:, 0], kinds[:, 1])
         ids = self.furniture_ids
+        shares = compute_relation_shares(batch, queries)
         at_once = np.append(current.objects["num_at_once"], 0)
         return Asked(
             batch=batch,
@@ -154,8 +163,12 @@ class MemoryState:
             said=tuple(map(self.get_last_said, known.tolist())),
             descriptions=self.descriptions,
             looks=tuple(
-                self.list_looks(batch, key if key < num_known else -1, row, own, current.time)
-                for key, row, own in zip(keys.tolist(), known.tolist(), words, strict=True)
+                self.list_looks(
+                    batch, key if key < num_known else -1, row, own, current.time, share
+                )
+                for key, row, own, share in zip(
+                    keys.tolist(), known.tolist(), words, shares, strict=True
+                )
             ),
             num_instances=np.maximum(at_once[known], 1),
             sightings=tuple(
@@ -230,7 +243,15 @@ class MemoryState:
         is_last = self.batch.objects["num_observed"][row] == said.num_observed
         return said if is_last else None
 
-    def list_looks(self, batch: MemoryBatch, row: int, row_now: int, words: str, now: int) -> Looks:
+    def list_looks(
+        self,
+        batch: MemoryBatch,
+        row: int,
+        row_now: int,
+        words: str,
+        now: int,
+        share: np.ndarray,
+    ) -> Looks:
         """List what all looks say about an object.
 
         Args:
@@ -239,16 +260,18 @@ class MemoryState:
             row_now: its row now.
             words: of its description.
             now: the time step that is asked about.
+            share: how likely it is "in" and "onTop" of the furniture that it is at, (F, 2).
         """
         in_vain, seen = np.zeros((2, len(self.layout.furniture)))
-        steps_ago = list_looks_before(batch, row, now)
+        steps_ago = list_looks_before(batch, row, now, share)
         is_remembered = np.zeros(len(self.layout.furniture), dtype=bool)
         is_remembered[batch.edges["furniture"][batch.edges["object"] == row]] = row >= 0
         sought_ago = np.full(len(self.layout.furniture), np.inf)
         sought = np.zeros(len(self.layout.furniture))
         position = {number: index for index, number in enumerate(self.furniture_ids)}
         if self.step.before is not None and batch.time == now == self.batch.time:
-            for furniture, count in self.step.sum_in_vain(row_now).items():
+            by_id = dict(zip(self.furniture_ids, map(tuple, share.tolist()), strict=True))
+            for furniture, count in self.step.sum_in_vain(row_now, words, by_id).items():
                 in_vain[position[furniture]] += count
         edges = self.batch.edges
         is_now = (edges["object"] == row_now) & (edges["last_true"] == now)
@@ -428,7 +451,7 @@ class MemoryState:
         self._version = object()
         queries = deque(content.queries)
         for number, look in enumerate(content.looks):
-            self.look(look.furniture, look.seen, look.coverage)
+            self.look(look.furniture, look.seen, look.coverage, look.hidden)
             while queries and queries[0][0] == number + 1:
                 self.query(queries.popleft()[1])
         self.sought = dict(content.sought)  # as it is after these looks

@@ -8,6 +8,7 @@ import numpy as np
 
 from sgm.arrays.table import Table
 from sgm.memory.queries import Queries
+from sgm.prior.place_prior import PlacePrior
 
 
 class Remembered(Protocol):
@@ -16,6 +17,7 @@ class Remembered(Protocol):
     time: int
     objects: Table
     edges: Table
+    place_prior: PlacePrior
 
     @property
     def furniture_num_observed(self) -> np.ndarray:

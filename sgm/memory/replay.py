@@ -12,7 +12,7 @@ from sgm.memory.corrections import ThingName
 from sgm.memory.look_log import LogLine
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import Sighting
+from sgm.memory.sighting import RELATIONS, Sighting
 from sgm.memory.statement import STATEMENTS, Statement
 from sgm.prior.prior_graph import PriorGraph, find_shipped
 
@@ -122,7 +122,11 @@ class Replayer:
                 memory._remove_object(values["description"], values.get("id", ""), values.get("by"))
         elif line.kind == "look":
             seen = [Sighting(*one) for one in values["seen"]]
-            memory.observe(self.furniture[values["furniture"]], seen, values["coverage"])
+            coverage = values["coverage"]
+            if isinstance(coverage, tuple):
+                coverage = dict(zip(RELATIONS, coverage, strict=True))
+            hidden = values.get("hidden", ())
+            memory.observe(self.furniture[values["furniture"]], seen, coverage, hidden)
         elif line.kind == "absent":
             place = self.furniture[values["furniture"]]
             memory.note_absent(place, values["description"], values["coverage"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -15,13 +15,14 @@ from sgm.layout.layout import Layout
 from sgm.memory.asking import Asked, Scorer
 from sgm.memory.clock import Clock
 from sgm.memory.corrections import Corrections
+from sgm.memory.coverage import read_coverage, read_share
 from sgm.memory.home_view import list_home, list_rows
 from sgm.memory.look_log import LookLog
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
-from sgm.memory.sighting import SeenAt, Sighting, read_coverage, read_sightings
+from sgm.memory.sighting import SeenAt, Sighting, read_hidden, read_sightings
 from sgm.memory.spark_graph import make_spark_graph
 from sgm.memory.storage import load_content, save_content
 from sgm.memory.time_steps import MAX_TIME, check_jump, count_steps
@@ -388,7 +389,13 @@ class SceneGraphMemory(Corrections):
         with self._lock:
             return self._state.layout.describe(furniture)
 
-    def observe(self, furniture: int, seen: Sequence[Sighting], coverage: float = 1.0) -> None:
+    def observe(
+        self,
+        furniture: int,
+        seen: Sequence[Sighting],
+        coverage: float | Mapping[str, float] = 1.0,
+        hidden: Sequence[str] = (),
+    ) -> None:
         """Fold one look at a furniture node into the memory.
 
         Every remembered edge of `furniture` is updated: seen ones become true, the others false.
@@ -402,25 +409,30 @@ class SceneGraphMemory(Corrections):
             seen: what was detected there; detection may have missed objects. Sightings of the
                 same description are several things of a kind.
             coverage: share of the furniture that was in view, above 0 and at most 1; the detector
-                may have missed what was in view.
+                may have missed what was in view. Or shares of what is "in" and "onTop" of it, 0
+                for one that was not in view: {"in": 0, "onTop": 0.8} of a fridge that is shut.
+            hidden: descriptions of things whose own spots were out of view, behind something else:
+                that they were not seen is not counted against them.
 
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
-            TypeError: if `seen` holds something else than sightings.
-            ValueError: if the coverage is out of range.
+            TypeError: if `seen` holds something else than sightings, or `hidden` no list.
+            ValueError: if the coverage is out of range, or something hidden has no name.
 
         Source: paper section 4.2, appendix B. Differs: negative evidence is counted (released
         code does not).
         """
         place = self.describe(furniture)
         seen = read_sightings(seen, place)  # may take its time: others go on meanwhile
-        coverage = read_coverage(coverage, place)
+        share = read_coverage(coverage, place)
+        names = read_hidden(hidden, place)
         furniture = int(furniture)  # of any kind of number
         rows = [[one.description, one.relation, one.confidence] for one in seen]
         with self._lock:
             self._state.layout.check_furniture(furniture)
-            self._write("look", furniture=furniture, coverage=coverage, seen=rows)
-            self._state.look(furniture, seen, coverage)
+            about: dict[str, Any] = {"hidden": names} if names else {}
+            self._write("look", furniture=furniture, coverage=share, seen=rows, **about)
+            self._state.look(furniture, seen, share, names)
 
     def note_absent(self, furniture: int, description: str, coverage: float = 1.0) -> None:
         """Note that a look for one thing did not find it, and say nothing of all others there.
@@ -437,7 +449,7 @@ class SceneGraphMemory(Corrections):
         with self._lock:
             place = self._state.layout.describe(furniture)
             words = read_words("description", description)
-            coverage = read_coverage(coverage, place)
+            coverage = read_share("coverage", coverage, place)
             furniture = int(furniture)
             self._write("absent", furniture=furniture, description=words, coverage=coverage)
             self._state.note_absent(furniture, words, coverage)

@@ -120,19 +120,23 @@ def read_sightings(seen: Iterable[Sighting], place: str) -> tuple[Sighting, ...]
     return seen
 
 
-def read_coverage(coverage: float, place: str) -> float:
-    """Return which share of a furniture node was in view.
+def read_hidden(hidden: Iterable[str], place: str) -> tuple[str, ...]:
+    """Return the descriptions of what a look had out of view.
 
     Args:
-        coverage: of any kind of number.
+        hidden: descriptions.
         place: where, for the message.
 
     Raises:
-        ValueError: if it is no share above 0.
+        TypeError: if it is no list.
+        ValueError: if one is no name (`read_words`).
     """
-    if not isinstance(coverage, Real) or not 0 < coverage <= 1:
-        raise ValueError(
-            f"coverage must be above 0 and at most 1, got {shorten(coverage)} at {place}. Give the "
-            "share in view, or leave out the look."
+    if isinstance(hidden, str) or not isinstance(hidden, Iterable):
+        raise TypeError(
+            f"hidden must be a list of descriptions, got {shorten(hidden)} at {place}. Write [] "
+            "where nothing was."
         )
-    return float(coverage)
+    names = tuple(hidden)
+    for name in names:
+        read_words("description of what is hidden", name)
+    return names

@@ -7,9 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from sgm.memory.coverage import Coverage, parse_coverage, split_coverage
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.sighting import Sighting
 from sgm.messages import shorten
+from sgm.names.names import read_name
+from sgm.names.words import read_words
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,19 +22,22 @@ class StepLook:
     Attributes:
         furniture: its id.
         seen: what was detected there.
-        coverage: share of it that was in view.
+        coverage: share of it that was in view, or of "in" and "onTop".
+        hidden: descriptions of what was not seen because its spot was out of view.
     """
 
     furniture: int
     seen: tuple[Sighting, ...]
-    coverage: float = 1.0
+    coverage: Coverage = 1.0
+    hidden: tuple[str, ...] = ()
 
     def to_json(self) -> list[Any]:
         """Return JSON values, from which `from_json` makes the same look."""
         seen = [
             [sighting.description, sighting.relation, sighting.confidence] for sighting in self.seen
         ]
-        return [self.furniture, self.coverage, seen]
+        look = [self.furniture, self.coverage, seen]
+        return [*look, list(self.hidden)] if self.hidden else look
 
     @classmethod
     def from_json(cls, data: Any) -> StepLook:
@@ -40,10 +46,14 @@ class StepLook:
         Raises:
             TypeError, ValueError: if they are none of a look.
         """
-        furniture, coverage, seen = data
-        if not isinstance(furniture, int) or not 0 < float(coverage) <= 1:
-            raise ValueError(f"look at {shorten(furniture)} with coverage {shorten(coverage)}")
-        return cls(furniture, tuple(Sighting(*one) for one in seen), float(coverage))
+        furniture, share, seen, *hidden = data
+        coverage = parse_coverage(share)
+        if not isinstance(furniture, int) or not 0 < max(split_coverage(coverage)) <= 1:
+            raise ValueError(f"look at {shorten(furniture)} with coverage {shorten(share)}")
+        (names,) = hidden or [()]
+        for name in names:
+            read_words("description", name)
+        return cls(furniture, tuple(Sighting(*one) for one in seen), coverage, tuple(names))
 
 
 @dataclass(slots=True)
@@ -97,14 +107,28 @@ class StepLog:
         """Return how many things of an object row were seen in this step."""
         return sum(self.counts.get(row, {}).values())
 
-    def sum_in_vain(self, row: int) -> dict[int, float]:
+    def sum_in_vain(
+        self, row: int, words: str, share: Mapping[int, tuple[float, float]]
+    ) -> dict[int, float]:
         """Return the coverage of the looks that did not show an object, by furniture id.
 
         Where it was seen in this step, surely or not, these are the looks since.
+
+        Args:
+            row: of the object.
+            words: of its description.
+            share: by furniture id, how likely it is "in" and "onTop" of it if it is there.
         """
-        found = self.num_until_seen.get(row, {})
+        found, name = self.num_until_seen.get(row, {}), read_name(words)
         in_vain: dict[int, float] = {}
         for number, look in enumerate(self.looks):
-            if number >= found.get(look.furniture, 0):
-                in_vain[look.furniture] = in_vain.get(look.furniture, 0.0) + look.coverage
+            if number < found.get(look.furniture, 0):
+                continue
+            if look.hidden and name in map(read_name, look.hidden):
+                continue
+            coverage = look.coverage
+            if isinstance(coverage, tuple):
+                inside, on_top = share[look.furniture]
+                coverage = inside * coverage[0] + on_top * coverage[1]
+            in_vain[look.furniture] = in_vain.get(look.furniture, 0.0) + coverage
         return in_vain

@@ -9,6 +9,7 @@ import numpy as np
 
 from sgm.finder.finder import Finder
 from sgm.memory.clock import HOUR_SECONDS, Clock
+from sgm.memory.coverage import Coverage
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names.names import read_name
 from simulator.drawing.floor_plan import FloorPlan
@@ -29,7 +30,7 @@ class PastLook:
         seen: what was detected there.
         missed: what was truly there and was not detected; None if nobody knows.
         sought: the one thing that was looked for; None for all.
-        coverage: share of the furniture that was in view.
+        coverage: share of the furniture that was in view, or of "in" and "onTop" of it.
     """
 
     step: int
@@ -37,7 +38,7 @@ class PastLook:
     seen: tuple[str, ...]
     missed: tuple[str, ...] | None = None
     sought: str | None = None
-    coverage: float = 1.0
+    coverage: Coverage = 1.0
 
 
 @dataclass(frozen=True, slots=True)

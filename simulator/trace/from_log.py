@@ -13,6 +13,7 @@ from typing import Any
 from sgm.layout.furniture import Furniture, Room
 from sgm.layout.layout import Layout
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
+from sgm.memory.coverage import Coverage, split_coverage
 from sgm.memory.look_log import LogLine
 from sgm.memory.sighting import RELATIONS, read_relation
 from sgm.names.names import read_name
@@ -34,16 +35,18 @@ class Look:
     Attributes:
         time_s: when.
         place: index into the furniture of the trace.
-        coverage: share of it that was in view; 1 where it was removed.
+        coverage: share that was in view of what is "in" and "onTop" of it; 1 where it was removed.
         seen: relations of the sightings by name of the thing.
         sought: the one thing that was looked for; None if all that was there would have been seen.
+        hidden: things whose spots were out of view.
     """
 
     time_s: float
     place: int
-    coverage: float
+    coverage: tuple[float, float]
     seen: dict[Name, list[int]]
     sought: Name | None = None
+    hidden: frozenset[Name] = frozenset()
 
 
 @dataclass(slots=True)
@@ -265,16 +268,19 @@ class _LogReader:
                 name = read_name(description)
                 self.descriptions.setdefault(name, read_words("description", description))
                 seen[name].append(RELATIONS.index(read_relation(relation)))
-        self._add_look(place, values["coverage"], seen)
+        hidden = frozenset(map(read_name, values.get("hidden", ())))
+        self._add_look(place, values["coverage"], seen, None, hidden)
 
     def _add_look(
         self,
         place: int,
-        coverage: float,
+        coverage: Coverage,
         seen: dict[Name, list[int]],
         sought: Name | None = None,
+        hidden: frozenset[Name] = frozenset(),
     ) -> None:
-        self.looks.append(Look(self._time_s, place, coverage, seen, sought))
+        shares = split_coverage(coverage)
+        self.looks.append(Look(self._time_s, place, shares, seen, sought, hidden))
 
     def _forget(self, forgotten: Name) -> None:
         for look in self.looks:
@@ -316,14 +322,15 @@ class _Things:
         seen: Mapping[int, Sequence[int]],
     ) -> None:
         """Let things go that looks at their places did not show."""
-        unseen: dict[int, float] = defaultdict(float)
+        unseen: dict[int, list[float]] = defaultdict(lambda: [0.0, 0.0])  # by relation
         for look in looks:
-            if look.sought in (None, name):
-                unseen[look.place] += look.coverage
+            if look.sought in (None, name) and name not in look.hidden:
+                for relation, share in enumerate(look.coverage):
+                    unseen[look.place][relation] += share
         for place, coverage in unseen.items():
             there = sorted((t for t in things if t.place == place), key=lambda t: -t.time_s)
             for thing in there[len(seen.get(place, ())) :]:
-                thing.unseen += coverage
+                thing.unseen += coverage[thing.relation]
                 if thing.unseen >= _COUNTED:
                     thing.place = GONE
                     self._note(time_s, thing)

@@ -1,0 +1,83 @@
+"""How much of a furniture node a look had in view, of both relations or of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from numbers import Real
+from typing import Any, TypeAlias
+
+from sgm.checks import is_number
+from sgm.memory.sighting import RELATIONS, read_relation
+from sgm.messages import shorten
+
+# One share for both relations, or one of "in" and one of "onTop".
+Coverage: TypeAlias = float | tuple[float, float]
+
+
+def read_coverage(coverage: Any, place: str) -> Coverage:
+    """Return which share of a furniture node was in view.
+
+    Args:
+        coverage: a number of any kind; or numbers by relation, 0 for one that was not in view, as
+            for one that is left out.
+        place: where, for the message.
+
+    Raises:
+        ValueError: if it is no share above 0, or a relation unknown.
+    """
+    if not isinstance(coverage, Mapping):
+        return read_share("coverage", coverage, place)
+    shares = dict.fromkeys(RELATIONS, 0.0)
+    for relation, share in coverage.items():
+        if not is_number(share) or not 0 <= share <= 1:
+            raise ValueError(
+                f"coverage of {shorten(relation)} must lie in [0, 1], got {shorten(share)} at "
+                f"{place}. Give the share in view."
+            )
+        shares[read_relation(relation)] = float(share)
+    return join_coverage((shares["in"], shares["onTop"]), place)
+
+
+def join_coverage(shares: tuple[float, float], place: str) -> Coverage:
+    """Return shares of "in" and "onTop", one number where they are the same.
+
+    Raises:
+        ValueError: if nothing was in view.
+    """
+    inside, on_top = shares
+    if inside == on_top:
+        return read_share("coverage", inside, place)
+    return inside, on_top
+
+
+def parse_coverage(data: Any) -> Coverage:
+    """Return the coverage that a file has: a number, or a list of two.
+
+    Raises:
+        ValueError, TypeError: if it is none.
+    """
+    if isinstance(data, list):
+        inside, on_top = (float(share) for share in data)
+        if not (0 <= inside <= 1 and 0 <= on_top <= 1 and max(inside, on_top) > 0):
+            raise ValueError(f"coverage {shorten(data)}")
+        return join_coverage((inside, on_top), "a look")
+    return float(data)
+
+
+def split_coverage(coverage: Coverage) -> tuple[float, float]:
+    """Return the shares of "in" and "onTop"."""
+    return coverage if isinstance(coverage, tuple) else (coverage, coverage)
+
+
+def read_share(name: str, share: Any, place: str) -> float:
+    """Return a share above 0.
+
+    Raises:
+        ValueError: if it is none.
+    """
+    if not isinstance(share, Real) or not 0 < float(share) <= 1:
+        raise ValueError(
+            f"{name} must be above 0 and at most 1, got {shorten(share)} at {place}. Give the "
+            "share in view, or leave out the look."
+        )
+    return float(share)
