@@ -101,7 +101,7 @@ class MemoryState:
             np.array([RELATIONS.index(sighting.relation) for sighting in seen], dtype=np.int64),
             np.array([coverage], dtype=float),
             np.array([sighting.confidence for sighting in seen], dtype=float),
-            np.array([row for row in map(self.find_row, hidden) if row >= 0], dtype=np.int64),
+            np.array([row for name in hidden for row in self.find_rows(name)], dtype=np.int64),
         )
         self.step.add(StepLook(furniture, tuple(seen), coverage, tuple(hidden)), Counter(rows))
         at_once = self.batch.objects["num_at_once"]
