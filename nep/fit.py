@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import logging
 import os
@@ -42,6 +43,7 @@ from nep.players.starting_point import make_settings, take_weights
 from nep.robot.comparison import compare_in_log
 from sgm.memory.look_log import read_log
 from sgm.messages import shorten, shorten_text
+from sgm.network.retired import RETIRED, drop_retired
 from simulator.command_line import BAD_INPUT, normalise, one_line_errors, use_plain_yaml
 from simulator.process import run_main
 
@@ -112,6 +114,8 @@ class FitCLI(LightningCLI):
         parser.add_argument(
             "--threads", type=PositiveInt | None, help="CPU threads; null for all cores."
         )
+        for name in RETIRED:  # configs of earlier versions have them
+            parser.add_argument(f"--model.{name}", type=float | None, help=argparse.SUPPRESS)
         parser.add_lightning_class_args(OnlineEvaluation, "online")
         # What null stands for, so that --print_config shows every switch.
         parser.set_defaults({"data.features": asdict(FeatureConfig())})
@@ -130,6 +134,7 @@ class FitCLI(LightningCLI):
                 args = [*_list_settings(args), *args]
                 self.config = parser.parse_args(args)
                 self.config.pop("base")  # what it says has been taken over
+                self._drop_retired()
                 _check_seed(self.config.seed_everything)
             except (UnicodeDecodeError, RecursionError) as error:
                 parser.error(f"--config must be a YAML file in UTF-8, got {_shorten(error)}.")
@@ -137,6 +142,12 @@ class FitCLI(LightningCLI):
                 parser.error(_shorten(error))
         else:
             super().parse_arguments(parser, args)
+
+    def _drop_retired(self) -> None:
+        """Leave out what earlier versions set, and say so."""
+        model = self.config.model
+        found = {name: model.pop(name) for name in RETIRED if name in model}
+        drop_retired(found, "the config")
 
     def instantiate_classes(self) -> None:
         """Build model, data and trainer; a value out of range ends with its message alone."""

@@ -13,7 +13,7 @@ from sgm.evidence.columns import CLOCK_GROUPS, PLACE_COLUMNS, QUESTION_COLUMNS
 
 _LEAST_VARIANCE = 4e-4  # of a column, so that one that hardly varies is not blown up
 BELIEFS = tuple(name for name in PLACE_COLUMNS if name.startswith("filters.log_belief_"))
-FIRST_BELIEF = "filters.log_belief_asked"  # what an untrained network answers, all but noise
+_FIRST_BELIEF = "filters.log_belief_asked"  # what an untrained network answers, all but noise
 MOST_DEVIATIONS = 8.0  # from the mean, of a column
 
 
@@ -46,7 +46,7 @@ class EvidenceEmbedding(nn.Module):
         self.second = make_linear(units, units, members)
         self.shortcut = nn.Linear(len(BELIEFS), members, bias=False)
         with torch.no_grad():
-            self.shortcut.weight.zero_()[:, BELIEFS.index(FIRST_BELIEF)] = 1
+            self.shortcut.weight.zero_()[:, BELIEFS.index(_FIRST_BELIEF)] = 1
         beliefs = torch.tensor([PLACE_COLUMNS.index(name) for name in BELIEFS])
         self.register_buffer("belief_columns", beliefs, persistent=False)
         for name, columns in (("place", PLACE_COLUMNS), ("question", QUESTION_COLUMNS)):
@@ -75,9 +75,8 @@ class EvidenceEmbedding(nn.Module):
         hidden = self.place(place) + self.question(question).index_select(0, snapshot)
         return gelu(self.second(gelu(split_members(hidden, self.members))))
 
-    def compute_shortcut(self, graph: FlatGraph) -> tuple[Tensor, Tensor]:
-        """Return what logits of furniture nodes are more by, (NF, M), and ln(belief), (NF, 1)."""
+    def compute_shortcut(self, graph: FlatGraph) -> Tensor:
+        """Return what the filters add to the logits of furniture nodes, (NF, M)."""
         assert graph.evidence is not None
-        beliefs = graph.evidence.index_select(1, self.belief_columns)
-        first = BELIEFS.index(FIRST_BELIEF)
-        return self.shortcut(beliefs), beliefs[:, first : first + 1]
+        shortcut: Tensor = self.shortcut(graph.evidence.index_select(1, self.belief_columns))
+        return shortcut

@@ -42,9 +42,7 @@ class NEPModule(pl.LightningModule):
         clock: whether edges carry the clock features; follows `data.features.clock`.
         evidence: whether furniture carries evidence; follows `data.features.evidence`.
         clock_dropout: share of the training questions whose evidence hides the clock.
-        filter_share: share of the adaptive filter in the answers of a network with evidence.
-        prior_share: share in them of who goes by the prior, see `NEPPolicy`.
-        hours_share: likewise of who goes by the hour of day, for things that keep hours.
+        prior_share: share of a filter of the prior in the answers, see `NEPPolicy`.
 
     Source: paper section 4.3 and appendix C.
     """
@@ -66,9 +64,7 @@ class NEPModule(pl.LightningModule):
         clock: bool = False,
         evidence: bool = False,
         clock_dropout: float = 0.5,
-        filter_share: float = 0.0,
         prior_share: float = 0.0,
-        hours_share: float = 0.0,
     ) -> None:
         super().__init__()
         check_at_least(0, learning_rate=learning_rate, listwise_weight=listwise_weight)
@@ -78,13 +74,7 @@ class NEPModule(pl.LightningModule):
             transformer_heads=transformer_heads,
             feed_forward_units=feed_forward_units,
         )
-        check_shares(
-            dropout=dropout,
-            clock_dropout=clock_dropout,
-            filter_share=filter_share,
-            prior_share=prior_share,
-            hours_share=hours_share,
-        )
+        check_shares(dropout=dropout, clock_dropout=clock_dropout, prior_share=prior_share)
         self.save_hyperparameters(
             {
                 "encoder": encoder.config(),
@@ -102,9 +92,7 @@ class NEPModule(pl.LightningModule):
                 "clock": clock,
                 "evidence": evidence,
                 "clock_dropout": clock_dropout,
-                "filter_share": filter_share,
                 "prior_share": prior_share,
-                "hours_share": hours_share,
                 # Lightning's name for what turns the plain encoder entry back into an encoder
                 "_instantiator": "lightning.pytorch.cli.instantiate_module",
             }
@@ -115,7 +103,6 @@ class NEPModule(pl.LightningModule):
         self.listwise_best = listwise_best
         self.paper_loss = paper_loss
         self.prior_share = prior_share
-        self.hours_share = hours_share
         self.predictor = NodeEdgePredictor(
             encoder,
             transformer=transformer,
@@ -127,7 +114,6 @@ class NEPModule(pl.LightningModule):
             clock=clock,
             evidence=evidence,
             clock_dropout=clock_dropout,
-            filter_share=filter_share,
         )
         # The curve of the training metric is binned: an exact one would keep every training edge.
         self.train_metrics = MetricCollection(

@@ -34,9 +34,6 @@ class NodeEdgePredictor(nn.Module):
         evidence: whether furniture nodes carry evidence (`FeatureConfig.evidence`), whose embedding
             is added to theirs.
         clock_dropout: see `EvidenceEmbedding`.
-        filter_share: how much of the answer is that of the adaptive filter, outside training:
-            logit = (1 - share) logit + share ln(belief). Homes that are unlike those of training
-            profit, and those of training hardly lose. Used with evidence alone.
 
     Raises:
         ValueError: if the query edges of an ensemble are to attend to each other.
@@ -56,7 +53,6 @@ class NodeEdgePredictor(nn.Module):
         clock: bool = False,
         evidence: bool = False,
         clock_dropout: float = 0.5,
-        filter_share: float = 0.0,
     ) -> None:
         super().__init__()
         units, members = encoder.units, encoder.members
@@ -70,7 +66,6 @@ class NodeEdgePredictor(nn.Module):
         self.evidence_embedding = (
             EvidenceEmbedding(units, clock_dropout, members) if evidence else None
         )
-        self.filter_share = filter_share
         self.encoder = encoder
         self.query_attention = (
             QueryAttention(
@@ -132,9 +127,7 @@ class NodeEdgePredictor(nn.Module):
             query = self.query_attention(query, graph.query_snapshot, graph.num_snapshots)
         logit = self.head(query).flatten(1)
         if self.evidence_embedding is not None:
-            shortcut, belief = self.evidence_embedding.compute_shortcut(graph)
-            share = 0.0 if self.training else self.filter_share
-            by_place = (1 - share) * shortcut + share * belief  # (NF, M)
+            by_place = self.evidence_embedding.compute_shortcut(graph)  # (NF, M)
             place = dst_row - graph.furniture.start  # query edges lead to furniture
-            logit = (1 - share) * logit + by_place.index_select(0, place)
+            logit = logit + by_place.index_select(0, place)
         return logit

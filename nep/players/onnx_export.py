@@ -12,7 +12,7 @@ from datamodules.batch import NODE_TEMPORAL_DIM, NODE_TYPES, RELATIONS, TEXT_DIM
 from datamodules.features import FeatureConfig
 from nep.encoders import MLP, Sets
 from nep.layers.ensemble_linear import EnsembleLinear
-from nep.model.evidence_embedding import FIRST_BELIEF, MOST_DEVIATIONS
+from nep.model.evidence_embedding import MOST_DEVIATIONS
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
@@ -129,8 +129,6 @@ def _add_network(graph: _Graph, predictor: NodeEdgePredictor, features: FeatureC
     far64 = graph.cast(far, np.float64)
     count = graph.add("Max", graph.add("ReduceSum", "is_place", axis), one)
     grid = graph.constant(_GRID, np.float64)
-    share = predictor.filter_share
-    own_share = graph.constant(1 - share, np.float64)
 
     def pool(hidden: str) -> tuple[str, str]:
         """Return mean and maximum over the places, (Q, 1, D) each."""
@@ -191,12 +189,9 @@ def _add_network(graph: _Graph, predictor: NodeEdgePredictor, features: FeatureC
         )
         for layer in (predictor.head[2], predictor.head[4]):
             hidden = graph.linear(graph.add("Relu", hidden), *_take(layer, member))
-        logits = graph.add("Mul", graph.cast(hidden, np.float64), own_share)
+        logits = graph.cast(hidden, np.float64)
         shortcut = torch.zeros(len(PLACE_COLUMNS), 1, dtype=torch.float64)
-        shortcut[evidence.belief_columns, 0] = (1 - share) * evidence.shortcut.weight[
-            member
-        ].double()
-        shortcut[PLACE_COLUMNS.index(FIRST_BELIEF), 0] += share
+        shortcut[evidence.belief_columns, 0] = evidence.shortcut.weight[member].double()
         by_place = graph.add("MatMul", beliefs, graph.constant(shortcut, np.float64))
         return graph.add("Add", logits, by_place)
 

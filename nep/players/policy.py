@@ -14,12 +14,13 @@ from nep.layers.flat_graph import FlatGraph
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.checkpoints import checksum_trained, load_trained
+from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.features import compute_features
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from sgm.network.sharing import DECIMALS, mix_answers
+from sgm.network.sharing import mix_answers
 from sgm.network.step_answers import StepAnswers
 from simulator.policies import Policy
 from simulator.policies.home_filter import HomeFilter
@@ -40,8 +41,6 @@ class NEPPolicy(Policy):
     is then (1 - share) times the network's plus share times that one's. A network that has seen a
     thing at three places for weeks is too sure of them where people live. The share is up to ten
     times as great where the prior has told well where things are (`Features.follow_prior`).
-    Likewise with who goes by the hour of day (`hours_share`, `follow_hours`): the share times how
-    likely the thing keeps hours, which its own sightings tell.
 
     Asked again in a time step, it says what it said first and, by Bayes' rule, what looks have
     shown since (`StepAnswers`): where people live, asking the network anew took a tenth more looks.
@@ -166,14 +165,12 @@ class NEPPolicy(Policy):
         else:  # a DGL graph of a single home takes longer to make than to read
             graph = FlatGraph.from_arrays(arrays)
         graph = graph.to(next(predictor.parameters()).device, torch.float64)
-        logits = predictor.score(graph).cpu().numpy().round(DECIMALS)
+        logits = predictor.score(graph).cpu().numpy().round(CORRECTIONS.decimals)
         scores = np.full((len(queries.home), memory.num_furniture, 2), -np.inf)
         scores[arrays.query_snapshot, arrays.query_furniture, arrays.query_relation] = logits
         if evidence is None:
             return scores
-        return mix_answers(
-            scores, evidence, self._module.prior_share, self._module.hours_share, self._asks_moved
-        )
+        return mix_answers(scores, evidence, self._module.prior_share, self._asks_moved)
 
     def _take_predictor(self) -> NodeEdgePredictor:
         """Return the network in float64, as it was at the last reset or first question."""

@@ -16,6 +16,7 @@ from datamodules.features import FeatureConfig
 from nep.encoders import Encoder
 from nep.model.module import NEPModule
 from sgm.messages import shorten, shorten_text
+from sgm.network.retired import drop_retired
 from simulator.text import PAPER_PIPELINE, is_text_known
 
 # A number of units or layers may be above the axes of the weights only where nothing is sized by
@@ -40,7 +41,7 @@ def build_network(
         ValueError: if they are of the wrong kind, the encoder's class is not loaded, or the
             weights are those of another network.
     """
-    arguments = {**hyperparameters}
+    arguments = drop_retired({**hyperparameters}, where)
     arguments.pop("_instantiator", None)  # names a function that would import the encoder
     encoder = arguments.pop("encoder")
     encoder_class = _find_encoder(encoder["class_path"], where)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-SEEN_NOW = 0.97  # a thing seen in this very step is there; detectors err, people walk by
+from sgm.belief.corrections import CORRECTIONS
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,8 +101,8 @@ class Belief:
 
         Args:
             seen: confidence with which each was seen at each place in this step, 0 where it was
-                not, (K, F): it is there with that, at most `SEEN_NOW`; the rest keeps its
-                proportions. None for nothing.
+                not, (K, F): it is there with that, at most `CORRECTIONS.seen_now`; the rest keeps
+                its proportions. None for nothing.
             carried: probability that the robot has each in its hand, (K,): then it is nowhere else.
                 None for none.
 
@@ -113,7 +113,7 @@ class Belief:
         """
         places, elsewhere = self.places, self.elsewhere
         if seen is not None and seen.any():
-            seen = np.minimum(seen, SEEN_NOW)
+            seen = np.minimum(seen, CORRECTIONS.seen_now)
             missing = np.prod(1 - seen, axis=1)  # no sighting was right
             rest = np.where(seen > 0, 0.0, places)
             left = rest.sum(axis=1) + elsewhere

@@ -6,20 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sgm.belief.belief import SEEN_NOW
+from sgm.belief.corrections import CORRECTIONS
 from sgm.checks import is_number
 from sgm.memory.asking import Looks
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
-
-# How many looks the usual miss rate counts as when a memory's own count is joined with it. Counts
-# are too low: a thing that is missed for long is often elsewhere when it is seen again. In homes
-# whose detector misses 0 to 60 % they say .04 to .28, so that they weigh little.
-_USUAL_LOOKS = 1000.0
-
-# Share of the misses that another look in the same time step repeats. An assumption: what is hidden
-# stays hidden from where the robot stands, and ten frames are not ten looks.
-REPEATED_SHARE = 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +32,7 @@ class Detector:
 
     miss_rate: float = 0.25
     leave_rate: float = 0.05
-    repeated_share: float = REPEATED_SHARE
+    repeated_share: float = CORRECTIONS.repeated_share
 
     @classmethod
     def estimate(cls, memory: SceneGraphMemory, usual: Detector | None = None) -> Detector:
@@ -59,8 +50,8 @@ class Detector:
         usual = usual or cls()
         counted = {name: float(column[0]) for name, column in memory.batch.history.counters.items()}
         looks = counted["num_missed"] + counted["num_refound"]
-        missed = counted["num_missed"] + _USUAL_LOOKS * usual.miss_rate
-        return replace(usual, miss_rate=missed / (looks + _USUAL_LOOKS))
+        missed = counted["num_missed"] + CORRECTIONS.usual_looks * usual.miss_rate
+        return replace(usual, miss_rate=missed / (looks + CORRECTIONS.usual_looks))
 
     def __post_init__(self) -> None:
         """Check all of them.
@@ -112,13 +103,13 @@ class Detector:
     def weigh_seen(self, looks: Looks) -> np.ndarray:
         """Return how likely it is where it was seen in this step, 0 where it was not, (F,).
 
-        The confidence of the sighting, at most `SEEN_NOW`, and Bayes' rule for looks since that did
-        not show it.
+        The confidence of the sighting, at most `CORRECTIONS.seen_now`, and Bayes' rule for looks
+        since that did not show it.
 
         Args:
             looks: at every place.
         """
-        seen = np.minimum(looks.seen, SEEN_NOW)
+        seen = np.minimum(looks.seen, CORRECTIONS.seen_now)
         missed = seen * self.compute_miss(looks.in_vain)
         weighed: np.ndarray = missed / (missed + 1 - seen)
         return weighed

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sgm.arrays.padded import sum_rows
+from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.expected import Expected
 from sgm.evidence.object_counts import (
     ObjectCounts,
@@ -22,7 +23,6 @@ from sgm.memory.queries import Queries
 
 TASKS_ASK_MOVED = 0.5  # share of questions about what has just moved; docs/design.md, ruling 9
 _HOUR_WIDTH = 4.0  # concentration of the hours that count as alike: about three to each side
-_ANYWHERE = 0.03  # of the moves that follow the prior, in spite of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,11 +47,11 @@ class FilterSettings:
 
 
 # The filter of `follow_prior`: an object is soon elsewhere in its room.
-_FOLLOWS_PRIOR = FilterSettings(rate=0.5, crossing=0.0, asks_moved=TASKS_ASK_MOVED)
+_FOLLOWS_PRIOR = FilterSettings(
+    rate=CORRECTIONS.prior_rate, crossing=0.0, asks_moved=TASKS_ASK_MOVED
+)
 # That of `trust_prior`: it leaves as often as it was found gone.
 _TRUSTS_PRIOR = FilterSettings(crossing=1.0, asks_moved=TASKS_ASK_MOVED, counts_left=True)
-_PRIOR_SIGHTINGS = 16.0  # that the prior is taken for
-_ANY_SIGHTINGS = 0.1  # beside these and its own, spread over all places
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,7 +286,8 @@ def follow_prior(
     Returns:
         Probability of each place, (Q, F); the rest is elsewhere.
     """
-    goes = _spread(memory, queries, prior.share, (1 + _ANYWHERE - prior.trust)[:, None])
+    anywhere = 1 + CORRECTIONS.prior_anywhere - prior.trust
+    goes = _spread(memory, queries, prior.share, anywhere[:, None])
     return compute_beliefs(memory, queries, rates, goes, [_FOLLOWS_PRIOR])[:, 0, :-1]
 
 
@@ -301,8 +302,9 @@ def trust_prior(
     Returns:
         Probability of each place, (Q, F); the rest is elsewhere.
     """
-    weight = counts.num_true + _PRIOR_SIGHTINGS * prior.share
-    goes = _spread(memory, queries, weight, (1 + _ANY_SIGHTINGS - prior.trust)[:, None])
+    weight = counts.num_true + CORRECTIONS.prior_sightings * prior.share
+    anywhere = 1 + CORRECTIONS.other_sightings - prior.trust
+    goes = _spread(memory, queries, weight, anywhere[:, None])
     return compute_beliefs(memory, queries, rates, goes, [_TRUSTS_PRIOR])[:, 0, :-1]
 
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.adaptive_filter import follow_prior, trust_prior
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.evidence.expected import Expected
-from sgm.evidence.hours import compute_keeping, follow_hours
 from sgm.evidence.place_features import PLACE_GROUPS
 from sgm.evidence.question import Question
 from sgm.evidence.question_features import QUESTION_GROUPS
@@ -18,10 +18,6 @@ from sgm.memory.queries import Queries
 
 _LEAST = 1e-6  # of a belief
 _LIFT = QUESTION_COLUMNS.index("trust.prior_lift")
-_GOOD_LIFT, _BEST_LIFT = 1.5, 2.0  # nats
-_GOOD_SHARE, _BEST_SHARE = 0.5, 0.6  # of what could be known
-_WORTH = 20.0  # sightings of a thing that halve what the prior of a home is trusted about it
-_MOST_TRUSTING = 0.5  # of the answer of who goes by the prior
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,19 +45,8 @@ class Features:
         belief = follow_prior(asked.memory, asked.queries, asked.rates, prior)
         if trust.any():
             trusting = trust_prior(asked.memory, asked.queries, asked.rates, prior, asked.counts)
-            belief += _MOST_TRUSTING * trust[:, None] * (trusting - belief)
+            belief += CORRECTIONS.prior_second * trust[:, None] * (trusting - belief)
         return trust, belief
-
-    def follow_hours(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return how likely each thing keeps hours, (Q,), and what they say, (Q, F).
-
-        The memory must be as it was when the features were computed.
-        """
-        asked = self.asked
-        hours = asked.counts.hours
-        sightings = None if hours is None else hours[0]
-        keeping = compute_keeping(sightings, asked.num_places[:, 0])
-        return keeping, follow_hours(asked.memory, asked.queries, asked.counts, asked.rates)
 
     def compare_asked(self) -> np.ndarray:
         """Return how much likelier each place is if anything may be asked for, (Q, F).
@@ -81,9 +66,10 @@ class Features:
         """
         lift = self.question[:, _LIFT].astype(float)
         share = lift / np.log(np.maximum(self.asked.num_places[:, 0], 2))
-        by_lift = (lift - _GOOD_LIFT) / (_BEST_LIFT - _GOOD_LIFT)
-        by_share = (share - _GOOD_SHARE) / (_BEST_SHARE - _GOOD_SHARE)
-        own = _WORTH / (_WORTH + self.asked.num_seen[:, 0])
+        one = CORRECTIONS
+        by_lift = (lift - one.lift_from) / (one.lift_to - one.lift_from)
+        by_share = (share - one.known_from) / (one.known_to - one.known_from)
+        own = one.own_sightings / (one.own_sightings + self.asked.num_seen[:, 0])
         trust: np.ndarray = by_lift.clip(0, 1) * by_share.clip(0, 1) * own
         return trust
 

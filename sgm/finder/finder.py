@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.belief import Belief, Detector
+from sgm.belief import CORRECTIONS, Belief, Detector
 from sgm.checks import check_elsewhere_share, check_shares
 from sgm.evidence.leaving import Leaving
 from sgm.finder.ranking import Place, Ranking
@@ -23,9 +23,6 @@ from sgm.messages import shorten
 from sgm.names.names import Resolution, Similarity
 from sgm.policies.policy import Policy
 from sgm.policies.probabilities import compute_probabilities
-
-DEFAULT_SHARE = 0.1  # of what is asked for is at no known place
-_ANYWHERE = 0.05  # share of the belief that is spread over all furniture: no place is ruled out
 
 
 class Finder:
@@ -50,7 +47,7 @@ class Finder:
         self,
         policy: Policy,
         detector: Detector | None = None,
-        elsewhere_share: float = DEFAULT_SHARE,
+        elsewhere_share: float = CORRECTIONS.elsewhere_share,
         asks_moved: float = 0.0,
     ) -> None:
         """Ask a policy.
@@ -238,7 +235,7 @@ class Finder:
             if was_seen.any():
                 left = np.where(was_seen, self._compute_left(asked), belief.elsewhere)
                 belief = belief.with_elsewhere(left)
-        belief = _doubt(belief.spread(_ANYWHERE), asked)
+        belief = _doubt(belief.spread(CORRECTIONS.anywhere), asked)
         rows, variants, carried = [], [], []
         for row, looks in enumerate(asked.looks):
             num_others = asked.num_instances[row] - np.count_nonzero(looks.seen)
@@ -268,7 +265,7 @@ class Finder:
         if known is None or known[0] is not asked.origin or known[1] != batch.time:
             known = self._leaving = asked.origin, batch.time, Leaving(batch)
         left = known[2].compute(batch, asked.queries)
-        odds = left / (1 - left) * _odds(self.elsewhere_share) / _odds(DEFAULT_SHARE)
+        odds = left / (1 - left) * _odds(self.elsewhere_share) / _odds(CORRECTIONS.elsewhere_share)
         return odds / (1 + odds)
 
     def _judge(self, asked: Asked) -> Belief:

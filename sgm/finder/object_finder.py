@@ -8,9 +8,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from sgm.belief import Belief, Detector
+from sgm.belief import CORRECTIONS, Belief, Detector
 from sgm.finder.adaptation import Adaptation, AskedAgain, Questions, fit_adaptation
-from sgm.finder.finder import DEFAULT_SHARE, Finder
+from sgm.finder.finder import Finder
 from sgm.memory.asking import Asked
 from sgm.memory.look_log import read_log
 from sgm.memory.look_weights import SURE
@@ -87,7 +87,7 @@ class ObjectFinder(Finder):
         """
         calibration = model.calibration or Calibration()
         if elsewhere_share is None:
-            elsewhere_share = calibration.elsewhere_share or DEFAULT_SHARE
+            elsewhere_share = calibration.elsewhere_share or CORRECTIONS.elsewhere_share
         policy = self._make_policy(model, asks_moved)
         self._network: Answering = policy
         self._text = load_text(policy.text_pipeline)

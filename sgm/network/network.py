@@ -14,6 +14,7 @@ from sgm.files import open_file, read_json
 from sgm.messages import shorten, shorten_text
 from sgm.network.calibration import Calibration, read_calibration
 from sgm.network.onnx_check import check_onnx
+from sgm.network.retired import drop_retired
 from sgm.network.shipped import CONFIG, find_part
 from sgm.text import load_text
 
@@ -27,6 +28,7 @@ INPUTS: dict[str, list[int | str]] = {  # axes of each; a text stands for any nu
     "is_place": ["questions", "places", 1],
 }
 
+_BUT_BAKED = f", but for the part of filter_share that {ONNX} holds till then"
 _MOST_BYTES = 64 * 2**20  # of network.onnx; the one that ships has less than one MB
 
 
@@ -38,14 +40,12 @@ class Network:
         session: ONNX Runtime's, on the CPU.
         calibration: what turns its logits into probabilities; None if it was never fitted.
         prior_share: share of a filter of the prior in its answers, see `mix_answers`.
-        hours_share: likewise of a filter of the hour of day.
-        checksum: SHA-256 of network.onnx and the shares.
+        checksum: SHA-256 of network.onnx and the share.
     """
 
     session: Any
     calibration: Calibration | None
     prior_share: float
-    hours_share: float
     checksum: str
 
     @classmethod
@@ -63,8 +63,8 @@ class Network:
         try:
             config = read_json(folder / CONFIG, allow_nan=True)
             about = config["onnx"]
-            prior_share = _read_share(config["model"], "prior_share")
-            hours_share = _read_share(config["model"], "hours_share")
+            model = drop_retired(config["model"], folder, but=_BUT_BAKED)
+            prior_share = _read_share(model, "prior_share")
             calibration = read_calibration(config["calibration"])
             text, evidence = config["schema"]["text"], about["evidence"]
             checksum = about["sha256"]
@@ -97,8 +97,8 @@ class Network:
                 "interrupted, or files of two were mixed. Export again."
             )
         session = _open(content, threads, folder)
-        identity = hashlib.sha256(f"{found} {prior_share} {hours_share}".encode()).hexdigest()
-        return cls(session, calibration, prior_share, hours_share, identity)
+        identity = hashlib.sha256(f"{found} {prior_share}".encode()).hexdigest()
+        return cls(session, calibration, prior_share, identity)
 
     def compute_logits(
         self, place: np.ndarray, question: np.ndarray, edge: np.ndarray, is_place: np.ndarray

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.features import compute_features
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.network.network import Network
-from sgm.network.sharing import DECIMALS, mix_answers
+from sgm.network.sharing import mix_answers
 from sgm.network.step_answers import StepAnswers
 from sgm.policies.policy import Policy
 
@@ -95,14 +96,10 @@ class NetworkPolicy(Policy):
         logits = self.network.compute_logits(
             evidence.place, evidence.question, _gather_edges(memory, queries), is_place
         )
-        scores = np.where(is_place, logits.round(DECIMALS), -np.inf)
-        return mix_answers(
-            scores[..., None],
-            evidence,
-            self.network.prior_share,
-            self.network.hours_share,
-            self._asks_moved,
-        )[..., 0]
+        scores = np.where(is_place, logits.round(CORRECTIONS.decimals), -np.inf)
+        return mix_answers(scores[..., None], evidence, self.network.prior_share, self._asks_moved)[
+            ..., 0
+        ]
 
 
 def _gather_edges(memory: MemoryBatch, queries: Queries) -> np.ndarray:

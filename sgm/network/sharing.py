@@ -4,45 +4,37 @@ from __future__ import annotations
 
 import numpy as np
 
+from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.features import Features
 from sgm.policies.probabilities import compute_probabilities
-
-DECIMALS = 6  # of a logit; sums in another order differ nine orders of magnitude below
-
-_TRUSTED = 9.0  # times `prior_share` more where the prior tells well
-_HEEDED = 0.4  # of what Bayes' rule says of other questions, docs/any_home.md
 
 
 def mix_answers(
     scores: np.ndarray,
     evidence: Features,
     prior_share: float,
-    hours_share: float,
     asks_moved: float,
 ) -> np.ndarray:
-    """Share answers with a filter of the prior and one of the hour, and count what is asked.
+    """Share answers with a filter of the prior, and count what is asked.
 
     Args:
         scores: logits of places and relations, (Q, F, R).
         evidence: what the network has read.
         prior_share: share of the filter of the prior, up to ten times that where the prior has
             told well where things are (`Features.follow_prior`).
-        hours_share: share of the filter of the hour of day, times how likely the thing keeps hours.
         asks_moved: share of the questions that are about what has just moved; other questions
             than those of the tasks move the logits (`Features.compare_asked`).
     """
     asked = evidence.asked
     if prior_share > 0:
         trust, belief = evidence.follow_prior()
-        shares = np.minimum(prior_share * (1 + _TRUSTED * trust), 1)
+        shares = np.minimum(prior_share * (1 + CORRECTIONS.prior_gain * trust), 1)
         scores = share_answers(scores, belief, shares, asked.is_place)
-    if hours_share > 0 and asked.memory.clock is not None:
-        keeping, belief = evidence.follow_hours()
-        scores = share_answers(scores, belief, hours_share * keeping, asked.is_place)
     if asks_moved != TASKS_ASK_MOVED:
-        heeded = _HEEDED * (1 - asks_moved / TASKS_ASK_MOVED)
-        scores = (scores + heeded * evidence.compare_asked()[..., None]).round(DECIMALS)
+        weight = CORRECTIONS.asked_weight * (1 - asks_moved / TASKS_ASK_MOVED)
+        scores = scores + weight * evidence.compare_asked()[..., None]
+        scores = scores.round(CORRECTIONS.decimals)
     return scores
 
 
@@ -61,4 +53,4 @@ def share_answers(
     other, share = compute_probabilities(belief, "weights", is_place), share[:, None]
     mixed = (1 - share) * own + share * other
     gain = np.log(np.divide(mixed, own, out=np.ones_like(own), where=own > 0))
-    return (scores + gain[..., None]).round(DECIMALS)
+    return (scores + gain[..., None]).round(CORRECTIONS.decimals)

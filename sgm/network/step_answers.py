@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from sgm.arrays.grouped import mark_rows
-from sgm.belief import REPEATED_SHARE, compute_miss
+from sgm.belief import compute_miss
+from sgm.belief.corrections import CORRECTIONS
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -73,8 +74,9 @@ class StepAnswers:
         place[change.home] = change.furniture
         before = self._looked[change.home, change.furniture]
         miss_rate = memory.history.compute_miss_rate()[change.home]
-        missed[change.home] = compute_miss(before + change.coverage, miss_rate, REPEATED_SHARE)
-        missed[change.home] /= compute_miss(before, miss_rate, REPEATED_SHARE)
+        repeated = CORRECTIONS.repeated_share
+        missed[change.home] = compute_miss(before + change.coverage, miss_rate, repeated)
+        missed[change.home] /= compute_miss(before, miss_rate, repeated)
         self._looked[change.home, change.furniture] += change.coverage
         home = memory.objects["home"][self._objects]
         rows = np.flatnonzero(place[home] >= 0)

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
+from sgm.belief.corrections import CORRECTIONS
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -32,7 +33,7 @@ class Policy(ABC):
     """
 
     score_kind: ClassVar[ScoreKind] = "weights"
-    looks_counted: ClassVar[float] = 0.5
+    looks_counted: ClassVar[float] = CORRECTIONS.looks_counted
     needs: ClassVar[frozenset[str]] = frozenset()
 
     @classmethod

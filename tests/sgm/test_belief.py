@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sgm.belief import SEEN_NOW, Belief, Detector, compute_miss
+from sgm.belief import CORRECTIONS, Belief, Detector, compute_miss
 from sgm.finder.finder import Finder
 from sgm.memory.asking import Looks
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -94,7 +94,7 @@ def test_looks_after_a_sighting_count_against_it():
     for seen in ([Sighting("mug")], [], [], [Sighting("mug")]):
         memory.observe(desk, seen)
         chances.append(Finder(Bayesian()).rank(memory, "mug")[0].probability)
-    assert chances[0] == chances[3] == pytest.approx(SEEN_NOW)
+    assert chances[0] == chances[3] == pytest.approx(CORRECTIONS.seen_now)
     assert chances[1] == pytest.approx(0.2425 / 0.2725)
     assert chances[2] < chances[1]  # it stayed at 97 % beside "not in the latest look"
 
@@ -180,7 +180,7 @@ def test_seen_now_is_known_now():
     places, elsewhere = update(
         np.array([0.01, 0.09, 0.0]), 0.9, make_looks(seen=[1, 0, 0]), Detector()
     )
-    assert places[0] == SEEN_NOW >= 0.95
+    assert places[0] == CORRECTIONS.seen_now >= 0.95
     # The rest keeps its proportions, .09 to .9.
     assert places[1] == pytest.approx(0.03 * 0.09 / 0.99)
     assert elsewhere == pytest.approx(0.03 * 0.9 / 0.99)

@@ -16,9 +16,7 @@ MEMBERS, UNITS = 3, 8
 
 
 def make(members):
-    return NodeEdgePredictor(
-        Sets(UNITS, members=members), transformer=False, evidence=True, filter_share=0.2
-    )
+    return NodeEdgePredictor(Sets(UNITS, members=members), transformer=False, evidence=True)
 
 
 @pytest.fixture

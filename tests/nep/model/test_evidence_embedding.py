@@ -205,26 +205,6 @@ def test_an_untrained_network_answers_what_the_filter_believes(dataset):
     torch.testing.assert_close(logits, belief[place])
 
 
-def test_the_share_of_the_filter_counts_outside_training(dataset):
-    """Three tenths of its logarithm and seven tenths of the network's logit."""
-    graph, logits = make_graph(dataset), {}
-    for share in (0.0, 0.3):
-        torch.manual_seed(0)
-        module = NEPModule(
-            Sets(units=16), transformer=False, evidence=True, clock_dropout=0, filter_share=share
-        )
-        with torch.no_grad():
-            torch.nn.init.constant_(module.predictor.evidence_embedding.shortcut.weight, 0.2)
-            logits[share, "train"] = module.predictor.score(graph)
-            logits[share] = module.eval().predictor.score(graph)
-    place = graph.edge_dst[graph.query_edge] - graph.furniture.start
-    belief = graph.evidence[:, PLACE_COLUMNS.index("filters.log_belief_asked")][place]
-    torch.testing.assert_close(logits[0.3], 0.7 * logits[0.0] + 0.3 * belief)
-    torch.testing.assert_close(logits[0.3, "train"], logits[0.0, "train"])
-    with pytest.raises(ValueError, match=r"filter_share must lie in \[0, 1\], got 2"):
-        NEPModule(Sets(units=16), filter_share=2)
-
-
 def test_segment_max_by_hand():
     values = torch.tensor([[1.0, -5.0], [3.0, -7.0], [-2.0, 0.5]])
     found = segment_max(values, torch.tensor([2, 2, 0]), 3)

@@ -91,8 +91,8 @@ def test_the_shipped_network_answers_as_in_torch(source, task):
     ("encoder", "features", "options"),
     [
         (partial(Sets, 16, 1, 2), FEATURES, {}),
-        (partial(Sets, 16, 3), FEATURES, {"filter_share": 0.3}),
-        (partial(MLP, 16), FEATURES, {"hours_share": 0.5}),
+        (partial(Sets, 16, 3), FEATURES, {"prior_share": 0.3}),
+        (partial(MLP, 16), FEATURES, {}),
         (
             partial(Sets, 16),
             FeatureConfig(

@@ -21,7 +21,6 @@ from simulator.snapshots.snapshots import take_snapshots
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 from simulator.testing import check_policy
-from simulator.world.routine.dynamics import RoutineDynamics
 
 
 def make_nep_policy(encoder) -> NEPPolicy:
@@ -240,26 +239,3 @@ def test_the_shipped_network_shares_its_answers_with_the_prior(lift, trust, monk
     share = 0.05 * (1 + 9 * trust)
     mixed = (1 - share) * found[0.0] + share * belief
     np.testing.assert_allclose(found[0.05], mixed, atol=1e-5)
-
-
-def test_the_shipped_network_shares_its_answers_with_who_goes_by_the_hour(monkeypatch):
-    """Four fifths for what surely keeps hours, nothing for what does not, nor without a clock."""
-    config = HomeConfig(dynamics=RoutineDynamics())
-    homes = SampledHomes(PriorGraph.default(), config, Streams(0, "val", range(2)))
-    policy, found = NEPPolicy.load("any_home"), {}
-    rollout = Rollout(homes, policy)
-    assert len(list(predict_locations(rollout, 10))) == 10
-    memory, queries = rollout.memory, rollout.ask()[1]
-    monkeypatch.setattr("sgm.evidence.features.compute_keeping", lambda *_: np.array([1.0, 0.0]))
-    for share in (policy._module.hours_share, 0.0):
-        policy._module.hours_share = share
-        scores = policy.score_places(memory, queries).max(axis=2)
-        found[share] = compute_probabilities(scores, "logits")
-    belief = compute_features(memory, queries).follow_hours()[1]
-    belief = belief / belief.sum(axis=1, keepdims=True)
-    np.testing.assert_allclose(found[0.8][0], 0.2 * found[0.0][0] + 0.8 * belief[0], atol=1e-5)
-    np.testing.assert_array_equal(found[0.8][1], found[0.0][1])
-    memory.clock = None
-    unclocked = policy.score_places(memory, queries)
-    policy._module.hours_share = 0.8
-    np.testing.assert_array_equal(policy.score_places(memory, queries), unclocked)

@@ -66,7 +66,7 @@ def test_ask_move_and_click(browser, serve, desk):
     ask(browser, "the red mug")
     rows = wait_for(browser, lambda: read_rows(browser, "#answer-a"))
     assert rows[0][1:] == ["counter top in kitchen, on top", "seen here in this step; prior 60%"]
-    # What is seen in this step is there with 97 % (`SEEN_NOW`); all parts sum to one.
+    # What is seen in this step is there with 97 % (`Corrections.seen_now`); all parts sum to one.
     shares = [float(row[0][:-1]) for row in rows if row[0].endswith("%")]
     assert shares[0] == 97.0
     assert sum(shares) == pytest.approx(100, abs=0.3)

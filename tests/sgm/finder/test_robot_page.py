@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from sgm.belief import SEEN_NOW, Detector
+from sgm.belief import CORRECTIONS, Detector
 from sgm.finder.finder import Finder
 from sgm.finder.ranking import Place, Ranking
 from sgm.finder.search_plan import EXACT_PLACES, Look, SearchPlan
@@ -75,7 +75,7 @@ def test_what_is_told_as_on_the_page():
 def test_numbers_of_the_page():
     assert EXACT_PLACES == 9
     assert PAGE.count("nine") == 2
-    assert f"{SEEN_NOW:.0%}".replace("%", " %") in PAGE
+    assert f"{CORRECTIONS.seen_now:.0%}".replace("%", " %") in PAGE
 
 
 @pytest.mark.parametrize("thing", ["the red mug", "scissors", "keys"])
