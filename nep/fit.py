@@ -114,7 +114,7 @@ class FitCLI(LightningCLI):
         parser.add_argument(
             "--threads", type=PositiveInt | None, help="CPU threads; null for all cores."
         )
-        for name in RETIRED:  # configs of earlier versions have them
+        for name in sorted(RETIRED):  # configs of earlier versions have them
             parser.add_argument(f"--model.{name}", type=float | None, help=argparse.SUPPRESS)
         parser.add_lightning_class_args(OnlineEvaluation, "online")
         # What null stands for, so that --print_config shows every switch.

@@ -10,7 +10,7 @@ from typing import Any
 from sgm.messages import shorten
 
 # Shares of two filters in the answers: without them households are answered as well or better.
-RETIRED = ("filter_share", "hours_share")
+RETIRED = frozenset({"filter_share", "hours_share"})
 
 
 def drop_retired(settings: Mapping[str, Any], where: str | Path, but: str = "") -> dict[str, Any]:
@@ -21,7 +21,7 @@ def drop_retired(settings: Mapping[str, Any], where: str | Path, but: str = "") 
         where: the file, for the message.
         but: what else there is to know of them.
     """
-    found = {name: settings[name] for name in RETIRED if settings.get(name)}
+    found = {name: settings[name] for name in sorted(RETIRED) if settings.get(name)}
     if found:
         values = " and ".join(f"{name} {shorten(value)}" for name, value in found.items())
         warnings.warn(
