@@ -25,6 +25,13 @@ from sgm.memory.queries import Queries
 from sgm.memory.sighting import SeenAt, Sighting, read_hidden, read_sightings
 from sgm.memory.spark_graph import make_spark_graph
 from sgm.memory.storage import load_content, save_content
+from sgm.memory.thing_changes import (
+    ThingChange,
+    ThingEvent,
+    list_changes,
+    list_events,
+    read_since,
+)
 from sgm.memory.time_steps import MAX_TIME, check_jump, count_steps
 from sgm.messages import shorten
 from sgm.names.aliases import Aliases, AliasTable
@@ -621,6 +628,49 @@ class SceneGraphMemory(Corrections):
             ValueError: if the description is no name (`read_words`).
         """
         return next(iter(self.places_of(description)), None)
+
+    def history(self, thing: str) -> list[ThingEvent]:
+        """Return what is kept of a thing over time, the latest first; the log has all.
+
+        That is the last sighting at each place, the look that missed it there first since, and the
+        last things that were said of it. Of several things that a name means, all.
+
+        Args:
+            thing: name or id.
+
+        Raises:
+            ValueError: if the name is none (`read_words`).
+        """
+        matches = self.resolve(thing).matches
+        with self._lock:
+            state = self._state
+            rows = state.find_rows(thing) or [r for name in matches for r in state.find_rows(name)]
+            found = [
+                event
+                for row in dict.fromkeys(rows)
+                for event in list_events(
+                    state.batch, state.things[row], row, state.list_places(row), state.furniture_ids
+                )
+            ]
+        return sorted(found, key=lambda event: -event.time)
+
+    def changes(self, since: datetime | int) -> list[ThingChange]:
+        """Return what is new, was moved or is gone, as looks have shown and people have said.
+
+        Args:
+            since: time step, or date and time by the clock, from which on it was noticed.
+
+        Returns:
+            The last changes of each thing, the latest first; a thing that was moved twice since
+            stands there once, with its last move.
+
+        Raises:
+            ValueError: if `since` is neither, or a date and the memory has no clock.
+        """
+        with self._lock:
+            state = self._state
+            first = read_since(since, state.clock)
+            return list_changes(state.batch, state.things, state.furniture_ids, first)
 
     def to_dict(self) -> dict[str, Any]:
         """Return rooms > furniture > objects as JSON values.

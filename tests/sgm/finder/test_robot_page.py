@@ -14,6 +14,7 @@ from sgm.finder.search_plan import EXACT_PLACES, Look, SearchPlan
 from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import SeenAt, Sighting
+from sgm.memory.thing_changes import ThingChange, ThingEvent
 from sgm.policies.heuristics import Bayesian
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "robot.md").read_text(encoding="utf-8")
@@ -99,7 +100,10 @@ def test_the_loop_of_the_page_finds_things(thing):
         assert len(robot.been) <= 12
 
 
-@pytest.mark.parametrize("answer", [Sighting, SeenAt, Place, Ranking, Look, SearchPlan, Detector])
+@pytest.mark.parametrize(
+    "answer",
+    [Sighting, SeenAt, Place, Ranking, Look, SearchPlan, Detector, ThingChange, ThingEvent],
+)
 def test_every_field_is_named(answer):
     hidden = {"description", "places", "looks"}  # what they hold is said, not their names
     missing = [field.name for field in fields(answer) if f"`{field.name}`" not in PAGE]
