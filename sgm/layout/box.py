@@ -16,7 +16,7 @@ INTERIORS = ("none", "open", "door")
 BELOW_TOP, ABOVE_TOP = 0.03, 0.40  # metres around the top within which things are on top
 _WALL = 0.02  # metres of wall, board and door around what is inside
 _MOST_METRES = 1e5  # of any coordinate: farther away nothing is in a home
-_LEAST_METRES = 1e-3  # of any side
+LEAST_METRES = 1e-3  # of any side
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,9 +54,9 @@ class Box:
                 f"box must lie within {_MOST_METRES:g} m, got {shorten(self.size)} at "
                 f"{shorten(self.center)}. Give metres and radians in the frame of the map."
             )
-        if min(self.size) < _LEAST_METRES:
+        if min(self.size) < LEAST_METRES:
             raise ValueError(
-                f"size of a box must be at least {_LEAST_METRES} m on every side, got "
+                f"size of a box must be at least {LEAST_METRES} m on every side, got "
                 f"{shorten(self.size)} at {shorten(self.center)}. Give length, width and height."
             )
         if self.interior not in INTERIORS:

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from sgm.checks import is_number
+from sgm.layout.box import Box
 from sgm.messages import shorten
 
 
@@ -40,6 +42,9 @@ class Furniture:
         name: tells it from all other furniture of the home, such as "shelf 2"; empty where its id
             does.
         position: where one stands to look at it, in metres; None if nobody knows.
+        box: its extents in the map; None if nobody knows.
+        open_cost: of opening it to look into it, in the unit of distances; None if there is nothing
+            to open.
     """
 
     label: str
@@ -47,22 +52,43 @@ class Furniture:
     description: str
     name: str = ""
     position: tuple[float, float] | None = None
+    box: Box | None = None
+    open_cost: float | None = None
+
+    @property
+    def must_open(self) -> bool:
+        """Whether it must be opened to look into it."""
+        return self.open_cost is not None or (self.box is not None and self.box.has_door)
 
     def to_row(self) -> list[Any]:
         """Return JSON values, without the last ones that nobody knows; names are in no row."""
-        row = [self.label, self.room, self.description, self.position and list(self.position)]
+        row: list[Any] = [self.label, self.room, self.description]
+        row.append(None if self.position is None else list(self.position))
+        row.append(None if self.box is None else self.box.to_json())
+        row.append(self.open_cost)
         while row[-1] is None:
             row.pop()
         return row
 
     @classmethod
-    def from_row(cls, label: str, room: int, description: str, position: Any = None) -> Furniture:
+    def from_row(
+        cls,
+        label: str,
+        room: int,
+        description: str,
+        position: Any = None,
+        box: Any = None,
+        open_cost: Any = None,
+    ) -> Furniture:
         """Read JSON values.
 
         Raises:
-            ValueError: if the position is no two numbers.
+            ValueError: if the position is no two numbers, the box none, or the cost no number.
         """
-        return cls(label, room, description, position=read_position(position))
+        return cls(
+            label, room, description, position=read_position(position),
+            box=None if box is None else Box.from_json(box), open_cost=read_open_cost(open_cost),
+        )  # fmt: skip
 
 
 def read_position(position: Any = None) -> tuple[float, float] | None:
@@ -82,3 +108,19 @@ def read_position(position: Any = None) -> tuple[float, float] | None:
             f"position must be two numbers, got {shorten(position)}. Give metres, such as (1.5, 4)."
         )
     return x, y
+
+
+def read_open_cost(cost: Any = None) -> float | None:
+    """Return the cost of opening a piece of furniture; None stays None.
+
+    Raises:
+        ValueError: if it is no finite number, 0 or more.
+    """
+    if cost is None:
+        return None
+    if not is_number(cost) or not 0 <= cost < math.inf:
+        raise ValueError(
+            f"open_cost must be a finite number, 0 or more, got {shorten(cost)}. Give what opening "
+            "it costs in the unit of the distances, or leave it out where there is no door."
+        )
+    return float(cost)

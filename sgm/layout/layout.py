@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from sgm.layout.furniture import Furniture, Room, read_position
+from sgm.layout.approach import compute_positions
+from sgm.layout.box import Box, read_box
+from sgm.layout.furniture import Furniture, Room, read_open_cost, read_position
 from sgm.messages import shorten
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import read_words
@@ -131,37 +133,60 @@ class Layout:
         room: int,
         description: str | None,
         position: tuple[float, float] | None = None,
+        box: Box | None = None,
+        open_cost: float | None = None,
     ) -> Furniture:
         """Check what a furniture node is to be, and change nothing.
 
         Raises:
             KeyError: if there is no such room.
-            ValueError: if the label or the description is no name (`read_words`), or the position
-                no two numbers.
+            TypeError: if the box is none.
+            ValueError: if the label or the description is no name (`read_words`), the position no
+                two numbers, or the cost of opening no number, 0 or more.
         """
         read_words("furniture label", label)
         description = label if description is None else description
         read_words("furniture description", description)
         self.check_room(room)
-        return Furniture(label, int(room), description, position=read_position(position))
+        return Furniture(
+            label, int(room), description, position=read_position(position), box=read_box(box),
+            open_cost=read_open_cost(open_cost),
+        )  # fmt: skip
 
     def make_moved(
-        self, furniture: int, room: int | None, position: tuple[float, float] | None
+        self,
+        furniture: int,
+        room: int | None,
+        position: tuple[float, float] | None,
+        box: Box | None = None,
     ) -> Furniture:
-        """Return a furniture node as it is in another room or at another position.
+        """Return a furniture node as it is in another room, at another position or in another box.
 
         Raises:
             KeyError: if there is no such furniture node or room.
+            TypeError: if the box is none.
             ValueError: if the position is no two numbers.
         """
         self.check_furniture(furniture)
         node = self.furniture[furniture]
         if room is not None:
             self.check_room(room)
-            node = replace(node, room=int(room), position=None)
+            node = replace(node, room=int(room), position=None, box=None)
+        if box is not None:
+            node = replace(node, position=None, box=read_box(box))
         if position is not None:
             node = replace(node, position=read_position(position))
         return node
+
+    @property
+    def boxes(self) -> dict[int, Box]:
+        """Boxes of the furniture that has one, by id."""
+        rows = self.furniture.items()
+        return {number: row.box for number, row in rows if row.box is not None}
+
+    def compute_positions(self) -> dict[int, tuple[float, float] | None]:
+        """Return where one stands to look at each furniture node, given or found, by id."""
+        return compute_positions(self.rooms, self.furniture)
 
     def describe(self, furniture: int) -> str:
         """Return the description and room of a furniture node.

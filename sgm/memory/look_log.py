@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from sgm.files import parse_json, read_file
+from sgm.layout.box import Box
+from sgm.layout.furniture import read_open_cost
 from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
 from sgm.memory.coverage import parse_coverage
@@ -288,6 +290,10 @@ def _read_line(data: Any) -> LogLine:
     elif kind in STATEMENTS:
         if not LEAST_CONFIDENCE <= float(values["confidence"]) <= 1:
             raise ValueError(f"confidence {shorten(values['confidence'])}")
+    if kind in ("furniture", "move"):
+        box = data.get("box")
+        values["box"] = None if box is None else Box.from_json(box)
+        values["open_cost"] = read_open_cost(data.get("open_cost"))
     if "coverage" in values:
         values["coverage"] = parse_coverage(values["coverage"])
     return LogLine(kind, time, values)

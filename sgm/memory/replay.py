@@ -111,7 +111,7 @@ class Replayer:
             position = values["position"]
             memory.move_furniture(
                 self.furniture[values["furniture"]], self._rooms[values["room"]],
-                None if position is None else tuple(position),
+                None if position is None else tuple(position), values.get("box"),
             )  # fmt: skip
         elif line.kind == "remove_room":
             self._remove_room(values["room"])
@@ -178,7 +178,10 @@ class Replayer:
                 self._rooms[number] = self.memory.add_room(room.label)
         for number, row in furniture.items():
             if number not in self.furniture:
-                values = {"description": row.description, "position": row.position}
+                values = {
+                    "description": row.description, "position": row.position,
+                    "box": row.box, "open_cost": row.open_cost,
+                }  # fmt: skip
                 self._add(number, row.label, row.room, values)
         self.memory.step(max(line.time - self.memory.time, 0))
 
@@ -186,7 +189,8 @@ class Replayer:
         position = values["position"]
         self.furniture[number] = self.memory.add_furniture(
             label, self._rooms[room], values["description"],
-            None if position is None else tuple(position),
+            None if position is None else tuple(position), values.get("box"),
+            values.get("open_cost"),
         )  # fmt: skip
 
     def _remove_room(self, number: int) -> None:

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sgm.layout.box import Box
+from sgm.layout.furniture import Furniture
 from sgm.layout.layout import Layout
 from sgm.memory.asking import Asked, Scorer
 from sgm.memory.clock import Clock
@@ -288,6 +290,8 @@ class SceneGraphMemory(Corrections):
         room: int,
         description: str | None = None,
         position: tuple[float, float] | None = None,
+        box: Box | None = None,
+        open_cost: float | None = None,
     ) -> int:
         """Add a furniture node and return its id.
 
@@ -296,19 +300,25 @@ class SceneGraphMemory(Corrections):
             room: id from `add_room`.
             description: for people, such as "white fridge"; the label if left out.
             position: where one stands to look at it, in metres; with positions of all furniture,
-                searches and plans need no `distance`.
+                searches and plans need no `distance`. With a box it may be left out: it is then
+                found in front of the box.
+            box: its extents in the map (`sgm.eyes.Box`), from which a camera's frames become looks.
+                A floor is furniture, too: label "floor", `Box.of_floor`.
+            open_cost: of opening it, in the unit of distances, for searches; None where there is
+                nothing to open.
 
         Raises:
             KeyError: if `room` is not a room of this memory.
-            ValueError: if the label or the description is no name (`read_words`), or the position
-                no two numbers.
+            TypeError: if the box is none.
+            ValueError: if the label or the description is no name (`read_words`), the position no
+                two numbers, or the cost no number, 0 or more.
         """
         with self._lock:
             layout = self._state.layout
-            node = layout.make_furniture(label, room, description, position)
+            node = layout.make_furniture(label, room, description, position, box, open_cost)
             self._write(
                 "furniture", furniture=layout.num_furniture_ever, label=label, room=node.room,
-                description=node.description, position=node.position,
+                description=node.description, position=node.position, **_list_extents(node),
             )  # fmt: skip
             furniture = layout.add_furniture(node)
             self._state.note_new(label)
@@ -319,34 +329,50 @@ class SceneGraphMemory(Corrections):
         furniture: int,
         room: int | None = None,
         position: tuple[float, float] | None = None,
+        box: Box | None = None,
     ) -> None:
         """Note that a furniture node was moved; what was seen there moves with it.
 
         Args:
             furniture: id from `add_furniture`.
             room: where it stands now; None for the same room.
-            position: as in `add_furniture`; None if it is as it was, or, in another room, unknown.
+            position: as in `add_furniture`; None if it is as it was, or, in another room or box,
+                unknown.
+            box: where it stands now; None if it is as it was, or, in another room, unknown.
 
         Raises:
             KeyError: if there is no such furniture node or room.
+            TypeError: if the box is none.
             ValueError: if the position is no two numbers.
         """
         with self._lock:
             layout = self._state.layout
-            node = layout.make_moved(furniture, room, position)
-            self._write("move", furniture=furniture, room=node.room, position=node.position)
+            node = layout.make_moved(furniture, room, position, box)
+            about: dict[str, Any] = {} if node.box is None else {"box": node.box.to_json()}
+            self._write(
+                "move", furniture=furniture, room=node.room, position=node.position, **about
+            )
             layout.furniture[furniture] = node
             self._state.note_new()
 
     def get_position(self, furniture: int) -> tuple[float, float] | None:
-        """Return the position of a furniture node; None if it was not given.
+        """Return where one stands to look at a furniture node; None if nobody knows.
+
+        As it was given; where it was not, a point before the front of its box, outside all others.
 
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
         """
         with self._lock:
             self._state.layout.check_furniture(furniture)
-            return self._state.layout.furniture[furniture].position
+            position = self._state.layout.furniture[furniture].position
+            return position or self._state.layout.compute_positions()[furniture]
+
+    @property
+    def boxes(self) -> dict[int, Box]:
+        """Boxes of the furniture that has one, by id, for `sgm.eyes.LookBuilder`."""
+        with self._lock:
+            return self._state.layout.boxes
 
     def list_furniture(self, room: int) -> tuple[int, ...]:
         """Return the ids of the furniture of a room, to leave out a closed one, for example.
@@ -748,3 +774,13 @@ class SceneGraphMemory(Corrections):
         if self._log is not None:
             time = self._state.time if time is None else time
             self._log.write(kind, time, self._state.clock, values)
+
+
+def _list_extents(node: Furniture) -> dict[str, Any]:
+    """Return what a line of a log says of furniture with a box, or that must be opened."""
+    about: dict[str, Any] = {}
+    if node.box is not None:
+        about["box"] = node.box.to_json()
+    if node.open_cost is not None:
+        about["open_cost"] = node.open_cost
+    return about

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from sgm.layout.box import Box
+from sgm.layout.furniture import Furniture
 from sgm.layout.layout import Layout
 
 _SPACING = 3.0  # metres between what has no position
@@ -16,6 +18,7 @@ _BESIDE = 0.3  # metres from the middle of furniture to what lies on it
 # Names in the metadata of edges, and of nodes.
 RELATION = "relation"
 FURNITURE, HAS_POSITION = "is_furniture", "has_position"
+INTERIOR, OPEN_COST = "interior", "open_cost"
 
 
 def import_spark_dsg() -> Any:
@@ -56,9 +59,12 @@ def make_spark_graph(home: Mapping[str, Any], layout: Layout, labels: Mapping[st
         middle = np.mean(known, axis=0) if known else np.array([_SPACING * number, 0.0])
         node = writer.add_room(room["id"], room["label"], middle)
         for turn, (row, own) in enumerate(zip(room["furniture"], at, strict=True)):
+            box = layout.furniture[row["id"]].box
             place = middle + np.array([0.0, _SPACING * turn]) if own is None else np.array(own)
-            about = {FURNITURE: True, HAS_POSITION: own is not None}
-            holder = writer.add_object(row["label"], row["description"], place, about)
+            if own is None and box is not None:
+                place = np.array(box.center[:2])
+            about = _describe_furniture(layout.furniture[row["id"]])
+            holder = writer.add_object(row["label"], row["description"], place, about, box)
             writer.link(node, holder)
             there = [seen for seen in row["objects"] if seen["is_there"]]
             for angle, seen in zip(np.arange(len(there)) * 2.4, there, strict=True):
@@ -68,6 +74,16 @@ def make_spark_graph(home: Mapping[str, Any], layout: Layout, labels: Mapping[st
                 item = writer.add_object(labels[name], name, beside, {FURNITURE: False, **about})
                 writer.link(holder, item, seen["relation"])
     return writer.finish()
+
+
+def _describe_furniture(row: Furniture) -> dict[str, Any]:
+    """Return the metadata of a furniture node."""
+    about: dict[str, Any] = {FURNITURE: True, HAS_POSITION: row.position is not None}
+    if row.box is not None:
+        about[INTERIOR] = row.box.interior
+    if row.open_cost is not None:
+        about[OPEN_COST] = row.open_cost
+    return about
 
 
 class _GraphWriter:
@@ -86,13 +102,20 @@ class _GraphWriter:
         return self._add(self._package.DsgLayers.ROOMS, "R", number, attributes)
 
     def add_object(
-        self, label: str, description: str, at: np.ndarray, metadata: dict[str, Any]
+        self,
+        label: str,
+        description: str,
+        at: np.ndarray,
+        metadata: dict[str, Any],
+        box: Box | None = None,
     ) -> Any:
         """Add furniture or an object and return its symbol."""
         attributes = self._package.ObjectNodeAttributes()
         attributes.name, attributes.position = description, np.append(at, 0.0)
         attributes.semantic_label = self._numbers.setdefault(label, len(self._numbers) + 1)
         attributes.metadata.set(metadata)
+        if box is not None:
+            attributes.bounding_box = self._package.BoundingBox(box.size, box.center, box.yaw)
         self._num_objects += 1
         return self._add(self._package.DsgLayers.OBJECTS, "O", self._num_objects, attributes)
 

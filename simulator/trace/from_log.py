@@ -192,11 +192,16 @@ class _LogReader:
         if line.kind == "room":
             self._add_room(values["room"], values["label"])
         elif line.kind == "furniture":
-            node = Furniture(values["label"], values["room"], values["description"])
+            node = Furniture(
+                values["label"], values["room"], values["description"],
+                box=values.get("box"), open_cost=values.get("open_cost"),
+            )  # fmt: skip
             self._add_furniture(values["furniture"], node)
         elif line.kind == "move":
             place = self._places[values["furniture"]]
-            self._nodes[place] = replace(self._nodes[place], room=self._rooms[values["room"]])
+            self._nodes[place] = replace(
+                self._nodes[place], room=self._rooms[values["room"]], box=values.get("box")
+            )
         elif line.kind == "remove_room":
             room = self._rooms[values["room"]]
             for place in self._places.values():

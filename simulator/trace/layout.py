@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from sgm.files import read_json
-from sgm.layout.furniture import Furniture, Room, read_position
+from sgm.layout.box import Box
+from sgm.layout.furniture import Furniture, Room, read_open_cost, read_position
 from sgm.layout.layout import Layout
 from sgm.messages import shorten
 from sgm.names.words import read_words
@@ -21,7 +22,8 @@ LAYOUT_FILE = "layout.json"
 LAYOUT_VERSION = 1
 _FIELDS = ("version", "rooms", "furniture", "start", "end_s")
 _ROOM_FIELDS = ("name", "label")
-_FURNITURE_FIELDS = ("name", "room", "label", "description", "position")
+_FURNITURE_FIELDS = ("name", "room", "label", "description", "position", "box", "open_cost")
+_BOX_FIELDS = ("center", "size", "yaw", "interior")
 
 
 def get_label(name: str) -> str:
@@ -96,6 +98,11 @@ def make_layout_json(layout: Layout, start: datetime | None, until_s: float | No
             entry["description"] = row.description
         if row.position is not None:
             entry["position"] = list(row.position)
+        if row.box is not None:
+            entry["box"] = {"center": row.box.center, "size": row.box.size, "yaw": row.box.yaw,
+                            "interior": row.box.interior}  # fmt: skip
+        if row.open_cost is not None:
+            entry["open_cost"] = row.open_cost
         furniture.append(entry)
     parts = [
         f'"version": {LAYOUT_VERSION}',
@@ -158,7 +165,19 @@ def _read_furniture(rows: Any, rooms: tuple[Room, ...]) -> Iterator[Furniture]:
         if description is not None:
             read_words(f"{where}.description", description)
         position = read_position(entry.get("position"))
-        yield Furniture(label, room, description or label, name, position)
+        box = _read_box(f"{where}.box", entry.get("box"))
+        cost = read_open_cost(entry.get("open_cost"))
+        yield Furniture(label, room, description or label, name, position, box, cost)
+
+
+def _read_box(where: str, row: Any) -> Box | None:
+    if row is None:
+        return None
+    entry = _check_row(where, row, _BOX_FIELDS)
+    for name in ("center", "size"):
+        if name not in entry:
+            raise ValueError(f"{where} must have the field {name}, got {_shorten(row)}. Add it.")
+    return Box(**entry)
 
 
 def _check_list(what: str, rows: Any) -> list[Any]:

@@ -31,7 +31,7 @@ def remember_trace(
         memory.add_room(room.label)
     for row in trace.layout.furniture.values():
         description = row.name if row.description == row.label else row.description
-        memory.add_furniture(row.label, row.room, description, row.position)
+        memory.add_furniture(row.label, row.room, description, row.position, row.box, row.open_cost)
     if not trace.events:
         return memory
     where: dict[str, Event] = {}

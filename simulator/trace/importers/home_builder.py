@@ -6,6 +6,7 @@ from collections import Counter, defaultdict
 from collections.abc import Collection
 from dataclasses import replace
 
+from sgm.layout.box import Box
 from sgm.layout.furniture import Furniture, Room
 from sgm.layout.layout import Layout
 from sgm.memory.sighting import RELATIONS
@@ -44,6 +45,11 @@ class HomeBuilder:
         words = read_words("label", label)
         return words in self._own or words in load_types().furniture
 
+    def get_relation(self, label: str) -> str:
+        """Return how things usually lie at furniture of a label; "" where that is not known."""
+        known = load_types().furniture.get(read_words("label", label))
+        return "" if known is None else known.relation
+
     def add_room(self, label: str) -> int:
         """Add a room and return its index."""
         self._rooms.append(read_words("room label", label))
@@ -55,6 +61,8 @@ class HomeBuilder:
         room: int,
         description: str | None = None,
         position: tuple[float, float] | None = None,
+        box: Box | None = None,
+        open_cost: float | None = None,
     ) -> int:
         """Add furniture to a room and return its index.
 
@@ -63,9 +71,12 @@ class HomeBuilder:
             room: index from `add_room`.
             description: for people; None for the label.
             position: in metres; None if nobody knows.
+            box: its extents; None if nobody knows.
+            open_cost: of opening it; None where there is nothing to open.
         """
         words = read_words("furniture label", label)
-        row = Furniture(words, room, description or words, position=position)
+        row = Furniture(words, room, description or words, position=position, box=box,
+                        open_cost=open_cost)  # fmt: skip
         self._furniture.append(row)
         return len(self._furniture) - 1
 

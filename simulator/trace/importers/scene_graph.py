@@ -13,7 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from sgm.memory.spark_graph import FURNITURE, HAS_POSITION, RELATION, import_spark_dsg
+from sgm.layout.box import LEAST_METRES, Box
+from sgm.memory.spark_graph import (
+    FURNITURE,
+    HAS_POSITION,
+    INTERIOR,
+    OPEN_COST,
+    RELATION,
+    import_spark_dsg,
+)
 from sgm.messages import shorten
 from simulator.priors.types import load_names
 from simulator.trace.importers.home_builder import HomeBuilder
@@ -140,9 +148,27 @@ class _GraphReader:
             return
         x, y, _ = (float(value) for value in node.attributes.position)
         position = (x, y) if node.attributes.metadata.get().get(HAS_POSITION, True) else None
-        index = self.builder.add_furniture(label, room, self._find_name(node), position)
+        box, cost = self._find_extents(node, label)
+        index = self.builder.add_furniture(label, room, self._find_name(node), position, box, cost)
         self._furniture[node.id.value] = index
         self._room_of_furniture[index] = room
+
+    def _find_extents(self, node: Any, label: str) -> tuple[Box | None, float | None]:
+        """Return the box of furniture, upright, and what it costs to open it; None if unknown."""
+        about = node.attributes.metadata.get()
+        bounds = node.attributes.bounding_box
+        box = None
+        if bounds is not None and bounds.is_valid():
+            turned = np.asarray(bounds.world_R_center, dtype=float)
+            yaw = float(np.arctan2(turned[1, 0], turned[0, 0]))
+            corners = np.asarray(bounds.corners(), dtype=float)  # (8, 3)
+            own = Box((0, 0, 0), (1, 1, 1), yaw).to_own(corners)
+            size, middle = np.ptp(own, axis=0), (own.min(axis=0) + own.max(axis=0)) / 2
+            usual = "open" if self.builder.get_relation(label) == "in" else "none"
+            if size.min() >= LEAST_METRES:
+                center = Box((0, 0, 0), (1, 1, 1), yaw).to_map(middle)
+                box = Box(tuple(center), tuple(size), yaw, about.get(INTERIOR, usual))
+        return box, about.get(OPEN_COST)
 
     def _add_object(self, node: Any, label: str) -> None:
         name = self._find_name(node)
