@@ -1,7 +1,8 @@
 """Scene graph memory: what a robot remembers of a home, and where it should look.
 
 `SceneGraphMemory`, `Sighting` and `Clock` remember; `ObjectFinder` asks the network that ships,
-`Finder` any policy, such as `Bayesian`. Needs numpy, numba and ONNX Runtime, no deep learning.
+`Finder` any policy, such as `Bayesian`; `MemoryService` answers in words. Needs numpy, numba and
+ONNX Runtime, no deep learning.
 The names are loaded when they are first used.
 """
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from sgm.finder.object_finder import ObjectFinder
     from sgm.finder.ranking import Place, Ranking
     from sgm.finder.search_plan import Look, SearchPlan
+    from sgm.finder.service import MemoryService
     from sgm.memory.clock import Clock
     from sgm.memory.scene_graph_memory import SceneGraphMemory
     from sgm.memory.sighting import SeenAt, Sighting
@@ -32,6 +34,7 @@ _MODULES = {
     "Detector": "sgm.belief",
     "Finder": "sgm.finder.finder",
     "Look": "sgm.finder.search_plan",
+    "MemoryService": "sgm.finder.service",
     "ObjectFinder": "sgm.finder.object_finder",
     "Place": "sgm.finder.ranking",
     "Policy": "sgm.policies",
@@ -50,6 +53,7 @@ __all__ = [
     "Detector",
     "Finder",
     "Look",
+    "MemoryService",
     "ObjectFinder",
     "Place",
     "Policy",

@@ -71,7 +71,7 @@ class Evidence:
         if self.seen_on is None or self.now is None:
             ago = f"seen here {_count(seen.steps_ago, 'step')} ago"
             return ago + ("" if seen.is_there else ", then gone")
-        return f"seen here {_tell_time(self.seen_on, self.now)}{self._tell_missed(seen)}"
+        return f"seen here {tell_time(self.seen_on, self.now)}{self._tell_missed(seen)}"
 
     def _tell_said(self, seen: SeenAt) -> str:
         """Say who said when that it is here, and whether a later look missed it."""
@@ -79,15 +79,15 @@ class Evidence:
         if self.seen_on is None or self.now is None:
             ago = f"{_count(seen.steps_ago, 'step')} ago" if seen.steps_ago else "in this step"
             return f"{who} {ago}" + ("" if seen.is_there else ", then gone")
-        return f"{who} {_tell_time(self.seen_on, self.now)}{self._tell_missed(seen)}"
+        return f"{who} {tell_time(self.seen_on, self.now)}{self._tell_missed(seen)}"
 
     def _tell_missed(self, seen: SeenAt) -> str:
         if seen.is_there or self.missed_on is None or self.now is None:
             return ""
-        return f"; not there {_tell_time(self.missed_on, self.now)}"
+        return f"; not there {tell_time(self.missed_on, self.now)}"
 
 
-def _tell_time(time: datetime, now: datetime) -> str:
+def tell_time(time: datetime, now: datetime) -> str:
     """Say a time as people do: "at 9:10", "yesterday at 21:40", "on 3 November at 8:00"."""
     hour = f"at {time.hour}:{time.minute:02}"
     days = (now.date() - time.date()).days
@@ -95,6 +95,8 @@ def _tell_time(time: datetime, now: datetime) -> str:
         return hour
     if days == 1:
         return f"yesterday {hour}"
+    if days == -1:
+        return f"tomorrow {hour}"
     year = f" {time.year}" if time.year != now.year else ""
     return f"on {time.day} {_MONTHS[time.month - 1]}{year} {hour}"
 

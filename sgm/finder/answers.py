@@ -1,0 +1,290 @@
+"""What a `MemoryService` answers: plain values, few of them, with the time in words and in ISO."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from datetime import datetime
+from typing import Any, Literal
+
+from sgm.finder.reasons import tell_time
+from sgm.memory.clock import Clock
+
+MOST_BYTES = 600  # of an answer of `where_is` for which no number of rows was asked
+_DIGITS = 3  # of probabilities and costs
+
+Status = Literal["ok", "ambiguous", "unknown"]
+# What each status means, for the documentation.
+STATUSES = {
+    "ok": "the call was done",
+    "ambiguous": "the name means several things; nothing was done: `ask` is what to ask the user, "
+    "`candidates` are names to call again with",
+    "unknown": "nothing of that name is known; `candidates` are near names, if there are any",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """A time.
+
+    Attributes:
+        step: time step of the memory.
+        iso: local date and time in ISO 8601; None without a clock.
+        words: "at 9:10", "yesterday at 21:40"; without a clock "now", "3 steps ago".
+    """
+
+    step: int
+    iso: str | None
+    words: str
+
+    @classmethod
+    def tell(cls, step: int, now: int, clock: Clock | None) -> Moment:
+        """Tell a time step, as it is said at another one."""
+        date: datetime | None = None if clock is None else clock.get_date(step)
+        present = None if clock is None else clock.get_date(now)
+        if date is None or present is None:
+            steps = "1 step" if abs(now - step) == 1 else f"{abs(now - step)} steps"
+            words = "now" if now == step else f"{steps} ago" if step < now else f"in {steps}"
+            return cls(step, None, words)
+        return cls(step, date.isoformat(timespec="seconds"), tell_time(date, present))
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceFound:
+    """A place where a thing may be.
+
+    Attributes:
+        place: its id.
+        name: "white fridge in kitchen".
+        relation: "in" or "onTop" it.
+        probability: that the thing is there.
+        why: what the memory holds for and against it.
+    """
+
+    place: int
+    name: str
+    relation: str
+    probability: float
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class LastSeen:
+    """Where and when a thing was last seen.
+
+    Attributes:
+        place: id of the place; None if it was removed since.
+        name: of the place.
+        is_there: whether the last look there still showed it.
+        at: when that was.
+    """
+
+    place: int | None
+    name: str
+    is_there: bool
+    at: Moment
+
+
+@dataclass(frozen=True, slots=True)
+class WhereIs:
+    """Where a thing is.
+
+    Attributes:
+        status: "unknown" has places, too: where such things tend to be.
+        thing: as it was asked for.
+        taken_for: what was seen of that name; a thing is found when one of them is.
+        places: the likeliest first.
+        left_out: places that follow, which would have made the answer longer.
+        elsewhere: probability that it is at no known place.
+        last_seen: None if it never was.
+        at: the time that is asked about.
+        ask: what to ask the user, if the name is ambiguous or unknown; else empty.
+        candidates: what else may be meant.
+    """
+
+    status: Status
+    thing: str
+    taken_for: tuple[str, ...]
+    places: tuple[PlaceFound, ...]
+    left_out: int
+    elsewhere: float
+    last_seen: LastSeen | None
+    at: Moment
+    ask: str
+    candidates: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class NextLook:
+    """Where to go and look.
+
+    Attributes:
+        place: its id.
+        name: "desk in study".
+        probability: that the thing is there.
+        cost: of going there and looking: metres and 1, where places have positions; else 1.
+    """
+
+    place: int
+    name: str
+    probability: float
+    cost: float
+
+
+@dataclass(frozen=True, slots=True)
+class Searching:
+    """How a search stands.
+
+    Attributes:
+        status: "unknown" of a search that there is not, or no longer.
+        search_id: for `search_next`; empty if no search was started.
+        thing: what is looked for.
+        next: where to look; None when the search is over.
+        is_found: whether it was found.
+        looks: so far.
+        outcome: in one line.
+        ask: as in `WhereIs`.
+        candidates: as in `WhereIs`.
+    """
+
+    status: Status
+    search_id: str
+    thing: str
+    next: NextLook | None
+    is_found: bool
+    looks: int
+    outcome: str
+    ask: str = ""
+    candidates: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Noted:
+    """What was written into the memory.
+
+    Attributes:
+        status: nothing was written unless it is "ok".
+        thing: what it was about; empty if it was about a place.
+        place: id of the place; None if it was about a thing alone.
+        said: what was noted, in one line.
+        at: when.
+        ask: as in `WhereIs`.
+        candidates: as in `WhereIs`.
+    """
+
+    status: Status
+    thing: str
+    place: int | None
+    said: str
+    at: Moment
+    ask: str = ""
+    candidates: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceRow:
+    """A place.
+
+    Attributes:
+        place: its id.
+        name: "white fridge in kitchen".
+        room: label of its room.
+        label: what it is.
+        position: in metres; None if it is not known.
+        last_looked: when it was last looked at; None if it never was.
+        things: how many things are there by the last look.
+    """
+
+    place: int
+    name: str
+    room: str
+    label: str
+    position: tuple[float, float] | None
+    last_looked: Moment | None
+    things: int
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceList:
+    """Places of the home, in the order of their ids.
+
+    Attributes:
+        status: of the room that was named.
+        rows: k at most.
+        left_out: how many more there are.
+        at: when this was so.
+        ask: as in `WhereIs`.
+        candidates: as in `WhereIs`.
+    """
+
+    status: Status
+    rows: tuple[PlaceRow, ...]
+    left_out: int
+    at: Moment
+    ask: str = ""
+    candidates: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ThingRow:
+    """A thing at a place.
+
+    Attributes:
+        thing: its description.
+        place: id of the place; None if it was removed.
+        name: of the place.
+        relation: "in" or "onTop" it.
+        is_there: whether the last look there showed it.
+        times_seen: looks there that showed it.
+        times_looked: looks there since it was first seen there.
+        last_seen: when it was last seen there.
+    """
+
+    thing: str
+    place: int | None
+    name: str
+    relation: str
+    is_there: bool
+    times_seen: int
+    times_looked: int
+    last_seen: Moment
+
+
+@dataclass(frozen=True, slots=True)
+class ThingList:
+    """Things at places, those seen last first.
+
+    Attributes:
+        status: of the place or kind that was named, or of the thing.
+        rows: k at most.
+        left_out: how many more there are.
+        at: when this was so.
+        ask: as in `WhereIs`.
+        candidates: as in `WhereIs`.
+    """
+
+    status: Status
+    rows: tuple[ThingRow, ...]
+    left_out: int
+    at: Moment
+    ask: str = ""
+    candidates: tuple[str, ...] = ()
+
+
+def to_json(answer: Any) -> Any:
+    """Return JSON values of an answer; numbers are rounded to three decimals."""
+    if is_dataclass(answer) and not isinstance(answer, type):
+        return {field.name: to_json(getattr(answer, field.name)) for field in fields(answer)}
+    if isinstance(answer, float):
+        return round(answer, _DIGITS)
+    if isinstance(answer, Mapping):
+        return {key: to_json(value) for key, value in answer.items()}
+    if isinstance(answer, Sequence) and not isinstance(answer, str):
+        return [to_json(value) for value in answer]
+    return answer
+
+
+def write_json(answer: Any) -> bytes:
+    """Write an answer as it is sent."""
+    return json.dumps(to_json(answer), ensure_ascii=False, separators=(",", ":")).encode()

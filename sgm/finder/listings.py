@@ -1,0 +1,132 @@
+"""Lists of places and of things, k rows at most."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sgm.finder.answers import Moment, PlaceList, PlaceRow, ThingList, ThingRow
+from sgm.finder.finder import Finder
+from sgm.finder.meanings import (
+    Unclear,
+    ask_room,
+    find_place,
+    find_rooms,
+    tell_ambiguous,
+    tell_unknown,
+)
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+
+
+def list_places(memory: SceneGraphMemory, room: str | None, k: int) -> PlaceList:
+    """List places; `MemoryService.list_places` says what the arguments are."""
+    rooms = None if room is None else find_rooms(memory, room)
+    if room is not None and not rooms:
+        unclear, at = ask_room(memory, room, []), _tell(memory, memory.time)
+        return PlaceList(unclear.status, (), 0, at, unclear.ask, unclear.candidates)
+    home, layout = memory.to_dict(), memory.layout
+    now, rows = home["time"], []
+    for own in home["rooms"]:
+        for node in own["furniture"]:
+            is_left_out = rooms is not None and own["id"] not in rooms
+            if is_left_out or node["id"] not in layout.furniture:  # removed meanwhile
+                continue
+            looked = node["last_looked"]
+            rows.append(
+                PlaceRow(
+                    place=node["id"],
+                    name=f"{node['description']} in {own['label']}",
+                    room=own["label"],
+                    label=node["label"],
+                    position=layout.furniture[node["id"]].position,
+                    last_looked=None if looked is None else _tell(memory, looked, now),
+                    things=sum(seen["is_there"] for seen in node["objects"]),
+                )
+            )
+    rows.sort(key=lambda row: row.place)
+    return PlaceList("ok", tuple(rows[:k]), max(len(rows) - k, 0), _tell(memory, now))
+
+
+def list_things(
+    memory: SceneGraphMemory, finder: Finder, place: int | str | None, kind: str | None, k: int
+) -> ThingList:
+    """List things; `MemoryService.list_things` says what the arguments are."""
+    found: int | None = None
+    if place is not None:
+        where = find_place(memory, place)
+        if isinstance(where, Unclear):
+            return _ask(memory, where)
+        found = where
+    matches: Sequence[str] | None = None
+    if kind is not None:
+        resolution = finder.resolve(memory, kind)
+        if not resolution.matches:
+            return _ask(memory, tell_unknown(resolution))
+        matches = resolution.matches
+    rows = _list_rows(memory, matches)
+    if found is not None:
+        rows = [row for row in rows if row.place == found and row.is_there]
+    else:
+        rows = _keep_current(rows)
+    return _cut(memory, rows, k)
+
+
+def list_history(memory: SceneGraphMemory, finder: Finder, thing: str, k: int) -> ThingList:
+    """List where a thing was; `MemoryService.history` says what the arguments are."""
+    resolution = finder.resolve(memory, thing)
+    if resolution.is_ambiguous:
+        return _ask(memory, tell_ambiguous(resolution))
+    if not resolution.matches:
+        return _ask(memory, tell_unknown(resolution))
+    return _cut(memory, _list_rows(memory, resolution.matches), k)
+
+
+def _list_rows(memory: SceneGraphMemory, things: Sequence[str] | None) -> list[ThingRow]:
+    """List all places where things were ever seen, the latest first; None for all things."""
+    home = memory.to_dict()
+    now, wanted = home["time"], None if things is None else set(things)
+    rows = [
+        ThingRow(
+            thing=seen["description"],
+            place=node["id"],
+            name=f"{node['description']} in {room['label']}",
+            relation=seen["relation"],
+            is_there=seen["is_there"],
+            times_seen=seen["times_seen"],
+            times_looked=seen["times_looked"],
+            last_seen=_tell(memory, seen["last_seen"], now),
+        )
+        for room in home["rooms"]
+        for node in room["furniture"]
+        for seen in node["objects"]
+        if wanted is None or seen["description"] in wanted
+    ]
+    for seen in home["unplaced"]:
+        if wanted is None or seen["description"] in wanted:
+            last = _tell(memory, seen["last_seen"], now)
+            rows.append(ThingRow(seen["description"], None, "", "", False, 0, 0, last))
+    return sorted(rows, key=lambda row: (-row.last_seen.step, row.thing))
+
+
+def _keep_current(rows: Sequence[ThingRow]) -> list[ThingRow]:
+    """Keep of each thing where it is, or if it is nowhere, where it was seen last."""
+    placed = {row.thing for row in rows if row.is_there}
+    kept, told = [], set()
+    for row in rows:  # the latest first
+        if row.is_there or (row.thing not in placed and row.thing not in told):
+            kept.append(row)
+            told.add(row.thing)
+    return kept
+
+
+def _cut(memory: SceneGraphMemory, rows: Sequence[ThingRow], k: int) -> ThingList:
+    at = _tell(memory, memory.time)
+    return ThingList("ok", tuple(rows[:k]), max(len(rows) - k, 0), at)
+
+
+def _ask(memory: SceneGraphMemory, unclear: Unclear) -> ThingList:
+    at = _tell(memory, memory.time)
+    return ThingList(unclear.status, (), 0, at, unclear.ask, unclear.candidates)
+
+
+def _tell(memory: SceneGraphMemory, step: int, now: int | None = None) -> Moment:
+    return Moment.tell(step, memory.time if now is None else now, memory.clock)

@@ -1,0 +1,139 @@
+"""Which place, room or thing a name means; or what to ask, where it means none or several."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sgm.finder.answers import Status
+from sgm.finder.finder import Finder
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.messages import shorten, shorten_text
+from sgm.names.names import Resolution
+from sgm.names.words import read_words
+
+MOST_CANDIDATES = 5
+_NUMBERED = re.compile(r".*\(place (\d{1,9})\)")  # as candidates of one name are told apart
+_MOST_NAME = 60  # characters of a name in a question
+
+
+@dataclass(frozen=True, slots=True)
+class Unclear:
+    """A name that means none or several of what there is.
+
+    Attributes:
+        status: "ambiguous" or "unknown".
+        ask: what to ask the user.
+        candidates: what may be meant.
+    """
+
+    status: Status
+    ask: str
+    candidates: tuple[str, ...]
+
+
+def find_place(memory: SceneGraphMemory, place: int | str) -> int | Unclear:
+    """Return the id of the place that is meant, by its id or by a name.
+
+    Names are read as "white fridge in kitchen", "white fridge", or as `find_furniture` does.
+
+    Raises:
+        KeyError: if there is no place of that id.
+        ValueError: if the name is none (`read_words`).
+    """
+    if not isinstance(place, str):
+        memory.describe(place)  # checks it
+        return int(place)
+    words, layout = read_words("place", place), memory.layout
+    names = {number: layout.describe(number) for number in layout.furniture}
+    numbered = _NUMBERED.fullmatch(words)
+    if numbered and int(numbered[1]) in names:
+        return int(numbered[1])
+    for write in (
+        lambda number: names[number],
+        lambda number: layout.furniture[number].description,
+    ):
+        found = [number for number in names if read_words("place", write(number)) == words]
+        if found:
+            return _choose(found, names)
+    found = list(memory.find_furniture(place))
+    if not found and " in " in words:
+        what, _, room = words.rpartition(" in ")
+        rooms = find_rooms(memory, room)
+        among = memory.find_furniture(what)
+        found = [number for number in among if layout.furniture[number].room in rooms]
+    if found:
+        return _choose(found, names)
+    near = memory.resolve(place, among=list(names.values())).alternatives
+    return Unclear("unknown", _ask_unknown(place, near, "list_places"), near)
+
+
+def find_rooms(memory: SceneGraphMemory, room: str) -> list[int]:
+    """Return the ids of the rooms that a name means.
+
+    Raises:
+        ValueError: if the name is none (`read_words`).
+    """
+    rooms = memory.layout.rooms
+    words = read_words("room", room)
+    found = [number for number, label in rooms.items() if read_words("room", label) == words]
+    if not found:
+        matches = memory.resolve(room, among=list(dict.fromkeys(rooms.values()))).matches
+        found = [number for number, label in rooms.items() if label in matches]
+    return found
+
+
+def find_thing(memory: SceneGraphMemory, finder: Finder, thing: str) -> str | Unclear:
+    """Return the description of the one thing that is meant; a new name is one of its own.
+
+    Raises:
+        ValueError: if the name is none (`read_words`).
+    """
+    resolution = finder.resolve(memory, thing)
+    if resolution.is_ambiguous or len(resolution.matches) > 1:
+        return tell_ambiguous(resolution)
+    return resolution.matches[0] if resolution.matches else thing
+
+
+def tell_ambiguous(resolution: Resolution) -> Unclear:
+    """Return what to ask where a question means several things."""
+    ask = resolution.ask_back or _ask(resolution.matches)
+    return Unclear("ambiguous", ask, resolution.matches[:MOST_CANDIDATES])
+
+
+def tell_unknown(resolution: Resolution) -> Unclear:
+    """Return what to ask where nothing is known of that name."""
+    near = resolution.alternatives[:MOST_CANDIDATES]
+    return Unclear("unknown", _ask_unknown(resolution.question, near, "list_things"), near)
+
+
+def ask_room(memory: SceneGraphMemory, room: str, found: Sequence[int]) -> Unclear:
+    """Return what to ask where a name means several rooms, or none."""
+    labels = tuple(dict.fromkeys(memory.layout.rooms.values()))[:MOST_CANDIDATES]
+    name = shorten(room, _MOST_NAME)
+    if found:
+        ask = f"Several rooms are called {name}. Name one that has no namesake."
+        return Unclear("ambiguous", ask, labels)
+    return Unclear("unknown", f"No room is called {name}.", labels)
+
+
+def _choose(found: Sequence[int], names: dict[int, str]) -> int | Unclear:
+    if len(found) == 1:
+        return found[0]
+    own = [names[number] for number in found]
+    told = [
+        name if own.count(name) == 1 else f"{name} (place {number})"
+        for number, name in zip(found, own, strict=True)
+    ]
+    return Unclear("ambiguous", _ask(told), tuple(told[:MOST_CANDIDATES]))
+
+
+def _ask(names: Sequence[str]) -> str:
+    shown = [f"the {shorten_text(name, _MOST_NAME)}" for name in names[:MOST_CANDIDATES]]
+    return f"Do you mean {' or '.join(shown)}?"
+
+
+def _ask_unknown(name: str, near: Sequence[str], call: str) -> str:
+    nothing = f"Nothing is known as {shorten(name, _MOST_NAME)}."
+    return f"{nothing} {_ask(near)}" if near else f"{nothing} {call} tells what there is."

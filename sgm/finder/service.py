@@ -1,0 +1,405 @@
+"""A memory and a finder behind calls with short answers: what robots and agents ask in words."""
+
+from __future__ import annotations
+
+import secrets
+from collections import OrderedDict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from threading import RLock
+from typing import Any, Literal
+
+from sgm.finder.answers import Moment, NextLook, Noted, PlaceList, Searching, ThingList, WhereIs
+from sgm.finder.finder import Finder
+from sgm.finder.listings import list_history, list_places, list_things
+from sgm.finder.meanings import (
+    Unclear,
+    ask_room,
+    find_place,
+    find_rooms,
+    tell_ambiguous,
+    tell_unknown,
+)
+from sgm.finder.search import ObjectSearch
+from sgm.finder.search_plan import Look, find_distance
+from sgm.finder.where import tell_name, tell_where
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
+from sgm.messages import shorten
+
+MOST_ROWS = 50
+DEFAULT_ROWS = 20  # of lists
+MOST_SEARCHES = 100  # at once; the one that was not used for longest ends
+
+Result = Literal["found", "not_found", "seen"]
+
+
+@dataclass(frozen=True, slots=True)
+class Happened:
+    """A change that a call has made.
+
+    Attributes:
+        number: 1, 2, ... since the service began.
+        call: its name.
+        thing: what it was about; empty if it was about a place.
+        place: id of the place; None if it was about a thing alone.
+        said: in one line.
+        at: when.
+    """
+
+    number: int
+    call: str
+    thing: str
+    place: int | None
+    said: str
+    at: Moment
+
+
+@dataclass(slots=True)
+class _Open:
+    """A search, and the look that was answered last."""
+
+    search: ObjectSearch
+    look: Look | None
+
+
+class MemoryService:
+    """Every call that `python -m sgm.serve` offers over HTTP and MCP, in Python.
+
+    Names are as people say them. A name that means several things, or none, is an answer with a
+    question to the user and candidates, no error. Answers hold at most k rows. Time passes by
+    itself, by the memory's clock. Threads may share a service: writes are made one after the other,
+    and what only reads waits for no disk.
+
+    Example:
+        >>> service = MemoryService(memory, ObjectFinder.load())
+        >>> service.where_is("the red mug").places[0].name
+        'desk in study'
+
+    Attributes:
+        memory: what is remembered.
+        finder: says where things are.
+    """
+
+    def __init__(
+        self,
+        memory: SceneGraphMemory,
+        finder: Finder,
+        now: Callable[[], datetime] | None = datetime.now,
+        *,
+        accept_jump: bool = False,
+    ) -> None:
+        """Serve a memory.
+
+        Args:
+            memory: with a clock, or time does not pass.
+            finder: such as `ObjectFinder.load()`.
+            now: tells the local time; None where somebody else calls `memory.step`.
+            accept_jump: whether the first time is right, however far ahead of the memory's.
+
+        Raises:
+            ValueError: if that time is more than a month ahead.
+        """
+        self.memory = memory
+        self.finder = finder
+        self._now = now
+        self._writing = RLock()
+        self._searches: OrderedDict[str, _Open] = OrderedDict()
+        self._listeners: list[Callable[[Happened], None]] = []
+        self._num_happened = 0
+        self.let_time_pass(accept_jump=accept_jump)
+
+    def subscribe(self, listener: Callable[[Happened], None]) -> Callable[[], None]:
+        """Have a function called after every change; returns one that ends it.
+
+        The listener is called by the thread that made the change, which waits for it.
+        """
+        with self._writing:
+            self._listeners.append(listener)
+
+        def end() -> None:
+            with self._writing:
+                if listener in self._listeners:
+                    self._listeners.remove(listener)
+
+        return end
+
+    def let_time_pass(self, *, accept_jump: bool = False) -> int:
+        """Step to the present time, and return how many steps that were; time never goes back.
+
+        Every call that writes does so first.
+
+        Raises:
+            ValueError: if the time is more than a month ahead and not accepted.
+        """
+        clock = self.memory.clock
+        if clock is None or self._now is None:
+            return 0
+        with self._writing:
+            before, now = self.memory.time, self._now()
+            begun = clock.get_date(before + 1)
+            if begun is None or now < begun:
+                return 0
+            self.memory.step_to(now, accept_jump=accept_jump)
+            return self.memory.time - before
+
+    def where_is(
+        self, thing: str, at: datetime | int | None = None, k: int | None = None
+    ) -> WhereIs:
+        """Say where a thing may be, the likeliest place first.
+
+        Args:
+            thing: in words, "the red mug".
+            at: date and time, or time step, to come; None for now.
+            k: most places; None for three, or fewer where the answer would have more than 600
+                bytes.
+
+        Raises:
+            ValueError: if the name is none, the home has no place, the time has passed, or k is out
+                of range.
+        """
+        _check_rows(k)
+        return tell_where(self.memory, self.finder, thing, at, k)
+
+    def search_start(
+        self,
+        thing: str,
+        start: str | int | Sequence[float] | None = None,
+    ) -> Searching:
+        """Begin to look for a thing, and say where to look first.
+
+        Args:
+            thing: in words.
+            start: where the searcher is: a position in metres, or a place by id or name; where
+                places have no positions, None.
+
+        Raises:
+            KeyError: if there is no place of that id.
+            ValueError: if a name is none, the home has no place, or the start is none.
+        """
+        resolution = self.finder.resolve(self.memory, thing)
+        if resolution.is_ambiguous:
+            return self._ask_search(thing, tell_ambiguous(resolution))
+        if isinstance(start, str):
+            found = find_place(self.memory, start)
+            if isinstance(found, Unclear):
+                return self._ask_search(thing, found)
+            start = found
+        elif isinstance(start, int):
+            self.memory.describe(start)
+        elif start is not None:
+            start = tuple(start)
+        if start is not None and find_distance(self.memory, start) is None:
+            raise ValueError(
+                f"from must be left out where places have no position, got {shorten(start)}. Give "
+                "all places positions, or leave it out."
+            )
+        search = self.finder.search(self.memory, thing, start)
+        own = _Open(search, search.next())
+        search_id = secrets.token_hex(4)
+        with self._writing:
+            self._searches[search_id] = own
+            while len(self._searches) > MOST_SEARCHES:
+                self._searches.popitem(last=False)
+        near = None if resolution.matches else tell_unknown(resolution)
+        return _tell_search(search_id, own, near)
+
+    def search_next(
+        self,
+        search_id: str,
+        result: Result,
+        seen: Sequence[Sighting] = (),
+        coverage: float = 1.0,
+    ) -> Searching:
+        """Say what came of the latest look of a search, and get the next one.
+
+        Args:
+            search_id: from `search_start`.
+            result: "found" or "not_found" of the thing alone, or "seen": all that was seen.
+            seen: all that was seen, if the result is "seen".
+            coverage: share of the place that was in view.
+
+        Raises:
+            ValueError: if the result or the coverage is out of range.
+        """
+        if result not in ("found", "not_found", "seen"):
+            raise ValueError(
+                f"result must be found, not_found or seen, got {shorten(result)}. Say what came of "
+                "the look."
+            )
+        with self._writing:
+            own = self._searches.get(search_id)
+            if own is None:
+                return Searching(
+                    "unknown", search_id, "", None, False, 0,
+                    "there is no such search, or no longer. Call search_start again: it goes on "
+                    "with what was seen.",
+                )  # fmt: skip
+            self._searches.move_to_end(search_id)
+            search, look = own.search, own.look
+            if look is None:  # it is over
+                return _tell_search(search_id, own)
+            self.let_time_pass()
+            if result == "found":
+                search.found()
+            elif result == "not_found":
+                search.not_found(coverage)
+            else:
+                search.seen(seen, coverage)
+            own.look = search.next()
+            how = "found" if search.is_found else "not found"
+            said = f"{search.description}: {how} at {look.place.name}"
+            self._note("search_next", search.description, look.place.furniture, said)
+            return _tell_search(search_id, own)
+
+    def observe(self, place: int | str, seen: Sequence[Sighting], coverage: float = 1.0) -> Noted:
+        """Note all that was seen in a look at a place; what was not seen counts as absent.
+
+        Args:
+            place: id or name.
+            seen: all that was seen there.
+            coverage: share of the place that was in view.
+
+        Raises:
+            KeyError: if there is no place of that id.
+            ValueError: if a name is none, or the coverage is out of range.
+        """
+        with self._writing:
+            found = find_place(self.memory, place)
+            if isinstance(found, Unclear):
+                return self._ask(found)
+            self.let_time_pass()
+            self.memory.observe(found, seen, coverage)
+            things = "1 thing" if len(seen) == 1 else f"{len(seen)} things"
+            said = f"{things} seen at {tell_name(self.memory, found)}"
+            return self._note("observe", "", found, said)
+
+    def add_room(self, label: str) -> Noted:
+        """Add a room, such as "kitchen".
+
+        Raises:
+            ValueError: if the label is no name.
+        """
+        with self._writing:
+            self.memory.add_room(label)
+            return self._note("add_room", "", None, f"there is a room {label}")
+
+    def add_place(
+        self,
+        label: str,
+        room: str,
+        name: str | None = None,
+        position: Sequence[float] | None = None,
+    ) -> Noted:
+        """Add a place where things may be, such as a "fridge".
+
+        Args:
+            label: what it is.
+            room: its room, by name.
+            name: for people, "white fridge"; None for the label.
+            position: where one stands to look at it, in metres.
+
+        Raises:
+            ValueError: if a label or name is none, or the position no two numbers.
+        """
+        with self._writing:
+            rooms = find_rooms(self.memory, room)
+            if len(rooms) != 1:
+                return self._ask(ask_room(self.memory, room, rooms))
+            at: Any = None if position is None else tuple(position)
+            place = self.memory.add_furniture(label, rooms[0], name, at)
+            return self._note("add_place", "", place, f"there is a {tell_name(self.memory, place)}")
+
+    def list_places(self, room: str | None = None, k: int = DEFAULT_ROWS) -> PlaceList:
+        """List the places of a room, or of the home.
+
+        Args:
+            room: by name; None for all.
+            k: most rows.
+
+        Raises:
+            ValueError: if the name is none, or k is out of range.
+        """
+        _check_rows(k)
+        return list_places(self.memory, room, k)
+
+    def list_things(
+        self, place: int | str | None = None, kind: str | None = None, k: int = DEFAULT_ROWS
+    ) -> ThingList:
+        """List what is at a place, or all things of a kind, or all that is known.
+
+        Of a place, what the last look showed; of other things, each where it is by the last looks,
+        or where it was seen last.
+
+        Args:
+            place: id or name; None for all.
+            kind: "mug"; None for all.
+            k: most rows.
+
+        Raises:
+            KeyError: if there is no place of that id.
+            ValueError: if a name is none, or k is out of range.
+        """
+        _check_rows(k)
+        return list_things(self.memory, self.finder, place, kind, k)
+
+    def history(self, thing: str, k: int = DEFAULT_ROWS) -> ThingList:
+        """List where a thing was ever seen, the latest first.
+
+        Args:
+            thing: in words; of several things that it means, all are listed.
+            k: most rows.
+
+        Raises:
+            ValueError: if the name is none, or k is out of range.
+        """
+        _check_rows(k)
+        return list_history(self.memory, self.finder, thing, k)
+
+    def _ask(self, unclear: Unclear, thing: str = "") -> Noted:
+        at = Moment.tell(self.memory.time, self.memory.time, self.memory.clock)
+        return Noted(
+            unclear.status, thing, None, "nothing was noted", at, unclear.ask, unclear.candidates
+        )
+
+    def _ask_search(self, thing: str, unclear: Unclear) -> Searching:
+        return Searching(
+            unclear.status, "", thing, None, False, 0, "no search was started", unclear.ask,
+            unclear.candidates,
+        )  # fmt: skip
+
+    def _note(self, call: str, thing: str, place: int | None, said: str) -> Noted:
+        """Tell all who listen what was written, and return it."""
+        at = Moment.tell(self.memory.time, self.memory.time, self.memory.clock)
+        self._num_happened += 1
+        happened = Happened(self._num_happened, call, thing, place, said, at)
+        for listener in tuple(self._listeners):
+            listener(happened)
+        return Noted("ok", thing, place, said, at)
+
+
+def _check_rows(k: int | None) -> None:
+    if k is None:
+        return
+    if not isinstance(k, int) or isinstance(k, bool) or not 1 <= k <= MOST_ROWS:
+        raise ValueError(
+            f"k must be a whole number from 1 to {MOST_ROWS}, got {shorten(k)}. Ask for fewer rows."
+        )
+
+
+def _tell_search(search_id: str, own: _Open, near: Unclear | None = None) -> Searching:
+    look, search = own.look, own.search
+    return Searching(
+        status="ok",
+        search_id=search_id,
+        thing=search.description,
+        next=None
+        if look is None
+        else NextLook(look.place.furniture, look.place.name, look.place.probability, look.cost),
+        is_found=search.is_found,
+        looks=search.num_looks,
+        outcome=search.outcome,
+        ask="" if near is None else near.ask,
+        candidates=() if near is None else near.candidates,
+    )

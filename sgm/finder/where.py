@@ -1,0 +1,113 @@
+"""Where a thing is, as an answer that is short enough for an agent."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import datetime
+
+from sgm.finder.answers import MOST_BYTES, LastSeen, Moment, PlaceFound, WhereIs, write_json
+from sgm.finder.finder import Finder
+from sgm.finder.meanings import MOST_CANDIDATES, Unclear, tell_ambiguous, tell_unknown
+from sgm.finder.ranking import Place
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.messages import shorten_text
+
+DEFAULT_PLACES = 3
+_MOST_WHY = 80  # characters of the evidence of a place
+
+
+def tell_where(
+    memory: SceneGraphMemory,
+    finder: Finder,
+    thing: str,
+    at: datetime | int | None = None,
+    k: int | None = None,
+) -> WhereIs:
+    """Say where a thing may be; `MemoryService.where_is` says what the arguments are."""
+    ranking = finder.rank(memory, thing, k or DEFAULT_PLACES, at=at)
+    resolution, now, clock = ranking.resolution, memory.time, memory.clock
+    unclear = Unclear("ok", "", ())
+    if resolution.is_ambiguous:
+        unclear = tell_ambiguous(resolution)
+    elif not resolution.matches:
+        unclear = tell_unknown(resolution)
+    seen, asked = ranking.last_seen, now
+    if isinstance(at, datetime) and clock is not None:
+        asked = int((at - clock.start).total_seconds() // clock.step_seconds)
+    elif isinstance(at, int):
+        asked = at
+    answer = WhereIs(
+        status=unclear.status,
+        thing=ranking.description,
+        taken_for=resolution.matches[:MOST_CANDIDATES],
+        places=tuple(
+            PlaceFound(
+                place=place.furniture,
+                name=place.name,
+                relation=place.relation,
+                probability=place.probability,
+                why=shorten_text(_tell_why(place), _MOST_WHY),
+            )
+            for place in ranking
+        ),
+        left_out=0,
+        elsewhere=ranking.elsewhere,
+        last_seen=None
+        if seen is None
+        else LastSeen(
+            place=seen.furniture,
+            name=tell_name(memory, seen.furniture),
+            is_there=seen.is_there,
+            at=Moment.tell(seen.time, now, clock),
+        ),
+        at=Moment.tell(asked, now, clock),
+        ask=unclear.ask,
+        candidates=unclear.candidates,
+    )
+    return answer if k is not None else _fit(answer)
+
+
+def tell_name(memory: SceneGraphMemory, place: int | None) -> str:
+    """Return the name of a place; empty if it was removed."""
+    try:
+        return "" if place is None else memory.describe(place)
+    except KeyError:
+        return ""
+
+
+def _tell_why(place: Place) -> str:
+    """Say the evidence; where the thing was seen itself, other things and the prior say little."""
+    evidence = place.evidence
+    if evidence.seen is not None:
+        evidence = replace(evidence, similar=(), prior=0.0)
+    return str(evidence)
+
+
+def _fit(answer: WhereIs) -> WhereIs:
+    """Leave places out, then shorten names, until an answer is short enough."""
+    while len(write_json(answer)) > MOST_BYTES and len(answer.places) > 1:
+        answer = replace(answer, places=answer.places[:-1], left_out=answer.left_out + 1)
+    whole = answer
+    for most in (60, 40, 20, 10, 5, 1):  # names may have hundreds of letters
+        if len(write_json(answer)) <= MOST_BYTES:
+            break
+        answer = _shorten_names(whole, most)
+    return answer
+
+
+def _shorten_names(answer: WhereIs, most: int) -> WhereIs:
+    def cut(text: str) -> str:
+        return text if len(text) <= most else f"{text[:most]}..."
+
+    seen = answer.last_seen
+    return replace(
+        answer,
+        thing=cut(answer.thing),
+        taken_for=tuple(map(cut, answer.taken_for)),
+        places=tuple(
+            replace(place, name=cut(place.name), why=cut(place.why)) for place in answer.places
+        ),
+        last_seen=None if seen is None else replace(seen, name=cut(seen.name)),
+        ask=cut(answer.ask),
+        candidates=tuple(map(cut, answer.candidates)),
+    )

@@ -1,0 +1,1 @@
+"""The calls of a `MemoryService` for other processes: HTTP with JSON, and tools of MCP."""

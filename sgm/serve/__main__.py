@@ -1,0 +1,154 @@
+"""Serves the memory of a home over HTTP and MCP: `python -m sgm.serve home.sgm`."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import os
+import sys
+import warnings
+from datetime import datetime
+from pathlib import Path
+
+from sgm.finder.finder import Finder
+from sgm.finder.object_finder import ObjectFinder
+from sgm.finder.service import MemoryService
+from sgm.memory.clock import Clock
+from sgm.memory.kept_home import KeptHome
+from sgm.messages import shorten
+from sgm.policies import Adaptive, Bayesian
+from sgm.serve.caller import DEFAULT_TIMEOUT, Caller
+from sgm.serve.guard import DEFAULT_RATE, LOCAL_NAMES, Guard, is_local
+
+DEFAULT_PORT = 8600
+TOKEN_VARIABLE = "SGM_TOKEN"
+_SWITCH_SECONDS = 0.001  # after which a thread that answers lets another one have the interpreter
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the options."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sgm.serve",
+        description="Serves the memory of a home over HTTP and MCP; docs/serve.md has the calls.",
+        allow_abbrev=False,
+    )
+    add = parser.add_argument
+    add("home", type=Path, help="memory file, such as home.sgm; its log lies beside it")
+    add("--new", action="store_true", help="begin an empty home where there is none")
+    add("--host", default="127.0.0.1", help="address; any but this machine's needs a token")
+    add("--port", type=int, default=DEFAULT_PORT, help="0 for any that is free")
+    add("--stdio", action="store_true", help="MCP over standard streams instead of HTTP")
+    add("--allow_host", action="append", default=[], help="another name of this server")
+    add("--token_file", type=Path, help=f"file of the token; or the variable {TOKEN_VARIABLE}")
+    add("--finder", default="any_home", help="any_home, bayesian, adaptive, or an exported folder")
+    add("--aliases", type=Path, help="CSV file of what things are called besides")
+    add("--step_seconds", type=float, default=600.0, help="of a clock, for a home without one")
+    add("--accept_jump", action="store_true", help="the time is right, however long it was off")
+    add("--sync", choices=("answer", "second", "never"), default="second",
+        help="when the disk has what was written: before it is answered, within a second, or "
+        "when the system likes")  # fmt: skip
+    add("--snapshot_seconds", type=float, default=300.0, help="time between snapshots")
+    add("--timeout", type=float, default=DEFAULT_TIMEOUT, help="seconds for a call")
+    add("--rate", type=float, default=DEFAULT_RATE, help="requests of one address in a second")
+    return parser
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command, and return its status."""
+    options = make_parser().parse_args(argv)
+    try:
+        _run(options)
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        print(f"error: {' '.join(str(error.args[-1] if error.args else error).split())}",
+              file=sys.stderr)  # fmt: skip
+        return 2
+    return 0
+
+
+def _run(options: argparse.Namespace) -> None:
+    for name in ("step_seconds", "snapshot_seconds", "timeout", "rate"):
+        if not 0 < getattr(options, name) < 1e9:
+            raise ValueError(
+                f"--{name} must be a number above 0, got {getattr(options, name):g}. Leave it out."
+            )
+    if not 0 <= options.port <= 65535:
+        raise ValueError(f"--port must be 0 to 65535, got {options.port}. Leave it out.")
+    try:
+        from sgm.serve import server, tools
+    except ModuleNotFoundError as error:
+        raise ValueError(
+            f"extra serve must be installed, got no {error.name}. Run pip install "
+            "'scene-graph-memory-core[serve]'."
+        ) from None
+    token = _read_token(options.token_file)
+    guard = _make_guard(options, token)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        warnings.showwarning = _tell  # a line of the log that a crash cut off
+        home = KeptHome.open(
+            options.home, Clock(_now(), options.step_seconds), options.aliases, is_new=options.new
+        )
+    service = MemoryService(
+        home.memory, _make_finder(options.finder), accept_jump=options.accept_jump
+    )
+    caller = Caller(service, home, options.sync, options.timeout)
+    sys.setswitchinterval(_SWITCH_SECONDS)
+    own = tools.MCPTools(caller)
+    try:
+        if options.stdio:
+            asyncio.run(own.run_stdio())
+            return
+        application = server.Application(caller, guard, own, options.snapshot_seconds)
+        listening = server.open_socket(options.host, options.port)
+        host, port = listening.getsockname()[:2]
+        where = f"[{host}]" if ":" in host else host
+        print(f"serving {options.home} at http://{where}:{port}/", flush=True)
+        server.serve(application, listening)
+    finally:
+        caller.close()
+
+
+def _make_guard(options: argparse.Namespace, token: str | None) -> Guard:
+    if is_local(options.host):
+        names = {*LOCAL_NAMES, *options.allow_host}
+    elif token is None:
+        raise ValueError(
+            f"--host must be this machine alone without a token, got {shorten(options.host)}. Give "
+            f"--token_file, or set {TOKEN_VARIABLE}."
+        )
+    else:
+        names = {*options.allow_host}
+        if names:
+            names |= {*LOCAL_NAMES, options.host}
+    return Guard(names, token, options.rate)
+
+
+def _read_token(path: Path | None) -> str | None:
+    text = os.environ.get(TOKEN_VARIABLE) if path is None else path.read_text("utf-8").strip()
+    if text is None:
+        return None
+    if not 16 <= len(text) <= 500 or not text.isascii() or not text.isprintable():
+        raise ValueError(
+            "token must be 16 to 500 printable characters of ASCII, got another one. Make one: "
+            'python -c "import secrets; print(secrets.token_urlsafe())".'
+        )
+    return text
+
+
+def _make_finder(name: str) -> Finder:
+    heuristics = {"adaptive": Adaptive, "bayesian": Bayesian}
+    if name in heuristics:
+        return Finder(heuristics[name]())
+    return ObjectFinder.load(name)
+
+
+def _now() -> datetime:
+    return datetime.now().replace(microsecond=0)
+
+
+def _tell(message: Warning | str, *_: object, **__: object) -> None:
+    print(f"warning: {message}", file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,58 @@
+"""JSON Schema of what a call answers, from the dataclass that it returns."""
+
+from __future__ import annotations
+
+import re
+import types
+from dataclasses import fields, is_dataclass
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+_PLAIN = {str: "string", int: "integer", float: "number", bool: "boolean", type(None): "null"}
+_FIELD = re.compile(r"^    ([\w, ]+): (.*(?:\n {8}.*)*)", re.MULTILINE)
+
+
+def make_schema(kind: Any) -> dict[str, Any]:
+    """Return the JSON Schema of a type: dataclasses, tuples, unions, literals and plain values.
+
+    All fields of a dataclass are always there; their descriptions are those of its docstring.
+    """
+    if is_dataclass(kind):
+        hints, told = get_type_hints(kind), read_attributes(kind)
+        return {
+            "type": "object",
+            "title": kind.__name__,  # type: ignore[union-attr]
+            "properties": {
+                field.name: {**make_schema(hints[field.name]), "description": told[field.name]}
+                for field in fields(kind)
+            },
+            "required": [field.name for field in fields(kind)],
+        }
+    if kind in _PLAIN:
+        return {"type": _PLAIN[kind]}
+    origin, arguments = get_origin(kind), get_args(kind)
+    if origin is Literal:
+        return {"type": "string", "enum": list(arguments)}
+    if origin in (Union, types.UnionType):
+        return {"anyOf": [make_schema(argument) for argument in arguments]}
+    assert origin is tuple, kind
+    if arguments[-1] is ...:
+        return {"type": "array", "items": make_schema(arguments[0])}
+    items = make_schema(arguments[0])
+    return {"type": "array", "items": items, "minItems": len(arguments), "maxItems": len(arguments)}
+
+
+def read_attributes(kind: Any) -> dict[str, str]:
+    """Return what the docstring of a dataclass says of each field."""
+    _, _, attributes = (kind.__doc__ or "").partition("Attributes:\n")
+    return {
+        name.strip(): " ".join(text.split()).rstrip(".")
+        for names, text in _FIELD.findall(_dedent(attributes))
+        for name in names.split(",")
+    }
+
+
+def _dedent(text: str) -> str:
+    """Take off what Python 3.13 takes off by itself."""
+    lines = text.splitlines()
+    own = min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=0)
+    return "\n".join("    " + line[own:] for line in lines)

@@ -1,0 +1,305 @@
+"""The HTTP side: an ASGI application whose routes are the declared calls."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from collections.abc import Awaitable, Callable, Mapping, MutableMapping
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, suppress
+from typing import Any, Protocol
+from urllib.parse import parse_qsl
+
+from sgm.files import parse_json
+from sgm.finder.answers import write_json
+from sgm.messages import shorten_text
+from sgm.serve.caller import Caller
+from sgm.serve.calls import BY_NAME, VERSION, Call
+from sgm.serve.documents import make_openapi, make_page
+from sgm.serve.feed import Feed
+from sgm.serve.guard import Guard, Refused
+from sgm.serve.metrics import Metrics
+from sgm.serve.rules import read_text
+
+MOST_BYTES = 256 << 10  # of a request
+BODY_SECONDS = 10.0  # in which it has to arrive
+MOST_LINE = 500  # characters of an error
+
+Scope = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
+Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
+_JSON = "application/json"
+# A page that was read, by mistake or not, can do nothing and is shown nowhere else.
+_HEADERS = [
+    (b"x-content-type-options", b"nosniff"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+    (b"content-security-policy", b"default-src 'none'; style-src 'unsafe-inline'"),
+    (b"cache-control", b"no-store"),
+]
+
+
+class Tools(Protocol):
+    """The same calls as tools: `sgm.serve.tools`."""
+
+    def run(self) -> AbstractAsyncContextManager[None]:
+        """Be ready until the end of the context."""
+
+    async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, whose body was bounded."""
+
+
+class Application:
+    """Answers HTTP requests: /v1/CALL, /v1/feed, /mcp, /health, /metrics, /openapi.json, /.
+
+    Every refusal is a status of 400 to 499 (or 503, 507: try again, disk full) and one line.
+    """
+
+    def __init__(
+        self,
+        caller: Caller,
+        guard: Guard,
+        tools: Tools | None = None,
+        snapshot_seconds: float = 300.0,
+        body_seconds: float = BODY_SECONDS,
+    ) -> None:
+        """Answer requests.
+
+        Args:
+            caller: makes the calls.
+            guard: refuses requests.
+            tools: answers /mcp; None for nobody.
+            snapshot_seconds: time between snapshots.
+            body_seconds: in which the body of a request has to arrive.
+        """
+        self.caller = caller
+        self.metrics = Metrics()
+        self.feed: Feed | None = None
+        self._guard = guard
+        self._tools = tools
+        self._snapshot_seconds = snapshot_seconds
+        self._body_seconds = body_seconds
+        self._openapi = json.dumps(make_openapi()).encode()
+        self._page = make_page().encode()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, or begin and end with the server."""
+        if scope["type"] == "lifespan":
+            await self._live(receive, send)
+        elif scope["type"] == "http":
+            await self._answer(scope, receive, send)
+        else:
+            await send({"type": "websocket.close", "code": 1003})
+
+    async def _live(self, receive: Receive, send: Send) -> None:
+        async with AsyncExitStack() as stack:
+            await receive()
+            self.feed = Feed(self.caller.service)
+            if self._tools is not None:
+                await stack.enter_async_context(self._tools.run())
+            keeping = asyncio.create_task(self.caller.keep(self._snapshot_seconds))
+            await send({"type": "lifespan.startup.complete"})
+            await receive()
+            self.feed.close()
+            keeping.cancel()
+            with suppress(asyncio.CancelledError):
+                await keeping
+        await send({"type": "lifespan.shutdown.complete"})
+
+    async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
+        begin, status, name = time.perf_counter(), 500, "other"
+
+        async def count(message: MutableMapping[str, Any]) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+            await send(message)
+
+        try:
+            path: str = scope["path"]
+            headers = _join_headers(scope["headers"])
+            name = path.removeprefix(f"/{VERSION}/")
+            if name not in BY_NAME and name not in ("feed", "/mcp", "/health"):
+                name = "other"
+            client = (scope.get("client") or ("",))[0]
+            self._guard.check(client, path, headers)
+            await self._route(scope, headers, receive, count)
+        except Refused as error:
+            await _send(count, error.status, _JSON, _write_error(error.line))
+        except KeyError as error:
+            await _send(count, 404, _JSON, _write_error(str(error.args[0])))
+        except (ValueError, TypeError) as error:
+            await _send(count, 400, _JSON, _write_error(str(error)))
+        except OSError as error:
+            await _send(count, 507, _JSON, _write_error(f"disk must take the change, got {error}"))
+        finally:
+            self.metrics.count(name, status, time.perf_counter() - begin)
+
+    async def _route(
+        self, scope: Scope, headers: Mapping[str, str], receive: Receive, send: Send
+    ) -> None:
+        path, method = scope["path"], scope["method"]
+        call = BY_NAME.get(path.removeprefix(f"/{VERSION}/"))
+        if call is not None and path.startswith(f"/{VERSION}/"):
+            arguments = await self._read(call, scope, headers, receive)
+            answer = await self.caller.call(call, arguments)
+            await _send(send, 200, _JSON, write_json(answer))
+        elif path == "/mcp" and self._tools is not None:
+            body = b"" if method == "GET" else await self._read_body(headers, receive)
+            await self._tools.handle(scope, _give(body, receive), send)
+        elif path in ("/", "/health", "/metrics", "/openapi.json", f"/{VERSION}/feed"):
+            if method != "GET":
+                raise Refused(405, f"method of {path} must be GET, got {method}. Use GET.")
+            await self._show(path, receive, send)
+        else:
+            raise Refused(
+                404, f"path must be one of /openapi.json, got {shorten_text(path)!r}. Look there."
+            )
+
+    async def _show(self, path: str, receive: Receive, send: Send) -> None:
+        if path == "/":
+            await _send(send, 200, "text/html; charset=utf-8", self._page)
+        elif path == "/health":
+            await _send(send, 200, _JSON, b'{"status":"ok"}')
+        elif path == "/metrics":
+            text = self.metrics.write(self._list_gauges())
+            await _send(send, 200, "text/plain; version=0.0.4; charset=utf-8", text.encode())
+        elif path == "/openapi.json":
+            await _send(send, 200, _JSON, self._openapi)
+        else:
+            await self._tell(receive, send)
+
+    async def _tell(self, receive: Receive, send: Send) -> None:
+        """Tell what changes until the client or the server ends."""
+        feed = self.feed
+        if feed is None or feed.is_full:
+            raise Refused(503, "feed must have few listeners, got too many. Close some.")
+        head = [(b"content-type", b"text/event-stream; charset=utf-8"), *_HEADERS]
+        await send({"type": "http.response.start", "status": 200, "headers": head})
+        async for event in feed.listen(_wait_gone(receive)):
+            await send({"type": "http.response.body", "body": event, "more_body": True})
+        await send({"type": "http.response.body", "body": b"", "more_body": False})
+
+    def _list_gauges(self) -> dict[str, float]:
+        memory, home = self.caller.service.memory, self.caller.home
+        layout = memory.layout
+        return {
+            "sgm_writes_total": self.caller.num_writes,
+            "sgm_things": len(memory.descriptions),
+            "sgm_places": len(layout.furniture),
+            "sgm_time_step": memory.time,
+            "sgm_feed_listeners": 0 if self.feed is None else self.feed.num_listeners,
+            "sgm_log_bytes": 0 if home is None else home.log.stat().st_size,
+        }
+
+    async def _read(
+        self, call: Call, scope: Scope, headers: Mapping[str, str], receive: Receive
+    ) -> dict[str, Any]:
+        """Read the arguments of a call: JSON in the body, or, of what only reads, a query."""
+        method = scope["method"]
+        if method == "GET" and not call.is_write:
+            try:
+                query = scope["query_string"].decode("ascii")
+                pairs = parse_qsl(query, keep_blank_values=True, max_num_fields=20, errors="strict")
+            except ValueError:
+                raise ValueError(
+                    "query must be name=value pairs in UTF-8, 20 at most, got another one. See "
+                    "/openapi.json."
+                ) from None
+            if len(dict(pairs)) < len(pairs):
+                raise ValueError("query must name an argument once, got one twice. Leave one out.")
+            return call.read(dict(pairs), read_text)
+        if method != "POST":
+            allowed = "POST" if call.is_write else "GET or POST"
+            raise Refused(
+                405, f"method of {call.name} must be {allowed}, got {shorten_text(method, 20)}."
+            )
+        kind = headers.get("content-type", "").partition(";")[0].strip().lower()
+        if kind != _JSON:
+            raise Refused(
+                415, f"Content-Type must be {_JSON}, got {shorten_text(kind, 100)!r}. Send JSON."
+            )
+        body = await self._read_body(headers, receive)
+        try:
+            values = parse_json(body)
+        except ValueError as error:
+            raise ValueError(
+                f"body must be JSON, got {shorten_text(str(error))}. Send one object."
+            ) from None
+        return call.read(values)
+
+    async def _read_body(self, headers: Mapping[str, str], receive: Receive) -> bytes:
+        told = headers.get("content-length", "0")
+        if not told.isascii() or not told.isdigit():
+            raise Refused(400, "Content-Length must be a number, got another value. Mend it.")
+        body = bytearray()
+        too_long = Refused(413, f"body must have at most {MOST_BYTES} bytes, got more. Send less.")
+        if len(told) > 12 or int(told) > MOST_BYTES:
+            raise too_long
+
+        async def read() -> None:
+            while True:
+                message = await receive()
+                if message["type"] == "http.disconnect":
+                    raise Refused(400, "body must be whole, got a part of it. Send it again.")
+                body.extend(message.get("body", b""))
+                if len(body) > MOST_BYTES:
+                    raise too_long
+                if not message.get("more_body"):
+                    return
+
+        try:
+            await asyncio.wait_for(read(), self._body_seconds)
+        except asyncio.TimeoutError:
+            raise Refused(
+                408,
+                f"body must arrive within {self._body_seconds:g} s, got a part of it. Try again.",
+            ) from None
+        return bytes(body)
+
+
+async def _wait_gone(receive: Receive) -> None:
+    """Return when the client has closed the connection."""
+    while (await receive())["type"] != "http.disconnect":
+        pass
+
+
+def _give(body: bytes, receive: Receive) -> Receive:
+    """Return a `receive` that gives a body that was read, then what follows."""
+    is_given = False
+
+    async def give() -> MutableMapping[str, Any]:
+        nonlocal is_given
+        if is_given:
+            return await receive()
+        is_given = True
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    return give
+
+
+def _join_headers(headers: Any) -> dict[str, str]:
+    joined: dict[str, str] = {}
+    for name, value in headers:
+        key, text = name.decode("latin-1").lower(), value.decode("latin-1")
+        joined[key] = f"{joined[key]}, {text}" if key in joined else text
+    return joined
+
+
+def _write_error(line: str) -> bytes:
+    line = " ".join(shorten_text(line, MOST_LINE).split())
+    text = json.dumps({"error": line}, ensure_ascii=False)
+    return text.encode("utf-8", "backslashreplace")
+
+
+async def _send(send: Send, status: int, kind: str, body: bytes) -> None:
+    head = [
+        (b"content-type", kind.encode()),
+        (b"content-length", b"%d" % len(body)),
+        *_HEADERS,
+    ]
+    if status == 401:
+        head.append((b"www-authenticate", b"Bearer"))
+    if status in (408, 413):  # what is left of the request is not waited for
+        head.append((b"connection", b"close"))
+    await send({"type": "http.response.start", "status": status, "headers": head})
+    await send({"type": "http.response.body", "body": body})

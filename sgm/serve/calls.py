@@ -1,0 +1,240 @@
+"""The calls, each declared once: HTTP routes, tools, schemas and the documentation follow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, get_type_hints
+
+from sgm.finder.service import MOST_ROWS, MemoryService
+from sgm.messages import shorten
+from sgm.serve.answer_schema import make_schema
+from sgm.serve.rules import (
+    ChoiceRule,
+    NumberRule,
+    PlaceRule,
+    PositionRule,
+    Rule,
+    SeenRule,
+    StartRule,
+    TextRule,
+    TimeRule,
+    WholeRule,
+)
+
+VERSION: Final = "v1"  # of the schema: fields may be added in it, and none changes or goes
+REQUIRED: Final = object()
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """An argument of a call.
+
+    Attributes:
+        name: in JSON.
+        rule: what it must be.
+        about: in one line.
+        default: `REQUIRED`, or what is told as the value of one that is left out.
+        python: its name in Python, if another.
+    """
+
+    name: str
+    rule: Rule
+    about: str
+    default: Any = None
+    python: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A call of `MemoryService`.
+
+    Attributes:
+        name: of the call, and of the method.
+        about: in one or two sentences, for people and language models.
+        arguments: in order.
+        method: of `MemoryService`.
+        is_write: whether it changes the memory.
+    """
+
+    name: str
+    about: str
+    arguments: tuple[Argument, ...]
+    method: Callable[..., Any]
+    is_write: bool = False
+
+    @property
+    def answer(self) -> Any:
+        """The dataclass that it returns."""
+        return get_type_hints(self.method)["return"]
+
+    def make_input_schema(self) -> dict[str, Any]:
+        """Return the JSON Schema of its arguments."""
+        properties = {}
+        for argument in self.arguments:
+            own = {**argument.rule.to_json(), "description": argument.about}
+            if argument.default not in (None, REQUIRED):
+                own["default"] = argument.default
+            properties[argument.name] = own
+        return {
+            "type": "object",
+            "properties": properties,
+            "required": [one.name for one in self.arguments if one.default is REQUIRED],
+            "additionalProperties": False,
+        }
+
+    def make_output_schema(self) -> dict[str, Any]:
+        """Return the JSON Schema of its answer."""
+        return make_schema(self.answer)
+
+    def read(
+        self, values: Any, read_one: Callable[[Rule, str, Any], Any] | None = None
+    ) -> dict[str, Any]:
+        """Return the arguments for Python.
+
+        Args:
+            values: JSON values by name.
+            read_one: reads a value by a rule; None for `Rule.read`.
+
+        Raises:
+            ValueError: if one is missing, unknown, or breaks its rule.
+        """
+        if not isinstance(values, Mapping):
+            raise ValueError(
+                f"arguments of {self.name} must be one JSON object, got {shorten(values)}. Write "
+                '{"name": value}.'
+            )
+        names = [argument.name for argument in self.arguments]
+        for name in values:
+            if name not in names:
+                raise ValueError(
+                    f"arguments of {self.name} must be some of {', '.join(names) or 'none'}, got "
+                    f"{shorten(name)}. Leave it out."
+                )
+        read = {}
+        for argument in self.arguments:
+            value = values.get(argument.name)
+            if value is None:  # null is as good as nothing
+                if argument.default is REQUIRED:
+                    raise ValueError(
+                        f"arguments of {self.name} must name {argument.name}, got none. Give it: "
+                        f"{argument.about}"
+                    )
+                continue
+            own = (
+                argument.rule.read(argument.name, value)
+                if read_one is None
+                else read_one(argument.rule, argument.name, value)
+            )
+            read[argument.python or argument.name] = own
+        return read
+
+    def run(self, service: MemoryService, arguments: Mapping[str, Any]) -> Any:
+        """Make the call with arguments that `read` gave, and return its answer."""
+        return self.method(service, **arguments)
+
+
+_THING = Argument("thing", TextRule(), "in words, such as the red mug", REQUIRED)
+_PLACE = Argument("place", PlaceRule(), "id or name, such as desk in study", REQUIRED)
+_COVERAGE = Argument("coverage", NumberRule(0, 1), "share of the place that was in view", 1)
+_SEEN = Argument(
+    "seen",
+    SeenRule(),
+    "everything that was seen there, and nothing else; [] if nothing was",
+    REQUIRED,
+)
+
+
+def _rows(about: str, default: int | None) -> Argument:
+    return Argument("k", WholeRule(1, MOST_ROWS), about, default)
+
+
+CALLS: Final[tuple[Call, ...]] = (
+    Call(
+        "where_is",
+        "Where a thing is, now or at a time to come: the likeliest places with probabilities and "
+        "reasons. If the status is ambiguous, ask the user what `ask` says.",
+        (
+            _THING,
+            Argument("at", TimeRule(), "local time, 2026-11-16T18:30, or a time step; not past"),
+            _rows("most places; left out: three, or fewer, so that the answer is short", None),
+        ),
+        MemoryService.where_is,
+    ),
+    Call(
+        "search_start",
+        "Begin to look for a thing: says where to go and look first.",
+        (
+            _THING,
+            Argument(
+                "from", StartRule(), "where you are: a place, or [x, y] in metres; in homes with "
+                "positions", None, "start",
+            ),
+        ),
+        MemoryService.search_start,
+    ),
+    Call(
+        "search_next",
+        "Say what came of the latest look of a search, and get the next one.",
+        (
+            Argument("search_id", TextRule(40), "from search_start", REQUIRED),
+            Argument(
+                "result", ChoiceRule(("found", "not_found", "seen")),
+                "found or not_found, of the thing alone; seen, with all that was seen", REQUIRED,
+            ),
+            Argument("seen", SeenRule(), "everything that was seen there, if the result is seen"),
+            _COVERAGE,
+        ),
+        MemoryService.search_next,
+        is_write=True,
+    ),
+    Call(
+        "observe",
+        "Note everything that was seen in one look at a place. What is not named was not there.",
+        (_PLACE, _SEEN, _COVERAGE),
+        MemoryService.observe,
+        is_write=True,
+    ),
+    Call(
+        "list_places",
+        "List the places where things may be.",
+        (Argument("room", TextRule(), "its name; left out for all"), _rows("most rows", 20)),
+        MemoryService.list_places,
+    ),
+    Call(
+        "list_things",
+        "List what is at a place, or all things of a kind, or all that is known; seen last first.",
+        (
+            Argument("place", PlaceRule(), "id or name; left out for all"),
+            Argument("kind", TextRule(), "such as mug; left out for all"),
+            _rows("most rows", 20),
+        ),
+        MemoryService.list_things,
+    ),
+    Call(
+        "history",
+        "List where a thing was ever seen, the latest first.",
+        (_THING, _rows("most rows", 20)),
+        MemoryService.history,
+    ),
+    Call(
+        "add_room",
+        "Add a room.",
+        (Argument("label", TextRule(), "such as kitchen", REQUIRED),),
+        MemoryService.add_room,
+        is_write=True,
+    ),
+    Call(
+        "add_place",
+        "Add a place where things may be, such as a fridge or a desk.",
+        (
+            Argument("label", TextRule(), "what it is, such as fridge", REQUIRED),
+            Argument("room", TextRule(), "its room, by name", REQUIRED),
+            Argument("name", TextRule(), "for people, such as white fridge; else the label"),
+            Argument("position", PositionRule(), "where one stands to look at it, metres"),
+        ),
+        MemoryService.add_place,
+        is_write=True,
+    ),
+)  # fmt: skip
+BY_NAME: Final[Mapping[str, Call]] = {call.name: call for call in CALLS}

@@ -1,0 +1,137 @@
+"""Runs the application with uvicorn: on this machine alone or with a token, until a signal."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import signal
+import socket
+from typing import Any
+
+import uvicorn
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from sgm.serve.application import Application
+
+HEAD_SECONDS = 10.0  # in which the head of a request has to arrive
+KEEP_ALIVE_SECONDS = 30
+MOST_CONNECTIONS = 500
+GRACE_SECONDS = 5  # for the calls that were begun, when the server ends
+
+
+class BoundedProtocol(H11Protocol):
+    """Closes a connection on which no request arrives in time."""
+
+    _timer: asyncio.TimerHandle | None = None
+    head_seconds = HEAD_SECONDS
+
+    def connection_made(self, transport: Any) -> None:
+        """Begin to wait for the first request."""
+        super().connection_made(transport)
+        self._wait()
+
+    def data_received(self, data: bytes) -> None:
+        """Wait for the rest of a head; a request that is answered has limits of its own."""
+        super().data_received(data)
+        if self._is_answering():
+            self._end_waiting()
+        elif self._timer is None:
+            self._wait()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Wait no more."""
+        self._end_waiting()
+        super().connection_lost(exc)
+
+    def _is_answering(self) -> bool:
+        return self.cycle is not None and not self.cycle.response_complete
+
+    def _wait(self) -> None:
+        self._timer = self.loop.call_later(self.head_seconds, self._close)
+
+    def _end_waiting(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _close(self) -> None:
+        self._timer = None
+        if not self._is_answering() and not self.transport.is_closing():
+            self.transport.close()
+
+
+class Server(uvicorn.Server):
+    """Ends the feed when it is to end, so that nobody waits for those who listen."""
+
+    def __init__(self, config: uvicorn.Config, application: Application) -> None:
+        """Run an application."""
+        super().__init__(config)
+        self._application = application
+
+    def handle_exit(self, sig: int, frame: Any) -> None:
+        """End, for a signal."""
+        super().handle_exit(sig, frame)
+        self.end()
+
+    def end(self) -> None:
+        """End, from any thread."""
+        self.should_exit = True
+        feed = self._application.feed
+        if feed is not None:
+            feed.end_soon()
+
+
+def open_socket(host: str, port: int) -> socket.socket:
+    """Listen at an address.
+
+    Args:
+        host: such as "127.0.0.1".
+        port: 0 for any that is free.
+
+    Raises:
+        OSError: if it cannot be used; names it.
+    """
+    try:
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+        listening = socket.socket(family, socket.SOCK_STREAM)
+        try:
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listening.bind((host, port))
+            listening.listen(128)
+        except BaseException:
+            listening.close()
+            raise
+    except OSError as error:
+        raise OSError(
+            f"address must be free, got {error.strerror} for {host}:{port}. Choose another --port."
+        ) from None
+    return listening
+
+
+def make_server(application: Application) -> Server:
+    """Make a server that is run with the sockets of `open_socket`."""
+    logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)  # errors are answered in a line
+    config = uvicorn.Config(
+        application,
+        http=BoundedProtocol,
+        ws="none",
+        loop="asyncio",
+        lifespan="on",
+        access_log=False,
+        log_config=None,
+        server_header=False,
+        date_header=False,
+        proxy_headers=False,
+        timeout_keep_alive=KEEP_ALIVE_SECONDS,
+        timeout_graceful_shutdown=GRACE_SECONDS,
+        limit_concurrency=MOST_CONNECTIONS,
+    )
+    return Server(config, application)
+
+
+def serve(application: Application, listening: socket.socket) -> None:
+    """Answer until Ctrl-C or SIGTERM, then end what was begun, and return."""
+    # uvicorn sends itself the signal again when it has ended; by then it has been obeyed.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: None)
+    make_server(application).run(sockets=[listening])

@@ -1,0 +1,262 @@
+"""Every call in Python: short answers, names as people say them, what to ask where unclear."""
+
+from datetime import datetime, timedelta
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sgm.finder.answers import MOST_BYTES, Moment, to_json, write_json
+from sgm.finder.finder import Finder
+from sgm.finder.service import MOST_ROWS, MOST_SEARCHES, MemoryService
+from sgm.memory.clock import Clock
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
+from sgm.policies import Bayesian
+
+START = datetime(2026, 11, 16, 7, 30)
+
+
+class Wall:
+    """A clock on the wall."""
+
+    def __init__(self):
+        self.time = START
+
+    def __call__(self):
+        return self.time
+
+    def go(self, **passed):
+        self.time += timedelta(**passed)
+
+
+@pytest.fixture
+def wall():
+    return Wall()
+
+
+@pytest.fixture
+def service(wall):
+    service = MemoryService(SceneGraphMemory(clock=Clock(START, 600)), Finder(Bayesian()), wall)
+    for room in ("kitchen", "study"):
+        service.add_room(room)
+    service.add_place("fridge", "kitchen", "white fridge", (1, 4))
+    service.add_place("counter top", "the kitchen", None, (3, 4))
+    service.add_place("desk", "study", None, (6, 1))
+    return service
+
+
+def test_where_is_says_place_reason_and_time(service, wall):
+    service.observe("desk", [Sighting("large red mug")])
+    wall.go(days=1, hours=2)
+    service.let_time_pass()
+    answer = service.where_is("the mug")
+    assert answer.status == "ok"
+    assert answer.taken_for == ("large red mug",)
+    desk = next(place for place in service.where_is("the mug", k=3).places if place.place == 2)
+    assert (desk.name, desk.relation) == ("desk in study", "onTop")
+    assert desk.why == "seen here yesterday at 7:30"
+    assert answer.last_seen.at == Moment(0, "2026-11-16T07:30:00", "yesterday at 7:30")
+    assert answer.at == Moment(156, "2026-11-17T09:30:00", "at 9:30")
+    assert len(write_json(answer)) <= MOST_BYTES
+    ranking = service.finder.rank(service.memory, "the mug")
+    assert [place.probability for place in answer.places] == [
+        place.probability for place in ranking.places[: len(answer.places)]
+    ]
+    assert len(answer.places) + answer.left_out == 3
+    assert len(service.where_is("mug", k=1).places) == 1
+    assert service.where_is("mug", at=START + timedelta(days=2)).at.words == "tomorrow at 7:30"
+    assert service.where_is("mug", at=200).at.step == 200
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.lists(
+        st.text(st.characters(codec="utf-8", exclude_categories=("C", "Z")), min_size=1).map(
+            lambda text: (text * 200)[:200]
+        ),
+        min_size=1,
+        max_size=4,
+    )
+)
+def test_where_is_is_short_whatever_things_are_called(names):
+    memory = SceneGraphMemory(clock=Clock(START))
+    service = MemoryService(memory, Finder(Bayesian()), lambda: START)
+    service.add_room(names[0])
+    for name in names:
+        memory.add_furniture("desk", 0, name)
+    service.observe(0, [Sighting(name) for name in names])
+    for name in (*names, names[0][:-1] + "x"):
+        assert len(write_json(service.where_is(name))) <= MOST_BYTES
+
+
+def test_an_ambiguous_name_is_an_answer(service):
+    service.observe("desk", [Sighting("eyeglasses"), Sighting("wine glass")])
+    answer = service.where_is("glasses")
+    assert answer.status == "ambiguous"
+    assert answer.ask == "Do you mean the eyeglasses or the wine glass?"
+    assert answer.candidates == ("eyeglasses", "wine glass")
+    assert service.search_start("glasses").search_id == ""
+    assert service.history("glasses").status == "ambiguous"
+    assert service.where_is(answer.candidates[0]).status == "ok"
+
+
+def test_an_unknown_thing_offers_what_is_near(service):
+    service.observe("desk", [Sighting("red mug")])
+    answer = service.where_is("green mug")
+    assert (answer.status, answer.candidates) == ("unknown", ("red mug",))
+    assert "Do you mean the red mug?" in answer.ask
+    assert answer.places, "where such things tend to be"
+    nothing = service.where_is("flux capacitor")
+    assert (nothing.status, nothing.candidates) == ("unknown", ())
+    assert "list_things" in nothing.ask
+    assert service.history("green mug").candidates == ("red mug",)
+    assert service.list_things(kind="green mug").status == "unknown"
+
+
+@pytest.mark.parametrize(
+    "place", [2, "desk", "Desk in study", "the desk", "the desk in the study", "desks"]
+)
+def test_a_place_is_known_by_id_and_by_name(service, place):
+    assert service.observe(place, [Sighting("mug")]).place == 2
+
+
+def test_places_of_one_name_are_told_apart(service):
+    service.add_place("shelf", "study")
+    service.add_place("shelf", "study")
+    service.add_place("shelf", "kitchen")
+    answer = service.observe("shelf", [Sighting("book")])
+    assert answer.status == "ambiguous"
+    assert answer.candidates == (
+        "shelf in study (place 3)", "shelf in study (place 4)", "shelf in kitchen",
+    )  # fmt: skip
+    assert service.list_things().rows == (), "nothing was noted"
+    for number, name in zip((3, 4, 5), answer.candidates, strict=True):
+        assert service.observe(name, []).place == number
+    assert service.observe("hammock", []).status == "unknown"
+    with pytest.raises(KeyError, match="furniture must be an id"):
+        service.observe(99, [])
+
+
+def test_a_search_goes_on_by_its_number(service):
+    service.observe("desk", [Sighting("scissors")])
+    begun = service.search_start("scissors", "white fridge")
+    assert begun.status == "ok"
+    assert not begun.is_found
+    places = [begun.next.name]
+    after = service.search_next(begun.search_id, "not_found")
+    while after.next.name != "counter top in kitchen":
+        places.append(after.next.name)
+        after = service.search_next(begun.search_id, "seen", [Sighting("cup")], 0.5)
+    done = service.search_next(begun.search_id, "seen", [Sighting("scissors")])
+    assert (done.is_found, done.next, done.looks) == (True, None, len(places) + 1)
+    assert done.outcome.startswith("scissors: found at counter top in kitchen after")
+    assert service.search_next(begun.search_id, "found") == done, "it is over"
+    assert service.where_is("scissors").places[0].name == "counter top in kitchen"
+    assert service.search_next("none", "found").status == "unknown"
+
+
+def test_a_search_may_begin_anywhere_with_positions(service):
+    assert service.search_start("mug", (0.0, 0.0)).next.cost > 1
+    assert service.search_start("mug", 2).status == "ok"
+    assert service.search_start("mug", "hammock").status == "unknown"
+    service.add_place("shelf", "study")
+    with pytest.raises(ValueError, match="from must be left out where places have no position"):
+        service.search_start("mug", (0.0, 0.0))
+    assert service.search_start("mug").next.cost == 1
+
+
+def test_searches_end_when_there_are_too_many(service):
+    first = service.search_start("mug").search_id
+    for _ in range(MOST_SEARCHES):
+        last = service.search_start("mug").search_id
+    assert service.search_next(first, "not_found").status == "unknown"
+    assert service.search_next(last, "not_found").status == "ok"
+
+
+def test_lists_have_k_rows_and_say_how_many_are_left_out(service, wall):
+    service.observe("desk", [Sighting("mug"), Sighting("book"), Sighting("red pen")])
+    wall.go(hours=1)
+    service.observe("white fridge", [Sighting("milk", "in")])
+    service.observe("desk", [Sighting("mug"), Sighting("blue pen")])
+    assert [row.thing for row in service.list_things("desk").rows] == ["blue pen", "mug"]
+    assert {row.thing for row in service.list_things(kind="pen").rows} == {"red pen", "blue pen"}
+    every = service.list_things()
+    assert [row.thing for row in every.rows] == ["blue pen", "milk", "mug", "book", "red pen"]
+    gone = every.rows[-1]
+    assert (gone.is_there, gone.times_seen, gone.times_looked) == (False, 1, 2)
+    assert gone.last_seen.words == "at 7:30"
+    two = service.list_things(k=2)
+    assert (len(two.rows), two.left_out) == (2, 3)
+    assert [row.thing for row in service.history("pens").rows] == ["blue pen", "red pen"]
+    places = service.list_places("kitchen")
+    assert [row.name for row in places.rows] == [
+        "white fridge in kitchen",
+        "counter top in kitchen",
+    ]
+    assert [row.things for row in places.rows] == [1, 0]
+    assert places.rows[1].last_looked is None
+    assert service.list_places(k=1).left_out == 2
+    assert service.list_places("bath").candidates == ("kitchen", "study")
+    for k in (0, MOST_ROWS + 1, 1.5, True):
+        with pytest.raises(ValueError, match="k must be a whole number from 1 to 50"):
+            service.list_things(k=k)
+    with pytest.raises(ValueError, match="k must be a whole number"):
+        service.where_is("mug", k=0)
+
+
+def test_what_was_at_a_place_that_is_gone_is_listed(service):
+    service.observe("desk", [Sighting("mug")])
+    service.memory.remove_furniture(2)
+    (row,) = service.history("mug").rows
+    assert (row.place, row.name, row.is_there) == (None, "", False)
+    assert service.where_is("mug").last_seen.name == ""
+
+
+def test_time_passes_by_the_clock_and_never_goes_back(service, wall):
+    wall.go(minutes=9)
+    assert service.let_time_pass() == 0
+    wall.go(minutes=1)
+    assert service.observe("desk", []).at.step == 1
+    wall.go(hours=-5)
+    assert service.observe("desk", []).at.step == 1
+    wall.go(days=40)
+    with pytest.raises(ValueError, match="accept_jump"):
+        service.observe("desk", [])
+    with pytest.raises(ValueError, match="accept_jump"):
+        MemoryService(service.memory, service.finder, wall)
+    assert MemoryService(service.memory, service.finder, wall, accept_jump=True)
+    assert service.memory.time > 5000
+
+
+def test_a_memory_without_clock_counts_steps():
+    memory = SceneGraphMemory()
+    service = MemoryService(memory, Finder(Bayesian()))
+    service.add_room("kitchen")
+    service.add_place("table", "kitchen")
+    service.observe("table", [Sighting("mug")])
+    memory.step(3)
+    assert service.where_is("mug").last_seen.at == Moment(0, None, "3 steps ago")
+    assert service.where_is("mug", at=4).at.words == "in 1 step"
+    assert service.where_is("mug").at.words == "now"
+
+
+def test_whoever_subscribes_is_told_of_every_change(service):
+    told = []
+    end = service.subscribe(told.append)
+    service.observe("desk", [Sighting("mug")])
+    service.observe("hammock", [])  # unknown: nothing changed
+    search = service.search_start("mug")
+    service.search_next(search.search_id, "found")
+    end()
+    service.observe("desk", [])
+    assert [one.call for one in told] == ["observe", "search_next"]
+    assert told[0].said == "1 thing seen at desk in study"
+    assert told[1].number == told[0].number + 1
+    assert to_json(told[0])["at"]["words"] == "at 7:30"
+
+
+def test_rooms_of_one_name_are_asked_about(service):
+    service.add_room("study")
+    assert service.add_place("desk", "study").status == "ambiguous"
+    assert service.add_place("desk", "bath").candidates == ("kitchen", "study")
