@@ -75,12 +75,12 @@ def find_rooms(memory: SceneGraphMemory, room: str) -> list[int]:
     Raises:
         ValueError: if the name is none (`read_words`).
     """
-    rooms = memory.layout.rooms
+    rooms = {number: str(own) for number, own in memory.layout.rooms.items()}
     words = read_words("room", room)
-    found = [number for number, label in rooms.items() if read_words("room", label) == words]
+    found = [number for number, name in rooms.items() if read_words("room", name) == words]
     if not found:
         matches = memory.resolve(room, among=list(dict.fromkeys(rooms.values()))).matches
-        found = [number for number, label in rooms.items() if label in matches]
+        found = [number for number, name in rooms.items() if name in matches]
     return found
 
 
@@ -110,7 +110,7 @@ def tell_unknown(resolution: Resolution) -> Unclear:
 
 def ask_room(memory: SceneGraphMemory, room: str, found: Sequence[int]) -> Unclear:
     """Return what to ask where a name means several rooms, or none."""
-    labels = tuple(dict.fromkeys(memory.layout.rooms.values()))[:MOST_CANDIDATES]
+    labels = tuple(dict.fromkeys(map(str, memory.layout.rooms.values())))[:MOST_CANDIDATES]
     name = shorten(room, _MOST_NAME)
     if found:
         ask = f"Several rooms are called {name}. Name one that has no namesake."

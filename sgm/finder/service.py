@@ -166,6 +166,7 @@ class MemoryService:
         self,
         thing: str,
         start: str | int | Sequence[float] | None = None,
+        budget: float | None = None,
     ) -> Searching:
         """Begin to look for a thing, and say where to look first.
 
@@ -173,10 +174,13 @@ class MemoryService:
             thing: in words.
             start: where the searcher is: a position in metres, or a place by id or name; where
                 places have no positions, None.
+            budget: most that all looks together may cost: metres and 1 for each look; without a
+                start, the number of looks. None for no bound.
 
         Raises:
             KeyError: if there is no place of that id.
-            ValueError: if a name is none, the home has no place, or the start is none.
+            ValueError: if a name is none, the home has no place, or the start or the budget is out
+                of range.
         """
         resolution = self.finder.resolve(self.memory, thing)
         if resolution.is_ambiguous:
@@ -195,7 +199,7 @@ class MemoryService:
                 f"from must be left out where places have no position, got {shorten(start)}. Give "
                 "all places positions, or leave it out."
             )
-        search = self.finder.search(self.memory, thing, start)
+        search = self.finder.search(self.memory, thing, start, budget=budget)
         own = _Open(search, search.next())
         search_id = secrets.token_hex(4)
         with self._writing:

@@ -170,6 +170,10 @@ CALLS: Final[tuple[Call, ...]] = (
                 "from", StartRule(), "where you are: a place, or [x, y] in metres; in homes with "
                 "positions", None, "start",
             ),
+            Argument(
+                "budget", NumberRule(0, 1e6), "most that all looks together may cost: metres and 1 "
+                "for each; without from, the number of looks",
+            ),
         ),
         MemoryService.search_start,
     ),

@@ -166,6 +166,15 @@ def test_a_search_may_begin_anywhere_with_positions(service):
     assert service.search_start("mug").next.cost == 1
 
 
+def test_a_search_ends_with_its_budget(service):
+    begun = service.search_start("mug", budget=2)
+    assert begun.next is not None
+    service.search_next(begun.search_id, "not_found")
+    done = service.search_next(begun.search_id, "not_found")
+    assert (done.next, done.looks) == (None, 2)
+    assert "budget" in done.outcome
+
+
 def test_searches_end_when_there_are_too_many(service):
     first = service.search_start("mug").search_id
     for _ in range(MOST_SEARCHES):
