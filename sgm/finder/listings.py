@@ -14,6 +14,7 @@ from sgm.finder.meanings import (
     tell_ambiguous,
     tell_unknown,
 )
+from sgm.finder.where import tell_name
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 
 
@@ -34,8 +35,8 @@ def list_places(memory: SceneGraphMemory, room: str | None, k: int) -> PlaceList
             rows.append(
                 PlaceRow(
                     place=node["id"],
-                    name=f"{node['description']} in {own['label']}",
-                    room=own["label"],
+                    name=layout.describe(node["id"]),
+                    room=str(layout.rooms[layout.furniture[node["id"]].room]),
                     label=node["label"],
                     position=layout.furniture[node["id"]].position,
                     last_looked=None if looked is None else _tell(memory, looked, now),
@@ -88,7 +89,7 @@ def _list_rows(memory: SceneGraphMemory, things: Sequence[str] | None) -> list[T
         ThingRow(
             thing=seen["description"],
             place=node["id"],
-            name=f"{node['description']} in {room['label']}",
+            name=tell_name(memory, node["id"]),
             relation=seen["relation"],
             is_there=seen["is_there"],
             times_seen=seen["times_seen"],

@@ -6,7 +6,6 @@ import html
 import json
 from typing import Any
 
-from sgm import __version__
 from sgm.finder.answers import STATUSES
 from sgm.serve.calls import CALLS, REQUIRED, VERSION, Call
 
@@ -56,7 +55,7 @@ def make_openapi() -> dict[str, Any]:
         "openapi": "3.1.0",
         "info": {
             "title": "Scene graph memory",
-            "version": __version__,
+            "version": VERSION,
             "description": "A memory of a home that others can talk to. " + _tell_statuses(),
         },
         "paths": paths,

@@ -11,12 +11,11 @@ from mcp.server.lowlevel import Server
 from mcp.server.stdio import stdio_server
 from mcp.server.streamable_http_manager import StreamableHTTPSessionManager
 
-from sgm import __version__
 from sgm.finder.answers import to_json
 from sgm.messages import shorten_text
 from sgm.serve.application import MOST_BYTES, MOST_LINE, Receive, Scope, Send
 from sgm.serve.caller import Caller
-from sgm.serve.calls import BY_NAME, CALLS
+from sgm.serve.calls import BY_NAME, CALLS, VERSION
 from sgm.serve.guard import Refused
 
 INSTRUCTIONS = (
@@ -39,7 +38,7 @@ class MCPTools:
         self._caller = caller
         self._server: Any = Server(
             "scene-graph-memory",
-            version=__version__,
+            version=VERSION,
             instructions=INSTRUCTIONS,
             on_list_tools=self._list_tools,
             on_call_tool=self._call_tool,
