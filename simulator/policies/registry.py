@@ -11,6 +11,7 @@ from sgm.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Rando
 from sgm.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior
 from sgm.policies.persistence import Persistence
 from sgm.policies.policy import Policy
+from simulator.policies.event_rules import Base3, EdgeBank, EdgeBankWindow, PopTrack
 from simulator.policies.filters import Ceiling, PriorFilter
 from simulator.policies.home_filter import HomeFilter
 from simulator.policies.informed import Informed
@@ -39,8 +40,15 @@ POLICIES: Mapping[str, type[Policy]] = {
 ORACLES = ("oracle", "ceiling")  # below the line in tables, and no rules that a robot could follow
 # Those that play in some other homes alone, where a source knows what they need.
 _OF_OTHER_HOMES: Mapping[str, type[Policy]] = {"schedule_oracle": ScheduleOracle}
-# Those that play where they are named alone: they take a hundred times as long as the others.
-_WHERE_NAMED: Mapping[str, type[Policy]] = {"informed": Informed}
+# Rules of temporal graph learning (docs/events.md), which play where they are named alone.
+EVENT_RULES: Mapping[str, type[Policy]] = {
+    "edgebank": EdgeBank,
+    "edgebank_window": EdgeBankWindow,
+    "poptrack": PopTrack,
+    "base3": Base3,
+}
+# Likewise: it takes a hundred times as long as the others.
+_WHERE_NAMED: Mapping[str, type[Policy]] = {"informed": Informed, **EVENT_RULES}
 _ALL = {**POLICIES, **_OF_OTHER_HOMES, **_WHERE_NAMED}
 
 
@@ -99,7 +107,7 @@ def identify_policy(name: str) -> str | None:
 
 
 def list_policies(source: HomeSource) -> tuple[str, ...]:
-    """Return the names of the policies that can play in such homes, but for very slow ones."""
+    """Return the names of the policies that can play, but for those that must be named."""
     quick = {**POLICIES, **_OF_OTHER_HOMES}
     return tuple(name for name, policy in quick.items() if policy.needs <= source.knows)
 
