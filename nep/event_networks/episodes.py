@@ -1,0 +1,131 @@
+"""What a collecting policy saw and was asked in homes, kept in memory to be played again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nep.event_networks.stream import Asked, NewEvents
+from sgm.arrays.relations import sum_relations
+from sgm.memory.change import Change
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+from simulator.policies import make_policy
+from simulator.tasks.answer import Answer
+from simulator.tasks.registry import find_task
+from simulator.world.source import HomeSource
+from simulator.world.streams import Streams
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Events of one look in each of some homes.
+
+    Attributes:
+        events: what it showed.
+        num_things: things that were known after it.
+        time: time step.
+    """
+
+    events: NewEvents
+    num_things: int
+    time: int
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """Questions that were asked at once, in each home one.
+
+    Attributes:
+        asked: what was asked.
+        answers: true places, bool (Q, F).
+        num_things: things that were known when they were asked.
+    """
+
+    asked: Asked
+    answers: np.ndarray
+    num_things: int
+
+
+@dataclass(frozen=True, slots=True)
+class Episode:
+    """What happened in homes that were played together, in order.
+
+    Attributes:
+        labels: texts that `thing_label` and `furniture_label` name.
+        furniture_label: (H, F), -1 for none.
+        thing_home, thing_label: of every row of the memory's objects, (O,).
+        happened: looks and questions.
+    """
+
+    labels: tuple[str, ...]
+    furniture_label: np.ndarray
+    thing_home: np.ndarray
+    thing_label: np.ndarray
+    happened: tuple[Look | Question, ...]
+
+
+def record_episodes(
+    source: HomeSource,
+    streams: Streams,
+    num_steps: int,
+    policy: str = "bayesian",
+    task: str = "predict_location",
+) -> list[Episode]:
+    """Let a policy play a task, and keep what happened; one episode for each group of homes."""
+    episodes = []
+    for group in source.list_groups(streams.homes):
+        homes = source.make(streams.select(group.homes))
+        game = find_task(task)(homes, make_policy(policy, homes))
+        memory = game.rollout.memory
+        happened: list[Look | Question] = []
+
+        def note_answer(
+            answer: Answer, memory: MemoryBatch = memory, kept: list[Look | Question] = happened
+        ) -> None:
+            asked = make_asked(memory, answer.queries)
+            kept.append(Question(asked, answer.answers.copy(), len(memory.objects)))
+
+        def note_change(
+            change: Change, memory: MemoryBatch = memory, kept: list[Look | Question] = happened
+        ) -> None:
+            kept.append(Look(make_events(memory, change), len(memory.objects), memory.time))
+
+        game.on_answer, game.rollout.on_change = note_answer, note_change
+        for _ in game.run(num_steps):
+            pass
+        objects = memory.objects
+        episodes.append(
+            Episode(
+                tuple(memory.labels), memory.furniture_label.copy(), objects["home"].copy(),
+                objects["label"].copy(), tuple(happened),
+            )
+        )  # fmt: skip
+    return episodes
+
+
+def make_asked(memory: MemoryBatch, queries: Queries) -> Asked:
+    """Return questions as networks read them."""
+    prior = sum_relations(queries.prior).astype(np.float32)
+    is_place = memory.is_furniture[queries.home]
+    return Asked(queries.home.copy(), queries.object.copy(), prior, is_place, memory.time)
+
+
+def make_events(memory: MemoryBatch, change: Change) -> NewEvents:
+    """Return what a look has shown as events."""
+    edges, rows = memory.edges, change.edges
+    home = edges["home"][rows]
+    coverage = np.ones(memory.num_homes)
+    coverage[change.home] = change.coverage
+    return NewEvents(
+        home.copy(), edges["object"][rows].copy(), edges["furniture"][rows].copy(),
+        edges["relation"][rows].copy(), change.is_seen.astype(bool), coverage[home],
+        np.where(change.is_seen, edges["confidence"][rows], 0.0),
+    )  # fmt: skip
+
+
+def list_labels(episodes: Sequence[Episode]) -> list[str]:
+    """Return every label of some episodes once."""
+    return list(dict.fromkeys(label for own in episodes for label in own.labels))

@@ -1,0 +1,68 @@
+"""GraphMixer: an MLP-mixer over the latest links of a node, and the mean of its neighbours."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+from torch_geometric.nn.models.graph_mixer import LinkEncoder, NodeEncoder
+
+from nep.event_networks.network import PairDecoder, TemporalNetwork
+from nep.event_networks.stream import MESSAGE_DIM, Asked
+
+
+class GraphMixer(TemporalNetwork):
+    """PyG's link and node encoders, and our decoder of pairs.
+
+    Source: Cong et al. 2023, "Do We Really Need Complicated Model Architectures for Temporal
+    Networks?". Differs: an edge also has what is known of the node at its other end, since messages
+    alone do not say where a thing was seen.
+    """
+
+    name: ClassVar[str] = "GraphMixer"
+
+    def __init__(
+        self, units: int = 32, num_events: int = 16, dropout: float = 0.1, window: int = 50
+    ) -> None:
+        super().__init__(units, num_events, dropout)
+        self.settings["window"] = window
+        self.link = LinkEncoder(
+            num_events, units + MESSAGE_DIM, units, units, units, is_sorted=True, dropout=dropout
+        )
+        self.neighbours = NodeEncoder(window)
+        self.join = nn.Linear(2 * units, units)
+        self.decode = PairDecoder(units)
+
+    def forward(self, asked: Asked) -> Tensor:
+        """Return logits of all places, (Q, F)."""
+        stream = self.stream
+        things, places = stream.find_things(asked.thing), stream.find_places(asked.home)
+        nodes, back = np.unique(np.concatenate([things, places.ravel()]), return_inverse=True)
+        encoded = self._encode(nodes, asked.time)[torch.from_numpy(back)]
+        thing, place = encoded[: len(things)], encoded[len(things) :]
+        return self.decode(thing, place.reshape(*places.shape, -1), asked)
+
+    def _encode(self, nodes: np.ndarray, now: int) -> Tensor:
+        """Return embeddings of nodes, (n, D)."""
+        stream = self.stream
+        events = stream.find_latest(nodes, self.num_events)
+        row, column = np.nonzero(events >= 0)
+        numbers = events[row, column]
+        message, time = self.gather(numbers)
+        is_thing = nodes[row] >= stream.num_homes * stream.num_places
+        ends = np.where(is_thing, stream.dst[numbers], stream.src[numbers])
+        other = self.embed(ends)
+        seed = torch.full((len(nodes),), float(now), dtype=self.dtype)
+        own = self.embed(nodes)
+        if not len(row):
+            return self.join(torch.cat([torch.zeros_like(own), own], dim=1))
+        to = torch.from_numpy(row)
+        edge_index = torch.stack([torch.zeros_like(to), to])
+        links = self.link(edge_index, torch.cat([other, message], dim=1), time, seed)
+        # neighbours stand behind the nodes themselves
+        both = torch.cat([own, other])
+        edges = torch.stack([len(nodes) + torch.arange(len(row)), to])
+        mixed = self.neighbours(both, edges, time, torch.cat([seed, seed.new_zeros(len(row))]))
+        return self.join(torch.cat([links, mixed[: len(nodes)]], dim=1))

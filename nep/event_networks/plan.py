@@ -1,0 +1,304 @@
+"""What is tuned, trained and played for the table of temporal networks, one resumable unit each."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from nep.event_networks.episodes import Episode, record_episodes
+from nep.event_networks.files import TrainedNetwork
+from nep.event_networks.policy import EventPolicy
+from nep.event_networks.registry import make_network
+from nep.event_networks.training import train_network, validate
+from nep.event_networks.tuning import tune
+from nep.kinds.kinds import Kind, list_simulated
+from nep.report.code_version import describe_code
+from sgm.files import compute_checksum, read_json, write_whole
+from sgm.memory.change import Change
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Queries
+from sgm.policies.policy import Policy
+from simulator.tasks.evaluation import evaluate_policy
+from simulator.tasks.metrics import compute_nll
+from simulator.trace.source import RecordedSource
+from simulator.world.homes import Homes
+from simulator.world.source import HomeSource, SampledSource
+from simulator.world.streams import Streams
+
+HOUSEHOLDS = "households"
+TRAINED_ELSEWHERE = {HOUSEHOLDS: "mixed"}  # homes that nothing is trained in, and where instead
+COLUMNS = ("first_guess", "mrr", "nll", "looks")  # of every home
+
+
+@dataclass(frozen=True, slots=True)
+class Sizes:
+    """How much is trained and played.
+
+    Attributes:
+        train_homes, val_homes: homes whose recorded episodes are learnt from and tuned on.
+        train_steps: time steps of each.
+        epochs: of a training.
+        trials: settings that are tried for each network; 0 for those of its constructor.
+        trial_epochs: of a trial; pruned ones have fewer.
+        num_homes, steps, searches: test homes, time steps of Predict Object Location, and searches
+            of Find Object.
+    """
+
+    train_homes: int = 100
+    val_homes: int = 20
+    train_steps: int = 100
+    epochs: int = 8
+    trials: int = 8
+    trial_epochs: int = 3
+    num_homes: int = 200
+    steps: int = 100
+    searches: int = 20
+
+
+TINY = Sizes(3, 2, 4, 1, 2, 1, 2, 3, 2)
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A network with one kind of information in one kind of homes.
+
+    Attributes:
+        kind: name of the kind.
+        network: name in `NETWORKS`.
+        sightings_alone: whether it is not told that things were not seen.
+    """
+
+    kind: str
+    network: str
+    sightings_alone: bool
+
+    @property
+    def key(self) -> str:
+        """Folder within the runs."""
+        return f"{self.kind}/{self.network}-{'sightings' if self.sightings_alone else 'negatives'}"
+
+
+@dataclass
+class Workshop:
+    """Does one unit of work at a time; what is finished stays, and is not done again.
+
+    Attributes:
+        runs: folder of networks and scores.
+        sizes: how much is trained and played.
+        kinds: homes by name.
+        sources: what is trained in, by name of the kind.
+        on_unit: called with what has been done.
+    """
+
+    runs: Path
+    sizes: Sizes
+    kinds: Mapping[str, Kind]
+    sources: Mapping[str, HomeSource]
+    on_unit: Callable[[str], None] = print
+    _episodes: dict[tuple[str, str], list[Episode]] = field(default_factory=dict)
+
+    def tune(self, entry: Entry) -> dict[str, Any]:
+        """Return the settings of a network, chosen in the validation homes."""
+        path = self.runs / entry.key / "tuned.json"
+        about = {"homes": self.sources[entry.kind].describe(), **self._describe_training(),
+                 "trials": self.sizes.trials, "trial_epochs": self.sizes.trial_epochs,
+                 "network": entry.network, "sightings_alone": entry.sightings_alone}  # fmt: skip
+
+        def work() -> dict[str, Any]:
+            train, val = self._record(entry.kind, "train"), self._record(entry.kind, "val")
+            return tune(entry.network, entry.sightings_alone, train, val, self.sizes.trials,
+                        self.sizes.trial_epochs)  # fmt: skip
+
+        return self._keep(path, about, work, f"tuned {entry.key}")["settings"]
+
+    def train(self, entry: Entry, seed: int) -> Path:
+        """Train a network with its tuned settings; return its file."""
+        settings = self.tune(entry)
+        folder = self.runs / entry.key
+        path = folder / f"seed_{seed}.pt"
+        about = {"homes": self.sources[entry.kind].describe(), **self._describe_training(),
+                 "epochs": self.sizes.epochs, "settings": settings, "seed": seed,
+                 "network": entry.network, "sightings_alone": entry.sightings_alone}  # fmt: skip
+
+        def work() -> dict[str, Any]:
+            train, val = self._record(entry.kind, "train"), self._record(entry.kind, "val")
+            rate = settings["learning_rate"]
+            torch.manual_seed(seed)
+            rest = {name: value for name, value in settings.items() if name != "learning_rate"}
+            network = make_network(entry.network, rest)
+            began = time.process_time()
+            train_network(
+                network, train, sightings_alone=entry.sightings_alone, epochs=self.sizes.epochs,
+                learning_rate=rate,
+            )  # fmt: skip
+            seconds = time.process_time() - began
+            own = TrainedNetwork(entry.network, network, entry.sightings_alone, about)
+            own.save(path)
+            found = validate(network, val, entry.sightings_alone)
+            return {
+                "seconds": seconds, "checkpoint": compute_checksum(path),
+                "num_parameters": sum(part.numel() for part in network.parameters()),
+                "validation": asdict(found),
+            }  # fmt: skip
+
+        done = self._keep(folder / f"seed_{seed}.json", about, work, f"trained {entry.key} {seed}")
+        if not path.is_file() or compute_checksum(path) != done["checkpoint"]:
+            (folder / f"seed_{seed}.json").unlink()
+            return self.train(entry, seed)
+        return path
+
+    def play(self, entry: Entry, seed: int) -> dict[str, Any]:
+        """Let a trained network play the test homes of its kind, and of those without training."""
+        path = self.train(entry, seed)
+        played = {}
+        for kind in self.kinds:
+            if TRAINED_ELSEWHERE.get(kind, kind) == entry.kind:
+                name = replace(entry, kind=kind).key
+                made = EventPolicy.load(str(path))
+                file = self.runs / name / f"played_{seed}.json"
+                about = {"checkpoint": compute_checksum(path)}
+                played[kind] = self._play(kind, made.play_in, file, about, f"played {name} {seed}")
+        return played
+
+    def play_reference(
+        self, kind: str, name: str, make: Callable[[Homes], Policy], checksum: str | None = None
+    ) -> dict[str, Any]:
+        """Let a policy or a network of another sort play the test homes of a kind."""
+        path = self.runs / kind / "references" / f"{name}.json"
+        about = {"player": name, "checksum": checksum}
+        return self._play(kind, make, path, about, f"played {kind}/{name}")
+
+    def _play(
+        self,
+        kind: str,
+        make: Callable[[Homes], Policy],
+        path: Path,
+        about: dict[str, Any],
+        what: str,
+    ) -> dict[str, Any]:
+        homes = self.kinds[kind]
+        about = {**about, "homes": homes.describe()}
+        return self._keep(path, about, partial(play_kind, homes, make), what)
+
+    def _describe_training(self) -> dict[str, Any]:
+        sizes = self.sizes
+        return {"numbers": [sizes.train_homes, sizes.val_homes, sizes.train_steps]}
+
+    def _record(self, kind: str, split: str) -> list[Episode]:
+        """Return recorded episodes; the policy `bayesian` looks, as for `nep.fit`."""
+        if (kind, split) not in self._episodes:
+            count = self.sizes.train_homes if split == "train" else self.sizes.val_homes
+            self._episodes = {key: own for key, own in self._episodes.items() if key[0] == kind}
+            self._episodes[kind, split] = record_episodes(
+                self.sources[kind], Streams(0, split, range(count)), self.sizes.train_steps
+            )
+        return self._episodes[kind, split]
+
+    def _keep(
+        self, path: Path, about: dict[str, Any], work: Callable[[], dict[str, Any]], what: str
+    ) -> dict[str, Any]:
+        """Return what a file keeps of a unit, or do the unit and keep it."""
+        about = json.loads(json.dumps(about))
+        found = read_unit(path)
+        if found is not None and found["about"] == about:
+            return dict(found["done"])
+        done = json.loads(json.dumps(work()))
+        path.parent.mkdir(parents=True, exist_ok=True)
+        content = {"about": about, "made": describe_code(), "done": done}
+        write_whole(path, (json.dumps(content) + "\n").encode())
+        self.on_unit(what)
+        return dict(done)
+
+
+def read_unit(path: Path) -> dict[str, Any] | None:
+    """Return what a unit has kept; None if it is not there, or no such file."""
+    try:
+        found = read_json(path)
+    except (OSError, ValueError):
+        return None
+    is_whole = isinstance(found, dict) and {"about", "made", "done"} <= found.keys()
+    return found if is_whole else None
+
+
+def play_kind(kind: Kind, make: Callable[[Homes], Policy]) -> dict[str, Any]:
+    """Let a player answer and search in all homes of a kind.
+
+    Returns:
+        `COLUMNS`, a number per home each, and `milliseconds`, processor time of a decision of the
+        player and of what it does with a look, homes in lockstep.
+    """
+    clocks: list[_Timed] = []
+
+    def make_timed(homes: Homes) -> Policy:
+        clocks.append(_Timed(make(homes)))
+        return clocks[-1]
+
+    located, searched = [], []
+    for source in kind.sources:
+        streams = Streams(0, "test", range(source.num_homes or kind.num_homes))
+        steps = min(kind.num_steps, source.num_steps or kind.num_steps)
+        located.append(evaluate_policy(make_timed, source, streams, steps))
+        count = min(kind.num_searches, source.num_steps or kind.num_searches)
+        searched.append(evaluate_policy(make, source, streams, count, task="find_object"))
+    rank = np.concatenate([own.rank for own in located])
+    is_correct = np.concatenate([own.is_correct for own in located])
+    seconds = sum(clock.seconds for clock in clocks)
+    return {
+        "first_guess": is_correct.mean(axis=1).tolist(),
+        "mrr": (1 / rank).mean(axis=1).tolist(),
+        "nll": [compute_nll(row) for own in located for row in own.likelihood],
+        "looks": np.concatenate([own.home_values for own in searched]).tolist(),
+        "milliseconds": 1000 * seconds / max(sum(clock.num_answers for clock in clocks), 1),
+    }
+
+
+class _Timed(Policy):
+    """A policy whose processor time is counted."""
+
+    def __init__(self, policy: Policy) -> None:
+        self._policy = policy
+        self.score_kind = policy.score_kind  # type: ignore[misc]
+        self.seconds, self.num_answers = 0.0, 0
+
+    def reset(self, memory: MemoryBatch) -> None:
+        self._policy.reset(memory)
+
+    def observe(self, memory: MemoryBatch, change: Change) -> None:
+        began = time.process_time()
+        self._policy.observe(memory, change)
+        self.seconds += time.process_time() - began
+
+    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        began = time.process_time()
+        found = self._policy.scores(memory, queries)
+        self.seconds += time.process_time() - began
+        self.num_answers += len(found)
+        return found
+
+
+def list_kinds(sizes: Sizes, recorded: Sequence[str] = ()) -> dict[str, Kind]:
+    """Return the kinds of homes by name: simulated ones, and recorded households if any."""
+    simulated = list_simulated(sizes.num_homes, sizes.steps, sizes.searches)
+    on = replace(simulated["paper-32"], title="The paper's homes, objects come and go")
+    off_source = SampledSource(home=replace(SampledSource().home, dynamic_nodes=False))
+    kinds = {
+        "paper_on": on,
+        "paper_off": replace(on, title="The paper's homes, objects stay", sources=(off_source,)),
+        "routine": simulated["routine"],
+        "mixed": simulated["mixed"],
+    }
+    if recorded:
+        source = RecordedSource(SampledSource().prior, SampledSource().home, tuple(recorded))
+        kinds[HOUSEHOLDS] = Kind(
+            "Scripted households (HOMER), networks trained in the mixture", (source,),
+            source.num_homes, sizes.steps, sizes.searches,
+        )  # fmt: skip
+    return kinds

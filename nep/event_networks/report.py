@@ -1,0 +1,143 @@
+"""The table of temporal networks, from what has been played."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nep.event_networks.plan import COLUMNS
+from nep.event_networks.registry import NETWORKS
+from nep.report.results import ScoreSummary
+from nep.report.statistics import correct_holm
+from nep.report.tables import (
+    Difference,
+    compute_difference,
+    format_difference,
+    format_number,
+    format_p,
+    join_table,
+)
+
+SIGHTINGS, NEGATIVES = "sightings", "sightings and negative looks"
+_KNOWS_MORE = ("ceiling", "oracle")
+_ABOUT = """\
+Temporal graph networks, rules of temporal graph learning, and graph memories where things are in
+homes. All places of a home are candidates; ties are averaged. Every network is trained on the
+events that `bayesian` saw in the same {train_homes} homes x {train_steps} steps with the same loss
+(listwise over all places), with settings chosen in {val_homes} validation homes by {trials} trials
+of Optuna each (seeded, with pruning), for {epochs} epochs, and plays {num_homes} test homes with
+its own looks. Networks read text vectors of labels, random features that tell the nodes of a home
+apart, the prior of each place, and events: sightings alone, or negative looks, too.
+*Trainings*: how many a row is the mean of. *Minus best rule*: first guesses, paired over homes and
+trainings, with 95 % intervals; p is corrected by Holm's method for the table; *detectable* would be
+found with 80 % power. Cost is processor time on one core. `ceiling` knows the true dynamics.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class TableRow:
+    """How a player did in one kind of homes.
+
+    Attributes:
+        name: in the table.
+        reads: what it reads.
+        plays: what each of its trainings scored (`play_kind`); one for a rule.
+        num_trainings: 0 for a rule.
+        seconds: processor time of a training, nan for a rule.
+    """
+
+    name: str
+    reads: str
+    plays: Sequence[Mapping[str, Any]]
+    num_trainings: int = 0
+    seconds: float = float("nan")
+
+    def mean(self, column: str) -> float:
+        """Return the mean of a column over homes and trainings."""
+        return float(np.mean([np.mean(own[column]) for own in self.plays]))
+
+    def summarise(self, units: tuple[str, ...] | None) -> ScoreSummary:
+        """Return the first guesses, to be paired with those of another player."""
+        values = np.array([own["first_guess"] for own in self.plays])  # (S, H)
+        several = values if len(values) > 1 else None
+        return ScoreSummary(values.mean(axis=0)[:, None], {}, several, units)
+
+
+def make_report(content: Mapping[str, Any]) -> str:
+    """Write the report from what `python -m nep.temporal` keeps as JSON.
+
+    Args:
+        content: `sizes`, `command`, `made`, `missing` and, by kind, `title`, `units` and `rows`.
+    """
+    parts = [
+        "# Temporal graph networks\n", _ABOUT.format(**content["sizes"]),
+        f"`{content['command']}` makes it again, and goes on where it was stopped; "
+        f"{content['made']}.\n",
+    ]  # fmt: skip
+    if content["missing"]:
+        names = ", ".join(content["missing"])
+        parts.append(
+            f"**Not complete**: {len(content['missing'])} trainings of the plan have not been "
+            f"made, and rows have as many as they say. Missing: {names}.\n"
+        )
+    for own in content["kinds"].values():
+        parts.append(f"## {own['title']}\n")
+        rows = [TableRow(**row) for row in own["rows"]]
+        units = None if own["units"] is None else tuple(own["units"])
+        parts.append(_make_table(rows, units))
+        parts.append(_compare_information(rows, units))
+    return "\n".join(part for part in parts if part)
+
+
+def _make_table(rows: Sequence[TableRow], units: tuple[str, ...] | None) -> str:
+    order = sorted(rows, key=lambda row: row.mean("first_guess"))
+    rules = [row for row in order if not row.num_trainings and row.name not in _KNOWS_MORE
+             and row.reads != "graph memory"]  # fmt: skip
+    best = rules[-1] if rules else None
+    differences: list[Difference | None] = [
+        None if best is None or row is best or row.name in _KNOWS_MORE
+        else compute_difference(row.summarise(units), best.summarise(units))
+        for row in order
+    ]  # fmt: skip
+    corrected = correct_holm([float("nan") if d is None else d.p for d in differences])
+    header = ["player", "reads", "trainings", "first guess", "MRR", "NLL", "looks",
+              "ms a decision", "s to train",
+              f"minus {best.name if best else 'best rule'} [95 %]", "p", "detectable"]  # fmt: skip
+    lines = []
+    for row, difference, p in zip(order, differences, corrected, strict=True):
+        numbers = [
+            format_number(row.mean(name), form)
+            for name, form in zip(COLUMNS, (".3f", ".3f", ".2f", ".2f"), strict=True)
+        ]
+        lines.append([
+            row.name, row.reads, str(row.num_trainings or ""), *numbers,
+            format_number(row.mean("milliseconds"), ".2f"),
+            "" if np.isnan(row.seconds) else f"{row.seconds:.0f}",
+            format_difference(difference, ".3f"),
+            "" if difference is None else format_p(p),
+            "" if difference is None else format_number(difference.detectable, ".3f"),
+        ])  # fmt: skip
+    return join_table(header, lines, num_text=2)
+
+
+def _compare_information(rows: Sequence[TableRow], units: tuple[str, ...] | None) -> str:
+    """Say what negative looks add to each network, where both versions have been trained."""
+    lines, pairs = [], []
+    for cls in NETWORKS.values():
+        own = {row.reads: row for row in rows if row.name == cls.name}
+        if own.keys() >= {SIGHTINGS, NEGATIVES}:
+            both = own[NEGATIVES], own[SIGHTINGS]
+            count = min(row.num_trainings for row in both)
+            cut = [TableRow(row.name, row.reads, row.plays[:count], count) for row in both]
+            pairs.append((cls.name, count, compute_difference(*(r.summarise(units) for r in cut))))
+    corrected = correct_holm([difference.p for *_, difference in pairs])
+    for (name, count, difference), p in zip(pairs, corrected, strict=True):
+        lines.append([name, str(count), format_difference(difference, ".3f"), format_p(p),
+                      format_number(difference.detectable, ".3f")])  # fmt: skip
+    if not lines:
+        return ""
+    header = ["network", "trainings of each", "negative looks add [95 %]", "p", "detectable"]
+    return "What negative looks add to first guesses:\n\n" + join_table(header, lines)

@@ -1,0 +1,181 @@
+"""The events of many homes as they happen, and the latest ones of every node."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+MESSAGE_DIM = 4  # is_seen, is on top, coverage, confidence
+NUM_KEPT = 32  # latest events of a node that are kept
+
+
+@dataclass(frozen=True, slots=True)
+class NewEvents:
+    """Events of one look in each of some homes, in their order.
+
+    Attributes:
+        home: (n,).
+        thing: row of the memory's objects, (n,).
+        furniture: index in its home, (n,).
+        relation: 0 "in", 1 "onTop", (n,).
+        is_seen: bool (n,).
+        coverage, confidence: (n,).
+    """
+
+    home: np.ndarray
+    thing: np.ndarray
+    furniture: np.ndarray
+    relation: np.ndarray
+    is_seen: np.ndarray
+    coverage: np.ndarray
+    confidence: np.ndarray
+
+    def take(self, chosen: np.ndarray) -> NewEvents:
+        """Return some of them."""
+        columns = (getattr(self, name)[chosen] for name in self.__slots__)
+        return NewEvents(*columns)
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """Q questions, each with all places of its home as candidates.
+
+    Attributes:
+        home: (Q,).
+        thing: row of the memory's objects, (Q,).
+        prior: prior weight of each place, relations added up, float32 (Q, F).
+        is_place: which columns are places of the home, bool (Q, F).
+        time: time step, one for all.
+    """
+
+    home: np.ndarray
+    thing: np.ndarray
+    prior: np.ndarray
+    is_place: np.ndarray
+    time: int
+
+
+class EventStream:
+    """Events of H homes so far. Places are the first H x F nodes, things follow by their rows.
+
+    Attributes:
+        num_homes, num_places: H and F.
+        node_label: index of its label, of every known node, (N,).
+        node_number: number of a node in its home, by which its random features are told; places
+            first, (N,).
+        src, dst, time: things, places and time steps of events, (E,).
+        message: `MESSAGE_DIM` columns of events, float32 (E, 4).
+    """
+
+    def __init__(self, furniture_label: np.ndarray, sightings_alone: bool) -> None:
+        """Start without events.
+
+        Args:
+            furniture_label: label of every place, -1 for none, (H, F).
+            sightings_alone: whether to drop that things were not seen.
+        """
+        self.num_homes, self.num_places = furniture_label.shape
+        self.sightings_alone = sightings_alone
+        self._num_things = np.zeros(self.num_homes, dtype=np.int64)
+        self.node_label = np.maximum(furniture_label, 0).ravel().astype(np.int64)
+        self.node_number = np.tile(np.arange(self.num_places), self.num_homes)
+        self._size = 0
+        self._ids = np.zeros((2, 1024), dtype=np.int64)
+        self._time = np.zeros(1024, dtype=np.int64)
+        self._message = np.zeros((1024, MESSAGE_DIM), dtype=np.float32)
+        self._latest = np.full((len(self.node_label), NUM_KEPT), -1, dtype=np.int64)
+
+    @property
+    def num_nodes(self) -> int:
+        """Known nodes, N."""
+        return len(self.node_label)
+
+    @property
+    def src(self) -> np.ndarray:
+        """Thing of each event, (E,)."""
+        return self._ids[0, : self._size]
+
+    @property
+    def dst(self) -> np.ndarray:
+        """Place of each event, (E,)."""
+        return self._ids[1, : self._size]
+
+    @property
+    def time(self) -> np.ndarray:
+        """Time step of each event, (E,)."""
+        return self._time[: self._size]
+
+    @property
+    def message(self) -> np.ndarray:
+        """What each event says, float32 (E, 4)."""
+        return self._message[: self._size]
+
+    def know_things(self, home: np.ndarray, label: np.ndarray) -> None:
+        """Take note of new things; rows of all that are known, home and label of each, (O,)."""
+        first = self.num_nodes - self.num_homes * self.num_places
+        if len(home) <= first:
+            return
+        home, label = home[first:], label[first:]
+        order = np.argsort(home, kind="stable")
+        number = np.empty(len(home), dtype=np.int64)
+        in_group = np.arange(len(home)) - np.searchsorted(home[order], home[order])
+        number[order] = self._num_things[home[order]] + in_group
+        self._num_things += np.bincount(home, minlength=self.num_homes)
+        self.node_label = np.concatenate([self.node_label, label.astype(np.int64)])
+        self.node_number = np.concatenate([self.node_number, self.num_places + number])
+        empty = np.full((len(home), NUM_KEPT), -1, dtype=np.int64)
+        self._latest = np.concatenate([self._latest, empty])
+
+    def find_things(self, rows: np.ndarray) -> np.ndarray:
+        """Return the nodes of things by their rows."""
+        return self.num_homes * self.num_places + rows.astype(np.int64)
+
+    def find_places(self, home: np.ndarray) -> np.ndarray:
+        """Return the nodes of all places of homes (Q,), one row each, (Q, F)."""
+        return home[:, None].astype(np.int64) * self.num_places + np.arange(self.num_places)
+
+    def append(self, new: NewEvents, time: int) -> np.ndarray:
+        """Add events; returns their numbers, of those that are not dropped, (n,)."""
+        if self.sightings_alone:
+            new = new.take(np.flatnonzero(new.is_seen))
+        count, first = len(new.home), self._size
+        while first + count > self._ids.shape[1]:
+            self._ids = np.concatenate([self._ids, np.zeros_like(self._ids)], axis=1)
+            self._time = np.concatenate([self._time, np.zeros_like(self._time)])
+            self._message = np.concatenate([self._message, np.zeros_like(self._message)])
+        rows = slice(first, first + count)
+        self._ids[0, rows] = self.find_things(new.thing)
+        self._ids[1, rows] = new.home.astype(np.int64) * self.num_places + new.furniture
+        self._time[rows] = time
+        columns = [new.is_seen, new.relation, new.coverage, new.confidence]
+        self._message[rows] = np.column_stack(columns)
+        self._size += count
+        numbers = np.arange(first, first + count)
+        self._note_latest(self._ids[0, rows], numbers)
+        self._note_latest(self._ids[1, rows], numbers)
+        return numbers
+
+    def find_latest(self, nodes: np.ndarray, count: int) -> np.ndarray:
+        """Return the numbers of the latest events of nodes, the last one last, -1 for none.
+
+        Args:
+            nodes: (n,) or (n, m).
+            count: K, at most `NUM_KEPT`.
+
+        Returns:
+            (n, K) or (n, m, K).
+        """
+        return self._latest[nodes][..., NUM_KEPT - count :]
+
+    def _note_latest(self, nodes: np.ndarray, numbers: np.ndarray) -> None:
+        order = np.argsort(nodes, kind="stable")
+        nodes, numbers = nodes[order], numbers[order]
+        names, first, counts = np.unique(nodes, return_index=True, return_counts=True)
+        kept = np.minimum(counts, NUM_KEPT)
+        end = first + counts
+        for size in np.unique(kept):
+            group = np.flatnonzero(kept == size)
+            rows = end[group, None] - size + np.arange(size)
+            old = self._latest[names[group], size:]
+            self._latest[names[group]] = np.concatenate([old, numbers[rows]], axis=1)

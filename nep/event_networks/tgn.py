@@ -1,0 +1,123 @@
+"""TGN: a memory of every node, and attention over its latest events."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch_geometric.nn import TransformerConv
+from torch_geometric.nn.models.tgn import IdentityMessage, LastAggregator, TGNMemory
+
+from nep.event_networks.network import PairDecoder, TemporalNetwork
+from nep.event_networks.stream import MESSAGE_DIM, Asked, EventStream
+
+
+class _GrowingMemory(TGNMemory):
+    """PyG's memory for nodes that become known on the way."""
+
+    num_nodes: int
+    memory: Tensor
+    last_update: Tensor
+    msg_s_store: dict[int, tuple[Tensor, Tensor, Tensor, Tensor]]
+    msg_d_store: dict[int, tuple[Tensor, Tensor, Tensor, Tensor]]
+
+    def grow(self, num_nodes: int) -> None:
+        """Make room for nodes, with the memory of those that were never met."""
+        added = num_nodes - self.num_nodes
+        if added <= 0:
+            return
+        dtype = self.gru.weight_ih.dtype
+        empty = torch.zeros(added, self.memory_dim, dtype=dtype)
+        self.memory = torch.cat([self.memory, empty])
+        self.last_update = torch.cat([self.last_update, self.last_update.new_zeros(added)])
+        self._assoc = torch.zeros(num_nodes, dtype=torch.long)
+        none = torch.zeros(0, dtype=torch.long)
+        message = torch.zeros(0, self.raw_msg_dim, dtype=dtype)
+        for node in range(self.num_nodes, num_nodes):
+            self.msg_s_store[node] = self.msg_d_store[node] = (none, none, none, message)
+        self.num_nodes = num_nodes
+
+    def start(self, num_nodes: int) -> None:
+        """Forget everything, and make room for nodes."""
+        self.num_nodes = 0
+        self.memory = torch.zeros(0, self.memory_dim, dtype=self.gru.weight_ih.dtype)
+        self.last_update = torch.zeros(0, dtype=torch.long)
+        self.msg_s_store, self.msg_d_store = {}, {}
+        self.grow(num_nodes)
+
+
+class TGN(TemporalNetwork):
+    """PyG's `TGNMemory` with identity messages and the last one of each node; attention on top.
+
+    Source: Rossi et al. 2020, "Temporal Graph Networks for Deep Learning on Dynamic Graphs". As
+    in PyG's example, the events of a batch, here those of a look, are remembered together.
+    """
+
+    name: ClassVar[str] = "TGN"
+
+    def __init__(
+        self, units: int = 32, num_events: int = 16, dropout: float = 0.1, heads: int = 2
+    ) -> None:
+        super().__init__(units, num_events, dropout)
+        self.settings["heads"] = heads
+        raw = MESSAGE_DIM + 2 * units  # what an event says, and what is known of both its ends
+        self.raw_units = raw
+        message = IdentityMessage(raw, units, units)
+        self.memory = _GrowingMemory(1, raw, units, units, message, LastAggregator())
+        self.attention = TransformerConv(
+            units, units // heads, heads=heads, dropout=dropout, edge_dim=units + MESSAGE_DIM
+        )
+        self.decode = PairDecoder(units)
+
+    def reset(self, stream: EventStream, text: np.ndarray) -> None:
+        """Start with a stream of new homes, and an empty memory."""
+        super().reset(stream, text)
+        self.memory.start(stream.num_nodes)
+
+    def note(self, numbers: np.ndarray) -> None:
+        """Remember events: they change the memories of their things and places."""
+        if not len(numbers):
+            return
+        stream = self.stream
+        self.memory.detach()
+        self.memory.grow(stream.num_nodes)
+        src, dst = stream.src[numbers], stream.dst[numbers]
+        message, _ = self.gather(numbers)
+        with torch.no_grad():  # raw messages are stored: gradients flow through what reads them
+            known = torch.cat([message, self.embed(src), self.embed(dst)], dim=1)
+        time = torch.from_numpy(stream.time[numbers].copy())
+        self.memory.update_state(
+            torch.from_numpy(src.copy()), torch.from_numpy(dst.copy()), time, known
+        )
+
+    def forward(self, asked: Asked) -> Tensor:
+        """Return logits of all places, (Q, F)."""
+        stream = self.stream
+        self.memory.grow(stream.num_nodes)
+        things, places = stream.find_things(asked.thing), stream.find_places(asked.home)
+        nodes, back = np.unique(np.concatenate([things, places.ravel()]), return_inverse=True)
+        encoded = self._encode(nodes)[torch.from_numpy(back)]
+        thing, place = encoded[: len(things)], encoded[len(things) :]
+        return self.decode(thing, place.reshape(*places.shape, -1), asked)
+
+    def _encode(self, nodes: np.ndarray) -> Tensor:
+        stream = self.stream
+        events = stream.find_latest(nodes, self.num_events)
+        row, column = np.nonzero(events >= 0)
+        numbers = events[row, column]
+        ends = np.zeros(0, dtype=np.int64)
+        if len(numbers):
+            is_thing = nodes[row] >= stream.num_homes * stream.num_places
+            ends = np.where(is_thing, stream.dst[numbers], stream.src[numbers])
+        everyone, index = np.unique(np.concatenate([nodes, ends]), return_inverse=True)
+        memory, last_update = self.memory(torch.from_numpy(everyone))
+        hidden = memory + self.embed(everyone)
+        own, other = index[: len(nodes)], index[len(nodes) :]
+        message, time = self.gather(numbers)
+        edge_index = torch.from_numpy(np.stack([other, own[row]]))
+        since = (last_update[edge_index[0]] - time).to(hidden.dtype)
+        edge = torch.cat([self.memory.time_enc(since), message], dim=1)
+        hidden = hidden + self.attention(hidden, edge_index, edge)
+        return hidden[torch.from_numpy(own)]
