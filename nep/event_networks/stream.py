@@ -62,8 +62,8 @@ class EventStream:
     Attributes:
         num_homes, num_places: H and F.
         node_label: index of its label, of every known node, (N,).
-        node_number: number of a node in its home, by which its random features are told; places
-            first, (N,).
+        node_number: number of a node in its home, by which its random features are told: of places
+            from 0 on, of things from -1 down, so that no other home's size shows, (N,).
         src, dst, time: things, places and time steps of events, (E,).
         message: `MESSAGE_DIM` columns of events, float32 (E, 4).
     """
@@ -123,7 +123,7 @@ class EventStream:
         number[order] = self._num_things[home[order]] + in_group
         self._num_things += np.bincount(home, minlength=self.num_homes)
         self.node_label = np.concatenate([self.node_label, label.astype(np.int64)])
-        self.node_number = np.concatenate([self.node_number, self.num_places + number])
+        self.node_number = np.concatenate([self.node_number, -1 - number])
         empty = np.full((len(home), NUM_KEPT), -1, dtype=np.int64)
         self._latest = np.concatenate([self._latest, empty])
 

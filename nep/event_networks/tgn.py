@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 from torch_geometric.nn import TransformerConv
-from torch_geometric.nn.models.tgn import IdentityMessage, LastAggregator, TGNMemory
+from torch_geometric.nn.models.tgn import IdentityMessage, MeanAggregator, TGNMemory
 
 from nep.event_networks.network import PairDecoder, TemporalNetwork
 from nep.event_networks.stream import MESSAGE_DIM, Asked, EventStream
@@ -49,10 +49,11 @@ class _GrowingMemory(TGNMemory):
 
 
 class TGN(TemporalNetwork):
-    """PyG's `TGNMemory` with identity messages and the last one of each node; attention on top.
+    """PyG's `TGNMemory` with identity messages and their mean; attention on top.
 
     Source: Rossi et al. 2020, "Temporal Graph Networks for Deep Learning on Dynamic Graphs". As
-    in PyG's example, the events of a batch, here those of a look, are remembered together.
+    in PyG's example, the events of a batch, here those of a look, are remembered together. The mean
+    of their messages, since all are of one time, and none of them is the last.
     """
 
     name: ClassVar[str] = "TGN"
@@ -65,7 +66,7 @@ class TGN(TemporalNetwork):
         raw = MESSAGE_DIM + 2 * units  # what an event says, and what is known of both its ends
         self.raw_units = raw
         message = IdentityMessage(raw, units, units)
-        self.memory = _GrowingMemory(1, raw, units, units, message, LastAggregator())
+        self.memory = _GrowingMemory(1, raw, units, units, message, MeanAggregator())
         self.attention = TransformerConv(
             units, units // heads, heads=heads, dropout=dropout, edge_dim=units + MESSAGE_DIM
         )

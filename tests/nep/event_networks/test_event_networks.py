@@ -1,0 +1,243 @@
+"""Temporal networks: the stream by hand, laws of every network, files, and the policy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from nep.event_networks.episodes import Look, Question, record_episodes
+from nep.event_networks.files import TrainedNetwork
+from nep.event_networks.policy import EventPolicy
+from nep.event_networks.registry import NETWORKS, make_network
+from nep.event_networks.stream import NUM_KEPT, EventStream, NewEvents
+from nep.event_networks.training import play_episode, train_network, validate
+from nep.event_networks.tuning import tune
+from simulator.policies import make_policy
+from simulator.tasks.evaluation import evaluate_policy
+from simulator.testing import check_policy
+from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
+from simulator.world.streams import Streams
+
+SOURCE = SampledSource(home=HomeConfig(furniture_per_room=2, objects_per_furniture=3))
+SMALL = {"units": 8, "num_events": 4}
+NAMES = list(NETWORKS)
+
+
+@pytest.fixture(scope="module")
+def episodes():
+    return record_episodes(SOURCE, Streams(0, "train", range(3)), 6)
+
+
+def make(name, **more):
+    torch.manual_seed(0)
+    return make_network(name, {**SMALL, **more})
+
+
+def answer(network, episodes, sightings_alone=False):
+    """Logits of every question, one after the other."""
+    found = []
+
+    def keep(logits, is_place, answers):
+        found.append(logits.detach().numpy().copy())
+
+    network.eval()
+    with torch.no_grad():
+        for episode in episodes:
+            play_episode(network, episode, sightings_alone, keep)
+    return found
+
+
+def make_events(*rows):
+    """(home, thing, furniture, is_seen) of each event."""
+    home, thing, furniture, seen = np.array(rows).T
+    ones = np.ones(len(rows))
+    return NewEvents(home, thing, furniture, np.zeros(len(rows), int), seen.astype(bool), ones,
+                     seen.astype(float))  # fmt: skip
+
+
+def test_the_latest_events_of_a_node_by_hand():
+    """Two homes of two places: nodes 0, 1 and 2, 3; things follow, the first is node 4."""
+    stream = EventStream(np.array([[5, 6], [7, -1]]), sightings_alone=False)
+    stream.know_things(np.array([0, 1]), np.array([8, 9]))
+    assert stream.append(make_events((0, 0, 1, 1), (1, 1, 0, 0)), time=1).tolist() == [0, 1]
+    stream.know_things(np.array([0, 1, 0]), np.array([8, 9, 8]))
+    assert stream.append(make_events((0, 0, 0, 1), (0, 2, 0, 0)), time=2).tolist() == [2, 3]
+    assert stream.node_label.tolist() == [5, 6, 7, 0, 8, 9, 8]
+    assert stream.node_number.tolist() == [0, 1, 0, 1, -1, -1, -2]  # things per home
+    assert stream.src.tolist() == [4, 5, 4, 6]
+    assert stream.dst.tolist() == [1, 2, 0, 0]
+    assert stream.time.tolist() == [1, 1, 2, 2]
+    assert stream.message[1].tolist() == [0, 0, 1, 0]
+    latest = stream.find_latest(np.array([4, 0, 1, 3]), 3)
+    assert latest.tolist() == [[-1, 0, 2], [-1, 2, 3], [-1, -1, 0], [-1, -1, -1]]
+    assert stream.find_places(np.array([1])).tolist() == [[2, 3]]
+
+
+def test_only_the_last_events_are_kept():
+    stream = EventStream(np.array([[0]]), sightings_alone=False)
+    stream.know_things(np.zeros(1, int), np.zeros(1, int))
+    stream.append(make_events(*[(0, 0, 0, 1)] * (NUM_KEPT + 5)), time=1)
+    assert stream.find_latest(np.array([0]), 3).tolist() == [[NUM_KEPT + 2, NUM_KEPT + 3,
+                                                              NUM_KEPT + 4]]  # fmt: skip
+    stream.append(make_events((0, 0, 0, 1)), time=2)
+    kept = stream.find_latest(np.array([1]), NUM_KEPT)[0]
+    assert kept.tolist() == list(range(6, NUM_KEPT + 6))
+
+
+def test_sightings_alone_drop_what_was_not_seen():
+    stream = EventStream(np.array([[0, 0]]), sightings_alone=True)
+    stream.know_things(np.zeros(2, int), np.zeros(2, int))
+    assert stream.append(make_events((0, 0, 1, 0), (0, 1, 1, 1)), time=1).tolist() == [0]
+    assert stream.src.tolist() == [3]
+    assert stream.append(make_events((0, 0, 0, 0)), time=2).tolist() == []
+
+
+def test_episodes_hold_what_happened_in_order(episodes):
+    (episode,) = episodes
+    kinds = [type(happened) for happened in episode.happened]
+    assert kinds == [Question, Look] * 6
+    times = [h.time if isinstance(h, Look) else h.asked.time for h in episode.happened]
+    assert times == sorted(times)
+    question = episode.happened[0]
+    assert question.answers.shape == (3, 8)
+    assert question.answers.any(axis=1).all()
+    assert question.asked.prior.shape == (3, 8)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_gradients_reach_every_parameter(name, episodes):
+    network = make(name, dropout=0.0)
+    total = []
+
+    def keep(logits, is_place, answers):
+        total.append((logits * torch.randn_like(logits)).sum())
+
+    (episode,) = episodes
+    play_episode(network.train(), episode, False, keep)
+    total[-1].backward()  # events have been by then
+    for key, parameter in network.named_parameters():
+        assert parameter.grad is not None, key
+        assert parameter.grad.isfinite().all(), key
+        # TGN's messages from places to things and back have modules without weights
+        assert (parameter.grad != 0).any(), key
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_not_seen_reaches_the_answer_where_it_is_told(name, episodes):
+    """Without negative looks the same events without them give the same answers."""
+    network = make(name)
+    told, alone = answer(network, episodes), answer(network, episodes, sightings_alone=True)
+    assert any(not np.allclose(one, other) for one, other in zip(told, alone, strict=True))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_answer_depends_on_no_later_event(name, episodes):
+    network = make(name)
+    (episode,) = episodes
+    whole = answer(network, [episode])
+    from dataclasses import replace
+
+    half = replace(episode, happened=episode.happened[:7])
+    for one, other in zip(answer(network, [half]), whole, strict=False):
+        np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_training_is_repeated_to_the_bit_and_learns(name, episodes):
+    """The loss of what it was trained on falls; how far is no matter of a test."""
+    before = validate(make(name), episodes, False)
+    found = []
+    for _ in range(2):
+        network = make(name)
+        train_network(network, episodes, sightings_alone=False, epochs=6, learning_rate=5e-3)
+        found.append(validate(network, episodes, False))
+    assert found[0] == found[1]
+    assert found[0].nll < before.nll
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_saved_network_plays_as_it_was(name, episodes, tmp_path):
+    network = make(name)
+    train_network(network, episodes, sightings_alone=True, epochs=1, learning_rate=1e-3)
+    path = tmp_path / "net.pt"
+    TrainedNetwork(name, network, True, {"seed": 0}).save(path)
+    loaded = TrainedNetwork.load(path)
+    assert (loaded.name, loaded.sightings_alone, loaded.training) == (name, True, {"seed": 0})
+    want, got = answer(network, episodes, True), answer(loaded.network, episodes, True)
+    for one, other in zip(got, want, strict=True):
+        np.testing.assert_array_equal(one, other)
+    policy = f"nep.event_networks.policy:EventPolicy={path}"
+    homes = SOURCE.make(Streams(1, "val", range(2)))
+    assert isinstance(make_policy(policy, homes), EventPolicy)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_the_policy_keeps_the_contract(name, tmp_path):
+    """Homes of any size, and no answer that depends on the homes beside it."""
+    path = tmp_path / "net.pt"
+    TrainedNetwork(name, make(name), False, {}).save(path)
+    check_policy(EventPolicy.load(str(path)).play_in)
+
+
+def test_the_policy_answers_as_the_recorded_episode_does(episodes):
+    """Played online with the looks of `bayesian`, it gets the same events in the same order."""
+    network = make("recurrent")
+    trained = TrainedNetwork("recurrent", network, False, {})
+    own = EventPolicy(trained)
+    heard = []
+
+    class Watched(type(make_policy("bayesian", None))):
+        def reset(self, memory):
+            own.reset(memory)
+
+        def observe(self, memory, change):
+            own.observe(memory, change)
+
+        def scores(self, memory, queries):
+            heard.append(own.scores(memory, queries))
+            return super().scores(memory, queries)
+
+    evaluate_policy(lambda homes: Watched(), SOURCE, Streams(0, "train", range(3)), 6)
+    for one, other in zip(heard, answer(network, episodes), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-4, atol=1e-4)
+
+
+def test_tuning_is_seeded_and_tries_as_often_as_asked(episodes):
+    pytest.importorskip("optuna", reason="optuna is not installed")
+    found = [tune("recurrent", True, episodes, episodes, 3, 1) for _ in range(2)]
+    assert found[0] == found[1]
+    assert len(found[0]["trials"]) == 3
+    best = min((t for t in found[0]["trials"] if t["nll"] is not None), key=lambda t: t["nll"])
+    assert found[0]["settings"] == best["settings"]
+    assert tune("recurrent", True, [], [], 0, 1)["trials"] == []
+
+
+@pytest.mark.parametrize(
+    ("edit", "message"),
+    [
+        (lambda c: c | {"format": "x"}, "got ValueError"),
+        (lambda c: c | {"name": "gat"}, "'gat' with"),
+        (lambda c: c | {"settings": {"units": 10**9}}, "1000000000"),
+        (lambda c: c | {"settings": {"width": 4}}, "TypeError"),
+        (lambda c: c | {"parameters": {}}, "parameters of other names"),
+        (lambda c: {}, "KeyError"),
+    ],
+)
+def test_damaged_files_are_one_line(edit, message, tmp_path):
+    path = tmp_path / "net.pt"
+    TrainedNetwork("recurrent", make("recurrent"), True, {}).save(path)
+    torch.save(edit(torch.load(path, weights_only=True)), path)
+    with pytest.raises(ValueError, match=rf"(?s)must be one that nep.temporal wrote.*{message}"):
+        TrainedNetwork.load(path)
+    with pytest.raises(ValueError, match="network must be a file that can be read"):
+        EventPolicy.load(str(tmp_path / "none.pt"))
+
+
+def test_unknown_names_and_settings_are_refused():
+    with pytest.raises(ValueError, match="network must be one of tgn, graph_mixer"):
+        make_network("gat")
+    with pytest.raises(ValueError, match="multiples of heads and patch, got 9"):
+        make_network("dygformer", {"units": 9})
