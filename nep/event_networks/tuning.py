@@ -44,7 +44,13 @@ def tune(
     """
     if not num_trials:
         return {"settings": _DEFAULT, "trials": []}
-    import optuna
+    try:
+        import optuna
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError(
+            "optuna must be installed for trials, got none. Install the extra, pip install "
+            "'scene-graph-memory[sweep]', or give --trials 0."
+        ) from None
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     study = optuna.create_study(
