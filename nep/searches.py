@@ -16,7 +16,7 @@ from jsonargparse import ArgumentParser, Namespace
 from nep.kinds.command import add_table_options, describe_made, list_names, make_command
 from nep.kinds.life import Life
 from nep.kinds.played import Played, find_scores
-from nep.kinds.searching import COLUMNS, SEARCHERS, WITHIN, search_all
+from nep.kinds.searching import COLUMNS, MOST_LOOKS, SEARCHERS, WITHIN, search_all
 from nep.own_home import Place, list_homes
 from nep.players.contestants import Checkpoint
 from nep.report.code_version import describe_code
@@ -55,8 +55,8 @@ finder; all searches of a row meet the same misses.
 - *search, gives up*: `finder.search` as it is, with `give_up_at=0.9`.
 - *everywhere first*: as *greedy*, and no place again before all others.
 
-Cells: share found within {within} looks / share found / mean looks, found or not, with three looks
-a place at most. *Looks*: those of *search* by those of *greedy*; {bound:.0%} at most is the aim.
+Cells: share found within {within} looks / share found / mean looks, found or not, with {most} looks
+at most. *Looks*: those of *search* by those of *greedy*; {bound:.0%} at most is the aim.
 Differences are *search* minus *greedy*, over homes, with 95 % intervals; less looks are better."""
 
 
@@ -180,7 +180,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         about = _ABOUT.format(
             command=make_command(parser, options, networks), looks=options.looks,
             days=options.days, searches=options.searches, miss_rate=options.miss_rate,
-            within=WITHIN, bound=_BOUND,
+            within=WITHIN, most=MOST_LOOKS, bound=_BOUND,
         )  # fmt: skip
         tables = make_tables(played, groups, options.called)
         parts = ["# Searches", about, tables, describe_made(played, list(played.about), networks)]

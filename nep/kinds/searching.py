@@ -13,7 +13,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 
 COLUMNS = ("within", "found", "looks")
 WITHIN = 8  # looks, of the first column
-_MOST_ROUNDS = 3  # looks a place, after which every search ends
+MOST_LOOKS = 20  # after which every search ends
 
 # Yields where to look next, and goes on where that look did not show the thing.
 Searcher = Callable[[Finder, SceneGraphMemory, str], Iterator[int]]
@@ -75,14 +75,13 @@ def search_all(
 
     Returns:
         "within": share of the things that were found within `WITHIN` looks. "found": share that was
-        found at all, with `_MOST_ROUNDS` looks a place at most. "looks": mean number of looks,
+        found at all, with `MOST_LOOKS` at most. "looks": mean number of looks,
         found or not.
     """
     found, looks = [], []
     for number, asked in enumerate(questions):
         memory = asked.memory.copy()
-        most = _MOST_ROUNDS * memory.num_furniture
-        uniform = np.random.default_rng((seed, number)).random((memory.num_furniture, most))
+        uniform = np.random.default_rng((seed, number)).random((memory.num_furniture, MOST_LOOKS))
         is_missed = dict(zip(memory.furniture_ids, uniform < miss_rate, strict=True))
         num_looks = dict.fromkeys(memory.furniture_ids, 0)
         is_found, num_made = False, 0
@@ -91,7 +90,7 @@ def search_all(
             num_looks[furniture] += 1
             num_made += 1
             is_found = furniture in asked.places and not missed
-            if is_found or num_made == most:
+            if is_found or num_made == MOST_LOOKS:
                 break
         found.append(is_found)
         looks.append(num_made)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import islice, takewhile
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -12,11 +14,12 @@ from sgm.belief import CORRECTIONS, Belief, Detector
 from sgm.finder.adaptation import Adaptation, AskedAgain, Questions, fit_adaptation
 from sgm.finder.finder import Finder
 from sgm.memory.asking import Asked
-from sgm.memory.look_log import read_log
+from sgm.memory.look_log import LogLine, read_log
 from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.memory.replay import replay
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names.names import Similarity
 from sgm.names.words import read_words
 from sgm.network.calibration import Calibration
@@ -178,34 +181,49 @@ class ObjectFinder(Finder):
 
     def _ask_again(self, log: str | Path) -> Iterator[AskedAgain]:
         lines = read_log(log)
-        left = sum(len(line.values["seen"]) for line in lines if line.kind == "look")
-        for memory, line, furniture in replay(lines):
+        begin = _find_latest(lines, _MOST_QUESTIONS)
+        asked_in: dict[str, AskedAgain] = {}  # answers before the looks of this time step
+        for number, (memory, line, furniture) in enumerate(replay(lines)):
             if line.kind != "look":
+                asked_in = {}
                 continue
-            names = list(
-                dict.fromkeys(
-                    read_words("description", name)
-                    for name, _, sure in line.values["seen"]
-                    if sure >= SURE
-                )
-            )
-            left -= len(line.values["seen"])
-            if not names or left > _MOST_QUESTIONS:
+            if number < begin:
                 continue
-            asked = memory.ask(names)
-            with self._lock:
-                scores, belief = self._score(asked)
-            number_of = {own: number for number, own in furniture.items()}
-            numbers = [number_of[own] for own in asked.furniture_ids]
-            here = furniture[line.values["furniture"]]
-            for name, *row in zip(names, scores.tolist(), belief.tolist(), strict=True):
+            names = _list_sure(line)
+            if any(name not in asked_in for name in names):
+                # All looks of a time step are asked about at once, since none of them counts yet.
+                later = takewhile(lambda line: line.kind == "look", islice(lines, number, None))
+                new = dict.fromkeys(name for look in later for name in _list_sure(look))
+                asked_in = self._answer(memory, list(new), furniture)
+            here = line.values["furniture"]
+            for name in names:
                 places = memory.places_of(name)
-                was_here = any(place.furniture == here and place.is_there for place in places)
-                yield AskedAgain(
-                    dict(zip(numbers, zip(*row, strict=True), strict=True)),
-                    line.values["furniture"],
-                    bool(places) and not was_here,
+                was_here = any(
+                    place.furniture == furniture[here] and place.is_there for place in places
                 )
+                yield replace(
+                    asked_in[name], furniture=here, has_moved=bool(places) and not was_here
+                )
+
+    def _answer(
+        self, memory: SceneGraphMemory, names: list[str], furniture: Mapping[int, int]
+    ) -> dict[str, AskedAgain]:
+        """Ask for things, and return logits and beliefs of each by ids of the log.
+
+        Args:
+            memory: before the looks of a time step, or between them, which is the same.
+            names: of the things.
+            furniture: ids in the memory by those in the log.
+        """
+        asked = memory.ask(names)
+        with self._lock:
+            scores, belief = self._score(asked)
+        number_of = {own: number for number, own in furniture.items()}
+        numbers = [number_of[own] for own in asked.furniture_ids]
+        return {
+            name: AskedAgain(dict(zip(numbers, zip(*row, strict=True), strict=True)), -1, False)
+            for name, *row in zip(names, scores.tolist(), belief.tolist(), strict=True)
+        }
 
     def _score(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
         """Return logits, and what the adaptive filter believes, (K, F) both."""
@@ -236,3 +254,16 @@ class ObjectFinder(Finder):
             if labels != self._cosines[0]:  # a memory in use learns new labels now and then
                 self._cosines = labels, self._text.cosines(labels)
             return self._cosines[1]
+
+
+def _list_sure(line: LogLine) -> list[str]:
+    """Return the words of what a look showed for sure, each once."""
+    sure = (name for name, _, confidence in line.values["seen"] if confidence >= SURE)
+    return list(dict.fromkeys(read_words("description", name) for name in sure))
+
+
+def _find_latest(lines: Sequence[LogLine], most: int) -> int:
+    """Return the number of the line from which on the looks show `most` things, or fewer."""
+    shown = [len(_list_sure(line)) if line.kind == "look" else 0 for line in lines]
+    num_after = np.cumsum(shown[::-1])[::-1]
+    return int(np.argmax(num_after <= most)) if num_after[-1] <= most else len(lines)

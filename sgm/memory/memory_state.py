@@ -12,6 +12,7 @@ from sgm.layout.layout import Layout
 from sgm.memory.asking import Asked, Looks, compute_relation_shares, list_looks_before
 from sgm.memory.clock import Clock, make_clock_rows
 from sgm.memory.coverage import Coverage
+from sgm.memory.frame_watch import MOST_LOOKS
 from sgm.memory.home_view import list_places
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import HOME_LABELS, MemoryContent
@@ -90,7 +91,14 @@ class MemoryState:
         coverage: Coverage,
         hidden: Sequence[str] = (),
     ) -> None:
-        """Fold one look at a furniture node in; see `SceneGraphMemory.observe`."""
+        """Fold one look at a furniture node in; see `SceneGraphMemory.observe`.
+
+        From the `MOST_LOOKS`-th look of a time step on, those that show nothing new are left out:
+        frames of a video are no looks.
+        """
+        own = StepLook(furniture, tuple(seen), coverage, tuple(hidden))
+        if self.step.count_looks(furniture) >= MOST_LOOKS and self.step.shows_nothing_new(own):
+            return
         self.step.begin(self.batch, self._version, self.asked)
         self._version = object()
         rows = [self.ensure_object(sighting.description) for sighting in seen]
@@ -103,7 +111,7 @@ class MemoryState:
             np.array([sighting.confidence for sighting in seen], dtype=float),
             np.array([row for name in hidden for row in self.find_rows(name)], dtype=np.int64),
         )
-        self.step.add(StepLook(furniture, tuple(seen), coverage, tuple(hidden)), Counter(rows))
+        self.step.add(own, Counter(rows))
         at_once = self.batch.objects["num_at_once"]
         for row in set(rows):
             at_once[row] = max(at_once[row], self.step.count_at_once(row))

@@ -18,6 +18,7 @@ from sgm.memory.asking import Asked, Scorer
 from sgm.memory.clock import Clock
 from sgm.memory.corrections import Corrections
 from sgm.memory.coverage import read_coverage, read_share
+from sgm.memory.frame_watch import FrameWatch
 from sgm.memory.home_view import list_home, list_rows
 from sgm.memory.look_log import LookLog
 from sgm.memory.memory_batch import MemoryBatch
@@ -118,6 +119,7 @@ class SceneGraphMemory(Corrections):
         self._aliases, self._own_encode = aliases, encoder  # for copies
         self._table = AliasTable.household(aliases)
         self._encoder = None if encoder is None else NameEncoder(encoder, self._table)
+        self._frames = FrameWatch()
         self._log: LookLog | None = None
         self._begin(prior if prior is not None else PriorGraph.household(), clock)
         self._start_log(log)
@@ -447,6 +449,10 @@ class SceneGraphMemory(Corrections):
             hidden: descriptions of things whose own spots were out of view, behind something else:
                 that they were not seen is not counted against them.
 
+        Looks must lie some time apart: a memory that seems to be told of every frame of a video
+        warns once (`LookPerFrameWarning`), and counts ten looks at a place in a time step and those
+        that show something new.
+
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
             TypeError: if `seen` holds something else than sightings, or `hidden` no list.
@@ -463,6 +469,8 @@ class SceneGraphMemory(Corrections):
         rows = [[one.description, one.relation, one.confidence] for one in seen]
         with self._lock:
             self._state.layout.check_furniture(furniture)
+            num_in_step = self._state.step.count_looks(furniture)
+            self._frames.note(furniture, place, seen, num_in_step, self._state.clock)
             about: dict[str, Any] = {"hidden": names} if names else {}
             self._write("look", furniture=furniture, coverage=share, seen=rows, **about)
             self._state.look(furniture, seen, share, names)

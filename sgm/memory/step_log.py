@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from sgm.memory.coverage import Coverage, parse_coverage, split_coverage
+from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.sighting import Sighting
 from sgm.messages import shorten
@@ -103,6 +104,19 @@ class StepLog:
             here[look.furniture] = max(here.get(look.furniture, 0), count)
             self.num_until_seen.setdefault(row, {})[look.furniture] = len(self.looks)
 
+    def count_looks(self, furniture: int) -> float:
+        """Return how many looks there were at a furniture node, each by its coverage."""
+        looks = (look for look in self.looks if look.furniture == furniture)
+        return sum(sum(split_coverage(look.coverage)) / 2 for look in looks)
+
+    def shows_nothing_new(self, look: StepLook) -> bool:
+        """Tell whether earlier looks there showed all that a look shows, and as surely."""
+        known: Counter[tuple[tuple[str, ...], bool]] = Counter()
+        for earlier in self.looks:
+            if earlier.furniture == look.furniture:
+                known |= _count_seen(earlier)
+        return _count_seen(look) <= known
+
     def count_at_once(self, row: int) -> int:
         """Return how many things of an object row were seen in this step."""
         return sum(self.counts.get(row, {}).values())
@@ -132,3 +146,10 @@ class StepLog:
                 coverage = inside * coverage[0] + on_top * coverage[1]
             in_vain[look.furniture] = in_vain.get(look.furniture, 0.0) + coverage
         return in_vain
+
+
+def _count_seen(look: StepLook) -> Counter[tuple[tuple[str, ...], bool]]:
+    """Count what a look shows by name, sure sightings and others apart."""
+    return Counter(
+        (read_name(sighting.description), sighting.confidence >= SURE) for sighting in look.seen
+    )

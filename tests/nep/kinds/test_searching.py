@@ -3,7 +3,7 @@
 import pytest
 
 from nep.kinds.life import Asked
-from nep.kinds.searching import SEARCHERS, search_all
+from nep.kinds.searching import MOST_LOOKS, SEARCHERS, search_all
 from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
@@ -53,7 +53,7 @@ def test_what_no_look_shows_is_not_found(who):
     asked = [Asked(make_memory(), "mug", frozenset([0]))] * 2
     scores = search_all(Finder(Bayesian()), SEARCHERS[who], asked, 1.0, 0)
     assert (scores["within"], scores["found"]) == (0, 0)
-    assert scores["looks"] <= 24
+    assert scores["looks"] <= MOST_LOOKS
 
 
 def test_all_searchers_meet_the_same_misses():
