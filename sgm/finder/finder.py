@@ -144,6 +144,7 @@ class Finder:
                     probability=float(probabilities[place]),
                     evidence=own,
                     detection=float(detection[place]),
+                    open_cost=asked.open_costs[place] if relation[place] == 0 else None,
                 )
                 for place, own in zip(chosen, evidence, strict=True)
             ),

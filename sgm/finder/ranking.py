@@ -23,6 +23,8 @@ class Place:
         evidence: what the memory holds for and against it.
         detection: probability that a look there now shows it, if it is there: 1 minus the miss rate
             of the detector, and less after each look of this time step that missed it.
+        open_cost: of opening the furniture to look there; None where nothing is to be opened, or
+            the thing would be on top.
     """
 
     furniture: int
@@ -31,6 +33,7 @@ class Place:
     probability: float
     evidence: Evidence
     detection: float = 1.0
+    open_cost: float | None = None
 
     @property
     def last_seen(self) -> SeenAt | None:

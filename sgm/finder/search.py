@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -20,8 +20,9 @@ from sgm.finder.search_plan import (
     is_at,
     plan_search,
 )
+from sgm.memory.coverage import read_coverage, split_coverage
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import Sighting
+from sgm.memory.sighting import RELATIONS, Sighting
 from sgm.messages import shorten
 from sgm.names.names import Resolution, read_name
 
@@ -117,6 +118,7 @@ class ObjectSearch:
         self._budget = budget
         self._missed: dict[int, tuple[float, int]] = {}  # looks, and when the last one was
         self._in_a_row = 0  # looks at the place where it is now
+        self._opened: int | None = None  # what was opened at the place where it is now
         self._going: Look | None = None
         self._reason = ""
         self._found_at = ""
@@ -183,12 +185,19 @@ class ObjectSearch:
             self.memory.note_absent(look.place.furniture, name, coverage)
         self._note(look, coverage, is_found=False)
 
-    def seen(self, sightings: Sequence[Sighting], coverage: float = 1.0) -> bool:
+    def seen(
+        self,
+        sightings: Sequence[Sighting],
+        coverage: float | Mapping[str, float] = 1.0,
+        hidden: Sequence[str] = (),
+    ) -> bool:
         """Say all that was seen at the place that `next` gave.
 
         Args:
             sightings: everything that the detector named there.
-            coverage: share of the furniture that was in view, above 0 and at most 1.
+            coverage: share of the furniture that was in view, or shares of "in" and "onTop" of it,
+                as `SceneGraphMemory.observe` takes them.
+            hidden: descriptions of things whose own spots were out of view.
 
         Returns:
             Whether what is looked for was among it.
@@ -196,7 +205,7 @@ class ObjectSearch:
         look = self._get_going()
         others = {read_name(name) for name in self.memory.descriptions}
         others -= {read_name(name) for name in self._list_meant()}
-        self.memory.observe(look.place.furniture, sightings, coverage)
+        self.memory.observe(look.place.furniture, sightings, coverage, hidden)
         names = [sighting.description for sighting in sightings]
         meant = {read_name(name) for name in self._list_meant()}
         # The detector may call it otherwise than before: "mug" for the "large red mug". A name
@@ -207,7 +216,8 @@ class ObjectSearch:
             for name in self._finder.resolve_among(self.memory, self.description, new)
         }
         is_found = any(read_name(name) in meant for name in names)
-        self._note(look, coverage, is_found)
+        share = read_coverage(coverage, look.place.name)
+        self._note(look, split_coverage(share)[RELATIONS.index(look.place.relation)], is_found)
         return is_found
 
     def _list_meant(self) -> tuple[str, ...]:
@@ -227,18 +237,21 @@ class ObjectSearch:
         looks = self._order(places)
         if self._budget is None or not looks or looks[0].cost <= self._budget - self.cost:
             return looks
-        return self._order([place for place in places if self._is_affordable(place.furniture)])
+        return self._order([place for place in places if self._is_affordable(place)])
 
     def _order(self, places: Sequence[Place]) -> Sequence[Look]:
         miss_again = self._finder.detector.miss_again
         return plan_search(
-            self.description, places, self._at, self._distance, self._look_cost, miss_again
-        ).looks
+            self.description, places, self._at, self._distance, self._look_cost, miss_again,
+            self._opened,
+        ).looks  # fmt: skip
 
-    def _is_affordable(self, furniture: int) -> bool:
-        """Tell whether the rest of the budget is enough for a look at a furniture node."""
-        way = compute_way(self._distance, self._at, furniture)
-        return way + self._look_cost <= (self._budget or 0.0) - self.cost
+    def _is_affordable(self, place: Place) -> bool:
+        """Tell whether the rest of the budget is enough for a look at a place."""
+        cost = compute_way(self._distance, self._at, place.furniture) + self._look_cost
+        if place.furniture != self._opened:
+            cost += place.open_cost or 0.0
+        return cost <= (self._budget or 0.0) - self.cost
 
     def _compute_prospect(self, places: Sequence[Place]) -> float:
         """Return how likely looks at places find it, if there are as many as one likes.
@@ -293,6 +306,10 @@ class ObjectSearch:
         self._missed[furniture] = self._count_missed(furniture) + coverage, self.memory.time
         self._found_at = look.place.name if is_found else ""
         self._going = None
+        if look.place.open_cost is not None:
+            self._opened = furniture
+        elif self._opened != furniture:
+            self._opened = None
         self._in_a_row = self._in_a_row + 1 if is_at(self._at, furniture) else 1
         if self._distance is not None:
             self._at = furniture

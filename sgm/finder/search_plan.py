@@ -29,13 +29,23 @@ class Look:
 
     Attributes:
         place: where, with the probability that the object is there, and that a look shows it.
-        cost: of going there from the place before and looking.
+        cost: of going there from the place before, opening it, if it has to be, and looking.
         prob_needed: probability that the object was not found before.
+        must_open: whether it has to be opened to look into it; not for another look at a place
+            where one stands.
     """
 
     place: Place
     cost: float
     prob_needed: float
+    must_open: bool = False
+
+    @property
+    def instruction(self) -> str:
+        """What to do there: "open the white fridge in kitchen", "look on the table in hall"."""
+        if self.must_open:
+            return f"open the {self.place.name}"
+        return f"look {'in' if self.place.relation == 'in' else 'on'} the {self.place.name}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,9 +78,8 @@ class SearchPlan:
         head = f"{self.description}: found with {self.found:.0%}, expected cost "
         lines = [f"{head}{self.expected_cost:.1f}"]
         for number, look in enumerate(self.looks, start=1):
-            lines.append(
-                f"{number:3}. {look.place.name}, {look.place.probability:.0%}, cost {look.cost:.1f}"
-            )
+            name = f"open the {look.place.name}" if look.must_open else look.place.name
+            lines.append(f"{number:3}. {name}, {look.place.probability:.0%}, cost {look.cost:.1f}")
         return "\n".join(lines)
 
 
@@ -81,6 +90,7 @@ def plan_search(
     distance: Distance | None = None,
     look_cost: float = 1.0,
     miss_again: float | None = None,
+    opened: int | None = None,
 ) -> SearchPlan:
     """Order looks so that the expected cost until the object is found is small.
 
@@ -92,6 +102,9 @@ def plan_search(
     and the exact optimum over the `EXACT_PLACES` most promising looks, followed by the others in
     the first manner. With so few looks or fewer, and without distances, it is the optimum.
 
+    What must be opened (`Place.open_cost`) is shut again when one leaves: it costs to be opened
+    with every way that leads to it, and not for another look on the spot.
+
     Args:
         description: what is looked for.
         places: where it may be, with probabilities that sum to at most one.
@@ -102,6 +115,7 @@ def plan_search(
         look_cost: of one look, in the unit of the distances.
         miss_again: a above; each place is then looked at `MOST_ROUNDS` times, in the order that
             costs least where one of these looks finds it. None for one look each.
+        opened: furniture id of what is open now; None for none.
 
     Raises:
         ValueError: if a cost is negative or nan, or there is a start without distances.
@@ -129,8 +143,10 @@ def plan_search(
     legs = np.array([[compute_way(distance, at, to) for to in ids] for at in ids])
     legs = legs.reshape(len(ids), len(ids))  # (F, F)
     back_and_on = first_leg[:, None] + first_leg  # where there is no direct way: by the start
+    opening = np.array([place.open_cost or 0.0 for place in places])  # (F,)
     legs = np.where(np.isfinite(legs), legs, back_and_on) + look_cost
-    first_leg = first_leg + look_cost
+    legs += opening * ~np.eye(len(ids), dtype=bool)
+    first_leg = first_leg + look_cost + opening * (np.array(ids, dtype=object) != opened)
     rounds = 1 if miss_again is None else MOST_ROUNDS
     turn, at = (part.ravel() for part in np.indices((rounds, len(ids))))  # (K,), K looks
     prob = np.array([place.probability * place.detection for place in places])[at]
@@ -152,10 +168,14 @@ def plan_search(
         key=lambda order: np.multiply(*compute_tour_costs(weight, first_leg, legs, order)).sum(),
     )
     cost, prob_needed = compute_tour_costs(prob, first_leg, legs, order)
+    before = [opened, *(ids[place] for place in at[order])]
     looks = [
-        Look(places[place], float(leg), float(needed))
-        for place, leg, needed in zip(at[order], cost, prob_needed, strict=True)
-    ]
+        Look(
+            places[place], float(leg), float(needed),
+            places[place].open_cost is not None and ids[place] != last,
+        )
+        for place, leg, needed, last in zip(at[order], cost, prob_needed, before, strict=False)
+    ]  # fmt: skip
     return SearchPlan(description, tuple(looks), float(cost @ prob_needed), float(prob.sum()))
 
 
@@ -171,14 +191,14 @@ def find_distance(memory: SceneGraphMemory, start: Any) -> Distance | None:
     Raises:
         ValueError: if the start is neither, beside positions of all furniture.
     """
-    at = {number: node.position for number, node in memory.layout.furniture.items()}
+    at = memory.layout.compute_positions()
     if start is None or None in at.values():
         return None
     _check_start(start, at)
 
     def measure(origin: Any, furniture: int) -> float:
         if furniture not in at:  # added since
-            at.update((number, node.position) for number, node in memory.layout.furniture.items())
+            at.update(memory.layout.compute_positions())
         is_id = isinstance(origin, (int, np.integer))
         here: Any = at.get(origin) if is_id else origin
         there = at.get(furniture)

@@ -71,6 +71,7 @@ class Asked:
         num_instances: most things of each description that were seen at once, 1 or more, (K,).
         sightings: every place where one of them was ever seen, the latest first.
         furniture_ids, furniture_names: F each.
+        open_costs: of opening each to look into it, None where there is nothing to open; F each.
         clock: of the memory; None if it has none.
     """
 
@@ -86,6 +87,7 @@ class Asked:
     sightings: tuple[SeenAt, ...]
     furniture_ids: tuple[int, ...]
     furniture_names: tuple[str, ...]
+    open_costs: tuple[float | None, ...]
     clock: Clock | None = None
 
     @property

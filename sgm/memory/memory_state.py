@@ -187,6 +187,10 @@ class MemoryState:
             ),
             furniture_ids=ids,
             furniture_names=tuple(map(self.layout.describe, ids)),
+            open_costs=tuple(
+                (row.open_cost or 0.0) if row.must_open else None
+                for row in self.layout.furniture.values()
+            ),
             clock=self.clock,
         )
 

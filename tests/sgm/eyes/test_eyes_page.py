@@ -1,0 +1,79 @@
+"""docs/eyes.md: its example runs on rendered frames, and it names every setting and count."""
+
+import inspect
+import re
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+
+from sgm.eyes import Box, Detection, Gate, LookBuilder, Pose
+from tests.sgm.eyes.scenes import CAMERA, detect, look_around, make_shelf, render
+
+PAGE = (Path(__file__).resolve().parents[3] / "docs" / "eyes.md").read_text(encoding="utf-8")
+
+
+class Robot:
+    """Walks before a kitchen of three boxes with pasta in the cabinet, and renders what it sees."""
+
+    position = (2.0, 1.5)
+
+    def __init__(self):
+        self._still = [
+            Box.of_floor((0, 0), (4, 3)),
+            Box((2.0, 0.3, 0.45), (0.6, 0.8, 0.9), 1.57),
+            Box((2.0, 2.4, 0.37), (0.8, 1.2, 0.74)),
+        ]
+        outer, self._parts = make_shelf((1.1, 0.3, 0.45), (0.6, 0.8, 0.9), 1.57)
+        self._pasta = Box((1.1, 0.35, 0.53), (0.1, 0.1, 0.12))
+        self._shut = [outer]
+        self._is_open = False
+        self._time = 0.0
+
+    def open(self, furniture):
+        self._is_open = True
+
+    def close(self, furniture):
+        self._is_open = False
+
+    def look_at(self, furniture):
+        for pose in look_around((1.1, 0.3, 0.5), radius=1.2, turn=0.8, start=np.pi / 2):
+            self._time += 0.1
+            cabinet = [*self._parts, self._pasta] if self._is_open else self._shut
+            found = [detect("pasta", self._pasta, pose)] * self._is_open
+            yield self._time, pose, CAMERA, found, render([*self._still, *cabinet], pose)
+        self._time += 60.0
+
+
+def test_the_example_opens_the_cabinet(capsys):
+    (block,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    assert len(block.splitlines()) <= 60
+    names = {"robot": Robot()}
+    exec(compile(block, "docs/eyes.md", "exec"), names)  # our own text
+    said = capsys.readouterr().out.strip()
+    assert said == "open the cabinet left of the sink in kitchen"
+    assert block.rstrip().endswith(f"# {said}")
+    memory = names["memory"]
+    assert memory.last_seen("pasta").is_there
+    assert memory.last_seen("pasta").steps_ago == 1
+    assert memory.last_seen("pasta").times_looked == 1  # the shut cabinet is no look into it
+
+
+def test_the_page_names_what_there_is():
+    for field in (*fields(Detection)[:4], *fields(Box)):
+        assert f"`{field.name}`" in PAGE, field.name
+    for name in list(inspect.signature(LookBuilder.frame).parameters)[1:]:
+        assert f"| `{name}` |" in PAGE, name
+    assert inspect.signature(LookBuilder).parameters["num_points"].default == 128
+    assert "128 points" in PAGE
+    for name in ("margin", "most_blind", "pause", "longest", "least_coverage", "on_look"):
+        assert name in inspect.signature(LookBuilder).parameters
+        assert f"`{name}" in PAGE, name
+    folder = Path(inspect.getfile(LookBuilder)).parent
+    code = "".join(file.read_text("utf-8") for file in folder.glob("*.py"))
+    reasons = re.findall(r'return "([a-z ]+)"', code) + re.findall(r'_counts\["([a-z ]+)"\]', code)
+    reasons += re.findall(r'else "(frame came twice)"', code)
+    for reason in {*reasons} - {"frames", "detections", "looks"}:
+        assert f'"{reason}"' in PAGE, reason
+    assert Gate().farthest > Gate().nearest
+    assert Pose.look_at((0, 0, 1), (1, 0, 1)).position_sd == 0
