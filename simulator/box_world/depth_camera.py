@@ -80,9 +80,7 @@ class DepthCamera:
         measured = (measured + self.noise * measured**2 * noise).astype(np.float32)
         return Shot(measured, depth, owner, num_alone)
 
-    def sees(self, pose: Pose, points: np.ndarray) -> np.ndarray:
-        """Tell which points (n, 3) the image and the range of a camera hold, bool (n,)."""
-        own = pose.to_camera(points)
-        is_in_range = (own[:, 2] >= self.nearest) & (own[:, 2] <= self.farthest)
+    def shows(self, pose: Pose, points: np.ndarray) -> np.ndarray:
+        """Tell which points (n, 3) lie within the image, hidden or not, bool (n,)."""
         with np.errstate(invalid="ignore"):
-            return is_in_range & self.intrinsics.contains(self.intrinsics.project(own))
+            return self.intrinsics.contains(self.intrinsics.project(pose.to_camera(points)))

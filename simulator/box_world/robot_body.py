@@ -1,0 +1,184 @@
+"""A robot that drives through a home of boxes and takes pictures on its way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sgm.eyes.camera import Pose
+from simulator.box_world.depth_camera import DepthCamera, Shot
+from simulator.box_world.detector import BoxDetector, Detected
+from simulator.box_world.routes import FloorRoutes
+from simulator.box_world.world import BoxWorld
+
+_DRIFT_SECONDS = 10.0  # for how long an error of the localisation lasts
+_TILT = -0.15  # metres by which the camera looks down for every metre ahead, on the way
+
+
+@dataclass(frozen=True, slots=True)
+class BodyRules:
+    """How a robot moves and how well it knows where it is.
+
+    Attributes:
+        camera_height: metres above the floor.
+        speed: metres a second.
+        turn_speed: of the head and the body, radians a second.
+        frame_seconds: between pictures where the head stands still.
+        frames_per_aim: pictures in each direction of a look.
+        metres_per_frame: between pictures on the way; 0 for none.
+        position_sd: standard deviation of the known position, metres, in x and y.
+        angle_sd: standard deviation of the known yaw, radians.
+        camera: what it measures.
+        detector: what is recognised in the pictures.
+    """
+
+    camera_height: float = 1.35
+    speed: float = 0.4
+    turn_speed: float = 0.8
+    frame_seconds: float = 0.1
+    frames_per_aim: int = 3
+    metres_per_frame: float = 0.5
+    position_sd: float = 0.0
+    angle_sd: float = 0.0
+    camera: DepthCamera = field(default_factory=DepthCamera)
+    detector: BoxDetector = field(default_factory=BoxDetector)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotFrame:
+    """One picture.
+
+    Attributes:
+        time: seconds.
+        pose: of the camera, as the robot knows it.
+        true_pose: as it is.
+        shot: the picture.
+        detected: what was recognised in it.
+    """
+
+    time: float
+    pose: Pose
+    true_pose: Pose
+    shot: Shot
+    detected: list[Detected]
+
+
+class RobotBody:
+    """Drives, turns its head, opens doors and takes pictures.
+
+    Its random numbers come from a stream of the home of its own ("box robot"): what it does changes
+    nothing in the home but doors.
+
+    Attributes:
+        world: where it is.
+        routes: its ways.
+        rules: what it can do.
+        position: x, y.
+        time: seconds since the start.
+    """
+
+    def __init__(self, world: BoxWorld, rules: BodyRules | None = None) -> None:
+        """Stand in the corridor, before the door of the first room."""
+        self.world = world
+        self.rules = BodyRules() if rules is None else rules
+        self.routes = FloorRoutes(world.floor)
+        self.position = (world.floor.rooms[0].door[0], 0.0)
+        self.time = 0.0
+        self._rng = world.homes.streams.generator("box robot", 0)
+        self._forward = np.array([1.0, 0.0, 0.0])
+        self._error = self._rng.normal(0.0, 1.0, 3)  # of x, y, yaw, in standard deviations
+        self._guessed = 0.0  # time of that error
+        self._solids = world.solids
+
+    def wait_until(self, time: float) -> None:
+        """Let time pass, unless it has already."""
+        self.time = max(self.time, time)
+
+    def visit(self, furniture: int) -> Iterator[RobotFrame]:
+        """Drive to furniture, open its door, look at it, and shut the door; yields all pictures."""
+        yield from self.drive(furniture)
+        yield from self.look(furniture)
+
+    def drive(self, furniture: int) -> Iterator[RobotFrame]:
+        """Drive to before furniture; yields the pictures on the way."""
+        self._solids = self.world.solids
+        path = self.routes.find_path(self.position, furniture)
+        left = self.rules.metres_per_frame
+        for end in path[1:]:
+            start = np.array(self.position)
+            length = float(np.linalg.norm(end - start))
+            if length < 1e-9:
+                continue
+            ahead = (end - start) / length
+            done = 0.0
+            while self.rules.metres_per_frame and done + left < length:
+                done += left
+                left = self.rules.metres_per_frame
+                self._move(start + done * ahead)
+                yield self._take(np.array([*ahead, _TILT]))
+            left -= length - done
+            self._move(end)
+
+    def look(self, furniture: int) -> Iterator[RobotFrame]:
+        """Look at all of the furniture before which the robot stands; yields the pictures.
+
+        A door is open meanwhile.
+        """
+        box = self.world.floor.furniture[furniture]
+        if box.has_door:
+            self.world.open_doors.add(furniture)
+        self._solids = self.world.solids
+        for target in self.list_aims(furniture):
+            at = np.array([*self.position, self.rules.camera_height])
+            for _ in range(self.rules.frames_per_aim):
+                yield self._take(target - at)
+                self.time += self.rules.frame_seconds
+        self.world.open_doors.discard(furniture)
+        self._solids = self.world.solids
+
+    def list_aims(self, furniture: int) -> list[np.ndarray]:
+        """Return the points, x, y, z, at which the robot looks to see all of a piece of furniture."""
+        box = self.world.floor.furniture[furniture]
+        _, width, height = box.size
+        sides = [0.0] if width <= 0.7 else [-width / 4, width / 4]
+        levels = [height / 2 + 0.1]
+        if box.interior != "none":
+            num = max(math.ceil(height / 0.8), 1)
+            levels += [height / 2 - (row + 0.5) * height / num for row in range(num)]
+        return [box.to_map(np.array([0.0, side, level])) for level in levels for side in sides]
+
+    def _move(self, to: np.ndarray) -> None:
+        self.time += float(np.linalg.norm(to - self.position)) / self.rules.speed
+        self.position = (float(to[0]), float(to[1]))
+
+    def _take(self, forward: np.ndarray) -> RobotFrame:
+        """Turn the head into a direction and take a picture."""
+        forward = forward / np.linalg.norm(forward)
+        angle = math.acos(min(max(float(forward @ self._forward), -1.0), 1.0))
+        self.time += angle / self.rules.turn_speed + 1e-3
+        self._forward = forward
+        at = np.array([*self.position, self.rules.camera_height])
+        true_pose = Pose.look_at(at, at + forward)
+        shot = self.rules.camera.shoot(
+            self._solids, self.world.num_owners, true_pose, rng=self._rng
+        )
+        detected = self.rules.detector.detect(self.world, shot, rng=self._rng)
+        return RobotFrame(self.time, self._guess_pose(true_pose), true_pose, shot, detected)
+
+    def _guess_pose(self, pose: Pose) -> Pose:
+        """Return where the robot takes its camera to be; errors last for `_DRIFT_SECONDS`."""
+        rules = self.rules
+        kept = math.exp(-(self.time - self._guessed) / _DRIFT_SECONDS)
+        self._guessed = self.time
+        fresh = self._rng.normal(0.0, 1.0, 3)
+        self._error = kept * self._error + math.sqrt(1 - kept**2) * fresh
+        dx, dy = self._error[:2] * rules.position_sd
+        turn = float(self._error[2]) * rules.angle_sd
+        cos, sin = math.cos(turn), math.sin(turn)
+        about_z = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        return Pose(
+            about_z @ pose.rotation, pose.position + (dx, dy, 0.0), rules.position_sd, rules.angle_sd
+        )
