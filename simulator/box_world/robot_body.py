@@ -28,23 +28,28 @@ class BodyRules:
         turn_speed: of the head and the body, radians a second.
         frame_seconds: between pictures where the head stands still.
         frames_per_aim: pictures in each direction of a look.
+        sidestep: metres to the left and right from where it looks once more, where it can stand
+            there: things hide behind others; 0 for none.
         metres_per_frame: between pictures on the way; 0 for none.
         position_sd: standard deviation of the known position, metres, in x and y.
         angle_sd: standard deviation of the known yaw, radians.
         camera: what it measures.
         detector: what is recognised in the pictures.
+        reach: nearest and farthest distance at which what was recognised counts, metres.
     """
 
-    camera_height: float = 1.35
+    camera_height: float = 1.4
     speed: float = 0.4
     turn_speed: float = 0.8
     frame_seconds: float = 0.1
-    frames_per_aim: int = 3
+    frames_per_aim: int = 2
+    sidestep: float = 0.4
     metres_per_frame: float = 0.5
     position_sd: float = 0.0
     angle_sd: float = 0.0
     camera: DepthCamera = field(default_factory=DepthCamera)
     detector: BoxDetector = field(default_factory=BoxDetector)
+    reach: tuple[float, float] = (0.2, 4.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,10 +102,10 @@ class RobotBody:
         """Let time pass, unless it has already."""
         self.time = max(self.time, time)
 
-    def visit(self, furniture: int) -> Iterator[RobotFrame]:
-        """Drive to furniture, open its door, look at it, and shut the door; yields all pictures."""
-        yield from self.drive(furniture)
-        yield from self.look(furniture)
+    def go_to(self, furniture: int) -> None:
+        """Drive to before furniture and take no pictures."""
+        for end in self.routes.find_path(self.position, furniture)[1:]:
+            self._move(end)
 
     def drive(self, furniture: int) -> Iterator[RobotFrame]:
         """Drive to before furniture; yields the pictures on the way."""
@@ -131,11 +136,13 @@ class RobotBody:
         if box.has_door:
             self.world.open_doors.add(furniture)
         self._solids = self.world.solids
-        for target in self.list_aims(furniture):
+        for stand in self._list_stands(furniture):
+            self._move(stand)
             at = np.array([*self.position, self.rules.camera_height])
-            for _ in range(self.rules.frames_per_aim):
-                yield self._take(target - at)
-                self.time += self.rules.frame_seconds
+            for target in self.list_aims(furniture):
+                for _ in range(self.rules.frames_per_aim):
+                    yield self._take(target - at)
+                    self.time += self.rules.frame_seconds
         self.world.open_doors.discard(furniture)
         self._solids = self.world.solids
 
@@ -149,6 +156,14 @@ class RobotBody:
             num = max(math.ceil(height / 0.8), 1)
             levels += [height / 2 - (row + 0.5) * height / num for row in range(num)]
         return [box.to_map(np.array([0.0, side, level])) for level in levels for side in sides]
+
+    def _list_stands(self, furniture: int) -> list[np.ndarray]:
+        """Return where the robot looks from: before the front, then left and right of there."""
+        box = self.world.floor.furniture[furniture]
+        aside = box.to_map(np.array([0.0, self.rules.sidestep, 0.0]))[:2] - box.center[:2]
+        here = np.array(self.position)
+        ways = [here + sign * aside for sign in (-1, 1)] if self.rules.sidestep else []
+        return [here, *(to for to in ways if self.routes.is_free_between(here, to))]
 
     def _move(self, to: np.ndarray) -> None:
         self.time += float(np.linalg.norm(to - self.position)) / self.rules.speed

@@ -72,12 +72,21 @@ class FloorRoutes:
         while at < len(points) - 1:  # straight on as far as all is free
             following = at + 1
             for further in range(min(at + 60, len(points) - 1), at, -1):
-                if self._is_free_between(points[at], points[further]):
+                if self.is_free_between(points[at], points[further]):
                     following = further
                     break
             kept.append(points[following])
             at = following
         return np.array(kept)
+
+    def is_free_between(self, start: np.ndarray, end: np.ndarray) -> bool:
+        """Tell whether the robot can drive straight from one position to another, (2,) each."""
+        num = max(math.ceil(np.linalg.norm(end - start) / (CELL / 2)), 1)
+        points = start + (end - start) * np.linspace(0, 1, num + 1)[:, None]
+        column, row = np.floor((points - self._low) / CELL).astype(int).T
+        rows, columns = self.is_free.shape
+        is_inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        return bool(is_inside.all() and self.is_free[row, column].all())
 
     def _find_cell(self, position: tuple[float, float]) -> int:
         """Return the number of the free cell nearest to a position."""
@@ -93,12 +102,6 @@ class FloorRoutes:
     def _get_middles(self, cells: np.ndarray) -> np.ndarray:
         rows, columns = np.divmod(cells, self.is_free.shape[1])
         return self._low + (np.stack([columns, rows], axis=1) + 0.5) * CELL
-
-    def _is_free_between(self, start: np.ndarray, end: np.ndarray) -> bool:
-        num = max(math.ceil(np.linalg.norm(end - start) / (CELL / 2)), 1)
-        points = start + (end - start) * np.linspace(0, 1, num + 1)[:, None]
-        column, row = np.floor((points - self._low) / CELL).astype(int).T
-        return bool(self.is_free[row, column].all())
 
     def _make_graph(self) -> coo_array:
         """Return the distances between free cells that touch."""

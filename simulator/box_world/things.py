@@ -12,6 +12,8 @@ from simulator.box_world.solids import Solids, list_levels
 from simulator.world.homes import Homes
 
 _TRIES = 40  # spots for one thing before it is put on others
+_CHOICE = 4  # free spots of which the best is taken
+_TALL = 0.12  # metres from which on a thing stands as far back as may be
 _SHRINKS = 0.6  # factor of the sides of a thing for which there is no room
 _EDGE = 0.02  # metres from the edge of what a thing lies on
 _HIGHEST = ABOVE_TOP - 0.05  # metres above a surface that things and piles reach at most
@@ -20,7 +22,8 @@ _HIGHEST = ABOVE_TOP - 0.05  # metres above a surface that things and piles reac
 class ThingBoxes:
     """The box of every thing, C slots, as the home moves them from place to place.
 
-    A thing that comes to a place gets a free spot there, or lies on others. It stays on its spot
+    A thing that comes to a place gets a free spot there, small ones rather in front, or lies on
+    others. It stays on its spot
     until it leaves the place, also when what it lay on is taken away.
 
     Attributes:
@@ -82,6 +85,7 @@ class ThingBoxes:
         others = np.flatnonzero(self.place == place)
         own_center = box.to_own(self.center[others])
         lowest, spot, half = np.inf, np.zeros(3), np.zeros(3)
+        num_free = 0
         for attempt in range(3 * _TRIES):
             scale = _SHRINKS ** (attempt // _TRIES)  # what fits nowhere is smaller than usual
             sides = np.array((depth, width) if self._rng.integers(2) else (width, depth)) * scale
@@ -95,11 +99,15 @@ class ThingBoxes:
             above = float(tops.max(initial=level)) - level
             if above + 2 * new[2] > headroom:  # no room on the pile: through it, if need be
                 above = headroom
-            if above < lowest:
+            num_free += above == 0
+            is_better = above < lowest
+            if above == lowest == 0 and shape != "basin":  # small things stand before tall ones
+                is_better = (middle[0] > spot[0]) == (2 * new[2] < _TALL)
+            if is_better:
                 lowest, half = above, new
                 base = min(level + above, level + headroom - 2 * new[2])
                 spot = np.array([*middle, base + new[2]])
-            if lowest == 0 or (lowest < headroom and attempt % _TRIES == _TRIES - 1):
+            if num_free == _CHOICE or (lowest < headroom and attempt % _TRIES == _TRIES - 1):
                 break
         self.center[slot], self.half[slot] = box.to_map(spot), half
         self.yaw[slot] = box.yaw

@@ -24,6 +24,7 @@ class BoxWorld:
         homes: the one home.
         floor: where everything stands.
         things: where the things lie; the slots are those of the home.
+        room_labels: (R,).
         open_doors: furniture whose doors are open now.
     """
 

@@ -1,0 +1,7 @@
+"""`python -m simulator.robot_home play | measure`."""
+
+from simulator.process import run_main
+from simulator.robot_home.command import main
+
+if __name__ == "__main__":
+    run_main(main)

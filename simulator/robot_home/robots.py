@@ -1,0 +1,185 @@
+"""A robot with a memory in a home of boxes, and two ways in which it may see."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+from sgm.eyes.built_look import BuiltLook
+from sgm.eyes.gate import Gate
+from sgm.eyes.look_builder import LookBuilder
+from sgm.finder.finder import Finder
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import RELATIONS, Sighting
+from simulator.box_world.robot_body import BodyRules, RobotBody, RobotFrame
+from simulator.box_world.world import BoxWorld
+from simulator.trace.layout import number_names
+
+
+@dataclass(frozen=True, slots=True)
+class Errand:
+    """How a search for one thing went.
+
+    Attributes:
+        description: what was looked for.
+        is_found: whether it was found where it truly is.
+        num_looks: places looked at.
+        metres: how far the robot drove.
+    """
+
+    description: str
+    is_found: bool
+    num_looks: int
+    metres: float
+
+
+class HomeRobot(ABC):
+    """Visits furniture, remembers what it sees there, and fetches things.
+
+    Attributes:
+        body: drives through the world.
+        memory: what it remembers; ids of furniture are the numbers of the world.
+    """
+
+    def __init__(
+        self, body: RobotBody, memory: SceneGraphMemory, finder: Finder, most_looks: int
+    ) -> None:
+        """Begin with an empty memory of a home whose furniture is known.
+
+        Args:
+            body: in the world.
+            memory: of that home, see `make_memory`.
+            finder: says where things may be.
+            most_looks: of one errand.
+        """
+        self.body, self.memory = body, memory
+        self._finder, self._most_looks = finder, most_looks
+
+    @property
+    def world(self) -> BoxWorld:
+        """Where it is."""
+        return self.body.world
+
+    @abstractmethod
+    def look_at(self, furniture: int) -> BuiltLook | None:
+        """Go to furniture and look at it; None if nothing of it was in view.
+
+        What is seen of other furniture on the way goes into the memory.
+        """
+
+    def patrol(self, furniture: int) -> None:
+        """Go and look at furniture for no reason."""
+        look = self.look_at(furniture)
+        if look is not None:
+            look.tell(self.memory)
+
+    def fetch(self, description: str) -> Errand:
+        """Look for a thing until it is found, at `most_looks` places at most."""
+        search = self._finder.search(
+            self.memory, description, start=self.body.position, distance=self._compute_distance
+        )
+        metres, is_found = 0.0, False
+        while search.num_looks < self._most_looks and (going := search.next()) is not None:
+            furniture = going.place.furniture
+            metres += self.body.routes.compute_distance(self.body.position, furniture)
+            look = self.look_at(furniture)
+            if look is None:
+                search.not_found(0.01)
+            elif search.seen(look.seen, max(look.coverage.values())):
+                is_found = self._is_there(description, furniture)
+                break
+        return Errand(description, is_found, search.num_looks, metres)
+
+    def _is_there(self, description: str, furniture: int) -> bool:
+        """Tell whether something that the question means is truly at a piece of furniture."""
+        world = self.world
+        names = [world.describe_thing(slot) for slot, _ in world.list_there(furniture)]
+        meant = self._finder.resolve_among(self.memory, description, names)
+        return description in names or bool(meant)
+
+    def _compute_distance(self, start: Any, furniture: int) -> float:
+        if isinstance(start, int):
+            start = self.world.floor.find_stand(start)
+        return self.body.routes.compute_distance(start, furniture)
+
+
+class PerfectRobot(HomeRobot):
+    """A robot that is given everything at the furniture that it looks at."""
+
+    def look_at(self, furniture: int) -> BuiltLook:
+        """Return everything that is there."""
+        self.body.go_to(furniture)
+        seen = tuple(
+            Sighting(self.world.describe_thing(slot), RELATIONS[relation])
+            for slot, relation in self.world.list_there(furniture)
+        )
+        now = self.body.time
+        return BuiltLook(
+            furniture, seen, dict.fromkeys(RELATIONS, 1.0), (), start=now, end=now, num_frames=1
+        )
+
+
+class SeeingRobot(HomeRobot):
+    """A robot that makes looks of the frames of its camera.
+
+    Attributes:
+        builder: makes the looks.
+        num_frames: pictures taken.
+    """
+
+    def __init__(
+        self, body: RobotBody, memory: SceneGraphMemory, finder: Finder, most_looks: int
+    ) -> None:
+        """Begin; see `HomeRobot`."""
+        super().__init__(body, memory, finder, most_looks)
+        reach = body.rules.reach
+        self.builder = LookBuilder(
+            dict(enumerate(body.world.floor.furniture)),
+            gate=Gate(nearest=reach[0], farthest=reach[1]),
+        )
+        self.num_frames = 0
+
+    def look_at(self, furniture: int) -> BuiltLook | None:
+        """Return the look that the frames before the furniture make."""
+        for frame in self.body.drive(furniture):
+            self._show(frame)
+        begin = self.body.time
+        has_door = self.world.floor.furniture[furniture].has_door
+        if has_door:
+            self.builder.set_open(furniture)
+        for frame in self.body.look(furniture):
+            self._show(frame)
+        looks = list(self.builder.finish())
+        if has_door:
+            self.builder.set_open(furniture, is_open=False)
+        own = None
+        for look in looks:
+            if look.furniture == furniture and look.end >= begin:
+                own = look
+            else:
+                look.tell(self.memory)
+        return own
+
+    def _show(self, frame: RobotFrame) -> None:
+        detections = [found.detection for found in frame.detected]
+        self.num_frames += 1
+        self.builder.frame(
+            frame.time, frame.pose, self.body.rules.camera.intrinsics, detections, frame.shot.depth
+        )
+
+
+def make_memory(world: BoxWorld, **options: Any) -> SceneGraphMemory:
+    """Return an empty memory that knows rooms and furniture of a world.
+
+    Args:
+        world: the home.
+        options: of `SceneGraphMemory`, such as a log.
+    """
+    memory = SceneGraphMemory(world.homes.prior, **options)
+    rooms = [memory.add_room(label) for label in world.room_labels]
+    labels = world.homes.furniture_labels[0, : world.num_furniture].tolist()
+    for number, (label, name) in enumerate(zip(labels, number_names(labels), strict=True)):
+        room = rooms[int(world.homes.furniture_room[0, number])]
+        memory.add_furniture(label, room, name, position=world.floor.find_stand(number))
+    return memory

@@ -1,0 +1,153 @@
+"""Days in a home with people: two robots patrol it and fetch things, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+
+from sgm.finder.finder import Finder
+from sgm.memory.clock import Clock
+from sgm.policies.adaptive import Adaptive
+from simulator.box_world.robot_body import BodyRules, RobotBody
+from simulator.box_world.world import BoxWorld
+from simulator.robot_home.robots import (
+    Errand,
+    HomeRobot,
+    PerfectRobot,
+    SeeingRobot,
+    make_memory,
+)
+from simulator.world.homes import Homes
+from simulator.world.source import HomeSource
+from simulator.world.streams import Streams
+
+_MONDAY = datetime(2024, 5, 6)  # of clocks that say no more than where in the week they are
+
+
+@dataclass(frozen=True, slots=True)
+class WeekRules:
+    """What the robots do.
+
+    Attributes:
+        steps: time steps; 168 hours are a week.
+        looks_per_step: places that they look at in each step, in turn.
+        errands_per_step: things that they are asked for in each step.
+        most_looks: of one errand.
+    """
+
+    steps: int = 168
+    looks_per_step: int = 2
+    errands_per_step: int = 1
+    most_looks: int = 10
+
+
+@dataclass(slots=True)
+class Tally:
+    """The errands of a robot, and what it saw.
+
+    Attributes:
+        name: of the robot.
+        errands: in order.
+        num_frames: pictures taken.
+    """
+
+    name: str
+    errands: list[Errand] = field(default_factory=list)
+    num_frames: int = 0
+
+    @property
+    def found(self) -> float:
+        """Share of the errands on which the thing was found."""
+        return float(np.mean([errand.is_found for errand in self.errands]))
+
+    def compute_looks(self, most_looks: int) -> float:
+        """Return the mean looks of an errand; what was not found counts `most_looks` + 1."""
+        return float(
+            np.mean([one.num_looks if one.is_found else most_looks + 1 for one in self.errands])
+        )
+
+    @property
+    def metres(self) -> float:
+        """Mean way of an errand."""
+        return float(np.mean([errand.metres for errand in self.errands]))
+
+
+class Week:
+    """One home in two copies, which live alike, with a robot in each.
+
+    Attributes:
+        seeing, perfect: the robots.
+        tallies: of both, by the same order.
+    """
+
+    def __init__(
+        self,
+        source: HomeSource,
+        home: int,
+        seed: int,
+        rules: WeekRules,
+        body: BodyRules,
+        log: Path | None = None,
+    ) -> None:
+        """Make the home twice.
+
+        Args:
+            source: of the home.
+            home: its number.
+            seed: of everything random.
+            rules: what the robots do.
+            body: how they move and see.
+            log: file for the log of the memory of the robot that sees; None for none.
+        """
+        self._rules = rules
+        self.seeing: SeeingRobot
+        self.perfect: PerfectRobot
+        robots: list[HomeRobot] = []
+        for kind, own_log in ((SeeingRobot, log), (PerfectRobot, None)):
+            world = BoxWorld(source.make(Streams(seed, "test", [home])))
+            memory = make_memory(world, clock=make_clock(world.homes), log=own_log)
+            robots.append(
+                kind(RobotBody(world, body), memory, Finder(Adaptive()), rules.most_looks)
+            )
+        self.seeing, self.perfect = robots  # type: ignore[assignment]
+        self.tallies = (Tally("eyes"), Tally("perfect looks"))
+        self._choices = self.seeing.world.homes.streams.generator("box errands", 0)
+
+    def live(self) -> Iterator[int]:
+        """Play; yields the number of each step that is over."""
+        num_furniture = self.seeing.world.num_furniture
+        turn = 0
+        for step in range(self._rules.steps):
+            for robot in (self.seeing, self.perfect):
+                robot.world.evolve()
+                robot.memory.step()
+            places = [
+                (turn + number) % num_furniture for number in range(self._rules.looks_per_step)
+            ]
+            turn += len(places)
+            wanted = self._choose_things()
+            for robot, tally in zip((self.seeing, self.perfect), self.tallies, strict=True):
+                for place in places:
+                    robot.patrol(place)
+                tally.errands += [robot.fetch(description) for description in wanted]
+            self.tallies[0].num_frames = self.seeing.num_frames
+            yield step
+
+    def _choose_things(self) -> list[str]:
+        """Choose what is fetched in a step: of all that is in the home, each alike."""
+        world = self.seeing.world
+        present = np.flatnonzero(world.things.place >= 0)
+        slots = self._choices.choice(present, size=self._rules.errands_per_step)
+        return [world.describe_thing(int(slot)) for slot in slots]
+
+
+def make_clock(homes: Homes) -> Clock | None:
+    """Return the clock of a memory in a home; None where no time of day means anything."""
+    if homes.clock is None or not np.isfinite(homes.clock[0]).all():
+        return None
+    since_monday, step_seconds = homes.clock[0]
+    return Clock(_MONDAY + timedelta(seconds=float(since_monday)), float(step_seconds))
