@@ -18,7 +18,7 @@ def assign(scene: Scene, located: Located, dilation: float) -> np.ndarray:
     """Return the volume that each of k things lies in, -1 for none, (k,).
 
     Volumes are dilated by `dilation` and twice the standard deviation of the thing. Of those that
-    contain it, the one is taken whose supporting surface is nearest to the lower side of the
+    contain all of it or its middle, the one is taken whose supporting surface is nearest to the lower side of the
     thing; inside there may be a board at any height. Of equally near ones, the one whose middle is
     nearest.
 
@@ -45,6 +45,8 @@ def assign(scene: Scene, located: Located, dilation: float) -> np.ndarray:
     beyond = np.maximum(np.maximum(lowest - bottom, bottom + height - highest), 0)
     gap = np.where(is_top, np.abs(above), beyond)
     fits = np.where(is_top, is_on, np.hypot(beside, beyond) <= allowed) & (beside <= allowed)
+    # How high a thing is that lies along the ray is only guessed: its middle alone will do.
+    fits |= np.linalg.norm(outside, axis=2) <= allowed
     cost = np.where(fits, np.hypot(gap, beside), np.inf)
     cost += 1e-6 * np.linalg.norm(offset, axis=2)
     best = cost.argmin(axis=1)

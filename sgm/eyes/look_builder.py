@@ -67,16 +67,17 @@ class LookBuilder:
         boxes: Mapping[int, Box],
         *,
         gate: Gate | None = None,
-        margin: float = 0.03,
+        margin: float = 0.02,
         through_margin: float = 0.03,
         dilation: float = 0.05,
-        num_points: int = 128,
+        num_points: int = 200,
         pause: float = 2.0,
         longest: float = 30.0,
         least_coverage: float = 0.05,
         least_confidence: float = 0.2,
         most_blind: float = 0.7,
         on_look: Callable[[BuiltLook], None] | None = None,
+        on_detection: Callable[[Detection, int | None, str | None], None] | None = None,
     ) -> None:
         """Begin without a frame.
 
@@ -96,6 +97,8 @@ class LookBuilder:
             most_blind: bound of the coverage where a frame has no depth image: what is in the way
                 is not known.
             on_look: is given every look when it is ready; None to keep them for `looks`.
+            on_detection: is given every detection that counts, with the furniture and the relation
+                that it was assigned to in its frame, both None for no known place.
 
         Raises:
             TypeError: if the boxes are none.
@@ -114,7 +117,7 @@ class LookBuilder:
         self._pause, self._longest = pause, longest
         self._least_coverage, self._least_confidence = least_coverage, least_confidence
         self._most_blind, self._num_points = most_blind, num_points
-        self._on_look = on_look
+        self._on_look, self._on_detection = on_look, on_detection
         self._ready: deque[BuiltLook] = deque()
         self._counts: Counter[str] = Counter()
         self.unassigned: deque[Unassigned] = deque(maxlen=_MOST_UNASSIGNED)
@@ -269,6 +272,13 @@ class LookBuilder:
         at: tuple[np.ndarray, float, float, float],
     ) -> set[int]:
         """Add one detection to what is seen at its place, and return the place."""
+        if self._on_detection is not None:
+            is_known = volume != NOWHERE
+            self._on_detection(
+                detection,
+                self._scene.ids[volume // 2] if is_known else None,
+                RELATIONS[volume % 2] if is_known else None,
+            )
         if volume == NOWHERE:
             self._counts["detections at no place"] += 1
             center = tuple(at[0].tolist()) if np.isfinite(at[0]).all() else None

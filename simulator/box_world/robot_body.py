@@ -15,6 +15,7 @@ from simulator.box_world.routes import FloorRoutes
 from simulator.box_world.world import BoxWorld
 
 _DRIFT_SECONDS = 10.0  # for how long an error of the localisation lasts
+_SIDE_STEP = 0.2  # metres between pictures on the way to the side
 _TILT = -0.15  # metres by which the camera looks down for every metre ahead, on the way
 
 
@@ -42,7 +43,7 @@ class BodyRules:
     speed: float = 0.4
     turn_speed: float = 0.8
     frame_seconds: float = 0.1
-    frames_per_aim: int = 2
+    frames_per_aim: int = 3
     sidestep: float = 0.4
     metres_per_frame: float = 0.5
     position_sd: float = 0.0
@@ -136,8 +137,13 @@ class RobotBody:
         if box.has_door:
             self.world.open_doors.add(furniture)
         self._solids = self.world.solids
+        middle = np.array(box.center)
         for stand in self._list_stands(furniture):
-            self._move(stand)
+            start = np.array(self.position)
+            num = math.ceil(float(np.linalg.norm(stand - start)) / _SIDE_STEP)
+            for part in range(1, num + 1):
+                self._move(start + (stand - start) * part / num)
+                yield self._take(middle - (*self.position, self.rules.camera_height))
             at = np.array([*self.position, self.rules.camera_height])
             for target in self.list_aims(furniture):
                 for _ in range(self.rules.frames_per_aim):

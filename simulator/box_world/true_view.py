@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from sgm.eyes.camera import Pose
@@ -11,18 +13,17 @@ from simulator.box_world.depth_camera import DepthCamera
 from simulator.box_world.world import BoxWorld
 
 _TOUCHING = 0.005  # metres: points on the surface of other furniture count
-NUM_POINTS = 500  # of a volume: a share is right to .02 or so
+NUM_POINTS = 300  # of a volume: a share is right to .02 or so
 
 
 class TrueView:
-    """Collects over frames which points of each volume were in view, by rays through the world.
+    """Notes for each frame which points of each volume were in view, by rays through the world.
 
     A point is in view if the image holds it, it is in reach, and nothing stands before it. Points
     inside other furniture do not count.
 
     Attributes:
         points: of the volumes, by (furniture, relation), (n, 3) each.
-        is_seen: which of them were in view since the last `clear`, bool (n,) each.
     """
 
     def __init__(
@@ -47,32 +48,53 @@ class TrueView:
                 if len(points):
                     self.points[number, relation] = points
         self._all = np.concatenate(list(self.points.values()))
-        ends = np.cumsum([len(points) for points in self.points.values()])[:-1]
-        self._ends = ends
+        ends = np.cumsum([len(points) for points in self.points.values()])
+        self._rows = {
+            volume: slice(end - len(points), end)
+            for (volume, points), end in zip(self.points.items(), ends.tolist(), strict=True)
+        }
         self.clear()
 
     def clear(self) -> None:
-        """Forget what was in view."""
-        self._is_seen = np.zeros(len(self._all), dtype=bool)
+        """Forget all frames."""
+        self._times: list[float] = []
+        self._seen: list[np.ndarray] = []
 
-    def add(self, pose: Pose) -> None:
-        """Add what a true pose of the camera has in view now."""
+    def add(self, time: float, pose: Pose) -> None:
+        """Add what a true pose of the camera has in view now.
+
+        Args:
+            time: of the frame, seconds.
+            pose: of the camera.
+        """
         distance = np.linalg.norm(self._all - pose.position, axis=1)
         nearest, farthest = self._reach
-        is_possible = (distance >= nearest) & (distance <= farthest) & ~self._is_seen
+        is_possible = (distance >= nearest) & (distance <= farthest)
         is_possible &= self._camera.shows(pose, self._all)
         possible = np.flatnonzero(is_possible)
         ignored = np.full(len(possible), -1, dtype=np.int32)
         world = self._world
         is_hidden = world.compute_hidden(world.solids, pose.position, self._all[possible], ignored)
-        self._is_seen[possible[~is_hidden]] = True
+        is_seen = np.zeros(len(self._all), dtype=bool)
+        is_seen[possible[~is_hidden]] = True
+        self._times.append(time)
+        self._seen.append(is_seen)
 
-    @property
-    def is_seen(self) -> dict[tuple[int, str], np.ndarray]:
-        """Which points of each volume were in view."""
-        return dict(zip(self.points, np.split(self._is_seen, self._ends), strict=True))
+    def compute_coverage(
+        self,
+        furniture: int,
+        relation: str,
+        start: float = -math.inf,
+        end: float = math.inf,
+    ) -> float:
+        """Return the share of a volume that was in view in any frame from `start` to `end`.
 
-    def compute_coverage(self, furniture: int, relation: str) -> float:
-        """Return the share of a volume that was in view; 0 where there is no such volume."""
-        seen = self.is_seen.get((furniture, relation))
-        return 0.0 if seen is None else float(seen.mean())
+        0 where there is no such volume, or no frame.
+        """
+        rows = self._rows.get((furniture, relation))
+        seen = [
+            is_seen[rows]
+            for time, is_seen in zip(self._times, self._seen, strict=True)
+            if rows is not None and start <= time <= end
+        ]
+        return float(np.any(seen, axis=0).mean()) if seen else 0.0

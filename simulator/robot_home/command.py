@@ -8,14 +8,29 @@ from pathlib import Path
 from tqdm import tqdm
 
 from sgm.checks import check_at_least, check_seed
+from sgm.files import write_whole
 from sgm.finder.finder import Finder
 from sgm.policies.adaptive import Adaptive
 from simulator.box_world.robot_body import BodyRules
 from simulator.command_line import add_home_arguments, choose, make_parser, parse, pick
 from simulator.home_options import HomeOptions
+from simulator.robot_home.results import MeasureRules, format_results, measure_homes
 from simulator.robot_home.week import Tally, Week, WeekRules
 
 PROG = "python -m simulator.robot_home"
+# Homes with people that are no larger than flats, where nothing else is asked for.
+_USUAL_HOMES = {
+    "home.furniture_per_room": 5,
+    "home.objects_per_furniture": 3,
+    "home.dynamics": {"class_path": "simulator.world.routine.dynamics.RoutineDynamics"},
+}
+
+
+_HEADING = """# Eyes, held against the truth of homes of boxes
+
+`python -m simulator.robot_home measure --out results/eyes.md` makes this table: {num_homes} simulated homes of seed {seed} with people
+([docs/box_world.md](../docs/box_world.md)), depth measured. Errands are of {steps} hours in each home; a find counts where such a thing truly is.
+"""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -24,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit status: 0 if all is well, 1 on bad input.
     """
-    return choose(PROG, {"play": play}, arguments)
+    return choose(PROG, {"play": play, "measure": measure}, arguments)
 
 
 def play(arguments: Sequence[str]) -> int:
@@ -36,13 +51,7 @@ def play(arguments: Sequence[str]) -> int:
         "default; docs/box_world.md says what is simulated.",
     )
     add_home_arguments(parser)
-    parser.set_defaults(
-        {
-            "home.furniture_per_room": 5,
-            "home.objects_per_furniture": 3,
-            "home.dynamics": {"class_path": "simulator.world.routine.dynamics.RoutineDynamics"},
-        }
-    )
+    parser.set_defaults(_USUAL_HOMES)
     parser.add_argument("--number", type=int, default=0, help="number of the home")
     parser.add_argument("--seed", type=int, default=0, help="of home, camera and errands")
     parser.add_class_arguments(WeekRules)
@@ -89,6 +98,46 @@ def play(arguments: Sequence[str]) -> int:
     if options.save is not None:
         week.seeing.memory.save(options.save / "home.sgm")
         print(f"saved: {options.save / 'home.sgm'}, {log}")
+    return 0
+
+
+def measure(arguments: Sequence[str]) -> int:
+    """Hold coverage, assignment, absences and finds against the truth, over many homes."""
+    parser = make_parser(
+        f"{PROG} measure",
+        "Hold what the eyes of robots say against the truth of many homes of boxes, and print the "
+        "table of results/eyes.md. Homes that were measured before are not measured again.",
+    )
+    add_home_arguments(parser)
+    parser.set_defaults(_USUAL_HOMES)
+    parser.add_class_arguments(MeasureRules)
+    parser.add_argument("--seed", type=int, default=0, help="of homes, cameras and errands")
+    parser.add_argument(
+        "--work", type=Path, default=Path("runs/eyes"), help="folder with a file for each home"
+    )
+    parser.add_argument("--out", type=Path | None, help="file for the table")
+    parser.add_argument("--quiet", type=bool, default=False, help="no progress bar")
+    options = parse(parser, arguments)
+    check_seed(options.seed)
+    rules = MeasureRules(**pick(options, MeasureRules))
+    check_at_least(
+        1, num_homes=rules.num_homes, rounds=rules.rounds, steps=rules.steps,
+        errands_per_step=rules.errands_per_step,
+    )  # fmt: skip
+    source = HomeOptions(**pick(options, HomeOptions)).make()
+    source.check_homes(range(rules.num_homes))
+    source.check_steps(rules.steps)
+    found = list(
+        tqdm(
+            measure_homes(source, rules, options.seed, options.work),
+            total=rules.num_homes, unit="home", disable=options.quiet,
+        )
+    )  # fmt: skip
+    table = format_results(found)
+    print(table)
+    if options.out is not None:
+        text = _HEADING.format(num_homes=rules.num_homes, steps=rules.steps, seed=options.seed)
+        write_whole(options.out, f"{text}\n{table}\n".encode())
     return 0
 
 

@@ -81,15 +81,17 @@ def test_nobody_sees_into_a_shut_fridge(make_world):
     box = world.floor.furniture[fridge]
     pose = Pose.look_at((*world.floor.find_stand(fridge), 1.3), (*box.center[:2], 0.9))
     view = TrueView(world, camera)
-    view.add(pose)
+    view.add(1.0, pose)
     assert view.compute_coverage(fridge, "in") == 0
     world.open_doors.add(fridge)
     view.clear()
-    view.add(pose)
+    view.add(1.0, pose)
     once = view.compute_coverage(fridge, "in")
     assert 0.2 < once < 1
-    view.add(Pose.look_at((*world.floor.find_stand(fridge), 1.3), (*box.center[:2], 0.3)))
+    view.add(2.0, Pose.look_at((*world.floor.find_stand(fridge), 1.3), (*box.center[:2], 0.3)))
     assert view.compute_coverage(fridge, "in") > once  # what was in view in any frame counts
+    assert view.compute_coverage(fridge, "in", 0.5, 1.5) == once
+    assert view.compute_coverage(fridge, "in", 5.0) == 0
     world.evolve()
     assert not world.open_doors
 

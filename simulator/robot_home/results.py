@@ -1,0 +1,194 @@
+"""Measures over many homes: computed home by home, kept in files, and written as a table."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sgm.files import read_json, write_whole
+from simulator.box_world.robot_body import BodyRules
+from simulator.box_world.world import BoxWorld
+from simulator.robot_home.measures import EyesExam
+from simulator.robot_home.week import Week, WeekRules
+from simulator.world.source import HomeSource
+from simulator.world.streams import Streams
+
+NOISES = (0.0, 0.02, 0.1)  # standard deviations of the known position, metres
+_ABSENCE_NOISE = 0.02  # with which absences are counted
+_VERSION = 1  # of the files; raise it when homes, robots or eyes change
+
+
+@dataclass(frozen=True, slots=True)
+class MeasureRules:
+    """How much is measured.
+
+    Attributes:
+        num_homes: homes 0 to n - 1.
+        rounds: times that all furniture is looked at to count absences, a time step apart.
+        steps: time steps of errands.
+        errands_per_step: errands in each.
+    """
+
+    num_homes: int = 20
+    rounds: int = 6
+    steps: int = 48
+    errands_per_step: int = 2
+
+
+def measure_homes(
+    source: HomeSource, rules: MeasureRules, seed: int, folder: Path
+) -> Iterator[dict[str, Any]]:
+    """Measure home by home; what a file in the folder has already is not computed again.
+
+    Args:
+        source: of the homes.
+        rules: how much.
+        seed: of the homes and of all else.
+        folder: for a file a home.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    about = {
+        "version": _VERSION, "source": source.describe(), "seed": seed, "rounds": rules.rounds,
+        "steps": rules.steps, "errands_per_step": rules.errands_per_step,
+    }  # fmt: skip
+    about = json.loads(json.dumps(about))
+    for home in range(rules.num_homes):
+        path = folder / f"home_{home}.json"
+        if path.exists():
+            known = read_json(path)
+            if isinstance(known, dict) and known.get("about") == about:
+                yield known
+                continue
+        found = {"about": about, **_measure_home(source, rules, seed, home)}
+        write_whole(path, json.dumps(found).encode())
+        yield found
+
+
+def _measure_home(source: HomeSource, rules: MeasureRules, seed: int, home: int) -> dict[str, Any]:
+    scores: dict[str, Any] = {}
+    for noise in NOISES:
+        exam = EyesExam(
+            BoxWorld(source.make(Streams(seed, "test", [home]))),
+            make_body(noise),
+            measures_coverage=noise < max(NOISES),
+        )
+        exam.visit_all()
+        scores[f"noise {noise}"] = exam.scores.to_json()
+    exam = EyesExam(
+        BoxWorld(source.make(Streams(seed, "test", [home]))),
+        make_body(_ABSENCE_NOISE),
+        measures_coverage=False,
+    )
+    for number in range(rules.rounds):
+        if number:
+            exam.evolve()
+        exam.visit_all()
+    scores["absences"] = exam.scores.to_json()
+    week_rules = WeekRules(steps=rules.steps, errands_per_step=rules.errands_per_step)
+    week = Week(source, home, seed, week_rules, make_body(_ABSENCE_NOISE))
+    for _ in week.live():
+        pass
+    scores["errands"] = {
+        tally.name: {
+            "found": tally.found,
+            "looks": tally.compute_looks(week_rules.most_looks),
+            "metres": tally.metres,
+        }
+        for tally in week.tallies
+    }
+    return scores
+
+
+def make_body(position_sd: float) -> BodyRules:
+    """Return a robot that knows its position so well, and its yaw to a quarter radian a metre."""
+    return replace(BodyRules(), position_sd=position_sd, angle_sd=position_sd / 4)
+
+
+def format_results(found: Sequence[dict[str, Any]]) -> str:
+    """Return the table of all homes, with the bound that each figure is to keep."""
+    rows = [
+        *_list_coverage(found),
+        *_list_assignment(found),
+        *_list_absences(found),
+        *_list_finds(found),
+    ]
+    lines = [
+        "| measured | figure | bound |",
+        "| --- | --- | --- |",
+        *(f"| {what} | {figure} | {bound} |" for what, figure, bound in rows),
+    ]
+    return "\n".join(lines)
+
+
+Row = tuple[str, str, str]
+
+
+def _list_coverage(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
+    for noise in NOISES[:2]:
+        errors = np.concatenate([row[f"noise {noise}"]["coverage_errors"] for row in found])
+        yield (
+            f"coverage of {len(errors)} volumes in looks, pose noise {100 * noise:g} cm, beside "
+            "the true visible share",
+            f"within .05 in {(np.abs(errors) <= 0.05).mean():.1%}, mean {errors.mean():+.3f}, "
+            f"largest error {np.abs(errors).max():.3f}",
+            "within .05" if noise == 0 else "",
+        )
+
+
+def _list_assignment(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
+    for noise, bound in zip(NOISES, ("", "98 %", "90 %"), strict=True):
+        count = _sum(found, f"noise {noise}")
+        yield (
+            f"assignment of {count['num_detections']} detections, pose noise {100 * noise:g} cm",
+            f"right for {count['num_right'] / count['num_detections']:.1%}, at no place "
+            f"{count['num_unassigned'] / count['num_detections']:.1%}",
+            bound,
+        )
+
+
+def _list_absences(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
+    count = _sum(found, "absences")
+    yield (
+        f"absence counted for what was occluded, {count['num_frames']} frames",
+        f"{count['num_false_absences']} of {count['num_hidden']} occluded things",
+        "0",
+    )
+    yield (
+        "absence counted for what had left",
+        f"{count['num_absences']} of {count['num_gone']} things that had left",
+        "",
+    )
+    yield (
+        f"looks of a visit of {count['num_frames'] / max(count['num_visits'], 1):.0f} frames, on "
+        "the way and there",
+        f"{count['num_looks'] / max(count['num_visits'], 1):.3f}",
+        "1",
+    )
+
+
+def _list_finds(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
+    means = {
+        name: {
+            key: float(np.mean([row["errands"][name][key] for row in found]))
+            for key in ("found", "looks", "metres")
+        }
+        for name in ("eyes", "perfect looks")
+    }
+    eyes, perfect = means["eyes"], means["perfect looks"]
+    for key, what in (("found", "errands that end with a find"), ("looks", "looks of an errand")):
+        yield (
+            f"{what}, with eyes and with perfect looks",
+            f"{eyes[key]:.3f} and {perfect[key]:.3f}: {eyes[key] / perfect[key] - 1:+.1%}",
+            "within 5 %",
+        )
+
+
+def _sum(found: Sequence[dict[str, Any]], name: str) -> dict[str, int]:
+    """Return the sums of the counts of one measure over homes."""
+    keys = [key for key, value in found[0][name].items() if isinstance(value, int)]
+    return {key: sum(row[name][key] for row in found) for key in keys}
