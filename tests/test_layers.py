@@ -34,8 +34,8 @@ ORDER = """
     simulator.snapshots simulator.tasks simulator.events simulator.trace simulator.drawing
     simulator.replay simulator.realism
     simulator.home_options simulator.command_line simulator.gym simulator.igridson
-    simulator.collect simulator.testing simulator.test_sets simulator.moved simulator
-    simulator.__main__
+    simulator.robot_home simulator.collect simulator.testing simulator.test_sets simulator.moved
+    simulator simulator.__main__
     datamodules
     nep.tensor_file nep.config_files nep.checkpoint_files nep.importers nep.layers nep.encoders
     nep.model nep.players nep.report nep.robot nep.kinds nep.event_networks nep.callbacks nep.view

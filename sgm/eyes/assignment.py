@@ -18,9 +18,9 @@ def assign(scene: Scene, located: Located, dilation: float) -> np.ndarray:
     """Return the volume that each of k things lies in, -1 for none, (k,).
 
     Volumes are dilated by `dilation` and twice the standard deviation of the thing. Of those that
-    contain all of it or its middle, the one is taken whose supporting surface is nearest to the lower side of the
-    thing; inside there may be a board at any height. Of equally near ones, the one whose middle is
-    nearest.
+    contain all of it or its middle, the one is taken whose supporting surface is nearest to the
+    lower side of the thing; inside there may be a board at any height. Of equally near ones, the
+    one whose middle is nearest.
 
     Args:
         scene: the boxes.

@@ -153,7 +153,7 @@ class RobotBody:
         self._solids = self.world.solids
 
     def list_aims(self, furniture: int) -> list[np.ndarray]:
-        """Return the points, x, y, z, at which the robot looks to see all of a piece of furniture."""
+        """Return the points at which the robot looks to see all of a piece of furniture."""
         box = self.world.floor.furniture[furniture]
         _, width, height = box.size
         sides = [0.0] if width <= 0.7 else [-width / 4, width / 4]
@@ -182,7 +182,7 @@ class RobotBody:
         self.time += angle / self.rules.turn_speed + 1e-3
         self._forward = forward
         at = np.array([*self.position, self.rules.camera_height])
-        true_pose = Pose.look_at(at, at + forward)
+        true_pose = Pose.look_at(at.tolist(), (at + forward).tolist())
         shot = self.rules.camera.shoot(
             self._solids, self.world.num_owners, true_pose, rng=self._rng
         )
@@ -201,5 +201,8 @@ class RobotBody:
         cos, sin = math.cos(turn), math.sin(turn)
         about_z = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
         return Pose(
-            about_z @ pose.rotation, pose.position + (dx, dy, 0.0), rules.position_sd, rules.angle_sd
+            about_z @ pose.rotation,
+            pose.position + np.array([dx, dy, 0.0]),
+            rules.position_sd,
+            rules.angle_sd,
         )

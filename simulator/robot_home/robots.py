@@ -12,7 +12,7 @@ from sgm.eyes.look_builder import LookBuilder
 from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS, Sighting
-from simulator.box_world.robot_body import BodyRules, RobotBody, RobotFrame
+from simulator.box_world.robot_body import RobotBody, RobotFrame
 from simulator.box_world.world import BoxWorld
 from simulator.trace.layout import number_names
 

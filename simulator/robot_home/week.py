@@ -130,7 +130,8 @@ class Week:
             ]
             turn += len(places)
             wanted = self._choose_things()
-            for robot, tally in zip((self.seeing, self.perfect), self.tallies, strict=True):
+            robots: tuple[HomeRobot, ...] = (self.seeing, self.perfect)
+            for robot, tally in zip(robots, self.tallies, strict=True):
                 for place in places:
                     robot.patrol(place)
                 tally.errands += [robot.fetch(description) for description in wanted]

@@ -317,3 +317,32 @@ def test_no_furniture_at_all():
     assert list(builder.finish()) == []
     assert builder.counts["detections at no place"] == 2
     assert [one.center is None for one in builder.unassigned] == [False, True]
+
+
+def test_a_thing_that_lies_along_the_ray_is_where_its_middle_is():
+    """A rod of 30 cm on the lowest board reaches, as it seems from above, 6 cm below the board.
+
+    The camera is 1.2 m above it and 1 m away. Its box in pixels is as high as that of a thing that
+    stands upright, so its lower side is taken to be below the floor of the shelf.
+    """
+    shelf, parts = make_shelf((1.4, 0, 0.5), (0.5, 0.8, 1.0), yaw=np.pi)
+    rod = Box((1.35, 0.0, 0.05), (0.3, 0.06, 0.06))
+    pose = Pose.look_at((0.2, 0.0, 1.0), (1.35, 0.0, 0.05))
+    assigned = []
+    builder = LookBuilder({3: shelf}, on_detection=lambda *row: assigned.append(row))
+    detection = detect("rod", rod, pose)
+    builder.frame(0.0, pose, CAMERA, [detection], render([*parts, rod], pose))
+    assert assigned == [(detection, 3, "in")]
+
+
+def test_every_detection_that_counts_is_handed_on():
+    mug, lost = put_on(TABLE, 0.1, 0.3), Box((1.0, 3.0, 1.5), (0.1, 0.1, 0.1))
+    assigned = []
+    builder = LookBuilder({7: TABLE}, on_detection=lambda *row: assigned.append(row[1:]))
+    poses = look_around(TABLE.center)[:3]
+    looks = walk(builder, poses, [TABLE, FLOOR], [("mug", mug)])
+    assert assigned == [(7, "onTop")] * 3
+    assert looks[7].num_frames == 3
+    pose = Pose.look_at((0, 0, 1), lost.center)
+    builder.frame(9.0, pose, CAMERA, [detect("lamp", lost, pose)], render([FLOOR, lost], pose))
+    assert assigned[3:] == [(None, None)]
