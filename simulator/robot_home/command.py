@@ -30,7 +30,8 @@ _HEADING = """# Eyes, held against the truth of homes of boxes
 
 `python -m simulator.robot_home measure --out results/eyes.md` makes this table:
 {num_homes} simulated homes of seed {seed} with people ([docs/box_world.md](../docs/box_world.md)),
-depth measured. Errands are of {steps} hours in each home; a find counts where such a thing truly is.
+depth measured. Errands are of {steps} hours in each home.
+A find counts where such a thing truly is.
 """
 
 

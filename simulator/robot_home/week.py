@@ -121,8 +121,9 @@ class Week:
         """Play; yields the number of each step that is over."""
         num_furniture = self.seeing.world.num_furniture
         turn = 0
+        robots: tuple[HomeRobot, ...] = (self.seeing, self.perfect)
         for step in range(self._rules.steps):
-            for robot in (self.seeing, self.perfect):
+            for robot in robots:
                 robot.world.evolve()
                 robot.memory.step()
             places = [
@@ -130,7 +131,6 @@ class Week:
             ]
             turn += len(places)
             wanted = self._choose_things()
-            robots: tuple[HomeRobot, ...] = (self.seeing, self.perfect)
             for robot, tally in zip(robots, self.tallies, strict=True):
                 for place in places:
                     robot.patrol(place)
