@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 from tqdm import tqdm
@@ -28,10 +29,10 @@ _USUAL_HOMES = {
 
 _HEADING = """# Eyes, held against the truth of homes of boxes
 
-`python -m simulator.robot_home measure --out results/eyes.md` makes this table:
-{num_homes} simulated homes of seed {seed} with people ([docs/box_world.md](../docs/box_world.md)),
-depth measured. Errands are of {steps} hours in each home.
-A find counts where such a thing truly is.
+`python -m simulator.robot_home measure --num_homes {num_homes} --rounds {rounds} --steps {steps} --seed {seed}`
+makes this table of simulated homes with people ([docs/box_world.md](../docs/box_world.md)); depth is
+measured. There are {errands_per_step} errands in each of the {steps} hours of a home. A find counts
+where such a thing truly is.
 """
 
 
@@ -138,7 +139,7 @@ def measure(arguments: Sequence[str]) -> int:
     table = format_results(found)
     print(table)
     if options.out is not None:
-        text = _HEADING.format(num_homes=rules.num_homes, steps=rules.steps, seed=options.seed)
+        text = _HEADING.format(**asdict(rules), seed=options.seed)
         write_whole(options.out, f"{text}\n{table}\n".encode())
     return 0
 
