@@ -77,12 +77,14 @@ class LastSeen:
         place: id of the place; None if it was removed since.
         name: of the place.
         is_there: whether the last look there still showed it.
+        by: who said so; "robot" for what it did itself, empty for what was seen.
         at: when that was.
     """
 
     place: int | None
     name: str
     is_there: bool
+    by: str
     at: Moment
 
 
@@ -97,6 +99,7 @@ class WhereIs:
         places: the likeliest first.
         left_out: places that follow, which would have made the answer longer.
         elsewhere: probability that it is at no known place.
+        with_robot: probability that the robot carries it.
         last_seen: None if it never was.
         at: the time that is asked about.
         ask: what to ask the user, if the name is ambiguous or unknown; else empty.
@@ -109,6 +112,7 @@ class WhereIs:
     places: tuple[PlaceFound, ...]
     left_out: int
     elsewhere: float
+    with_robot: float
     last_seen: LastSeen | None
     at: Moment
     ask: str
@@ -270,6 +274,99 @@ class ThingList:
     at: Moment
     ask: str = ""
     candidates: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class EventRow:
+    """Something that is known of a thing at a time.
+
+    Attributes:
+        thing: its description.
+        what: "seen"; "missed" by a look at where it had been seen; or what was said or done:
+            "moved", "picked_up", "put_down".
+        place: id of the place; None with the robot, or if it was removed.
+        name: of the place.
+        relation: "in" or "onTop" it; None without a place.
+        confidence: of the sighting or statement.
+        by: who said so; "robot" for what it did itself, empty for looks.
+        at: when.
+    """
+
+    thing: str
+    what: str
+    place: int | None
+    name: str
+    relation: str | None
+    confidence: float
+    by: str
+    at: Moment
+
+
+@dataclass(frozen=True, slots=True)
+class EventList:
+    """What is known of a thing over time, the latest first.
+
+    Attributes:
+        status: of the thing.
+        rows: k at most.
+        left_out: how many more there are.
+        at: when this was so.
+        ask: as in `WhereIs`.
+        candidates: as in `WhereIs`.
+    """
+
+    status: Status
+    rows: tuple[EventRow, ...]
+    left_out: int
+    at: Moment
+    ask: str = ""
+    candidates: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeRow:
+    """That a thing is new, was moved, is gone, or was picked up, noticed between two looks.
+
+    Attributes:
+        what: "new", "moved", "gone" or "picked_up".
+        thing: its description.
+        from_place: id of the place where it was; None if it is new, or that was removed.
+        from_name: of that place.
+        to_place: id of the place where it is; None if it is gone or carried.
+        to_name: of that place.
+        after: the last look that still showed it as before; None if there was none.
+        at: when the change was noticed.
+        probability: how sure it is.
+        by: who said so; "robot" for what it did itself, empty for looks.
+    """
+
+    what: str
+    thing: str
+    from_place: int | None
+    from_name: str
+    to_place: int | None
+    to_name: str
+    after: Moment | None
+    at: Moment
+    probability: float
+    by: str
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeList:
+    """What has changed, the latest first.
+
+    Attributes:
+        status: always "ok".
+        rows: k at most.
+        left_out: how many more there are.
+        at: when this was so.
+    """
+
+    status: Status
+    rows: tuple[ChangeRow, ...]
+    left_out: int
+    at: Moment
 
 
 def to_json(answer: Any) -> Any:

@@ -3,8 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import datetime
 
-from sgm.finder.answers import Moment, PlaceList, PlaceRow, ThingList, ThingRow
+from sgm.finder.answers import (
+    ChangeList,
+    ChangeRow,
+    EventList,
+    EventRow,
+    Moment,
+    PlaceList,
+    PlaceRow,
+    ThingList,
+    ThingRow,
+)
 from sgm.finder.finder import Finder
 from sgm.finder.meanings import (
     Unclear,
@@ -71,14 +82,54 @@ def list_things(
     return _cut(memory, rows, k)
 
 
-def list_history(memory: SceneGraphMemory, finder: Finder, thing: str, k: int) -> ThingList:
-    """List where a thing was; `MemoryService.history` says what the arguments are."""
-    resolution = finder.resolve(memory, thing)
+def list_history(memory: SceneGraphMemory, finder: Finder, thing: str, k: int) -> EventList:
+    """List what is known of a thing; `MemoryService.history` says what the arguments are."""
+    resolution, now = finder.resolve(memory, thing), memory.time
+    unclear = Unclear("ok", "", ())
     if resolution.is_ambiguous:
-        return _ask(memory, tell_ambiguous(resolution))
-    if not resolution.matches:
-        return _ask(memory, tell_unknown(resolution))
-    return _cut(memory, _list_rows(memory, resolution.matches), k)
+        unclear = tell_ambiguous(resolution)
+    elif not resolution.matches:
+        unclear = tell_unknown(resolution)
+    matches = resolution.matches if unclear.status == "ok" else ()
+    rows = [
+        EventRow(
+            thing=match,
+            what=event.kind,
+            place=event.furniture,
+            name=tell_name(memory, event.furniture),
+            relation=event.relation,
+            confidence=event.confidence,
+            by=event.by,
+            at=_tell(memory, event.time, now),
+        )
+        for match in matches
+        for event in memory.history(match)
+    ]
+    rows.sort(key=lambda row: -row.at.step)
+    left_out = max(len(rows) - k, 0)
+    at = _tell(memory, now, now)
+    return EventList(unclear.status, tuple(rows[:k]), left_out, at, unclear.ask, unclear.candidates)
+
+
+def list_changes(memory: SceneGraphMemory, since: datetime | int, k: int) -> ChangeList:
+    """List what has changed; `MemoryService.changes` says what the arguments are."""
+    changes, now = memory.changes(since), memory.time
+    rows = tuple(
+        ChangeRow(
+            what=change.kind,
+            thing=change.thing,
+            from_place=change.from_place,
+            from_name=tell_name(memory, change.from_place),
+            to_place=change.to_place,
+            to_name=tell_name(memory, change.to_place),
+            after=None if change.after is None else _tell(memory, change.after, now),
+            at=_tell(memory, change.time, now),
+            probability=change.probability,
+            by=change.by,
+        )
+        for change in changes[:k]
+    )
+    return ChangeList("ok", rows, max(len(changes) - k, 0), _tell(memory, now, now))
 
 
 def _list_rows(memory: SceneGraphMemory, things: Sequence[str] | None) -> list[ThingRow]:

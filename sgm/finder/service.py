@@ -10,14 +10,25 @@ from datetime import datetime
 from threading import RLock
 from typing import Any, Literal
 
-from sgm.finder.answers import Moment, NextLook, Noted, PlaceList, Searching, ThingList, WhereIs
+from sgm.finder.answers import (
+    ChangeList,
+    EventList,
+    Moment,
+    NextLook,
+    Noted,
+    PlaceList,
+    Searching,
+    ThingList,
+    WhereIs,
+)
 from sgm.finder.finder import Finder
-from sgm.finder.listings import list_history, list_places, list_things
+from sgm.finder.listings import list_changes, list_history, list_places, list_things
 from sgm.finder.meanings import (
     Unclear,
     ask_room,
     find_place,
     find_rooms,
+    find_thing,
     tell_ambiguous,
     tell_unknown,
 )
@@ -26,6 +37,7 @@ from sgm.finder.search_plan import Look, find_distance
 from sgm.finder.where import tell_name, tell_where
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
+from sgm.memory.statement import ROBOT
 from sgm.messages import shorten
 
 MOST_ROWS = 50
@@ -279,6 +291,141 @@ class MemoryService:
             said = f"{things} seen at {tell_name(self.memory, found)}"
             return self._note("observe", "", found, said)
 
+    def note_moved(
+        self,
+        thing: str,
+        place: int | str,
+        by: str,
+        relation: str = "in",
+        confidence: float | None = None,
+        was_at: int | str | None = None,
+    ) -> Noted:
+        """Note that somebody said where a thing is now: "I put the keys in the drawer".
+
+        Args:
+            thing: in words; a new name is a new thing.
+            place: id or name.
+            by: who says so.
+            relation: "in" or "onTop" it.
+            confidence: probability that it is right, from 0.5 on; None for 0.9.
+            was_at: place from which one of several of its kind was taken; None for the only one.
+
+        Raises:
+            KeyError: if there is no place of an id.
+            ValueError: if a name is none, or a value is out of range.
+        """
+        with self._writing:
+            found = self._find(thing, place, was_at)
+            if isinstance(found, Noted):
+                return found
+            own, here, before = found
+            assert here is not None
+            self.let_time_pass()
+            self.memory.note_moved(own, here, by, relation, confidence, before)
+            said = f"{by} said that {own} is at {tell_name(self.memory, here)}"
+            return self._note("note_moved", own, here, said)
+
+    def picked_up(self, thing: str, was_at: int | str | None = None) -> Noted:
+        """Note that the robot has taken a thing, and carries it until it is put down.
+
+        Args:
+            thing: in words.
+            was_at: place from which one of several of its kind was taken; None for the only one.
+
+        Raises:
+            KeyError: if there is no place of that id.
+            ValueError: if a name is none.
+        """
+        with self._writing:
+            found = self._find(thing, None, was_at)
+            if isinstance(found, Noted):
+                return found
+            own, _, before = found
+            self.let_time_pass()
+            self.memory.picked_up(own, before)
+            return self._note("picked_up", own, before, f"the robot carries {own}")
+
+    def put_down(self, thing: str, place: int | str, relation: str = "onTop") -> Noted:
+        """Note that the robot has put down what it carried.
+
+        Args:
+            thing: in words, among what it carries.
+            place: id or name.
+            relation: "in" or "onTop" it.
+
+        Raises:
+            KeyError: if there is no place of that id.
+            ValueError: if a name is none, or the robot carries no such thing.
+        """
+        with self._writing:
+            carried = self.memory.carried
+            matches = self.memory.resolve(thing, among=carried).matches if carried else ()
+            found = self._find(matches[0] if len(matches) == 1 else thing, place, None)
+            if isinstance(found, Noted):
+                return found
+            own, here, _ = found
+            assert here is not None
+            self.let_time_pass()
+            self.memory.put_down(own, here, relation)
+            said = f"the robot put {own} at {tell_name(self.memory, here)}"
+            return self._note("put_down", own, here, said)
+
+    def forget(
+        self, thing: str | None = None, place: int | str | None = None, by: str = ROBOT
+    ) -> Noted:
+        """Forget a thing that is not there at all, "there is no vase", or a place that is gone.
+
+        A thing comes back when it is seen again.
+
+        Args:
+            thing: in words; None for a place.
+            place: id or name; None for a thing.
+            by: who says so.
+
+        Raises:
+            KeyError: if there is no place of that id.
+            ValueError: if not exactly one of the two is given, or a name is none.
+        """
+        if (thing is None) == (place is None):
+            raise ValueError(
+                "forget must get a thing or a place, got "
+                f"{'none of them' if thing is None else 'both'}. Give one."
+            )
+        with self._writing:
+            if thing is not None:
+                resolution = self.finder.resolve(self.memory, thing)
+                if not resolution.matches:
+                    return self._ask(tell_unknown(resolution), thing)
+                own = find_thing(self.memory, self.finder, thing)
+                if isinstance(own, Unclear):
+                    return self._ask(own, thing)
+                self.let_time_pass()
+                self.memory.forget(own, by)
+                return self._note("forget", own, None, f"{by} said that there is no {own}")
+            assert place is not None
+            here = find_place(self.memory, place)
+            if isinstance(here, Unclear):
+                return self._ask(here)
+            name = tell_name(self.memory, here)
+            self.let_time_pass()
+            self.memory.forget(here, by)
+            return self._note("forget", "", here, f"{by} said that there is no {name}")
+
+    def _find(
+        self, thing: str, place: int | str | None, was_at: int | str | None
+    ) -> tuple[str, int | None, int | None] | Noted:
+        """Find the thing and the places that names mean, or say what to ask."""
+        places: list[int | None] = []
+        for name in (place, was_at):
+            found = None if name is None else find_place(self.memory, name)
+            if isinstance(found, Unclear):
+                return self._ask(found, thing)
+            places.append(found)
+        own = find_thing(self.memory, self.finder, thing)
+        if isinstance(own, Unclear):
+            return self._ask(own, thing)
+        return own, places[0], places[1]
+
     def add_room(self, label: str) -> Noted:
         """Add a room, such as "kitchen".
 
@@ -348,8 +495,11 @@ class MemoryService:
         _check_rows(k)
         return list_things(self.memory, self.finder, place, kind, k)
 
-    def history(self, thing: str, k: int = DEFAULT_ROWS) -> ThingList:
-        """List where a thing was ever seen, the latest first.
+    def history(self, thing: str, k: int = DEFAULT_ROWS) -> EventList:
+        """List what is known of a thing over time, the latest first.
+
+        Where it was seen last at each place, the first look that missed it there, and what was said
+        of it and done with it; the log has all.
 
         Args:
             thing: in words; of several things that it means, all are listed.
@@ -360,6 +510,19 @@ class MemoryService:
         """
         _check_rows(k)
         return list_history(self.memory, self.finder, thing, k)
+
+    def changes(self, since: datetime | int, k: int = DEFAULT_ROWS) -> ChangeList:
+        """List what is new, was moved, is gone or was picked up, the latest first.
+
+        Args:
+            since: date and time, or time step, from which on it was noticed.
+            k: most rows.
+
+        Raises:
+            ValueError: if it is a date and the memory has no clock, or k is out of range.
+        """
+        _check_rows(k)
+        return list_changes(self.memory, since, k)
 
     def _ask(self, unclear: Unclear, thing: str = "") -> Noted:
         at = Moment.tell(self.memory.time, self.memory.time, self.memory.clock)

@@ -52,12 +52,14 @@ def tell_where(
         ),
         left_out=0,
         elsewhere=ranking.elsewhere,
+        with_robot=ranking.with_robot,
         last_seen=None
         if seen is None
         else LastSeen(
             place=seen.furniture,
             name=tell_name(memory, seen.furniture),
             is_there=seen.is_there,
+            by=seen.by,
             at=Moment.tell(seen.time, now, clock),
         ),
         at=Moment.tell(asked, now, clock),

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import Any, Final, get_type_hints
 
 from sgm.finder.service import MOST_ROWS, MemoryService
+from sgm.memory.sighting import RELATIONS
+from sgm.memory.statement import ROBOT
 from sgm.messages import shorten
 from sgm.serve.answer_schema import make_schema
 from sgm.serve.rules import (
@@ -145,6 +147,13 @@ _SEEN = Argument(
 )
 
 
+_WAS_AT = Argument(
+    "was_at",
+    PlaceRule(),
+    "place from which one of several of its kind was taken",
+)
+
+
 def _rows(about: str, default: int | None) -> Argument:
     return Argument("k", WholeRule(1, MOST_ROWS), about, default)
 
@@ -200,6 +209,46 @@ CALLS: Final[tuple[Call, ...]] = (
         is_write=True,
     ),
     Call(
+        "note_moved",
+        "Note that somebody said where a thing is now: I put the keys in the drawer. It is "
+        "believed as far as the confidence says, and later looks outweigh it.",
+        (
+            _THING,
+            _PLACE,
+            Argument("by", TextRule(), "who says so, such as anna", REQUIRED),
+            Argument("relation", ChoiceRule(RELATIONS), "how it lies there", "in"),
+            Argument("confidence", NumberRule(0, 1), "that it is right, 0.5 or more; else 0.9"),
+            _WAS_AT,
+        ),
+        MemoryService.note_moved,
+        is_write=True,
+    ),
+    Call(
+        "picked_up",
+        "Note that the robot has taken a thing, and carries it until it is put down.",
+        (_THING, _WAS_AT),
+        MemoryService.picked_up,
+        is_write=True,
+    ),
+    Call(
+        "put_down",
+        "Note that the robot has put down what it carried.",
+        (_THING, _PLACE, Argument("relation", ChoiceRule(RELATIONS), "how it lies there", "onTop")),
+        MemoryService.put_down,
+        is_write=True,
+    ),
+    Call(
+        "forget",
+        "Forget a thing that is not there at all (there is no vase), or a place that is gone.",
+        (
+            Argument("thing", TextRule(), "in words; left out for a place"),
+            Argument("place", PlaceRule(), "id or name; left out for a thing"),
+            Argument("by", TextRule(), "who says so", ROBOT),
+        ),
+        MemoryService.forget,
+        is_write=True,
+    ),
+    Call(
         "list_places",
         "List the places where things may be.",
         (Argument("room", TextRule(), "its name; left out for all"), _rows("most rows", 20)),
@@ -217,9 +266,19 @@ CALLS: Final[tuple[Call, ...]] = (
     ),
     Call(
         "history",
-        "List where a thing was ever seen, the latest first.",
+        "List what is known of a thing over time, the latest first: where it was seen, who said "
+        "what of it.",
         (_THING, _rows("most rows", 20)),
         MemoryService.history,
+    ),
+    Call(
+        "changes",
+        "List what is new, was moved, is gone or was picked up since a time, the latest first.",
+        (
+            Argument("since", TimeRule(), "local time, 2026-11-16T18:30, or a time step", REQUIRED),
+            _rows("most rows", 20),
+        ),
+        MemoryService.changes,
     ),
     Call(
         "add_room",

@@ -197,7 +197,10 @@ def test_lists_have_k_rows_and_say_how_many_are_left_out(service, wall):
     assert gone.last_seen.words == "at 7:30"
     two = service.list_things(k=2)
     assert (len(two.rows), two.left_out) == (2, 3)
-    assert [row.thing for row in service.history("pens").rows] == ["blue pen", "red pen"]
+    assert [(row.thing, row.what) for row in service.history("pens").rows] == [
+        ("red pen", "missed"), ("blue pen", "seen"), ("red pen", "seen"),
+    ]  # fmt: skip
+    assert service.history("pens", k=1).left_out == 2
     places = service.list_places("kitchen")
     assert [row.name for row in places.rows] == [
         "white fridge in kitchen",
@@ -218,6 +221,8 @@ def test_what_was_at_a_place_that_is_gone_is_listed(service):
     service.observe("desk", [Sighting("mug")])
     service.memory.remove_furniture(2)
     (row,) = service.history("mug").rows
+    assert (row.place, row.name, row.what) == (None, "", "seen")
+    (row,) = service.list_things().rows
     assert (row.place, row.name, row.is_there) == (None, "", False)
     assert service.where_is("mug").last_seen.name == ""
 
@@ -263,6 +268,68 @@ def test_whoever_subscribes_is_told_of_every_change(service):
     assert told[0].said == "1 thing seen at desk in study"
     assert told[1].number == told[0].number + 1
     assert to_json(told[0])["at"]["words"] == "at 7:30"
+
+
+def test_what_people_say_and_the_robot_does(service, wall):
+    service.observe("desk", [Sighting("keys"), Sighting("red mug"), Sighting("blue mug")])
+    wall.go(days=1, hours=10, minutes=40)
+    moved = service.note_moved("the keys", "white fridge", "anna")
+    assert moved.said == "anna said that keys is at white fridge in kitchen"
+    wall.go(days=1)
+    service.let_time_pass()
+    answer = service.where_is("keys")
+    assert answer.places[0].why == "anna said so yesterday at 18:10"
+    assert (answer.last_seen.by, answer.last_seen.place) == ("anna", 0)
+    told = service.history("keys").rows[0]
+    assert (told.by, told.what, told.at.words) == ("anna", "moved", "yesterday at 18:10")
+    asked = service.picked_up("mug")
+    assert (asked.status, asked.ask) == (
+        "ambiguous", "Do you mean the red mug or the blue mug?",
+    )  # fmt: skip
+    assert service.memory.carried == ()
+    assert service.picked_up("red mug").said == "the robot carries red mug"
+    assert service.where_is("red mug").with_robot > 0.9
+    assert service.search_start("red mug").next is None
+    with pytest.raises(ValueError, match="thing must be one that the robot carries"):
+        service.put_down("blue mug", "desk")
+    assert service.put_down("mug", "hammock").status == "unknown"
+    assert service.put_down("mug", "counter top").thing == "red mug"
+    where = service.where_is("red mug")
+    assert (where.places[0].place, where.with_robot, where.last_seen.by) == (1, 0.0, "robot")
+
+
+def test_changes_say_what_from_where_to_where_between_which_looks(service, wall):
+    service.observe("desk", [Sighting("mug"), Sighting("vase")])
+    service.observe("counter top", [])
+    wall.go(hours=2)
+    service.observe("desk", [])
+    wall.go(hours=1)
+    service.observe("counter top", [Sighting("mug")])
+    changes = service.changes(START + timedelta(hours=1))
+    assert changes.left_out == 0
+    moved, gone = changes.rows
+    assert (moved.what, moved.thing) == ("moved", "mug")
+    assert (moved.from_name, moved.to_name) == ("desk in study", "counter top in kitchen")
+    assert (moved.after.words, moved.at.words) == ("at 7:30", "at 10:30")
+    assert (gone.what, gone.thing, gone.from_place, gone.to_place) == ("gone", "vase", 2, None)
+    assert (gone.after.words, gone.at.words) == ("at 7:30", "at 9:30")
+    assert 0 < gone.probability < 1
+    assert service.changes(0, k=1).left_out == len(service.memory.changes(0)) - 1
+    assert service.changes(START + timedelta(days=1)).rows == ()
+
+
+def test_ghosts_and_places_that_are_gone_are_forgotten(service):
+    service.observe("desk", [Sighting("vase"), Sighting("red mug"), Sighting("blue mug")])
+    assert service.forget("the vase", by="anna").said == "anna said that there is no vase"
+    assert service.where_is("vase").status == "unknown"
+    assert service.forget("vase").status == "unknown"
+    assert service.forget("mug").status == "ambiguous"
+    assert service.forget(place="the desk").place == 2
+    assert service.list_places(k=3).left_out == 0
+    assert service.forget(place="desk").status == "unknown"
+    for arguments in ({}, {"thing": "mug", "place": "desk"}):
+        with pytest.raises(ValueError, match="forget must get a thing or a place"):
+            service.forget(**arguments)
 
 
 def test_rooms_of_one_name_are_asked_about(service):

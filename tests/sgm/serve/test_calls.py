@@ -21,9 +21,21 @@ GOOD = {
     "search_start": {"thing": "mug", "from": [0, 1.5], "budget": 9.5},
     "search_next": {"search_id": "x", "result": "seen", "seen": ["cup"], "coverage": 0.5},
     "observe": {"place": "desk", "seen": [{"thing": "pen", "relation": "in", "confidence": 0.5}]},
+    "note_moved": {
+        "thing": "keys",
+        "place": "desk",
+        "by": "anna",
+        "relation": "in",
+        "confidence": 0.8,
+        "was_at": "counter top",
+    },
+    "picked_up": {"thing": "milk", "was_at": 0},
+    "put_down": {"thing": "milk", "place": "desk", "relation": "onTop"},
+    "forget": {"thing": "milk", "by": "anna"},
     "list_places": {"room": "kitchen", "k": 1},
     "list_things": {"kind": "mug", "k": 1},
     "history": {"thing": "mug", "k": 1},
+    "changes": {"since": "2026-11-16T00:00", "k": 2},
     "add_room": {"label": "bath"},
     "add_place": {"label": "sink", "room": "kitchen", "name": "white sink", "position": [1, 2]},
 }
@@ -77,6 +89,11 @@ def test_arguments_and_answers_keep_their_schemas(call, tmp_path):
     for values in (arguments, least):
         if call.name == "search_next":
             values = {**values, "search_id": service.search_start("mug").search_id}
+        elif call.name == "put_down":
+            service.picked_up("milk")
+        elif call.name == "forget":
+            values = arguments
+            service.observe("desk", [Sighting("milk")])
         answer = to_json(call.run(service, call.read(values)))
         assert fits(call.make_output_schema(), json.loads(json.dumps(answer)))
         assert answer["status"] == "ok"
