@@ -20,6 +20,8 @@ from nep.players.left_out import LeftOut
 from nep.report.figures import draw_by_hour
 from sgm.checks import check_at_least
 from sgm.files import write_whole
+from sgm.messages import shorten
+from sgm.prior.prior_graph import load_prior
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.process import run_main
 from simulator.trace.source import check_step_seconds
@@ -62,6 +64,13 @@ def _make_parser() -> ArgumentParser:
         "every home is played by that which has not seen it",
     )
     parser.add_argument(
+        "--also_prior",
+        type=tuple[str, ...],
+        default=(),
+        help="NAME=FILE of further priors, each with kinds of its own: of word vectors, or filled "
+        "in by a language model (docs/priors.md)",
+    )
+    parser.add_argument(
         "--kinds", type=tuple[str, ...] | None, help="names of kinds; all if left out"
     )
     parser.add_argument("--steps", type=int, default=200, help="of an episode")
@@ -75,7 +84,18 @@ def _make_parser() -> ArgumentParser:
 def _play(options: Namespace, path: Path) -> Played:
     """Let everybody play what has not been played yet."""
     checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
-    kinds = list_benchmark(options.trace, options.steps, options.step_seconds, options.replays)
+    also = {}
+    for text in options.also_prior:
+        name, _, source = text.partition("=")
+        if not name.isidentifier() or not source:
+            raise ValueError(
+                f"also_prior must be NAME=FILE, got {shorten(text)}. Name it in letters, digits "
+                "and underscores."
+            )
+        also[name] = load_prior(source)
+    kinds = list_benchmark(
+        options.trace, options.steps, options.step_seconds, options.replays, also
+    )
     kinds = choose_kinds(kinds, options.kinds)
     left_out = [LeftOut.parse(text) for text in options.left_out]
     checksums = {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -165,7 +166,11 @@ _SCORED_SECONDS = 10 * DAY_SECONDS  # the end of a long life
 
 
 def list_benchmark(
-    folders: Sequence[str], num_steps: int, step_seconds: float, replays: int
+    folders: Sequence[str],
+    num_steps: int,
+    step_seconds: float,
+    replays: int,
+    also: Mapping[str, PriorGraph] = MappingProxyType({}),
 ) -> Mapping[str, Kind]:
     """List the kinds of the benchmark of recorded homes, by name.
 
@@ -178,9 +183,11 @@ def list_benchmark(
         num_steps: of an episode.
         step_seconds: length of a step.
         replays: how often each home is played in episodes; half as often in long lives.
+        also: further priors, by the name that ends those of their kinds.
 
     Raises:
-        ValueError: if there is no trace, one is broken or too short, or there is only one.
+        ValueError: if a name is taken, there is no trace, one is broken or too short, or there is
+            only one.
     """
     paths = _find_several(folders)
     own_others = zip(_count_in_others(paths), [[path] for path in paths], strict=True)
@@ -189,6 +196,12 @@ def list_benchmark(
         "household": ("the household prior", [(PriorGraph.household(), paths)]),
         "counted": ("a prior counted in the other homes", list(own_others)),
     }
+    for name, prior in also.items():
+        if name in priors:
+            raise ValueError(
+                f"also_prior must have a name of its own, got {shorten(name)}. Choose another."
+            )
+        priors[name] = (f"the prior `{name}`", [(prior, paths)])
     num_scored = math.ceil(_SCORED_SECONDS / step_seconds)
     kinds = {}
     for name, (knowing, homes) in priors.items():

@@ -13,6 +13,7 @@ from sgm.prior.prior_check import find_problems
 from sgm.prior.prior_graph import PRIOR_HELP, PriorGraph, load_prior, parse_prior
 from simulator.command_line import choose, make_parser, parse, pick
 from simulator.priors.compare import compare_priors
+from simulator.priors.language import TEMPERATURE, make_prompt, make_word_prior, read_filled
 from simulator.priors.sources.activities import count_activities, make_table
 from simulator.priors.sources.build import DEFAULT_SOURCES, SOURCES, build_from_sources
 from simulator.priors.sources.merge import BuildOptions
@@ -30,7 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     commands = {
         "build": build, "from-trace": count_traces, "show": show, "check": check,
-        "compare": compare, "activities": count_kinds,
+        "compare": compare, "activities": count_kinds, "words": write_words,
+        "prompt": print_prompt, "filled": write_filled,
     }  # fmt: skip
     return choose(PROG, commands, arguments)
 
@@ -160,6 +162,66 @@ def show(arguments: Sequence[str]) -> int:
         draw_graph(prior, placements, options.out, room=options.room)
         draw_heat_map(prior, placements, heat_map, room=options.room)
         print(f"pictures: {options.out}, {heat_map}")
+    return 0
+
+
+def write_words(arguments: Sequence[str]) -> int:
+    """Write a prior whose placements come from word vectors alone."""
+    parser = make_parser(
+        f"{PROG} words",
+        "Write a prior whose placements come from word vectors alone: cosines of things with "
+        "furniture and rooms. Its rooms, furniture and things are those of --base.",
+    )
+    parser.add_argument("--out", type=Path, required=True, help="prior file (JSON)")
+    parser.add_argument("--base", type=str, default="household", help=PRIOR_HELP)
+    parser.add_argument("--temperature", type=float, default=TEMPERATURE, help="of the softmax")
+    options = parse(parser, arguments)
+    prior = make_word_prior(load_prior(options.base), temperature=options.temperature)
+    prior.save(options.out)
+    print(f"{options.out}: {summarise_prior(prior)}")
+    return 0
+
+
+def print_prompt(arguments: Sequence[str]) -> int:
+    """Print what to ask a language model for a table of placements."""
+    parser = make_parser(
+        f"{PROG} prompt",
+        "Print a prompt: a language model that is given it answers with a table that `filled` "
+        "reads (docs/priors.md).",
+    )
+    parser.add_argument("--base", type=str, default="household", help=PRIOR_HELP)
+    parser.add_argument(
+        "--things", type=Path | None, help="file with a thing a line; those of --base if left out"
+    )
+    options = parse(parser, arguments)
+    things: list[str] = []
+    if options.things is not None:
+        try:
+            lines = read_file(options.things).decode().splitlines()
+        except UnicodeDecodeError as error:
+            raise ValueError(
+                f"things must be UTF-8, a thing a line, got {error} in {options.things}. Save it "
+                "again."
+            ) from error
+        things = [line.strip() for line in lines if line.strip()]
+    print(make_prompt(load_prior(options.base), things), end="")
+    return 0
+
+
+def write_filled(arguments: Sequence[str]) -> int:
+    """Write a prior from a table that a language model has filled in."""
+    parser = make_parser(
+        f"{PROG} filled",
+        "Write a prior from a table of room, furniture, object, relation and weight, which a "
+        "language model or anyone has filled in (`prompt` prints what to ask).",
+    )
+    parser.add_argument("table", type=Path, help="CSV")
+    parser.add_argument("--out", type=Path, required=True, help="prior file (JSON)")
+    parser.add_argument("--base", type=str, default="household", help=PRIOR_HELP)
+    options = parse(parser, arguments)
+    prior = read_filled(options.table, load_prior(options.base))
+    prior.save(options.out)
+    print(f"{options.out}: {summarise_prior(prior)}")
     return 0
 
 

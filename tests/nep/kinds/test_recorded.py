@@ -12,6 +12,7 @@ from nep.kinds.play import play_kind
 from nep.recorded import main
 from nep.report.figures import draw_by_hour
 from sgm.network.shipped import find_trained
+from sgm.prior.prior_graph import PriorGraph
 from simulator.policies import POLICIES
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.world.streams import Streams
@@ -54,6 +55,28 @@ def test_a_home_is_left_out_of_the_prior_that_is_counted(homes):
     ]
     # Home a has its cup on the shelf: it is known from b, where it is in the fridge.
     assert cups == [{"fridge", "table"}, {"shelf", "table"}]
+
+
+def test_a_further_prior_has_kinds_of_its_own(homes):
+    prior = PriorGraph.default()
+    kinds = list_benchmark(homes, 6, 14400.0, 2, {"words": prior})
+    without = list_benchmark(homes, 6, 14400.0, 2)
+    more = [name for name in kinds if name not in without]
+    assert more == [
+        "episodes-policy-words", "lives-policy-words", "episodes-patrol-words",
+        "lives-patrol-words",
+    ]  # fmt: skip
+    assert kinds[more[0]].sources[0].prior is prior
+    assert kinds[more[0]].title.endswith("the prior `words`")
+    assert [kinds[name].describe() for name in without] == [k.describe() for k in without.values()]
+    with pytest.raises(ValueError, match="also_prior must have a name of its own, got 'counted'"):
+        list_benchmark(homes, 6, 14400.0, 2, {"counted": prior})
+
+
+def test_a_further_prior_needs_name_and_file(homes, tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        main(["--trace", *homes, "--out", str(tmp_path / "x.md"), *SIZE, "--also_prior", "words"])
+    assert "also_prior must be NAME=FILE, got 'words'" in capsys.readouterr().err
 
 
 def test_of_a_long_life_the_last_ten_days_are_scored(homes):
