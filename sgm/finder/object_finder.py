@@ -220,9 +220,11 @@ class ObjectFinder(Finder):
             scores, belief = self._score(asked)
         number_of = {own: number for number, own in furniture.items()}
         numbers = [number_of[own] for own in asked.furniture_ids]
+        first = np.searchsorted(asked.question, np.arange(len(names)))  # of several with ids
+        rows = zip(names, scores[first].tolist(), belief[first].tolist(), strict=True)
         return {
             name: AskedAgain(dict(zip(numbers, zip(*row, strict=True), strict=True)), -1, False)
-            for name, *row in zip(names, scores.tolist(), belief.tolist(), strict=True)
+            for name, *row in rows
         }
 
     def _score(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
@@ -257,9 +259,14 @@ class ObjectFinder(Finder):
 
 
 def _list_sure(line: LogLine) -> list[str]:
-    """Return the words of what a look showed for sure, each once."""
-    sure = (name for name, _, confidence in line.values["seen"] if confidence >= SURE)
-    return list(dict.fromkeys(read_words("description", name) for name in sure))
+    """Return the words, or the ids, of what a look showed for sure, each once."""
+    return list(
+        dict.fromkeys(
+            about[1] if about and about[1] else read_words("description", name)
+            for name, _, confidence, *about in line.values["seen"]
+            if confidence >= SURE
+        )
+    )
 
 
 def _find_latest(lines: Sequence[LogLine], most: int) -> int:

@@ -215,7 +215,9 @@ class ObjectSearch:
             read_name(name)
             for name in self._finder.resolve_among(self.memory, self.description, new)
         }
-        is_found = any(read_name(name) in meant for name in names)
+        is_found = any(
+            read_name(one.description) in meant or one.id == self.description for one in sightings
+        )
         share = read_coverage(coverage, look.place.name)
         self._note(look, split_coverage(share)[RELATIONS.index(look.place.relation)], is_found)
         return is_found

@@ -57,8 +57,9 @@ class LogLine:
             which do not say. "room", "furniture", "move", "remove_room", "remove_furniture",
             "remove_object", "look", "absent", "query", "step", "moved", "picked_up", "put_down":
             what was called, with its arguments as values; a thing is named by its description and,
-            where it has one, its id. `seen` of a look holds description, relation and confidence of
-            each sighting, `coverage` one share or those of "in" and "onTop".
+            where it has one, its id. `seen` of a look holds the arguments of each sighting:
+            description, relation, confidence and, of some, owner, id and embedding; `coverage` is
+            one share or those of "in" and "onTop".
         time: time step of the memory, after the change.
         values: JSON values by name.
     """
@@ -283,8 +284,8 @@ def _read_line(data: Any) -> LogLine:
         values["layout"] = Layout.from_json(data, len(rooms), len(furniture))
     elif kind == "look":
         values["seen"] = [
-            (_check_words(description), str(relation), float(confidence))
-            for description, relation, confidence in values["seen"]
+            (_check_words(description), str(relation), float(confidence), *about)
+            for description, relation, confidence, *about in values["seen"]
         ]
         values["hidden"] = [_check_words(name) for name in data.get("hidden", ())]
     elif kind in STATEMENTS:

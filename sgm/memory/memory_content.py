@@ -11,6 +11,7 @@ import numpy as np
 from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
 from sgm.memory.home_history import HomeHistory
+from sgm.memory.identity import read_embedding, read_id
 from sgm.memory.statement import Statement
 from sgm.memory.step_log import StepLook
 from sgm.memory.table_content import (
@@ -21,7 +22,7 @@ from sgm.memory.table_content import (
     read_tables,
     write_tables,
 )
-from sgm.memory.thing import Thing, read_embedding, read_id
+from sgm.memory.thing import Thing
 from sgm.memory.time_steps import MAX_TIME
 from sgm.messages import shorten
 from sgm.names.words import read_words

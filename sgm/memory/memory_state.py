@@ -14,6 +14,7 @@ from sgm.memory.clock import Clock, make_clock_rows
 from sgm.memory.coverage import Coverage
 from sgm.memory.frame_watch import MOST_LOOKS
 from sgm.memory.home_view import list_places
+from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import HOME_LABELS, MemoryContent
 from sgm.memory.queries import Queries
@@ -80,6 +81,11 @@ class MemoryState:
         return tuple(thing.description for thing in self.things)
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """What the objects are called, each name once."""
+        return tuple(self._names.values())
+
+    @property
     def furniture_ids(self) -> tuple[int, ...]:
         """Ids of the furniture nodes in the order of the batch, (F,)."""
         return tuple(self.layout.furniture)
@@ -101,7 +107,10 @@ class MemoryState:
             return
         self.step.begin(self.batch, self._version, self.asked)
         self._version = object()
-        rows = [self.ensure_object(sighting.description) for sighting in seen]
+        rows = [self.ensure_object(sighting.description, sighting.id or "") for sighting in seen]
+        for row, sighting in zip(rows, seen, strict=True):
+            if sighting.embedding and sighting.confidence >= SURE:
+                self.things[row] = replace(self.things[row], embedding=sighting.embedding)
         self.batch.observe(
             _HOME,
             np.array([self.furniture_ids.index(furniture)]),
@@ -145,13 +154,7 @@ class MemoryState:
         else:
             origin, num_known = self._version, len(self.things)
             batch = current.copy()
-        rows = [self.find_rows(description) or [-1] for description in descriptions]
-        known = np.array([row for own in rows for row in own])
-        descriptions = [
-            self.things[row].description if row >= 0 else description
-            for description, own in zip(descriptions, rows, strict=True)
-            for row in own
-        ]
+        question, known, descriptions = self._find_asked(descriptions)
         words = [read_words("description", description) for description in descriptions]
         vocabulary = self.vocabulary.with_labels(batch.labels)
         kinds = np.array([vocabulary.find_type(description) for description in descriptions])
@@ -167,6 +170,7 @@ class MemoryState:
             origin=origin,
             queries=queries,
             current=current,
+            question=question,
             rows=known,
             said=tuple(map(self.get_last_said, known.tolist())),
             descriptions=self.descriptions,
@@ -194,6 +198,21 @@ class MemoryState:
             clock=self.clock,
         )
 
+    def _find_asked(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, list[str]]:
+        """Find the objects that names and ids mean; of things with ids, a name means all.
+
+        Returns:
+            The number of the name, the row, -1 for a new one, and the description of each, K each.
+        """
+        rows: list[int] = []
+        numbers, descriptions = [], []
+        for number, name in enumerate(names):
+            for row in self.find_rows(name) or [-1]:
+                numbers.append(number)
+                rows.append(row)
+                descriptions.append(name if row < 0 else self.things[row].description)
+        return np.array(numbers), np.array(rows), descriptions
+
     def ensure_object(self, description: str, id: str = "") -> int:
         """Return the row of an object node, adding the node if it is new.
 
@@ -208,6 +227,7 @@ class MemoryState:
         row = self._rows.setdefault(id or name, len(self.things))
         if row == len(self.things):
             self.things.append(Thing(description, id))
+            self._names.setdefault(name, description)
             if id:
                 self._rows_with_id.setdefault(name, []).append(row)
         description = self.things[row].description
@@ -223,6 +243,10 @@ class MemoryState:
     def get_row(self, description: str, id: str = "") -> int:
         """Return the row of an object node by its id or, without one, its name; -1 for none."""
         return self._rows.get(id or read_name(description), -1)
+
+    def has_id(self, name: str) -> bool:
+        """Whether a name is the id of a thing."""
+        return name in self._rows
 
     def find_rows(self, name: str) -> list[int]:
         """Return the rows of all object nodes of a name, or of the one of that id."""
@@ -292,10 +316,13 @@ class MemoryState:
             place = -1 if said.furniture is None else position[said.furniture]
             is_now &= edges["furniture"] == place
         np.maximum.at(seen, edges["furniture"][is_now], edges["confidence"][is_now])
+        names = {words}
+        if row_now >= 0 and self.things[row_now].id:
+            names.add(read_words("id", self.things[row_now].id))
         for (name, furniture), (count, time) in self.sought.items():
-            if name == words and time == now:
+            if name in names and time == now:
                 in_vain[position[furniture]] += count
-            elif name == words:
+            elif name in names:
                 sought[position[furniture]] = count
                 sought_ago[position[furniture]] = now - time
         return Looks(
@@ -440,6 +467,7 @@ class MemoryState:
         # By `read_name` of the description, a tuple, or by id, a text.
         self._rows: dict[tuple[str, ...] | str, int] = {}
         self._rows_with_id: dict[tuple[str, ...], list[int]] = {}
+        self._names: dict[tuple[str, ...], str] = {}  # each as first written
         self._rows_as_written: dict[str, int] = {}
         arrays = self.layout.make_arrays(self.vocabulary, self.prior)
         self.clock = content.clock

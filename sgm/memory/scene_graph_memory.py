@@ -20,6 +20,7 @@ from sgm.memory.corrections import Corrections
 from sgm.memory.coverage import read_coverage, read_share
 from sgm.memory.frame_watch import FrameWatch
 from sgm.memory.home_view import list_home, list_rows
+from sgm.memory.identity import read_embedding
 from sgm.memory.look_log import LookLog
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import MemoryContent
@@ -466,7 +467,7 @@ class SceneGraphMemory(Corrections):
         share = read_coverage(coverage, place)
         names = read_hidden(hidden, place)
         furniture = int(furniture)  # of any kind of number
-        rows = [[one.description, one.relation, one.confidence] for one in seen]
+        rows = [one.to_row() for one in seen]
         with self._lock:
             self._state.layout.check_furniture(furniture)
             num_in_step = self._state.step.count_looks(furniture)
@@ -602,10 +603,39 @@ class SceneGraphMemory(Corrections):
             index = NameIndex((), self._table, self._encoder)
             index.update(list(among))
             return index.resolve(description, similarity)
-        descriptions = self.descriptions
+        with self._lock:
+            descriptions = self._state.names
+            if self._state.has_id(description):
+                return Resolution(description, (description,), "exact")
         with self._naming:  # nobody else waits for text vectors
             self._names.update(descriptions)
             return self._names.resolve(description, similarity)
+
+    def find_nearest(self, embedding: Sequence[float], k: int = 3) -> list[tuple[str, float]]:
+        """Return the things that look most like something, by the embeddings of their sightings.
+
+        Args:
+            embedding: of what is seen, (D,), of the same maker as those of the sightings.
+            k: most things to return.
+
+        Returns:
+            Ids, or descriptions of things without one, and cosines, the nearest first.
+
+        Raises:
+            ValueError: if the embedding is no vector, or `k` is below 1.
+        """
+        vector = np.array(read_embedding(embedding))
+        if not len(vector) or not isinstance(k, (int, np.integer)) or k < 1:
+            raise ValueError(
+                f"embedding and k must be a vector and at least 1, got {shorten(embedding)} and "
+                f"{shorten(k)}. Give what the sightings had."
+            )
+        with self._lock:
+            things = [one for one in self._state.things if len(one.embedding) == len(vector)]
+        own = np.array([one.embedding for one in things]).reshape(-1, len(vector))
+        cosines = own @ vector / (np.linalg.norm(own, axis=1) * np.linalg.norm(vector))
+        order = np.argsort(-cosines, kind="stable")[:k]
+        return [(things[n].id or things[n].description, float(cosines[n])) for n in order]
 
     def find_furniture(self, name: str) -> tuple[int, ...]:
         """Return the ids of the furniture that a name means, such as "the fridge".
@@ -651,7 +681,7 @@ class SceneGraphMemory(Corrections):
         """
         matches = self.resolve(description).matches
         with self._lock:
-            rows = [row for match in matches for row in self._state.find_rows(match)]
+            rows = dict.fromkeys(row for match in matches for row in self._state.find_rows(match))
             found = [seen for row in rows for seen in self._state.list_places(row)]
         return sorted(found, key=lambda seen: -seen.time)
 

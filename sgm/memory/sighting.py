@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from numbers import Real
+from typing import Any
 
+from sgm.memory.identity import read_embedding, read_id
 from sgm.messages import shorten
 from sgm.names.words import read_words
 
@@ -41,19 +43,26 @@ class Sighting:
             not been seen, the more so the lower it is.
         owner: whose it is, where the detector or the robot knows. It becomes a part of the
             description, by which objects are told apart: "phone" of "dad" is "dad's phone".
+        id: of a tracker or of re-identification: things of one description and two ids are two.
+            A thing of a known id is that one, whatever it is called. None where words alone tell
+            things apart.
+        embedding: how it looks, of whatever gives vectors, (D,); kept beside the thing
+            (`SceneGraphMemory.find_nearest`). Empty without one.
     """
 
     description: str
     relation: str = "onTop"
     confidence: float = 1.0
     owner: str | None = None
+    id: str | None = None
+    embedding: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the values.
 
         Raises:
-            ValueError: if the description is no name (`read_words`), the relation unknown, or the
-                confidence no probability.
+            ValueError: if the description is no name (`read_words`), the relation unknown, the
+                confidence no probability, the id no text or number, or the embedding no vector.
         """
         read_words("description", self.description)
         if self.owner is not None:
@@ -68,6 +77,16 @@ class Sighting:
                 f"{shorten(self.description)}. Give a probability."
             )
         object.__setattr__(self, "confidence", float(self.confidence))  # of any kind of number
+        if self.id is not None:
+            object.__setattr__(self, "id", read_id(self.id))
+        object.__setattr__(self, "embedding", read_embedding(self.embedding))
+
+    def to_row(self) -> list[Any]:
+        """Return JSON values, the arguments with which the same sighting is made."""
+        row: list[Any] = [self.description, self.relation, self.confidence]
+        if self.id is not None or self.embedding:
+            row += [None, self.id, list(self.embedding)]
+        return row
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,10 +34,7 @@ class StepLook:
 
     def to_json(self) -> list[Any]:
         """Return JSON values, from which `from_json` makes the same look."""
-        seen = [
-            [sighting.description, sighting.relation, sighting.confidence] for sighting in self.seen
-        ]
-        look = [self.furniture, self.coverage, seen]
+        look = [self.furniture, self.coverage, [sighting.to_row() for sighting in self.seen]]
         return [*look, list(self.hidden)] if self.hidden else look
 
     @classmethod

@@ -74,7 +74,8 @@ def make_trace(lines: Sequence[LogLine], name: str = "home") -> Trace:
 
     Nobody knows where a thing was between two looks. The trace says: where it was last seen, until
 
-    - it is seen elsewhere: it is there from then on, and moved in that step;
+    - it is seen elsewhere, said to be there, or put there by the robot: it is there from then on,
+      and moved in that step;
     - a look at its place does not show it, or looks at parts of it that make half a look: then it
       has left the home, until it is seen again. So nothing is said, and nothing asked, of a thing
       that the robot itself did not know of.
@@ -213,6 +214,8 @@ class _LogReader:
             self._forget(read_name(values["description"]))
         elif line.kind == "look":
             self._read_look(self._places[values["furniture"]], values)
+        elif line.kind in ("moved", "put_down"):
+            self._read_statement(values)
         elif line.kind == "absent":
             name = read_name(values["description"])
             self._add_look(self._places[values["furniture"]], values["coverage"], {}, name)
@@ -268,13 +271,21 @@ class _LogReader:
 
     def _read_look(self, place: int, values: Mapping[str, Any]) -> None:
         seen: dict[Name, list[int]] = defaultdict(list)
-        for description, relation, confidence in values["seen"]:
+        for description, relation, confidence, *about in values["seen"]:
             if confidence >= _COUNTED:
-                name = read_name(description)
+                name = (about[1],) if about and about[1] else read_name(description)
                 self.descriptions.setdefault(name, read_words("description", description))
                 seen[name].append(RELATIONS.index(read_relation(relation)))
         hidden = frozenset(map(read_name, values.get("hidden", ())))
         self._add_look(place, values["coverage"], seen, None, hidden)
+
+    def _read_statement(self, values: Mapping[str, Any]) -> None:
+        """Take over where a thing was said to be, or was put, and nothing of others there."""
+        name = (values["id"],) if "id" in values else read_name(values["description"])
+        words = read_words("description", values["description"])
+        self.descriptions.setdefault(name, words)
+        relation = RELATIONS.index(read_relation(values["relation"]))
+        self._add_look(self._places[values["furniture"]], 0.0, {name: [relation]})
 
     def _add_look(
         self,

@@ -14,11 +14,13 @@ from sgm.memory.sighting import Sighting
 ROOMS = ("kitchen", "Living_Room", "Küche")
 FURNITURE = ("fridge", "counter top", "hammock", "本棚")
 THINGS = ("large red mug", "Milk", "the flux_capacitor", "氷", "small mug", "MUG")
+NAMES = (*THINGS, "a", "")  # and an id
 
 sightings = st.lists(
     st.builds(
         Sighting, st.sampled_from(THINGS), st.sampled_from(("in", "onTop")),
-        st.sampled_from((1.0, 0.8, 0.3, 0.1 + 0.2)),
+        st.sampled_from((1.0, 0.8, 0.3, 0.1 + 0.2)), id=st.sampled_from((None, None, "a", "b")),
+        embedding=st.sampled_from(((), (1.0, 0.1 + 0.2))),
     ),
     max_size=4,
 )  # fmt: skip
@@ -41,17 +43,17 @@ CALLS = {
     "note_absent": st.tuples(places, st.sampled_from((*THINGS, "")), coverages | st.just(2)),
     "query": st.tuples(st.sampled_from((*THINGS, ""))),
     "note_moved": st.tuples(
-        st.sampled_from((*THINGS, "")), places, st.sampled_from(("anna", "Tom", "")),
+        st.sampled_from(NAMES), places, st.sampled_from(("anna", "Tom", "")),
         st.sampled_from(("in", "on", "under")), st.sampled_from((None, 0.75, 1, 0.3)),
         st.none() | places,
     ),
     "picked_up": st.tuples(
-        st.sampled_from((*THINGS, "")), st.none() | places, st.sampled_from((None, 0.8, 2))
+        st.sampled_from(NAMES), st.none() | places, st.sampled_from((None, 0.8, 2))
     ),
     "put_down": st.tuples(
-        st.sampled_from((*THINGS, "")), places, st.sampled_from(("in", "on", "under"))
+        st.sampled_from(NAMES), places, st.sampled_from(("in", "on", "under"))
     ),
-    "forget": st.tuples(places | st.sampled_from((*THINGS, "unicorn", ""))),
+    "forget": st.tuples(places | st.sampled_from((*NAMES, "unicorn"))),
     "step": st.tuples(st.integers(-1, 3) | st.just(2**31)),
     "step_to": st.tuples(st.integers(0, 12) | st.sampled_from((10**9, 2**40))),
 }  # fmt: skip
