@@ -14,6 +14,7 @@ from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
 from sgm.memory.columns import HOME, NEVER, make_table
 from sgm.memory.queries import Queries
 from sgm.memory.remembered import Remembered
+from sgm.memory.week_hours import WeekHours
 
 NUM_LOOKS_KEPT = 8  # of every furniture node; what older ones said has been overtaken by moves
 BOTH = 3  # of `look_relations`
@@ -44,6 +45,7 @@ class HomeHistory:
             each discounted by how likely it had moved meanwhile.
         edge_hours: of each edge by hour of day, sightings, and looks that did not show what had
             been seen there, uint16 (2, E, NUM_HOURS); without edges if no home has a clock.
+        week: looks and sightings by hour of the working day and of the weekend's.
     """
 
     def __init__(self, num_homes: int, num_furniture: int) -> None:
@@ -54,10 +56,12 @@ class HomeHistory:
         self.moves = _make_moves(num_homes, num_furniture)
         self.counters = make_table(HOME, num_rows=num_homes)
         self.edge_hours = np.zeros((2, 0, NUM_HOURS), dtype=np.uint16)
+        self.week = WeekHours(num_homes, num_furniture)
 
     def add_furniture(self, num_added: int) -> None:
         """Add columns of furniture that was never looked at."""
         added = (0, num_added)
+        self.week.add_furniture(num_added)
         self.look_times = np.pad(self.look_times, ((0, 0), added, (0, 0)), constant_values=NEVER)
         if self.look_relations is not None:
             wider = ((0, 0), added, (0, 0))
@@ -79,11 +83,12 @@ class HomeHistory:
         if self.look_relations is not None:
             copied.look_relations = self.look_relations.copy()
         copied.moves = self.moves.copy() if self.counts_moves else self.moves
+        copied.week = self.week.copy()
         copied.counters = self.counters.copy()
         return copied
 
-    def take(self, furniture: np.ndarray, edges: np.ndarray) -> HomeHistory:
-        """Return a copy that keeps some furniture (F,) and edges (E,), bool."""
+    def take(self, furniture: np.ndarray, edges: np.ndarray, objects: np.ndarray) -> HomeHistory:
+        """Return a copy that keeps some furniture (F,), edges (E,) and objects (O,), bool."""
         kept = HomeHistory(0, 0)
         kept.look_times = self.look_times[:, furniture]
         if self.look_relations is not None:
@@ -94,6 +99,7 @@ class HomeHistory:
         kept.counters = self.counters.copy()
         hours = self.edge_hours[:, : len(edges)]
         kept.edge_hours = hours[:, edges[: hours.shape[1]]]
+        kept.week = self.week.take(furniture, objects)
         return kept
 
     def compute_miss_rate(self) -> np.ndarray:
@@ -180,6 +186,12 @@ class HomeHistory:
         self._note_relations(home, looked[home], column, relations)
 
         rows = np.flatnonzero(is_seen)
+        if memory.clock is not None:
+            own = objects["home"][rows]
+            counted = is_counted[own]
+            self.week.note_look(
+                memory.clock, time, home, looked[home], own[counted], rows[counted], len(is_seen)
+            )
         rows = rows[objects["num_observed"][rows] > 0]
         home, before = objects["home"][rows], objects["last_furniture"][rows]
         self._count("time_followed", home, time - objects["last_observed"][rows])
@@ -230,7 +242,7 @@ class HomeHistory:
         return self.edge_hours[:, np.minimum(edges, num_counted - 1)]
 
     def to_json(self) -> dict[str, Any]:
-        """Return JSON values of one home, from which `from_json` makes the same counts."""
+        """Return JSON values of one home, from which `from_json` makes the same, but for `week`."""
         counted = self.moves[0] if self.counts_moves else np.zeros((0, 0), dtype=np.int32)
         moves = np.nonzero(counted)
         relations = self.look_relations

@@ -15,6 +15,7 @@ class Remembered(Protocol):
     """The state of H homes that a look is weighed and counted against; see `MemoryBatch`."""
 
     time: int
+    clock: np.ndarray | None
     objects: Table
     edges: Table
     place_prior: PlacePrior

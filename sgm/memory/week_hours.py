@@ -1,0 +1,162 @@
+"""At which hours of the week a home was looked at, and things were seen, counted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
+
+NUM_WEEK_HOURS = 48  # the hours of a working day, then those of a day of the weekend
+_MOST = 2**16 - 1  # of a count
+
+
+class WeekHours:
+    """Counts of H homes with F furniture nodes and O objects; empty without a clock.
+
+    Attributes:
+        looks: at each furniture node by hour, uint16 (H, F, NUM_WEEK_HOURS).
+        seen: looks that showed each object, wherever, uint16 (O', NUM_WEEK_HOURS); rows of objects
+            beyond O', which were not seen yet, are left out.
+    """
+
+    def __init__(self, num_homes: int, num_furniture: int) -> None:
+        """Start with nothing counted, which takes no memory."""
+        self.looks = _make_none(num_homes, num_furniture)
+        self.seen = np.zeros((0, NUM_WEEK_HOURS), dtype=np.uint16)
+
+    @property
+    def is_counted(self) -> bool:
+        """Whether anything was counted."""
+        return self.looks.flags.writeable
+
+    def add_furniture(self, num_added: int) -> None:
+        """Add columns of furniture that was never looked at."""
+        num_homes, before, _ = self.looks.shape
+        if self.is_counted:
+            self.looks = np.pad(self.looks, ((0, 0), (0, num_added), (0, 0)))
+        else:
+            self.looks = _make_none(num_homes, before + num_added)
+
+    def copy(self) -> WeekHours:
+        """Return the same counts, which can be changed alone."""
+        copied = WeekHours(0, 0)
+        copied.looks = self.looks.copy() if self.is_counted else self.looks
+        copied.seen = self.seen.copy()
+        return copied
+
+    def take(self, furniture: np.ndarray, objects: np.ndarray) -> WeekHours:
+        """Return a copy that keeps some furniture (F,) and objects (O,), bool."""
+        kept = WeekHours(len(self.looks), int(furniture.sum()))
+        if self.is_counted:
+            kept.looks = self.looks[:, furniture]
+        num_known = min(len(self.seen), len(objects))  # beyond these are rows to spare
+        kept.seen = self.seen[:num_known][objects[:num_known]]
+        return kept
+
+    def note_look(
+        self,
+        clock: np.ndarray,
+        time: int,
+        home: np.ndarray,
+        furniture: np.ndarray,
+        seen_home: np.ndarray,
+        seen: np.ndarray,
+        num_objects: int,
+    ) -> None:
+        """Count one look in each of some homes.
+
+        Args:
+            clock: of all homes, nan where nobody knows, (H, 2).
+            time: time step.
+            home: that looked, each once, (n,).
+            furniture: that each looked at, (n,).
+            seen_home: home of every object that was seen, (m,).
+            seen: rows of these objects, each once, (m,).
+            num_objects: rows so far.
+        """
+        hour = compute_week_hours(clock, time)  # (H,)
+        is_known = hour[home] >= 0
+        home, furniture = home[is_known], furniture[is_known]
+        if not len(home):
+            return
+        if not self.is_counted:
+            self.looks = np.zeros(self.looks.shape, dtype=np.uint16)
+        at = (home, furniture, hour[home])
+        self.looks[at] += self.looks[at] < _MOST
+        if num_objects > len(self.seen):
+            added = max(num_objects, 2 * len(self.seen)) - len(self.seen)
+            self.seen = np.pad(self.seen, ((0, added), (0, 0)))
+        seen, own = seen[hour[seen_home] >= 0], hour[seen_home]
+        at = (seen, own[own >= 0])
+        self.seen[at] += self.seen[at] < _MOST
+
+    def get_seen(self, objects: np.ndarray) -> np.ndarray:
+        """Return `seen` of any objects, (n,) -> (n, NUM_WEEK_HOURS)."""
+        if len(self.seen) == 0:
+            return np.zeros((len(objects), NUM_WEEK_HOURS), dtype=np.uint16)
+        is_counted = objects < len(self.seen)
+        return self.seen[np.where(is_counted, objects, 0)] * is_counted[:, None].astype(np.uint16)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return JSON values of one home, from which `from_json` makes the same counts."""
+        return {
+            name: np.stack([*np.nonzero(counts), counts[np.nonzero(counts)]]).tolist()
+            for name, counts in (("looks", self.looks[0]), ("seen", self.seen))
+            if counts.any()
+        }
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any], num_furniture: int, num_objects: int) -> WeekHours:
+        """Read JSON values of a home with F furniture nodes and O objects.
+
+        Raises:
+            ValueError: if they do not fit the home.
+            TypeError: if a part is of the wrong kind.
+        """
+        hours = cls(1, num_furniture)
+        looks = _read_counts("looks", data.get("looks", [[], [], []]), num_furniture)
+        seen = _read_counts("seen", data.get("seen", [[], [], []]), num_objects)
+        if looks.any() or seen.any():
+            hours.looks, hours.seen = looks[None], seen
+        return hours
+
+
+def compute_week_hours(clock: np.ndarray, time: int | np.ndarray) -> np.ndarray:
+    """Return which of `NUM_WEEK_HOURS` time steps begin in, int64 (n,), -1 where nobody knows.
+
+    Args:
+        clock: of the home of each, nan where it has none, (n, 2).
+        time: time step of each, (n,), or one for all.
+    """
+    seconds = compute_week_seconds(clock, np.broadcast_to(time, len(clock)))
+    is_known = ~np.isnan(seconds)
+    seconds = np.where(is_known, seconds, 0.0)
+    is_weekend = seconds >= 5 * DAY_SECONDS
+    hour = (seconds % DAY_SECONDS // HOUR_SECONDS).astype(np.int64) + 24 * is_weekend
+    return np.where(is_known, hour, -1)
+
+
+def _make_none(num_homes: int, num_furniture: int) -> np.ndarray:
+    return np.broadcast_to(np.uint16(0), (num_homes, num_furniture, NUM_WEEK_HOURS))
+
+
+def _read_counts(name: str, values: Any, num_rows: int) -> np.ndarray:
+    """Return counts (num_rows, NUM_WEEK_HOURS) of rows, hours and numbers.
+
+    Raises:
+        ValueError: if they do not fit.
+    """
+    array = np.array(values)
+    if array.size == 0:
+        array = np.zeros((3, 0), dtype=np.int64)
+    if array.ndim != 2 or len(array) != 3 or array.dtype != np.int64:
+        raise ValueError(f"week hours {name} must hold rows, hours and counts, got other values")
+    for part, limit in zip(array, (num_rows, NUM_WEEK_HOURS, _MOST + 1), strict=True):
+        if part.size and not (part.min() >= 0 and part.max() < limit):
+            raise ValueError(f"week hours {name} must lie in 0 to {limit - 1}, got {part.max()}")
+    counts = np.zeros((num_rows, NUM_WEEK_HOURS), dtype=np.uint16)
+    counts[array[0], array[1]] = array[2]
+    return counts
