@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from sgm.finder.service import MemoryService
     from sgm.memory.clock import Clock
     from sgm.memory.scene_graph_memory import SceneGraphMemory
+    from sgm.memory.score_calibration import ScoreCalibration
     from sgm.memory.sighting import SeenAt, Sighting
     from sgm.policies import Adaptive, Bayesian, Policy
     from sgm.prior.prior_graph import PriorGraph
@@ -41,6 +42,7 @@ _MODULES = {
     "PriorGraph": "sgm.prior.prior_graph",
     "Ranking": "sgm.finder.ranking",
     "SceneGraphMemory": "sgm.memory.scene_graph_memory",
+    "ScoreCalibration": "sgm.memory.score_calibration",
     "SearchPlan": "sgm.finder.search_plan",
     "SeenAt": "sgm.memory.sighting",
     "Sighting": "sgm.memory.sighting",
@@ -60,6 +62,7 @@ __all__ = [
     "PriorGraph",
     "Ranking",
     "SceneGraphMemory",
+    "ScoreCalibration",
     "SearchPlan",
     "SeenAt",
     "Sighting",

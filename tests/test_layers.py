@@ -40,7 +40,8 @@ ORDER = """
     nep.tensor_file nep.config_files nep.checkpoint_files nep.importers nep.layers nep.encoders
     nep.model nep.players nep.report nep.robot nep.kinds nep.event_networks nep.callbacks nep.view
     nep.fit nep.evaluate nep.export nep.compare nep.igridson nep.recorded nep.any_home nep.own_home
-    nep.searches nep.paper nep.claims nep.temporal nep.headlines nep.reproduce nep nep.__main__
+    nep.searches nep.elsewhere nep.paper nep.claims nep.temporal nep.headlines nep.reproduce nep
+    nep.__main__
 """.split()
 # Plug-ins of packages above, which a registry names and imports only where they are asked for.
 PLUGINS = {("simulator.trace.importers", "nep.importers.homer")}  # its files need torch

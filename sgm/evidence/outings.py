@@ -146,7 +146,8 @@ class Outings:
 def _choose_things(memory: MemoryBatch) -> tuple[np.ndarray, np.ndarray]:
     """Return home and row of things that were seen in homes with a clock, some of each home."""
     if memory.clock is None:
-        return np.zeros((2, 0), dtype=np.int64)
+        none = np.zeros(0, dtype=np.int64)
+        return none, none
     objects = memory.objects
     has_clock = ~np.isnan(memory.clock[:, 0])
     rows = np.flatnonzero((objects["num_observed"] > 0) & has_clock[objects["home"]])

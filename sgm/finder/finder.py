@@ -11,7 +11,9 @@ import numpy as np
 
 from sgm.belief import CORRECTIONS, Belief, Detector
 from sgm.checks import check_elsewhere_share, check_shares
+from sgm.evidence.doubted import doubt_sightings
 from sgm.evidence.leaving import Leaving
+from sgm.evidence.outings import Outings, join_left
 from sgm.finder.ranking import Place, Ranking
 from sgm.finder.reasons import gather_evidence
 from sgm.finder.search import ObjectSearch
@@ -76,6 +78,7 @@ class Finder:
         self._lock = Lock()
         # What was learnt of which state of a memory, at which time: the same for all questions.
         self._leaving: tuple[object, int, Leaving] | None = None
+        self._outings: tuple[object, int, Outings] | None = None
 
     def resolve(self, memory: SceneGraphMemory, description: str) -> Resolution:
         """Say which remembered things a question means; see `NameIndex` for the rules.
@@ -236,6 +239,9 @@ class Finder:
             if was_seen.any():
                 left = np.where(was_seen, self._compute_left(asked), belief.elsewhere)
                 belief = belief.with_elsewhere(left)
+            is_looked = np.array([said is None for said in asked.said])
+            share = self.elsewhere_share
+            belief = doubt_sightings(belief, asked.batch, asked.queries, is_looked, share)
         belief = _doubt(belief.spread(CORRECTIONS.anywhere), asked)
         rows, variants, carried = [], [], []
         for row, looks in enumerate(asked.looks):
@@ -261,13 +267,21 @@ class Finder:
         return *joined, _join_detection(belief.places, shown)
 
     def _compute_left(self, asked: Asked) -> np.ndarray:
-        """Return how likely each thing has left, before this step's looks, (K,); see `Leaving`."""
+        """Return how likely each thing is out, before this step's looks, for good or not, (K,)."""
         batch, known = asked.batch, self._leaving
         if known is None or known[0] is not asked.origin or known[1] != batch.time:
             known = self._leaving = asked.origin, batch.time, Leaving(batch)
         left = known[2].compute(batch, asked.queries)
+        left = np.minimum(join_left(left, *self._compute_out(asked)), 1 - 1e-9)
         odds = left / (1 - left) * _odds(self.elsewhere_share) / _odds(CORRECTIONS.elsewhere_share)
         return odds / (1 + odds)
+
+    def _compute_out(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
+        """Return how likely things are out for a while, and what that explains; see `Outings`."""
+        batch, known = asked.batch, self._outings
+        if known is None or known[0] is not asked.origin or known[1] != batch.time:
+            known = self._outings = asked.origin, batch.time, Outings(batch)
+        return known[2].compute(batch, asked.queries)
 
     def _judge(self, asked: Asked) -> Belief:
         """Return the belief before this step's looks about each of the K things."""

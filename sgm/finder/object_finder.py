@@ -181,7 +181,8 @@ class ObjectFinder(Finder):
 
     def _ask_again(self, log: str | Path) -> Iterator[AskedAgain]:
         lines = read_log(log)
-        begin = _find_latest(lines, _MOST_QUESTIONS)
+        sure = _list_sure(lines)
+        begin = _find_latest(sure, _MOST_QUESTIONS)
         asked_in: dict[str, AskedAgain] = {}  # answers before the looks of this time step
         for number, (memory, line, furniture) in enumerate(replay(lines)):
             if line.kind != "look":
@@ -189,11 +190,12 @@ class ObjectFinder(Finder):
                 continue
             if number < begin:
                 continue
-            names = _list_sure(line)
+            names = sure[number]
             if any(name not in asked_in for name in names):
                 # All looks of a time step are asked about at once, since none of them counts yet.
-                later = takewhile(lambda line: line.kind == "look", islice(lines, number, None))
-                new = dict.fromkeys(name for look in later for name in _list_sure(look))
+                later = islice(zip(lines, sure, strict=True), number, None)
+                looks = takewhile(lambda own: own[0].kind == "look", later)
+                new = dict.fromkeys(name for _, shown in looks for name in shown)
                 asked_in = self._answer(memory, list(new), furniture)
             here = line.values["furniture"]
             for name in names:
@@ -258,19 +260,25 @@ class ObjectFinder(Finder):
             return self._cosines[1]
 
 
-def _list_sure(line: LogLine) -> list[str]:
-    """Return the words, or the ids, of what a look showed for sure, each once."""
-    return list(
-        dict.fromkeys(
+def _list_sure(lines: Sequence[LogLine]) -> list[list[str]]:
+    """Return the words, or ids, of what each look showed for sure; nothing of other lines."""
+    sure: list[list[str]] = []
+    calibration = None
+    for line in lines:
+        if line.kind == "start":
+            memory = line.values["memory"]
+            calibration = None if memory is None else memory.score_calibration
+        names = (
             about[1] if about and about[1] else read_words("description", name)
-            for name, _, confidence, *about in line.values["seen"]
-            if confidence >= SURE
+            for name, _, score, *about in (line.values["seen"] if line.kind == "look" else ())
+            if (score if calibration is None else calibration(score)) >= SURE
         )
-    )
+        sure.append(list(dict.fromkeys(names)))
+    return sure
 
 
-def _find_latest(lines: Sequence[LogLine], most: int) -> int:
+def _find_latest(sure: Sequence[Sequence[str]], most: int) -> int:
     """Return the number of the line from which on the looks show `most` things, or fewer."""
-    shown = [len(_list_sure(line)) if line.kind == "look" else 0 for line in lines]
+    shown = [len(names) for names in sure]
     num_after = np.cumsum(shown[::-1])[::-1]
-    return int(np.argmax(num_after <= most)) if num_after[-1] <= most else len(lines)
+    return int(np.argmax(num_after <= most)) if num_after[-1] <= most else len(sure)

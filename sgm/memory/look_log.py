@@ -58,8 +58,8 @@ class LogLine:
             "remove_object", "look", "absent", "query", "step", "moved", "picked_up", "put_down":
             what was called, with its arguments as values; a thing is named by its description and,
             where it has one, its id. `seen` of a look holds the arguments of each sighting:
-            description, relation, confidence and, of some, owner, id and embedding; `coverage` is
-            one share or those of "in" and "onTop".
+            description, relation, confidence (a score where the memory calibrates it) and, of some,
+            owner, id and embedding; `coverage` is one share or those of "in" and "onTop".
         time: time step of the memory, after the change.
         values: JSON values by name.
     """
@@ -199,7 +199,7 @@ def _list_start(content: MemoryContent, *, is_new: bool) -> dict[str, Any]:
         "prior": content.prior,
         "clock": None if clock is None else clock.to_json(),
         **content.layout.to_json(),
-        "memory": None if is_new else content.to_json(),
+        "memory": None if is_new and content.score_calibration is None else content.to_json(),
     }
 
 

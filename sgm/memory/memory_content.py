@@ -12,6 +12,7 @@ from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.identity import read_embedding, read_id
+from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.statement import Statement
 from sgm.memory.step_log import StepLook
 from sgm.memory.table_content import (
@@ -24,6 +25,7 @@ from sgm.memory.table_content import (
 )
 from sgm.memory.thing import Thing
 from sgm.memory.time_steps import MAX_TIME
+from sgm.memory.week_hours import WeekHours
 from sgm.messages import shorten
 from sgm.names.words import read_words
 
@@ -51,6 +53,7 @@ class MemoryContent:
             before it, and its description.
         sought: by words of a description and furniture id, looks that were about this alone and
             did not find it there: how many, weighed by what was in view, and when the last was.
+        score_calibration: what the scores of further looks mean; None if they are probabilities.
     """
 
     time: int
@@ -65,6 +68,7 @@ class MemoryContent:
     looks: tuple[StepLook, ...] = ()
     queries: tuple[tuple[int, str], ...] = ()
     sought: Mapping[tuple[str, int], tuple[float, int]] = field(default_factory=dict)
+    score_calibration: ScoreCalibration | None = None
 
     @classmethod
     def empty(cls, prior: str, clock: Clock | None = None) -> MemoryContent:
@@ -121,7 +125,7 @@ class MemoryContent:
                 if stays
             ),
             tables=tables,
-            history=self.history.take(keep_furniture, keep_edge),
+            history=self.history.take(keep_furniture, keep_edge, keep_object),
             asked=None,
             looks=(),
             queries=(),
@@ -141,10 +145,16 @@ class MemoryContent:
             **_write_things(self.things),
             **write_tables(self.tables),
             "history": self.history.to_json(),
+            **({"week": week} if (week := self.history.week.to_json()) else {}),
             "asked": self.asked,
             "clock": None if self.clock is None else self.clock.to_json(),
             "looks": [look.to_json() for look in self.looks],
             **({"queries": [list(query) for query in self.queries]} if self.queries else {}),
+            **(
+                {"score_calibration": self.score_calibration.to_json()}
+                if self.score_calibration is not None
+                else {}
+            ),
             "sought": [[*key, *value] for key, value in self.sought.items()],
         }
 
@@ -156,7 +166,7 @@ class MemoryContent:
             ValueError: if a part is missing, of the wrong kind, or does not fit the others.
         """
         try:
-            clock = data.get("clock")
+            clock, scores = data.get("clock"), data.get("score_calibration")
             num_furniture = len(data["furniture"])
             tables, history = read_tables(data, num_furniture), HomeHistory(1, num_furniture)
             if "history" in data:
@@ -164,6 +174,8 @@ class MemoryContent:
                 history = HomeHistory.from_json(
                     data["history"], num_furniture, num_edges, data["time"]
                 )
+            week, num_objects = data.get("week", {}), len(data["descriptions"])
+            history.week = WeekHours.from_json(week, num_furniture, num_objects)
             content = cls(
                 time=data["time"],
                 prior=data["prior"],
@@ -174,6 +186,7 @@ class MemoryContent:
                 history=history,
                 asked=data["asked"],
                 clock=None if clock is None else Clock.from_json(clock),
+                score_calibration=None if scores is None else ScoreCalibration.from_json(scores),
                 looks=tuple(StepLook.from_json(look) for look in data.get("looks", ())),
                 queries=tuple((number, words) for number, words in data.get("queries", ())),
                 sought={

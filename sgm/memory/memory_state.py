@@ -18,6 +18,7 @@ from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import HOME_LABELS, MemoryContent
 from sgm.memory.queries import Queries
+from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import RELATIONS, SeenAt, Sighting
 from sgm.memory.statement import Statement
 from sgm.memory.step_log import StepLog, StepLook
@@ -41,7 +42,7 @@ class MemoryState:
         layout: rooms and furniture.
         things: the objects, what is not in their table, (O,).
         step: looks of the present time step.
-        sought: as in `MemoryContent`.
+        sought, score_calibration: as in `MemoryContent`.
         asked: row of the object whose hypothetical edges are open.
     """
 
@@ -49,6 +50,7 @@ class MemoryState:
     layout: Layout
     step: StepLog
     sought: dict[tuple[str, int], tuple[float, int]]
+    score_calibration: ScoreCalibration | None
     asked: int | None
     _batch: MemoryBatch
     _is_layout_new: bool  # whether the batch has yet to take it over
@@ -447,6 +449,7 @@ class MemoryState:
             asked=self.asked,
             clock=self.clock,
             sought=dict(self.sought),
+            score_calibration=self.score_calibration,
         )
 
     def get_content_to_save(self) -> MemoryContent:
@@ -471,6 +474,7 @@ class MemoryState:
         self._rows_as_written: dict[str, int] = {}
         arrays = self.layout.make_arrays(self.vocabulary, self.prior)
         self.clock = content.clock
+        self.score_calibration = content.score_calibration
         clock = make_clock_rows([content.clock])
         batch = self._batch = MemoryBatch([], arrays, clock=clock)
         self._is_layout_new = False

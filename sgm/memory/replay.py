@@ -71,6 +71,7 @@ class Replayer:
                 furniture is told from what was there before.
         """
         self.memory = memory
+        memory._was_warned = True  # of scores: whoever looked was told
         self._prior = prior
         self._clock = clock
         self._gives_new_ids = gives_new_ids

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
@@ -22,10 +23,12 @@ from sgm.memory.frame_watch import FrameWatch
 from sgm.memory.home_view import list_home, list_rows
 from sgm.memory.identity import read_embedding
 from sgm.memory.look_log import LookLog
+from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
+from sgm.memory.score_calibration import ScoreCalibration, calibrate
 from sgm.memory.sighting import SeenAt, Sighting, read_hidden, read_sightings
 from sgm.memory.spark_graph import make_spark_graph
 from sgm.memory.storage import load_content, save_content
@@ -82,6 +85,7 @@ class SceneGraphMemory(Corrections):
         log: str | Path | None = None,
         aliases: Aliases | None = None,
         encoder: Encode | None = None,
+        score_calibration: ScoreCalibration | None = None,
     ) -> None:
         """Start with an empty home.
 
@@ -98,9 +102,13 @@ class SceneGraphMemory(Corrections):
                 mapping such as {"thermos": ["vacuum flask"], "beagle": {"kind": "dog"}}.
             encoder: a function from a list of names to their vectors, for names that are not in
                 the table; None for the text vectors of the policy, where it has some.
+            score_calibration: what the confidences of sightings mean as probabilities, where they
+                are scores of a detector; it is saved with the memory. None if they are
+                probabilities.
 
         Raises:
-            TypeError: if the prior, the clock, the aliases or the encoder is something else.
+            TypeError: if the prior, the clock, the aliases, the encoder or the calibration is
+                something else.
             ValueError: if the aliases are malformed, the log is another file, or another process
                 writes it. In one process the latest memory that opened a log has it, and changes
                 of earlier ones raise this.
@@ -108,7 +116,11 @@ class SceneGraphMemory(Corrections):
             OSError: if the log cannot be written, here or with any later change; a change that
                 could not be written was not made.
         """
-        for name, value, kind in (("prior", prior, PriorGraph), ("clock", clock, Clock)):
+        for name, value, kind in (
+            ("prior", prior, PriorGraph),
+            ("clock", clock, Clock),
+            ("score_calibration", score_calibration, ScoreCalibration),
+        ):
             if value is not None and not isinstance(value, kind):
                 raise TypeError(
                     f"{name} must be a {kind.__name__}, got {shorten(value)}. Leave it out for the "
@@ -123,6 +135,8 @@ class SceneGraphMemory(Corrections):
         self._frames = FrameWatch()
         self._log: LookLog | None = None
         self._begin(prior if prior is not None else PriorGraph.household(), clock)
+        self._state.score_calibration = score_calibration
+        self._was_warned = False
         self._start_log(log)
 
     @classmethod
@@ -134,6 +148,7 @@ class SceneGraphMemory(Corrections):
         log: str | Path | None = None,
         aliases: Aliases | None = None,
         encoder: Encode | None = None,
+        score_calibration: ScoreCalibration | None = None,
     ) -> SceneGraphMemory:
         """Go on with a memory that was saved: every later answer is what it would have been.
 
@@ -148,6 +163,7 @@ class SceneGraphMemory(Corrections):
                 home is gone on with.
             aliases: as in the constructor; they are not in the file.
             encoder: as in the constructor.
+            score_calibration: of looks from now on; None for what was saved.
 
         Raises:
             ValueError: if there is no such file, it was altered or cut short, comes from another
@@ -161,8 +177,10 @@ class SceneGraphMemory(Corrections):
                 f"of that checksum for {path}. Give its own prior, or PriorGraph.default() to go "
                 "on with that one."
             )
-        memory = cls(prior, aliases=aliases, encoder=encoder)
+        memory = cls(prior, aliases=aliases, encoder=encoder, score_calibration=score_calibration)
         memory._state.set_content(content if clock is None else replace(content, clock=clock))
+        if score_calibration is not None:
+            memory._state.score_calibration = score_calibration
         memory._start_log(log, goes_on=True)
         return memory
 
@@ -172,6 +190,7 @@ class SceneGraphMemory(Corrections):
             content = self._state.get_content_to_save().copy()
         memory = type(self)(self._prior, aliases=self._aliases, encoder=self._own_encode)
         memory._state.set_content(content)
+        memory._was_warned = self._was_warned
         return memory
 
     def save(self, path: str | Path) -> None:
@@ -472,9 +491,33 @@ class SceneGraphMemory(Corrections):
             self._state.layout.check_furniture(furniture)
             num_in_step = self._state.step.count_looks(furniture)
             self._frames.note(furniture, place, seen, num_in_step, self._state.clock)
+            if self._state.score_calibration is not None:
+                seen = calibrate(seen, self._state.score_calibration)
+            else:
+                self._warn_of_scores(seen)
             about: dict[str, Any] = {"hidden": names} if names else {}
             self._write("look", furniture=furniture, coverage=share, seen=rows, **about)
             self._state.look(furniture, seen, share, names)
+
+    @property
+    def score_calibration(self) -> ScoreCalibration | None:
+        """What the confidences of sightings mean; None if they are probabilities."""
+        with self._lock:
+            return self._state.score_calibration
+
+    def _warn_of_scores(self, seen: Sequence[Sighting]) -> None:
+        """Say once that most scores of a look count as not seen."""
+        num_doubted = sum(0 < one.confidence < SURE for one in seen)
+        if self._was_warned or 2 * num_doubted <= len(seen):
+            return
+        self._was_warned = True
+        warnings.warn(
+            f"{num_doubted} of {len(seen)} confidences of a look are below {SURE}, so that these "
+            "count as not seen: a confidence is the probability that a sighting is right. If they "
+            "are scores of a detector, give SceneGraphMemory(score_calibration="
+            "ScoreCalibration.open_vocabulary()), or one that was fitted.",
+            stacklevel=3,
+        )
 
     def note_absent(self, furniture: int, description: str, coverage: float = 1.0) -> None:
         """Note that a look for one thing did not find it, and say nothing of all others there.

@@ -90,8 +90,8 @@ class WeekHours:
             added = max(num_objects, 2 * len(self.seen)) - len(self.seen)
             self.seen = np.pad(self.seen, ((0, added), (0, 0)))
         seen, own = seen[hour[seen_home] >= 0], hour[seen_home]
-        at = (seen, own[own >= 0])
-        self.seen[at] += self.seen[at] < _MOST
+        sighted = (seen, own[own >= 0])
+        self.seen[sighted] += self.seen[sighted] < _MOST
 
     def get_seen(self, objects: np.ndarray) -> np.ndarray:
         """Return `seen` of any objects, (n,) -> (n, NUM_WEEK_HOURS)."""

@@ -15,6 +15,7 @@ from sgm.layout.layout import Layout
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from sgm.memory.coverage import Coverage, split_coverage
 from sgm.memory.look_log import LogLine
+from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import RELATIONS, read_relation
 from sgm.names.names import read_name
 from sgm.names.words import read_words
@@ -178,6 +179,7 @@ class _LogReader:
         self._known_nodes: dict[tuple[int, str, str], int] = {}
         self._rooms: dict[int, int] = {}  # index in the trace by number in the memory
         self._places: dict[int, int] = {}
+        self._calibration: ScoreCalibration | None = None  # of the memory that goes on
 
     def read(self, line: LogLine) -> None:
         """Take over what a line says.
@@ -249,6 +251,8 @@ class _LogReader:
         elif self._shift_s + line.time * self._step_seconds < self._time_s:
             # a new memory, nobody knows how much later: one step
             self._shift_s = self._time_s + self._step_seconds * (1 - line.time)
+        memory = line.values.get("memory")
+        self._calibration = None if memory is None else memory.score_calibration
         self._rooms, self._places = {}, {}
         layout: Layout = line.values["layout"]
         for number, room in layout.rooms.items():
@@ -271,7 +275,8 @@ class _LogReader:
 
     def _read_look(self, place: int, values: Mapping[str, Any]) -> None:
         seen: dict[Name, list[int]] = defaultdict(list)
-        for description, relation, confidence, *about in values["seen"]:
+        for description, relation, score, *about in values["seen"]:
+            confidence = score if self._calibration is None else self._calibration(score)
             if confidence >= _COUNTED:
                 name = (about[1],) if about and about[1] else read_name(description)
                 self.descriptions.setdefault(name, read_words("description", description))

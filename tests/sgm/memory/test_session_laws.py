@@ -21,6 +21,9 @@ from simulator import Clock, PriorGraph, SceneGraphMemory, Sighting
 from tests.sgm.memory.sessions import CALLS, FURNITURE, THINGS, call, dump
 
 CLOCK = Clock(datetime(2026, 11, 20, 8), 600)
+# Some sightings of a session are doubtful ones.
+pytestmark = pytest.mark.filterwarnings("ignore:.* confidences of a look are below")
+
 calls = st.sampled_from((*sorted(CALLS), "observe", "observe", "add_furniture")).flatmap(
     lambda name: st.tuples(st.just(name), CALLS[name])
 )

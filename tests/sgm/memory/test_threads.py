@@ -76,6 +76,7 @@ READERS = {
     "last_seen": lambda memory, n: memory.last_seen("cup"),
     "layout": lambda memory, n: compare_layout(memory),
     "list_furniture": lambda memory, n: memory.list_furniture(n),
+    "score_calibration": lambda memory, n: memory.score_calibration,
     "num_furniture": lambda memory, n: memory.num_furniture,
     "places_of": lambda memory, n: memory.places_of("large mug"),
     "rank": lambda memory, n: memory.rank(Bayesian(), "cup"),

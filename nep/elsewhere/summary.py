@@ -1,0 +1,125 @@
+"""What finders said of things that go out, summed up by home, and the tables of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from nep.elsewhere.questions import Answers
+from nep.report.statistics import FEWEST_RESAMPLED
+from nep.report.tables import Difference, format_difference, format_number, join_table
+
+NUM_BINS = 10  # of probabilities, all as wide
+# Columns of the tables: title, and how they are written.
+_COLUMNS = {
+    "said_out": ("said while out", ".2f"),
+    "said_in": ("said while in", ".3f"),
+    "first_out": ("on top while out", ".2f"),
+    "elsewhere_nll": ("NLL of elsewhere", ".3f"),
+    "nll": ("NLL of where", ".3f"),
+    "others_said": ("others: said", ".3f"),
+    "others_nll": ("others: NLL of where", ".3f"),
+}
+_COMPARED = ("elsewhere_nll", "nll", "others_nll")
+
+Summary = Mapping[str, Any]
+
+
+def summarise(answers: Answers) -> dict[str, Any]:
+    """Sum up what was said in one home; nan where there was nothing of a kind."""
+    own, is_out = answers.goes_out, answers.is_out & answers.goes_out
+    is_in = own & ~is_out
+    bins = np.minimum((answers.said[own] * NUM_BINS).astype(int), NUM_BINS - 1)
+    sums = [
+        np.bincount(bins, weights, minlength=NUM_BINS)
+        for weights in (np.ones(len(bins)), answers.said[own], is_out[own].astype(float))
+    ]
+    return {
+        "num_questions": int(own.sum()),
+        "num_out": int(is_out.sum()),
+        "said_out": _average(answers.said[is_out]),
+        "said_in": _average(answers.said[is_in]),
+        "first_out": _average(answers.is_first[is_out]),
+        "elsewhere_nll": _average(answers.elsewhere_nll[own]),
+        "nll": _average(answers.nll[own]),
+        "others_said": _average(answers.said[~own]),
+        "others_nll": _average(answers.nll[~own]),
+        "bins": np.stack(sums).round(6).tolist(),  # questions, said, out
+    }
+
+
+def compute_calibration_error(bins: Sequence[Any]) -> float:
+    """Return by how much what was said differs from how often it was so, nan of nothing.
+
+    The expected calibration error: the absolute differences of the bins, weighed by the questions
+    in each.
+
+    Args:
+        bins: of homes, (H, 3, NUM_BINS): questions, sum of what was said, how many were out.
+    """
+    number, said, out = np.asarray(bins, dtype=float).sum(axis=0)
+    return float(np.abs(said - out).sum() / number.sum()) if number.any() else float("nan")
+
+
+def make_tables(scores: Mapping[str, Mapping[str, Summary]], without: str) -> str:
+    """Return two Markdown tables of the homes of a kind.
+
+    The first has the means over homes, the second what hours change.
+
+    Args:
+        scores: by home and player; the same players in each.
+        without: how names of players end that do not read hours.
+    """
+    players = list(next(iter(scores.values())))
+    num_questions = sum(own[players[0]]["num_questions"] for own in scores.values())
+    num_out = sum(own[players[0]]["num_out"] for own in scores.values())
+    rows = []
+    for who in players:
+        values = {name: _gather(scores, who, name) for name in _COLUMNS}
+        error = compute_calibration_error([own[who]["bins"] for own in scores.values()])
+        cells = [format_number(_average(values[name]), _COLUMNS[name][1]) for name in _COLUMNS]
+        rows.append([who, *cells[:5], format_number(error, ".3f"), *cells[5:]])
+    titles = [title for title, _ in _COLUMNS.values()]
+    header = ["who", *titles[:5], "calibration error", *titles[5:]]
+    compared = []
+    for who in players:
+        if f"{who}{without}" in players:
+            cells = []
+            for name in _COMPARED:
+                change = _gather(scores, who, name) - _gather(scores, f"{who}{without}", name)
+                cells.append(_format(change[~np.isnan(change)]))
+            compared.append([who, f"{who}{without}", *cells])
+    how = "bootstrap" if len(scores) >= FEWEST_RESAMPLED else "t intervals"
+    about = (
+        f"{len(scores)} homes ({how}), {num_questions} questions about things that go out; at "
+        f"{num_out} of them ({num_out / max(num_questions, 1):.0%}) the thing was out."
+    )
+    names = [f"{_COLUMNS[name][0]} [95 %]" for name in _COMPARED]
+    return "\n\n".join(
+        [
+            about,
+            join_table(header, rows).strip(),
+            join_table(["who", "minus", *names], compared, num_text=2).strip(),
+        ]
+    )
+
+
+def _format(change: np.ndarray) -> str:
+    """Return a difference with its interval and what could have been detected."""
+    if not len(change):
+        return "n/a"
+    difference = Difference.of(change)
+    text = format_difference(difference, ".3f")
+    return f"{text}, d {format_number(difference.detectable, '.3f')}"
+
+
+def _gather(scores: Mapping[str, Mapping[str, Summary]], who: str, name: str) -> np.ndarray:
+    return np.array([own[who][name] for own in scores.values()], dtype=float)
+
+
+def _average(values: np.ndarray) -> float:
+    """Return the mean of what is known, nan of nothing."""
+    known = values[~np.isnan(values.astype(float))]
+    return float(known.mean()) if len(known) else float("nan")
