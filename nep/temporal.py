@@ -57,7 +57,7 @@ def make_content(
     Args:
         workshop: where it was played.
         entries: the networks that were asked for.
-        seeds: trainings of each that were asked for.
+        seeds: trainings of each that were asked for; more are in the table where there are more.
         references: rules that have played.
         checkpoints: names of graph memories that have played.
         command: makes it again.
@@ -75,9 +75,12 @@ def make_content(
                 continue
             own = replace(entry, kind=kind)
             plays, seconds = [], []
-            for seed in range(seeds):
+            more = sum(1 for _ in (workshop.runs / own.key).glob("played_*.json"))
+            for seed in range(max(seeds, more)):  # a command for some may have trained more
                 played = read_unit(workshop.runs / own.key / f"played_{seed}.json")
                 trained = read_unit(workshop.runs / entry.key / f"seed_{seed}.json")
+                if (played is None or trained is None) and seed >= seeds:
+                    continue
                 if played is None or trained is None:
                     missing.append(f"{own.key} seed {seed}")
                     continue

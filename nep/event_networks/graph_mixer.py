@@ -47,7 +47,8 @@ class GraphMixer(TemporalNetwork):
     def _encode(self, nodes: np.ndarray, now: int) -> Tensor:
         """Return embeddings of nodes, (n, D)."""
         stream = self.stream
-        events = stream.find_latest(nodes, self.num_events)
+        # The mixer tells links by their place in the list: the latest comes first.
+        events = stream.find_latest(nodes, self.num_events)[:, ::-1]
         row, column = np.nonzero(events >= 0)
         numbers = events[row, column]
         message, time = self.gather(numbers)

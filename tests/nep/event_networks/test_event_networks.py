@@ -10,7 +10,7 @@ from nep.event_networks.episodes import Look, Question, record_episodes
 from nep.event_networks.files import TrainedNetwork
 from nep.event_networks.policy import EventPolicy
 from nep.event_networks.registry import NETWORKS, make_network
-from nep.event_networks.stream import NUM_KEPT, EventStream, NewEvents
+from nep.event_networks.stream import NUM_KEPT, Asked, EventStream, NewEvents
 from nep.event_networks.training import play_episode, train_network, validate
 from nep.event_networks.tuning import tune
 from simulator.policies import make_policy
@@ -142,6 +142,28 @@ def test_an_answer_depends_on_no_later_event(name, episodes):
     half = replace(episode, happened=episode.happened[:7])
     for one, other in zip(answer(network, [half]), whole, strict=False):
         np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5)
+
+
+def test_the_mixer_gets_the_latest_link_first(monkeypatch):
+    """PyG fills up with zeros at the end, so that the latest would else stand anywhere."""
+    network = make("graph_mixer")
+    stream = EventStream(np.array([[0, 0]]), sightings_alone=False)
+    network.reset(stream, np.zeros((1, 96)))
+    stream.know_things(np.zeros(1, int), np.zeros(1, int))
+    for time in (1, 2, 3):
+        stream.append(make_events((0, 0, time % 2, 1)), time)
+    heard = []
+    forward = type(network.link).forward
+
+    def listen(self, edge_index, edge_attr, edge_time, seed_time):
+        heard.append((edge_index[1].tolist(), edge_time.tolist()))
+        return forward(self, edge_index, edge_attr, edge_time, seed_time)
+
+    monkeypatch.setattr(type(network.link), "forward", listen)
+    prior = np.full((1, 2), 0.5, np.float32)
+    network(Asked(np.zeros(1, int), np.zeros(1, int), prior, np.ones((1, 2), bool), 4))
+    # places 0 (looked at in step 2) and 1 (in 1 and 3), then the thing
+    assert heard == [([0, 1, 1, 2, 2, 2], [2, 3, 1, 3, 2, 1])]
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -80,6 +80,12 @@ def test_a_table_of_what_is_complete_names_what_is_missing(folder, tmp_path):
     assert "**Not complete**: 2 trainings of the plan" in text
     assert "paper_on/recurrent-sightings seed 2" in text
     assert f"| GRU per thing | {SIGHTINGS} | 2 |" in text
+    # asked for one training, the two that there are stay in the table
+    run(folder, *out[:2], "--seeds=1", "--table_only")
+    fewer = (tmp_path / "temporal.md").read_text()
+    assert "Not complete" not in fewer
+    assert f"| GRU per thing | {SIGHTINGS} | 2 |" in fewer
+    text = fewer
     again = tmp_path / "again"
     main(["--stored", str(tmp_path / "temporal.json"), "--out", str(again)])
     assert (again / "temporal.md").read_text() == text
