@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from sgm.belief.corrections import CORRECTIONS
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)  # no slots: probabilities are kept
 class Belief:
     """Where each of K things may be: at one of F places, or elsewhere.
 
@@ -31,9 +32,12 @@ class Belief:
         weights = np.column_stack([places, np.broadcast_to(elsewhere, len(places))])
         return cls(_log(weights))
 
-    @property
+    @cached_property
     def probabilities(self) -> np.ndarray:
-        """Probability of each place and of elsewhere, (K, F + 1); zeros where all is ruled out."""
+        """Probability of each place and of elsewhere, (K, F + 1); zeros where all is ruled out.
+
+        Computed once; to be read.
+        """
         best = self.log_weights.max(axis=1, keepdims=True)
         weights = np.exp(self.log_weights - np.where(np.isfinite(best), best, 0.0))
         total = weights.sum(axis=1, keepdims=True)

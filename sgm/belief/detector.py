@@ -101,7 +101,7 @@ class Detector:
         return 1 - missed
 
     def weigh_seen(self, looks: Looks) -> np.ndarray:
-        """Return how likely it is where it was seen in this step, 0 where it was not, (F,).
+        """Return how likely it is where it was seen in this step, 0 where it was not, (..., F).
 
         The confidence of the sighting, at most `CORRECTIONS.seen_now`, and Bayes' rule for looks
         since that did not show it.
@@ -117,13 +117,13 @@ class Detector:
     def compute_log_likelihood(
         self, looks: Looks, looks_counted: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the log likelihood of negative looks if the object is at each place, (F,) both.
+        """Return the log likelihood of negative looks if the object is at each place, (..., F) both.
 
         Looks of this step all miss it with `compute_miss`. After one of s steps ago the object may
         have come, so that its likelihood is 1 - (1 - miss rate) (1 - leave rate)^s.
 
         Args:
-            looks: at every place.
+            looks: at every place, of one object or of V of them (`Looks.stack`).
             looks_counted: share of what looks of earlier steps say that is in the belief already
                 where the object was ever seen; the rest is that power of their likelihood.
 
@@ -135,7 +135,7 @@ class Detector:
         before = 1 - (1 - self.miss_rate) * self._compute_stay(looks.steps_ago)
         sought = 1 - (1 - self.compute_miss(looks.sought)) * self._compute_stay(looks.sought_ago)
         with np.errstate(divide="ignore", invalid="ignore"):  # 0 times -inf: counted already
-            earlier = np.nan_to_num(weight * np.log(before).sum(axis=1), nan=0.0, neginf=-np.inf)
+            earlier = np.nan_to_num(weight * np.log(before).sum(axis=-1), nan=0.0, neginf=-np.inf)
             own = np.nan_to_num(weight * np.log(sought), nan=0.0, neginf=-np.inf)
             return earlier, np.log(self.compute_miss(looks.in_vain)) + own
 

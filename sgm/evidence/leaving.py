@@ -35,10 +35,20 @@ class Leaving:
         weights: probability of each share in each home, (H, J).
     """
 
-    def __init__(self, memory: MemoryBatch) -> None:
-        """Learn from what was seen so far; the memory must count its history."""
+    def __init__(self, memory: MemoryBatch, asked: Queries | None = None) -> None:
+        """Learn from what was seen so far; the memory must count its history.
+
+        Args:
+            memory: what was seen.
+            asked: things that `compute` will be asked for first: they are followed in one call with
+                those that are learnt from.
+        """
         things = _choose_things(memory)
-        left, leaving = _follow(memory, things)
+        followed = things if asked is None else things.join(asked)
+        left, leaving = _follow(memory, followed)
+        num_things = len(things.home)
+        self._asked, self._asked_left = asked, left[num_things:]
+        left, leaving = left[:num_things], leaving[:num_things]
         age = memory.time - memory.objects["first_observed"][things.object]
         hours = age * compute_hours_per_step(memory, things.home)
         likelihood = -leaving * hours[:, None] - np.log1p(-left)
@@ -52,10 +62,11 @@ class Leaving:
         """Return how likely things that were seen have left for good, (Q,); 0 for the others.
 
         Args:
-            memory: that of which this was made, or a later state of it.
+            memory: that of which this was made, or, for other things than those that it was made
+                for, a later state of it.
             queries: the things.
         """
-        left, _ = _follow(memory, queries)
+        left = self._asked_left if queries is self._asked else _follow(memory, queries)[0]
         was_seen = memory.objects["num_observed"][queries.object] > 0
         return np.where(was_seen, (left * self.weights[queries.home]).sum(axis=1), 0.0)
 

@@ -18,7 +18,7 @@ from sgm.finder.ranking import Place, Ranking
 from sgm.finder.reasons import gather_evidence
 from sgm.finder.search import ObjectSearch
 from sgm.finder.search_plan import Distance, SearchPlan, find_distance, plan_search
-from sgm.memory.asking import Asked
+from sgm.memory.asking import Asked, Looks
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten
@@ -254,23 +254,18 @@ class Finder:
             rows += [row] * len(own)
             variants += own
             carried += [asked.carried[row]] + [0.0] * (len(own) - 1)
-        counted = self._policy.looks_counted
-        earlier, since = zip(
-            *(self.detector.compute_log_likelihood(looks, counted) for looks in variants),
-            strict=True,
-        )
-        belief = Belief(belief.log_weights[rows]).look(np.stack(earlier), was_seen[rows])
-        belief = belief.look(np.stack(since))
-        shown = self.detector.compute_detection(np.stack([looks.in_vain for looks in variants]))
-        seen = np.stack([self.detector.weigh_seen(looks) for looks in variants])
-        joined = belief.join(seen, np.array(carried))
+        looks = Looks.stack(variants)
+        earlier, since = self.detector.compute_log_likelihood(looks, self._policy.looks_counted)
+        belief = Belief(belief.log_weights[rows]).look(earlier, was_seen[rows]).look(since)
+        shown = self.detector.compute_detection(looks.in_vain)
+        joined = belief.join(self.detector.weigh_seen(looks), np.array(carried))
         return *joined, _join_detection(belief.places, shown)
 
     def _compute_left(self, asked: Asked) -> np.ndarray:
         """Return how likely each thing is out, before this step's looks, for good or not, (K,)."""
         batch, known = asked.batch, self._leaving
         if known is None or known[0] is not asked.origin or known[1] != batch.time:
-            known = self._leaving = asked.origin, batch.time, Leaving(batch)
+            known = self._leaving = asked.origin, batch.time, Leaving(batch, asked.queries)
         left = known[2].compute(batch, asked.queries)
         left = np.minimum(join_left(left, *self._compute_out(asked)), 1 - 1e-9)
         odds = left / (1 - left) * _odds(self.elsewhere_share) / _odds(CORRECTIONS.elsewhere_share)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Protocol
 
 import numpy as np
@@ -44,6 +45,12 @@ class Looks:
     sought_ago: np.ndarray
     seen: np.ndarray
     is_remembered: np.ndarray
+
+    @classmethod
+    def stack(cls, looks: Sequence[Looks]) -> Looks:
+        """Return the looks of V objects as one; arrays have one more axis in front, (V, ...)."""
+        names = [field.name for field in fields(cls)]
+        return cls(*(np.stack([getattr(one, name) for one in looks]) for name in names))
 
     def for_another(self) -> Looks:
         """Return the same for another object of that description: its like was seen, not it."""

@@ -21,6 +21,14 @@ class Queries:
     object: np.ndarray
     prior: np.ndarray
 
+    def join(self, others: Queries) -> Queries:
+        """Return these queries, and others after them."""
+        return Queries(
+            np.append(self.home, others.home),
+            np.append(self.object, others.object),
+            np.concatenate([self.prior, others.prior]),
+        )
+
     def take(self, rows: np.ndarray) -> Queries:
         """Return some of the queries, (n,)."""
         return Queries(self.home[rows], self.object[rows], self.prior[rows])

@@ -45,6 +45,20 @@ def test_a_look_in_vain_by_hand():
     assert elsewhere == pytest.approx(0.1 / 0.55)
 
 
+def test_looks_of_several_things_are_one_call_of_the_same_numbers():
+    detector, is_remembered = Detector(0.3, 0.1), [True, False, True]
+    looks = [
+        make_looks([1, 0, 2.5], ago=[3, np.inf, 1], seen=[0, 0.8, 0], remembered=is_remembered),
+        make_looks([0, 0, 0]),
+    ]
+
+    def weigh(own):
+        return np.stack([*detector.compute_log_likelihood(own, 0.5), detector.weigh_seen(own)])
+
+    together = weigh(Looks.stack(looks))  # (3, V, F)
+    np.testing.assert_array_equal(together, np.stack([weigh(own) for own in looks], axis=1))
+
+
 def test_an_estimate_joins_counts_with_usual_rates():
     memory = SceneGraphMemory()
     desk = memory.add_furniture("desk", memory.add_room("study"))

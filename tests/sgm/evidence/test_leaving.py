@@ -76,3 +76,14 @@ def test_many_homes_are_each_by_themselves(make_tiny_homes):
     np.testing.assert_allclose(alone.weights[1], together.weights[1])
     assert not np.allclose(alone.weights[0], together.weights[0])
     np.testing.assert_allclose(alone.weights[0], alone.weights[2])
+
+
+def test_things_asked_for_are_followed_with_those_learnt_from():
+    """In one call: the same weights and the same answers, to the bit; others are followed later."""
+    memory, _ = live(leave=True)
+    asked, others = memory.ask([*THINGS[:3], "piano"]), memory.ask(THINGS[2:])
+    alone, together = Leaving(asked.batch), Leaving(asked.batch, asked.queries)
+    np.testing.assert_array_equal(alone.weights, together.weights)
+    for one in (asked, others):
+        found = [own.compute(asked.batch, one.queries) for own in (alone, together)]
+        np.testing.assert_array_equal(*found)
