@@ -117,7 +117,7 @@ class Detector:
     def compute_log_likelihood(
         self, looks: Looks, looks_counted: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the log likelihood of negative looks if the object is at each place, (..., F) both.
+        """Return the log likelihood of negative looks if a thing is at each place, (..., F) both.
 
         Looks of this step all miss it with `compute_miss`. After one of s steps ago the object may
         have come, so that its likelihood is 1 - (1 - miss rate) (1 - leave rate)^s.
