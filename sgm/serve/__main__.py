@@ -57,7 +57,10 @@ def main(argv: list[str] | None = None) -> int:
     """Run the command, and return its status."""
     options = make_parser().parse_args(argv)
     try:
-        _run(options)
+        with warnings.catch_warnings():
+            warnings.simplefilter("default")
+            warnings.showwarning = _tell  # of a line that a crash cut off, of looks at every frame
+            _run(options)
     except (OSError, ValueError, TypeError, KeyError) as error:
         print(f"error: {' '.join(str(error.args[-1] if error.args else error).split())}",
               file=sys.stderr)  # fmt: skip
@@ -82,12 +85,9 @@ def _run(options: argparse.Namespace) -> None:
         ) from None
     token = _read_token(options.token_file)
     guard = _make_guard(options, token)
-    with warnings.catch_warnings():
-        warnings.simplefilter("always")
-        warnings.showwarning = _tell  # a line of the log that a crash cut off
-        home = KeptHome.open(
-            options.home, Clock(_now(), options.step_seconds), options.aliases, is_new=options.new
-        )
+    home = KeptHome.open(
+        options.home, Clock(_now(), options.step_seconds), options.aliases, is_new=options.new
+    )
     service = MemoryService(
         home.memory, _make_finder(options.finder), accept_jump=options.accept_jump
     )
@@ -102,10 +102,17 @@ def _run(options: argparse.Namespace) -> None:
         listening = server.open_socket(options.host, options.port)
         host, port = listening.getsockname()[:2]
         where = f"[{host}]" if ":" in host else host
-        print(f"serving {options.home} at http://{where}:{port}/", flush=True)
-        server.serve(application, listening)
+        said = f"serving {options.home} at http://{where}:{port}/"
+        _warm_up(service)
+        server.serve(application, listening, lambda: print(said, flush=True))
     finally:
         caller.close()
+
+
+def _warm_up(service: MemoryService) -> None:
+    """Have everything loaded and compiled that the first question would wait for."""
+    if service.memory.num_furniture:
+        service.where_is("thing")
 
 
 def _make_guard(options: argparse.Namespace, token: str | None) -> Guard:

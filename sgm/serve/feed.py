@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable
+from contextlib import suppress
 
 from sgm.finder.answers import write_json
 from sgm.finder.service import Happened, MemoryService
@@ -40,7 +41,8 @@ class Feed:
 
     def end_soon(self) -> None:
         """Call `close` from another thread, or from a signal."""
-        self._loop.call_soon_threadsafe(self.close)
+        with suppress(RuntimeError):  # the loop has ended, and all connections with it
+            self._loop.call_soon_threadsafe(self.close)
 
     async def listen(self, until: Awaitable[object]) -> AsyncIterator[bytes]:
         """Yield events as they are sent, from now on, until something is done or the feed ends."""
@@ -67,7 +69,8 @@ class Feed:
         event = b"id: %d\nevent: %s\ndata: %s\n\n" % (
             happened.number, happened.call.encode(), write_json(happened),
         )  # fmt: skip
-        self._loop.call_soon_threadsafe(self._put, event)
+        with suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(self._put, event)
 
     def _put(self, event: bytes) -> None:
         for queue in tuple(self._queues):

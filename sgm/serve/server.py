@@ -6,6 +6,7 @@ import asyncio
 import logging
 import signal
 import socket
+from collections.abc import Callable
 from typing import Any
 
 import uvicorn
@@ -129,9 +130,17 @@ def make_server(application: Application) -> Server:
     return Server(config, application)
 
 
-def serve(application: Application, listening: socket.socket) -> None:
-    """Answer until Ctrl-C or SIGTERM, then end what was begun, and return."""
-    # uvicorn sends itself the signal again when it has ended; by then it has been obeyed.
+def serve(application: Application, listening: socket.socket, begin: Callable[[], None]) -> None:
+    """Answer until Ctrl-C or SIGTERM, then end what was begun, and return.
+
+    Args:
+        application: what answers.
+        listening: from `open_socket`.
+        begin: called when signals are obeyed.
+    """
+    server = make_server(application)
+    # uvicorn takes signals over while it runs, and afterwards sends itself again what it got.
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: None)
-    make_server(application).run(sockets=[listening])
+        signal.signal(number, lambda *_: server.end())
+    begin()
+    server.run(sockets=[listening])
