@@ -49,7 +49,7 @@ _PATIENCE = 60  # seconds; a process that has used no processor in them is ended
 _PER_PROCESS = 250
 KINDS = ("memory", "trace", "prior", "collection", "exported", "checkpoint", "log",
          "results", "source", "layout", "session", "command", "writing", "tensor", "pickle",
-         "homer", "yaml", "replay", "page", "threads", "special")  # fmt: skip
+         "homer", "yaml", "replay", "page", "serve", "threads", "special")  # fmt: skip
 
 
 class Hang(BaseException):

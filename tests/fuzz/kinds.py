@@ -6,6 +6,7 @@ import commands
 import many_threads
 import page_requests
 import replays
+import serve_requests
 import sessions
 import special_files
 import targets
@@ -22,6 +23,7 @@ TARGETS = {
     "yaml": targets.Target(yaml_files.make_good, yaml_files.change, yaml_files.use),
     "replay": targets.Target(replays.make_seed, replays.change, replays.use),
     "page": targets.Target(page_requests.make_request, page_requests.change, page_requests.use),
+    "serve": targets.Target(serve_requests.make_request, serve_requests.change, serve_requests.use),
     "threads": targets.Target(many_threads.make_plan, many_threads.change, many_threads.use),
     "special": targets.Target(special_files.make_all, special_files.change, special_files.use),
 }

@@ -1,0 +1,176 @@
+"""`python -m sgm.serve` under load: 20 clients, 200 `where_is` and 50 `observe` a second.
+
+The server is a process of its own with the network that ships, the clients are threads of this one,
+on this machine alone: two cores are what both have. Each client has a timetable, and a request is
+late from the time at which it was to be sent, so that a server that stops cannot slow its clients
+down and look fast. The home has 32 pieces of furniture and 200 objects; the looks are at one place
+after the other, 200 of them in a time step at most.
+
+Figures beside the p99 of all requests: of each call, the median, requests that were answered in a
+second, and milliseconds of the server's processor time for each request, which others on the
+machine count little for.
+"""
+
+from __future__ import annotations
+
+import http.client
+import json
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+from _measure import Benchmark, Measure, run
+from _robot import Robot
+
+from sgm.memory.clock import Clock
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+
+NUM_CLIENTS = 20
+NUM_ASKED, NUM_LOOKS = 200, 50  # requests of all clients in a second
+STEP_SECONDS = 4.0  # so that looks are spread over steps as a robot's are over hours
+
+
+def save_home(path: Path, num_objects: int) -> list[tuple[int, list[str]]]:
+    """Write a home that was looked around in; returns what is seen at each place."""
+    robot = Robot()
+    robot.remember(num_objects)
+    memory = SceneGraphMemory(clock=Clock(datetime.now().replace(microsecond=0), STEP_SECONDS))
+    for label in robot.memory.layout.room_labels:
+        memory.add_room(label)
+    for row in robot.memory.layout.furniture.values():
+        memory.add_furniture(row.label, row.room, row.description)
+    seen: dict[int, list[str]] = {place: [] for place in memory.furniture_ids}
+    for room in robot.memory.to_dict()["rooms"]:
+        for node in room["furniture"]:
+            seen[node["id"]] = [one["description"] for one in node["objects"] if one["is_there"]]
+    memory.save(path)
+    return list(seen.items())
+
+
+@contextmanager
+def run_server(path: Path) -> Iterator[int]:
+    """Run the command; yields its port."""
+    options = ["--port", "0", "--rate", "100000", "--accept_jump"]
+    command = [sys.executable, "-W", "ignore", "-m", "sgm.serve", str(path), *options]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        try:
+            yield int(line.rstrip().rstrip("/").rpartition(":")[2])
+        finally:
+            process.terminate()
+
+
+class LoadClient:
+    """Sends requests at given times over one connection, and notes how late each is answered."""
+
+    def __init__(self, port: int, plan: list[tuple[float, str, str]]) -> None:
+        """Send `plan`: seconds from the start, call and body of each request."""
+        self._connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+        self._plan = plan
+        self.late: list[tuple[str, float]] = []
+        self.num_refused = 0
+
+    def send(self, call: str, body: str) -> int:
+        """Send a request; returns the status of the answer."""
+        self._connection.request("POST", f"/v1/{call}", body, {"Content-Type": "application/json"})
+        answer = self._connection.getresponse()
+        answer.read()
+        return answer.status
+
+    def run(self, begin: float) -> None:
+        """Keep to the plan."""
+        for seconds, call, body in self._plan:
+            wait = begin + seconds - time.perf_counter()
+            if wait > 0:
+                time.sleep(wait)
+            status = self.send(call, body)
+            self.late.append((call, time.perf_counter() - begin - seconds))
+            self.num_refused += status != 200
+        self._connection.close()
+
+
+def read_processor_time(port: int) -> float:
+    """Return the processor seconds of the server."""
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+    connection.request("GET", "/metrics")
+    lines = connection.getresponse().read().decode().splitlines()
+    connection.close()
+    return next(
+        float(line.split()[1]) for line in lines if line.startswith("sgm_process_cpu_seconds_total")
+    )
+
+
+def make_plan(
+    looks: list[tuple[int, list[str]]], seconds: float, rng: np.random.Generator
+) -> list[tuple[float, str, str]]:
+    """Return what one client sends, at even times from a random one on."""
+    names = [name for _, seen in looks for name in seen]
+    plan = []
+    for call, rate in (("where_is", NUM_ASKED), ("observe", NUM_LOOKS)):
+        every = NUM_CLIENTS / rate
+        for at in np.arange(rng.uniform(0, every), seconds, every).tolist():
+            if call == "where_is":
+                body = {"thing": names[int(rng.integers(len(names)))]}
+            else:
+                place, seen = looks[int(rng.integers(len(looks)))]
+                kept = [name for name in seen if rng.random() < 0.8]
+                body = {"place": place, "seen": kept}
+            plan.append((at, call, json.dumps(body)))
+    return sorted(plan)
+
+
+def prepare(tiny: bool) -> tuple[Measure, str]:
+    """Look around."""
+    num_objects, seconds = (20, 1.0) if tiny else (200, 20.0)
+    folder = tempfile.TemporaryDirectory(prefix="serve-")
+    path = Path(folder.name) / "home.sgm"
+    looks = save_home(path, num_objects)
+    rng = np.random.default_rng(0)
+
+    def measure() -> tuple[float, dict[str, float]]:
+        with run_server(path) as port:
+            first = LoadClient(port, [])
+            for place, seen in looks:
+                first.send("observe", json.dumps({"place": place, "seen": seen}))
+            for _ in range(20):
+                first.send("where_is", '{"thing":"mug"}')
+            clients = [LoadClient(port, make_plan(looks, seconds, rng)) for _ in range(NUM_CLIENTS)]
+            used, begin = read_processor_time(port), time.perf_counter() + 0.2
+            threads = [threading.Thread(target=client.run, args=(begin,)) for client in clients]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+            took = time.perf_counter() - begin
+            used = read_processor_time(port) - used
+        late = {"where_is": [0.0], "observe": [0.0]}
+        for client in clients:
+            for call, own in client.late:
+                late[call].append(own)
+        every = np.array([own for values in late.values() for own in values[1:]]) * 1000
+        found = {f"{call} p99": float(np.quantile(values, 0.99)) * 1000
+                 for call, values in late.items()}  # fmt: skip
+        found |= {
+            "median": float(np.median(every)),
+            "answered a second": len(every) / took,
+            "processor ms a request": used * 1000 / len(every),
+            "refused": float(sum(client.num_refused for client in clients)),
+        }
+        return float(np.quantile(every, 0.99)), found
+
+    size = f"{NUM_CLIENTS} clients, {seconds:g} s, 32 furniture and {num_objects} objects"
+    measure.folder = folder  # type: ignore[attr-defined] # lives as long as it is measured
+    return measure, size
+
+
+if __name__ == "__main__":
+    benchmark = Benchmark("sgm.serve under load", "ms, p99", 50, is_higher_better=False)
+    run(benchmark, prepare, repeats=3)
