@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from numbers import Real
 from typing import Any, TypeAlias
 
-from sgm.checks import is_number
 from sgm.memory.sighting import RELATIONS, read_relation
 from sgm.messages import shorten
 
@@ -29,7 +28,7 @@ def read_coverage(coverage: Any, place: str) -> Coverage:
         return read_share("coverage", coverage, place)
     shares = dict.fromkeys(RELATIONS, 0.0)
     for relation, share in coverage.items():
-        if not is_number(share) or not 0 <= share <= 1:
+        if not isinstance(share, Real) or not 0 <= float(share) <= 1:
             raise ValueError(
                 f"coverage of {shorten(relation)} must lie in [0, 1], got {shorten(share)} at "
                 f"{place}. Give the share in view."

@@ -14,6 +14,7 @@ import mutate
 import numpy as np
 
 from sgm.finder.finder import Finder
+from sgm.layout.box import Box
 from sgm.memory.look_log import read_log
 from sgm.memory.replay import replay
 from sgm.policies.heuristics import Frequentist, Priors
@@ -81,6 +82,7 @@ def _act(memory: SceneGraphMemory, folder: Path, rng: Rng, log: Path | None) -> 
         return take((seen, tuple(seen), iter(seen)))
 
     position = (share(), share()) if rng.random() < 0.5 else None
+    box = Box((share(), share(), 0.5), (0.5, 1.0, 1.0), share(), take(("none", "open", "door")))
     acts: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
         (memory.add_room, (take(ROOMS),)),
         (memory.add_furniture, (take(LABELS), take(rooms), None, position)),
@@ -90,6 +92,8 @@ def _act(memory: SceneGraphMemory, folder: Path, rng: Rng, log: Path | None) -> 
         (memory.remove_object, (take(THINGS),)),
         (memory.observe, (take(furniture), see(), share())),
         (memory.observe, (take(furniture), see())),
+        (memory.observe, (take(furniture), see(), {"in": share(), "onTop": share()}, THINGS[:1])),
+        (memory.add_furniture, (take(LABELS), take(rooms), None, position, box, float(share()))),
         (memory.note_absent, (take(furniture), take(THINGS), share())),
         (memory.step, (int(rng.integers(4)),)),
         *([(memory.query, (take(THINGS),))] if len(furniture) else []),

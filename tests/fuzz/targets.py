@@ -25,6 +25,7 @@ from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, save_exported
 from nep.report.results import Results, ScoreSummary
 from sgm.files import compute_checksum
+from sgm.layout.box import Box
 from sgm.memory import storage
 from sgm.memory.look_log import read_log
 from sgm.prior.prior_graph import load_prior
@@ -229,13 +230,18 @@ def change_any(folder: Path, rng: Rng) -> None:
         path.write_bytes(mutate.mutate_text(content, rng))
 
 
+_FRIDGE = Box((1.0, 0.3, 0.9), (0.6, 0.7, 1.8), 1.57, "door")
+
+
 def make_log(folder: Path) -> None:
     """Write the log of a memory to which everything happened that a log can say."""
     memory = SceneGraphMemory(log=folder / "looks.jsonl", clock=Clock(datetime(2026, 5, 4, 7), 600))
     kitchen, study = memory.add_room("kitchen"), memory.add_room("study")
     shelf = memory.add_furniture("shelf", kitchen, "oak shelf", (1.0, 2.0))
     desk, table = memory.add_furniture("desk", study), memory.add_furniture("table", kitchen)
+    fridge = memory.add_furniture("fridge", study, box=_FRIDGE, open_cost=2.0)
     for _ in range(3):
+        memory.observe(fridge, [Sighting("tray")], {"in": 0, "onTop": 0.5}, ["plate"])
         memory.observe(shelf, [Sighting("red mug", "in", 0.5), Sighting("plate")], 0.75)
         memory.observe(desk, [Sighting("mug")])
         memory.note_absent(desk, "plate")

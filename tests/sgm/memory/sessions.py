@@ -7,6 +7,7 @@ from datetime import timedelta
 
 from hypothesis import strategies as st
 
+from sgm.layout.box import Box
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
@@ -27,19 +28,28 @@ sightings = st.lists(
 places = st.integers(0, 4)  # ids of rooms and furniture, some of which there are
 positions = st.none() | st.tuples(st.floats(-9, 9), st.integers(-9, 9))
 coverages = st.sampled_from((1.0, 0.5, 0.3, 1 / 3))
+by_relation = st.sampled_from(
+    ({"in": 0, "onTop": 1}, {"in": 0.6, "onTop": 0.3}, {"on top": 1 / 3}, {"in": 0}, {"by": 1})
+)
+boxes = st.none() | st.sampled_from(
+    (Box((1, 2, 0.5), (0.6, 1.2, 1.0), 0.3, "door"), Box.of_floor((0, 0), (4, 3)), "large")
+)
 
 # Every call that writes, with arguments of which some are refused.
 CALLS = {
     "add_room": st.tuples(st.sampled_from((*ROOMS, ""))),
     "add_furniture": st.tuples(
         st.sampled_from((*FURNITURE, "\n")), places, st.none() | st.just("old thing"),
-        positions | st.just((1, "x")),
+        positions | st.just((1, "x")), boxes, st.sampled_from((None, 0, 2.5, -1)),
     ),
-    "move_furniture": st.tuples(places, st.none() | places, positions | st.just("here")),
+    "move_furniture": st.tuples(places, st.none() | places, positions | st.just("here"), boxes),
     "remove_room": st.tuples(places),
     "remove_furniture": st.tuples(places),
     "remove_object": st.tuples(st.sampled_from((*THINGS, "unicorn", ""))),
-    "observe": st.tuples(places, sightings | st.just(["mug"]), coverages | st.just(0)),
+    "observe": st.tuples(
+        places, sightings | st.just(["mug"]), coverages | by_relation | st.just(0),
+        st.lists(st.sampled_from((*THINGS, "unicorn", "")), max_size=2),
+    ),
     "note_absent": st.tuples(places, st.sampled_from((*THINGS, "")), coverages | st.just(2)),
     "query": st.tuples(st.sampled_from((*THINGS, ""))),
     "note_moved": st.tuples(
