@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from sgm.checks import is_number
@@ -60,6 +60,20 @@ class Furniture:
         """Whether it must be opened to look into it."""
         return self.open_cost is not None or (self.box is not None and self.box.has_door)
 
+    def transform(self, angle: float, shift: tuple[float, float]) -> Furniture:
+        """Return it turned around the origin of the map, and moved then; see `Layout.transform`.
+
+        Raises:
+            ValueError: if its box would lie where no home is.
+        """
+        position, box = self.position, self.box
+        if position is not None:
+            position = _turn(position, angle, shift)
+        if box is not None:
+            center = (*_turn(box.center[:2], angle, shift), box.center[2])
+            box = replace(box, center=center, yaw=box.yaw + angle)
+        return replace(self, position=position, box=box)
+
     def to_row(self) -> list[Any]:
         """Return JSON values, without the last ones that nobody knows; names are in no row."""
         row: list[Any] = [self.label, self.room, self.description]
@@ -89,6 +103,11 @@ class Furniture:
             label, room, description, position=read_position(position),
             box=None if box is None else Box.from_json(box), open_cost=read_open_cost(open_cost),
         )  # fmt: skip
+
+
+def _turn(at: tuple[float, float], angle: float, shift: tuple[float, float]) -> tuple[float, float]:
+    cos, sin = math.cos(angle), math.sin(angle)
+    return cos * at[0] - sin * at[1] + shift[0], sin * at[0] + cos * at[1] + shift[1]
 
 
 def read_position(position: Any = None) -> tuple[float, float] | None:

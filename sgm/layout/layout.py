@@ -14,7 +14,7 @@ from sgm.layout.box import Box, read_box
 from sgm.layout.furniture import Furniture, Room, read_open_cost, read_position
 from sgm.messages import shorten
 from sgm.names.vocabulary import Vocabulary
-from sgm.names.words import read_words
+from sgm.names.words import MAX_LENGTH, read_words
 from sgm.prior.place_prior import PlacePrior
 from sgm.prior.prior_graph import PriorGraph
 
@@ -43,12 +43,14 @@ class Layout:
     Attributes:
         rooms, furniture: by id.
         num_rooms_ever, num_furniture_ever: ids given so far.
+        map_id: of the map that positions and boxes are in; empty if nobody said.
     """
 
     rooms: dict[int, Room] = field(default_factory=dict)
     furniture: dict[int, Furniture] = field(default_factory=dict)
     num_rooms_ever: int = 0
     num_furniture_ever: int = 0
+    map_id: str = ""
 
     @classmethod
     def of(cls, rooms: Iterable[Room], furniture: Iterable[Furniture]) -> Layout:
@@ -72,11 +74,15 @@ class Layout:
         counts = Counter(row.room for row in self.furniture.values())
         return tuple(counts[room] for room in self.rooms)
 
-    def to_json(self) -> dict[str, list[Any]]:
-        """Return JSON values: rows of rooms and of furniture, each with its id first."""
+    def to_json(self) -> dict[str, Any]:
+        """Return JSON values: rows of rooms and of furniture, each with its id first, and the map.
+
+        Where nobody said which map it is, there is none.
+        """
         return {
             "rooms": [[number, room.label] for number, room in self.rooms.items()],
             "furniture": [[number, *row.to_row()] for number, row in self.furniture.items()],
+            **({"map": self.map_id} if self.map_id else {}),
         }
 
     @classmethod
@@ -97,7 +103,21 @@ class Layout:
         for row in furniture.values():
             if row.room not in rooms:
                 raise ValueError(f"there is no room {shorten(row.room)}")
-        return cls(rooms, furniture, num_rooms, num_furniture)
+        return cls(rooms, furniture, num_rooms, num_furniture, read_map_id(data.get("map", "")))
+
+    def transform(self, angle: float, shift: tuple[float, float], map_id: str = "") -> Layout:
+        """Return the layout in the frame of another map.
+
+        Args:
+            angle: by which the home is turned around the origin, counter-clockwise, in radians.
+            shift: by which it is moved then, in metres.
+            map_id: of that map.
+
+        Raises:
+            ValueError: if a box would lie where no home is.
+        """
+        furniture = {number: row.transform(angle, shift) for number, row in self.furniture.items()}
+        return replace(self, furniture=furniture, map_id=map_id)
 
     def leave_out(self, rooms: Collection[int] = (), furniture: Collection[int] = ()) -> Layout:
         """Return the layout without some rooms, what stands in them, and some furniture."""
@@ -237,3 +257,17 @@ class Layout:
                 f"furniture must be an id from add_furniture, got {shorten(furniture)}; there are "
                 f"{len(self.furniture)} furniture nodes. Add it first."
             )
+
+
+def read_map_id(value: Any) -> str:
+    """Return the id of a map; empty where there is none.
+
+    Raises:
+        ValueError: if it is no text of one line, or too long.
+    """
+    if not isinstance(value, str) or not value.isprintable() or len(value) > MAX_LENGTH:
+        raise ValueError(
+            f"map_id must be a text of one line and at most {MAX_LENGTH} characters, got "
+            f"{shorten(value)}. Give the name or checksum of the map."
+        )
+    return value

@@ -6,14 +6,14 @@ import json
 import os
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from sgm.files import parse_json, read_file
 from sgm.layout.box import Box
 from sgm.layout.furniture import read_open_cost
-from sgm.layout.layout import Layout
+from sgm.layout.layout import Layout, read_map_id
 from sgm.memory.clock import Clock
 from sgm.memory.coverage import parse_coverage
 from sgm.memory.log_lock import LogLock
@@ -43,6 +43,7 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {
     "picked_up": ("description", "by", "confidence", "was_at"),
     "put_down": ("description", "furniture", "relation", "by", "confidence"),
     "step": ("num_steps",),
+    "transform": ("angle", "shift", "map_id"),
 }
 _OPTIONAL = ("id", "by")  # of the thing; who said it
 
@@ -55,11 +56,12 @@ class LogLine:
         kind: "start": a memory begins, or goes on after it was loaded, with this `layout` and this
             clock; `memory` is all that it holds then, a `MemoryContent`, None in logs of version 1,
             which do not say. "room", "furniture", "move", "remove_room", "remove_furniture",
-            "remove_object", "look", "absent", "query", "step", "moved", "picked_up", "put_down":
-            what was called, with its arguments as values; a thing is named by its description and,
-            where it has one, its id. `seen` of a look holds the arguments of each sighting:
-            description, relation, confidence (a score where the memory calibrates it) and, of some,
-            owner, id and embedding; `coverage` is one share or those of "in" and "onTop".
+            "remove_object", "look", "absent", "query", "step", "moved", "picked_up", "put_down",
+            "transform": what was called, with its arguments as values; a thing is named by its
+            description and, where it has one, its id. `seen` of a look holds the arguments of each
+            sighting: description, relation, confidence (a score where the memory calibrates it)
+            and, of some, owner, id and embedding; `coverage` is one share or those of "in" and
+            "onTop".
         time: time step of the memory, after the change.
         values: JSON values by name.
     """
@@ -291,6 +293,8 @@ def _read_line(data: Any) -> LogLine:
     elif kind in STATEMENTS:
         if not LEAST_CONFIDENCE <= float(values["confidence"]) <= 1:
             raise ValueError(f"confidence {shorten(values['confidence'])}")
+    elif kind == "transform":
+        values["angle"], values["shift"] = float(values["angle"]), tuple(values["shift"])
     if kind in ("furniture", "move"):
         box = data.get("box")
         values["box"] = None if box is None else Box.from_json(box)
@@ -313,7 +317,8 @@ def _check_words(description: Any) -> str:
 def _read_memory(data: Any, clock: Clock | None) -> MemoryContent:
     """Read what the memory of a "start" line holds, nothing where a new one begins."""
     if data["memory"] is None:
-        return MemoryContent.empty(str(data["prior"]), clock)
+        content = MemoryContent.empty(str(data["prior"]), clock)
+        return replace(content, layout=Layout(map_id=read_map_id(data.get("map", ""))))
     content = MemoryContent.from_json(data["memory"])
     if (content.time, content.clock) != (data["time"], clock):
         raise ValueError("a memory of another time or clock")

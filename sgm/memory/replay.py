@@ -133,6 +133,8 @@ class Replayer:
             memory.note_absent(place, values["description"], values["coverage"])
         elif line.kind in STATEMENTS:
             self._say(line)
+        elif line.kind == "transform":
+            memory.transform(values["angle"], values["shift"], values["map_id"])
         elif line.kind == "query":
             memory.query(values["description"])
         else:
@@ -160,7 +162,9 @@ class Replayer:
         if self._clock is not None:
             content = replace(content, clock=self._clock)
         if self._gives_new_ids and not content.layout.num_rooms_ever:  # a new memory
-            layout = replace(self.memory.layout, rooms={}, furniture={})
+            layout = replace(
+                self.memory.layout, rooms={}, furniture={}, map_id=content.layout.map_id
+            )
             content = replace(content, layout=layout)
         self.memory._go_on_from(content, prior)
         self._rooms = {number: number for number in content.layout.rooms}

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sgm.arrays.read_numbers import read_numbers
 from sgm.layout.box import Box
-from sgm.layout.furniture import Furniture
-from sgm.layout.layout import Layout
+from sgm.layout.furniture import Furniture, read_position
+from sgm.layout.layout import Layout, read_map_id
 from sgm.memory.asking import Asked, Scorer
 from sgm.memory.clock import Clock
 from sgm.memory.corrections import Corrections
@@ -86,6 +87,7 @@ class SceneGraphMemory(Corrections):
         aliases: Aliases | None = None,
         encoder: Encode | None = None,
         score_calibration: ScoreCalibration | None = None,
+        map_id: str = "",
     ) -> None:
         """Start with an empty home.
 
@@ -105,13 +107,14 @@ class SceneGraphMemory(Corrections):
             score_calibration: what the confidences of sightings mean as probabilities, where they
                 are scores of a detector; it is saved with the memory. None if they are
                 probabilities.
+            map_id: of the map that positions and boxes of furniture are in, such as its checksum.
 
         Raises:
             TypeError: if the prior, the clock, the aliases, the encoder or the calibration is
                 something else.
-            ValueError: if the aliases are malformed, the log is another file, or another process
-                writes it. In one process the latest memory that opened a log has it, and changes
-                of earlier ones raise this.
+            ValueError: if the aliases or the map id are malformed, the log is another file, or
+                another process writes it. In one process the latest memory that opened a log has
+                it, and changes of earlier ones raise this.
             FileNotFoundError: if there is no file of aliases.
             OSError: if the log cannot be written, here or with any later change; a change that
                 could not be written was not made.
@@ -137,6 +140,7 @@ class SceneGraphMemory(Corrections):
         self._begin(prior if prior is not None else PriorGraph.household(), clock)
         self._state.score_calibration = score_calibration
         self._was_warned = False
+        self._state.layout.map_id = read_map_id(map_id)
         self._start_log(log)
 
     @classmethod
@@ -149,6 +153,7 @@ class SceneGraphMemory(Corrections):
         aliases: Aliases | None = None,
         encoder: Encode | None = None,
         score_calibration: ScoreCalibration | None = None,
+        map_id: str = "",
     ) -> SceneGraphMemory:
         """Go on with a memory that was saved: every later answer is what it would have been.
 
@@ -164,10 +169,13 @@ class SceneGraphMemory(Corrections):
             aliases: as in the constructor; they are not in the file.
             encoder: as in the constructor.
             score_calibration: of looks from now on; None for what was saved.
+            map_id: of the map that the robot has now; a memory of another one is refused. Empty to
+                go on with whatever the memory has, for `transform`.
 
         Raises:
             ValueError: if there is no such file, it was altered or cut short, comes from another
-                version, or was saved with another prior than those that ship and none is given.
+                version or map, or was saved with another prior than those that ship and none is
+                given.
         """
         content = load_content(path)
         prior = prior if prior is not None else find_shipped(content.prior)
@@ -177,6 +185,14 @@ class SceneGraphMemory(Corrections):
                 f"of that checksum for {path}. Give its own prior, or PriorGraph.default() to go "
                 "on with that one."
             )
+        own = content.layout.map_id
+        if map_id and own and own != map_id:
+            raise ValueError(
+                f"memory must be of the map that the robot has, {shorten(map_id)}, got one of "
+                f"{shorten(own)} for {path}. Load it without map_id, and say with transform how "
+                "the map was moved, or start a new memory."
+            )
+        content.layout.map_id = read_map_id(map_id) or own
         memory = cls(prior, aliases=aliases, encoder=encoder, score_calibration=score_calibration)
         memory._state.set_content(content if clock is None else replace(content, clock=clock))
         if score_calibration is not None:
@@ -273,6 +289,12 @@ class SceneGraphMemory(Corrections):
         """Rooms and furniture by id, as they are now; the methods below change the memory's own."""
         with self._lock:
             return self._state.layout.copy()
+
+    @property
+    def map_id(self) -> str:
+        """Id of the map that positions and boxes are in; empty if nobody said."""
+        with self._lock:
+            return self._state.layout.map_id
 
     @property
     def num_furniture(self) -> int:
@@ -375,6 +397,33 @@ class SceneGraphMemory(Corrections):
                 "move", furniture=furniture, room=node.room, position=node.position, **about
             )
             layout.furniture[furniture] = node
+            self._state.note_new()
+
+    def transform(
+        self,
+        angle: float = 0.0,
+        shift: tuple[float, float] = (0.0, 0.0),
+        map_id: str = "",
+    ) -> None:
+        """Move all positions and boxes into the frame of another map; nothing else changes.
+
+        Args:
+            angle: by which the home is turned around the origin of the old map, counter-clockwise,
+                in radians.
+            shift: by which it is moved then, x and y in metres.
+            map_id: of the new map; empty if it has none.
+
+        Raises:
+            ValueError: if an argument is out of range, or a box would lie where no home is.
+        """
+        turn = float(read_numbers("angle", angle, ()))
+        by = read_position(shift)
+        if by is None:
+            raise ValueError("shift must be two numbers, got None. Give metres, or leave it out.")
+        with self._lock:
+            layout = self._state.layout.transform(turn, by, read_map_id(map_id))
+            self._write("transform", angle=turn, shift=by, map_id=map_id)
+            self._state.layout = layout
             self._state.note_new()
 
     def get_position(self, furniture: int) -> tuple[float, float] | None:

@@ -63,6 +63,9 @@ CALLS = {
     "put_down": st.tuples(
         st.sampled_from(NAMES), places, st.sampled_from(("in", "on", "under"))
     ),
+    "transform": st.tuples(
+        st.floats(-4, 4), positions | st.just("far"), st.sampled_from(("", "new map", "\n"))
+    ),
     "forget": st.tuples(places | st.sampled_from((*NAMES, "unicorn"))),
     "step": st.tuples(st.integers(-1, 3) | st.just(2**31)),
     "step_to": st.tuples(st.integers(0, 12) | st.sampled_from((10**9, 2**40))),

@@ -77,6 +77,7 @@ READERS = {
     "layout": lambda memory, n: compare_layout(memory),
     "list_furniture": lambda memory, n: memory.list_furniture(n),
     "score_calibration": lambda memory, n: memory.score_calibration,
+    "map_id": lambda memory, n: memory.map_id,
     "num_furniture": lambda memory, n: memory.num_furniture,
     "places_of": lambda memory, n: memory.places_of("large mug"),
     "rank": lambda memory, n: memory.rank(Bayesian(), "cup"),
