@@ -54,6 +54,9 @@ COMMANDS = (
     ("nep.own_home", ("--out=own.md", "--num_homes=1", "--sizes=1", "--days=1", "--play_days=1",
                       "--questions=1", "--checkpoint=heat", "--learn=adapted"),
      ("checkpoint", "learn", "trace", "looks", "seed", "sizes")),
+    ("nep.elsewhere", ("--out=elsewhere.md", "--kinds=carrying", "--num_homes=1", "--days=1",
+                       "--play_days=1", "--questions=2"),
+     ("checkpoint", "kinds", "trace", "outside", "looks", "seed", "questions")),
 )  # fmt: skip
 
 
