@@ -38,7 +38,9 @@ class Finder:
         >>> print(finder.rank(memory, "the red mug", k=3))
 
     Attributes:
-        detector: how often a look misses what is there, and how fast the home changes.
+        detector: how often a look misses what is there, and how fast the home changes. If one is
+            given, its miss rate is that of the policy's counts, of `Leaving` and of Bayes' rule
+            alike; else the memory counts it for the former, and the last has the usual one.
         elsewhere_share: how often what is asked for is at no known place. Things never seen are so
             with this share before anybody looked for them; for what was seen, the memory says how
             likely it has left (`Leaving`), with odds that are greater or less than that as those of
@@ -71,7 +73,7 @@ class Finder:
         _check_type("policy", policy, Policy, "Bayesian()")
         if detector is not None:
             _check_type("detector", detector, Detector, "Detector(miss_rate=0.1)")
-        self.detector = detector or Detector()
+        self._detector = detector
         self.elsewhere_share = elsewhere_share
         self._asks_moved = asks_moved
         self._policy = policy.for_questions(asks_moved)
@@ -79,6 +81,18 @@ class Finder:
         # What was learnt of which state of a memory, at which time: the same for all questions.
         self._leaving: tuple[object, int, Leaving] | None = None
         self._outings: tuple[object, int, Outings] | None = None
+
+    @property
+    def detector(self) -> Detector:
+        """How often a look misses what is there, and how fast the home changes."""
+        return self._detector or Detector()
+
+    @detector.setter
+    def detector(self, detector: Detector) -> None:
+        _check_type("detector", detector, Detector, "Detector(miss_rate=0.1)")
+        with self._lock:
+            self._detector = detector
+            self._leaving = self._outings = None  # learnt with the former miss rate
 
     def resolve(self, memory: SceneGraphMemory, description: str) -> Resolution:
         """Say which remembered things a question means; see `NameIndex` for the rules.
@@ -234,6 +248,7 @@ class Finder:
         Also how likely a look at each place now shows one that is there, (F,).
         """
         was_seen = asked.was_seen
+        self._tell_miss_rate(asked)
         with self._lock:  # policies keep caches
             belief = self._judge(asked)
             if was_seen.any():
@@ -260,6 +275,11 @@ class Finder:
         shown = self.detector.compute_detection(looks.in_vain)
         joined = belief.join(self.detector.weigh_seen(looks), np.array(carried))
         return *joined, _join_detection(belief.places, shown)
+
+    def _tell_miss_rate(self, asked: Asked) -> None:
+        """Give policies and `Leaving` the miss rate of the finder's detector, if one was given."""
+        if self._detector is not None:
+            asked.batch.history.given_miss_rate = self._detector.miss_rate
 
     def _compute_left(self, asked: Asked) -> np.ndarray:
         """Return how likely each thing is out, before this step's looks, for good or not, (K,)."""

@@ -218,6 +218,7 @@ class ObjectFinder(Finder):
             furniture: ids in the memory by those in the log.
         """
         asked = memory.ask(names)
+        self._tell_miss_rate(asked)
         with self._lock:
             scores, belief = self._score(asked)
         number_of = {own: number for number, own in furniture.items()}

@@ -46,6 +46,8 @@ class HomeHistory:
         edge_hours: of each edge by hour of day, sightings, and looks that did not show what had
             been seen there, uint16 (2, E, NUM_HOURS); without edges if no home has a clock.
         week: looks and sightings by hour of the working day and of the weekend's.
+        given_miss_rate: of the detector, where a finder was given one; None to count it. No part of
+            what is kept.
     """
 
     def __init__(self, num_homes: int, num_furniture: int) -> None:
@@ -57,6 +59,7 @@ class HomeHistory:
         self.counters = make_table(HOME, num_rows=num_homes)
         self.edge_hours = np.zeros((2, 0, NUM_HOURS), dtype=np.uint16)
         self.week = WeekHours(num_homes, num_furniture)
+        self.given_miss_rate: float | None = None
 
     def add_furniture(self, num_added: int) -> None:
         """Add columns of furniture that was never looked at."""
@@ -103,7 +106,12 @@ class HomeHistory:
         return kept
 
     def compute_miss_rate(self) -> np.ndarray:
-        """Return the share of looks that miss what is there, (H,); 0.2 at first, as of ten."""
+        """Return the share of looks that miss what is there, (H,).
+
+        As given, else as counted: 0.2 at first, as of ten looks.
+        """
+        if self.given_miss_rate is not None:
+            return np.full(len(self.look_times), self.given_miss_rate)
         missed, refound = self.counters["num_missed"], self.counters["num_refound"]
         return (missed + 2) / (missed + refound + 10)
 

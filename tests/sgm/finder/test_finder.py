@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sgm.belief import Detector
-from sgm.evidence.adaptive_filter import FilterSettings
+from sgm.evidence.adaptive_filter import FilterSettings, Rates
 from sgm.evidence.leaving import Leaving
 from sgm.finder.finder import Finder
 from sgm.memory.clock import Clock
@@ -244,3 +244,33 @@ def test_what_leaves_is_learnt_once_a_step(make_home, finder, monkeypatch):
         homes[1].memory, things[0]
     )
     assert len(learnt) == 8
+
+
+def test_a_given_miss_rate_is_that_of_every_part(monkeypatch):
+    """Of a policy, `Leaving` and Bayes' rule; the memory goes on counting its own."""
+    told = []
+
+    def estimate(memory, *rest, original=Rates.estimate):
+        told.append(memory.history.compute_miss_rate().tolist())
+        return original(memory, *rest)
+
+    monkeypatch.setattr(Rates, "estimate", estimate)
+    memory = SceneGraphMemory()
+    shelf = memory.add_furniture("shelf", memory.add_room("study"))
+    for seen in (["mug"], [], ["mug"]):
+        memory.observe(shelf, [Sighting(name) for name in seen])
+        memory.step()
+    counted = memory.batch.history.compute_miss_rate().tolist()
+    finder = Finder(Adaptive())
+    finder.rank(memory, "mug")
+    assert len(told) > 1
+    assert {rate for rates in told for rate in rates} == {*counted}
+    for given in (Finder(Adaptive(), Detector(miss_rate=0.6)), finder):
+        given.detector = Detector(miss_rate=0.6)
+        told.clear()
+        given.rank(memory, "mug")
+        assert len(told) > 1
+        assert {rate for rates in told for rate in rates} == {0.6}
+    assert memory.batch.history.compute_miss_rate().tolist() == counted != [0.6]
+    with pytest.raises(TypeError, match=r"detector must be a Detector, got 0\.6"):
+        finder.detector = 0.6
