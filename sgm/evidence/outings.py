@@ -35,6 +35,8 @@ _HOME_LOOKS = 1.5  # that the home's hours count for, beside the hours near by
 _NEAR_LOOKS = 2.0  # that both count for, beside an hour's own
 _NEAR, _FURTHER = 0.5, 0.25  # of looks one hour before or after, and two
 _OTHER_DAY = 0.15  # of looks at this hour of the other kind of day
+# Hours one before and one after each hour of a day, two before and two after, (4, 24).
+_AROUND = (np.arange(24) + np.array([[-1], [1], [-2], [2]])) % 24
 _GOES_OUT = 0.05  # of all things
 _GOES_OUT_NAMED = 0.25  # of those that people carry, by name
 _EVIDENCE = 0.7  # of what the hours say in sum: they do not speak one by one
@@ -80,13 +82,14 @@ class Outings:
     def __init__(self, memory: MemoryBatch) -> None:
         """Learn the hours of the homes from what was seen so far."""
         home, rows = _choose_things(memory)
-        counted = _count(memory, home, rows)
-        usual = np.broadcast_to(_USUAL, (len(home), NUM_WEEK_HOURS))
-        goes_out = self._compute_goes_out(memory, rows, counted, usual)
         seen = np.zeros((memory.num_homes, NUM_WEEK_HOURS))
         expected = np.zeros_like(seen)
-        np.add.at(seen, home, goes_out[:, None] * counted.seen)
-        np.add.at(expected, home, goes_out[:, None] * counted.expected)
+        if len(rows):
+            counted = _count(memory, home, rows)
+            usual = np.broadcast_to(_USUAL, (len(home), NUM_WEEK_HOURS))
+            goes_out = self._compute_goes_out(memory, rows, counted, usual)
+            np.add.at(seen, home, goes_out[:, None] * counted.seen)
+            np.add.at(expected, home, goes_out[:, None] * counted.expected)
         seen, expected = _join_hours(seen, own=1.0), _join_hours(expected, own=1.0)
         self.home_share: np.ndarray = np.minimum(
             (seen + _USUAL_LOOKS * _USUAL) / (expected + _USUAL_LOOKS), 1.0
@@ -200,8 +203,8 @@ def _count_days(memory: MemoryBatch, home: np.ndarray, rows: np.ndarray) -> np.n
 def _join_hours(counts: np.ndarray, own: float) -> np.ndarray:
     """Return counts with those of hours near by, of the same day and of the other kind, (n, 48)."""
     by_day = counts.reshape(-1, 2, 24)
-    near = np.roll(by_day, 1, axis=2) + np.roll(by_day, -1, axis=2)
-    further = np.roll(by_day, 2, axis=2) + np.roll(by_day, -2, axis=2)
+    around = by_day.take(_AROUND, axis=2)
+    near, further = around[:, :, 0] + around[:, :, 1], around[:, :, 2] + around[:, :, 3]
     joined = own * by_day + _NEAR * near + _FURTHER * further + _OTHER_DAY * by_day[:, ::-1]
     return joined.reshape(counts.shape)
 

@@ -219,9 +219,9 @@ def test_what_leaves_is_learnt_once_a_step(make_home, finder, monkeypatch):
     learnt = []
 
     class Counted(Leaving):
-        def __init__(self, memory):
+        def __init__(self, memory, asked=None):
             learnt.append(memory)
-            super().__init__(memory)
+            super().__init__(memory, asked)
 
     monkeypatch.setattr("sgm.finder.finder.Leaving", Counted)
     homes = [make_home(), make_home()]
