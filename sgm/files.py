@@ -29,6 +29,25 @@ MOST_LEVELS = 100  # of lists and objects in each other, in JSON and YAML
 _NO_FILE = "a pipe, socket or device instead of a file"
 
 
+class MissingFileError(FileNotFoundError, ValueError):
+    """There is no file where one is to be read.
+
+    A `FileNotFoundError`, as users of Python expect, and a `ValueError`, as every other fault of a
+    file is.
+    """
+
+    def __init__(self, message: str) -> None:
+        """Say which rule is broken, and what to do."""
+        super().__init__(message)
+        self.strerror = message
+
+
+def make_read_error(error: OSError, message: str) -> ValueError:
+    """Return the error of a file that cannot be read, by what the system says."""
+    is_missing = isinstance(error, FileNotFoundError)
+    return MissingFileError(message) if is_missing else ValueError(message)
+
+
 def open_file(path: str | Path) -> BinaryIO:
     """Open a file for reading, in bytes; a pipe is not waited for.
 
@@ -208,7 +227,7 @@ def _open_partial(target: Path) -> tuple[Path, BinaryIO]:
             file = partial.open("xb")
         except FileExistsError:  # of another thread or process, since
             continue
-        if _lock(file) is not False and os.fstat(file.fileno()).st_nlink:
+        if lock_file(file) is not False and os.fstat(file.fileno()).st_nlink:
             break
         file.close()  # another one took it for left over
     for later in count(number + 1):
@@ -226,7 +245,7 @@ def _remove_left_over(partial: Path) -> bool:
     """Remove what a killed process left under a temporary name; tell whether the name is free."""
     try:
         with open_file(partial) as file:
-            if not _lock(file):
+            if not lock_file(file):
                 return False
             # Its writer may have renamed it before the lock, and another one taken the name.
             if os.path.samestat(os.fstat(file.fileno()), os.stat(partial)):
@@ -238,7 +257,7 @@ def _remove_left_over(partial: Path) -> bool:
     return True
 
 
-def _lock(file: BinaryIO) -> bool | None:
+def lock_file(file: BinaryIO) -> bool | None:
     """Lock a file until it is closed; False if another one has it, None where nobody can tell."""
     if fcntl is None:
         return None

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from sgm.files import read_json, write_whole
+from sgm.files import MissingFileError, read_json, write_whole
 from sgm.messages import shorten
 
 
@@ -125,7 +125,9 @@ class Played:
         except FileNotFoundError as error:
             if may_be_missing:
                 return cls(path)
-            raise ValueError(f"scores must be a file, got none at {path}. Play first.") from error
+            raise MissingFileError(
+                f"scores must be a file, got none at {path}. Play first."
+            ) from error
         except (KeyError, TypeError, ValueError) as error:
             raise ValueError(
                 f"scores must be a JSON object of games, networks and scores, got {error} in "

@@ -30,7 +30,14 @@ from nep.players.stored_network import (
     read_features,
 )
 from nep.tensor_file import read_tensors
-from sgm.files import compute_checksum, find_target, read_file, read_json, write_whole
+from sgm.files import (
+    compute_checksum,
+    find_target,
+    make_read_error,
+    read_file,
+    read_json,
+    write_whole,
+)
 from sgm.messages import shorten
 from sgm.network.calibration import Calibration, read_calibration
 from sgm.network.network import ONNX, describe_onnx
@@ -118,9 +125,10 @@ def load_checkpoint(path: Path) -> TrainedModel:
         if training is not None:
             training = {**training}
     except OSError as error:
-        raise ValueError(
+        raise make_read_error(
+            error,
             f"checkpoint must be a file that can be read, got {shorten(error.strerror)} for "
-            f"{path}. Train one with `python -m nep.fit`, or check the path."
+            f"{path}. Train one with `python -m nep.fit`, or check the path.",
         ) from error
     except (LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError) as error:
         raise ValueError(
@@ -147,9 +155,10 @@ def check_resumable(path: Path, module: NEPModule) -> None:
         wanted = {name: tensor.shape for name, tensor in module.state_dict().items()}
         check_weights(weights, wanted, path)
     except OSError as error:
-        raise ValueError(
+        raise make_read_error(
+            error,
             f"checkpoint must be a file that can be read, got {shorten(error.strerror)} for "
-            f"{path}. Check --ckpt_path, or leave it out."
+            f"{path}. Check --ckpt_path, or leave it out.",
         ) from error
     except (LookupError, TypeError, AttributeError) as error:
         raise ValueError(
@@ -218,9 +227,10 @@ def load_exported(folder: Path) -> TrainedModel:
         calibration = read_calibration(config["calibration"])
         text = config["schema"]["text"]
     except OSError as error:
-        raise ValueError(
+        raise make_read_error(
+            error,
             f"exported folder must have {WEIGHTS}, got {shorten(error.strerror)} in {folder}. "
-            "Export again with `python -m nep.export`."
+            "Export again with `python -m nep.export`.",
         ) from error
     except _DAMAGED as error:
         raise ValueError(
@@ -275,9 +285,10 @@ def load_config(folder: Path) -> dict[str, Any]:
         config = read_json(folder / CONFIG, allow_nan=True)
         version, schema = config["version"], dict(config["schema"])
     except OSError as error:
-        raise ValueError(
+        raise make_read_error(
+            error,
             f"exported folder must have {CONFIG}, got {shorten(error.strerror)} in {folder}. "
-            "Export again with `python -m nep.export`, or check the path."
+            "Export again with `python -m nep.export`, or check the path.",
         ) from error
     except (ValueError, KeyError, TypeError) as error:
         raise ValueError(

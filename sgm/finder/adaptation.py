@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.files import read_json, write_whole
+from sgm.files import MissingFileError, read_json, write_whole
 from sgm.messages import shorten_text
 from sgm.policies.probabilities import compute_probabilities
 
@@ -153,11 +153,16 @@ class Adaptation:
         """Read what `save` wrote.
 
         Raises:
+            FileNotFoundError: if there is no such file; it is a `ValueError`, too.
             ValueError: if the file is another one or damaged; it is named.
             OSError: if it cannot be read.
         """
         try:
             return _read(read_json(path))
+        except FileNotFoundError:
+            raise MissingFileError(
+                f"adaptation must be a file that exists, got none at {path}. Adapt first."
+            ) from None
         except (AttributeError, KeyError, TypeError, ValueError, OverflowError) as error:
             raise ValueError(
                 "adaptation must be a file that `Adaptation.save` wrote, got "

@@ -29,7 +29,7 @@ from sgm.network.shipped import find_trained
 from sgm.policies.adaptive import Adaptive
 from sgm.text import load_text
 
-_MOST_QUESTIONS = 2000  # the latest ones, to adapt to
+_MOST_QUESTIONS = 1000  # the latest ones, to adapt to; 2,000 were no better in eleven homes
 
 
 class Trained(Protocol):
@@ -120,7 +120,8 @@ class ObjectFinder(Finder):
                 were 0.5.
 
         Raises:
-            ValueError: if there is no such file, it is damaged, or it was made for another feature
+            FileNotFoundError: if there is no such file; it is a `ValueError`, too.
+            ValueError: if the file is damaged, or it was made for another feature
                 schema or other text vectors than those installed; or if it needs torch, and that
                 is not installed.
         """
@@ -193,6 +194,7 @@ class ObjectFinder(Finder):
             names = sure[number]
             if any(name not in asked_in for name in names):
                 # All looks of a time step are asked about at once, since none of them counts yet.
+                # Things that are asked for together move each other's logits by some hundredths.
                 later = islice(zip(lines, sure, strict=True), number, None)
                 looks = takewhile(lambda own: own[0].kind == "look", later)
                 new = dict.fromkeys(name for _, shown in looks for name in shown)

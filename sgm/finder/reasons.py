@@ -37,6 +37,7 @@ class Evidence:
         missed_on: date and time of the last look here, if it did not show it any more; None
             without a clock.
         now: date and time of the present step; None without a clock.
+        times_sought: looks for it alone since that sighting that did not find it here.
     """
 
     seen: SeenAt | None
@@ -46,6 +47,7 @@ class Evidence:
     seen_on: datetime | None = None
     missed_on: datetime | None = None
     now: datetime | None = None
+    times_sought: int = 0
 
     def __str__(self) -> str:
         """Say it in one line."""
@@ -64,6 +66,12 @@ class Evidence:
 
     def _tell_seen(self, seen: SeenAt) -> str:
         """Say when it was last seen here, and whether a later look missed it."""
+        if seen.is_there and self.times_sought:
+            told = self._tell_when(seen)
+            return f"{told}; not found here in {_count(self.times_sought, 'look')} for it since"
+        return self._tell_when(seen)
+
+    def _tell_when(self, seen: SeenAt) -> str:
         if seen.by:
             return self._tell_said(seen)
         if seen.steps_ago == 0:
@@ -130,7 +138,10 @@ def gather_evidence(
     np.add.at(num_true, edges["furniture"][own], edges["num_true"][own])
     # What was never seen at a place was missed by every look at it, and by every search for it.
     num_missed = np.zeros(len(ids), dtype=np.int64)
+    num_sought = np.zeros(len(ids), dtype=np.int64)
     for looks in asked.looks:
+        sought = np.ceil(looks.in_vain + looks.sought).astype(np.int64)
+        num_sought = np.maximum(num_sought, sought)
         missed = asked.batch.furniture_num_observed[0] + np.ceil(looks.in_vain).astype(np.int64)
         missed += np.ceil(looks.sought).astype(np.int64)
         num_missed = np.maximum(num_missed, missed)
@@ -158,6 +169,7 @@ def gather_evidence(
                 seen_on=seen_on,
                 missed_on=missed_on,
                 now=now,
+                times_sought=0 if seen is None else int(num_sought[place]),
             )
         )
     return found

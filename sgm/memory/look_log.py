@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from sgm.files import parse_json, read_file
+from sgm.files import make_read_error, parse_json, read_file
 from sgm.layout.box import Box
 from sgm.layout.furniture import read_open_cost
 from sgm.layout.layout import Layout, read_map_id
@@ -174,7 +174,8 @@ def read_log(path: str | Path) -> list[LogLine]:
 
     Raises:
         TypeError: if it is no path.
-        ValueError: if there is no such file, or a line is none of a log; names it.
+        FileNotFoundError: if there is no such file; it is a `ValueError`, too.
+        ValueError: if it cannot be read, or a line is none of a log; names it.
     """
     if not isinstance(path, str | os.PathLike):
         raise TypeError(
@@ -185,10 +186,11 @@ def read_log(path: str | Path) -> list[LogLine]:
     try:
         whole = _cut_torn_line(path)
     except OSError as error:
-        raise ValueError(
+        raise make_read_error(
+            error,
             f"log must be a file that can be read, got {shorten(error.strerror)} for {path}. Make "
             "one "
-            'with SceneGraphMemory(log="looks.jsonl").'
+            'with SceneGraphMemory(log="looks.jsonl").',
         ) from error
     return _read_lines(whole, path)
 

@@ -29,6 +29,7 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
+from sgm.memory.save_lock import SaveLock
 from sgm.memory.score_calibration import ScoreCalibration, calibrate
 from sgm.memory.sighting import SeenAt, Sighting, read_hidden, read_sightings
 from sgm.memory.spark_graph import make_spark_graph
@@ -130,6 +131,7 @@ class SceneGraphMemory(Corrections):
                     "default."
                 )
         self._lock = RLock()  # held by every call while it reads or changes the state
+        self._save_lock: SaveLock | None = None
         self._saving = Lock()  # these two are never waited for while the first one is held
         self._naming = Lock()
         self._aliases, self._own_encode = aliases, encoder  # for copies
@@ -173,9 +175,9 @@ class SceneGraphMemory(Corrections):
                 go on with whatever the memory has, for `transform`.
 
         Raises:
-            ValueError: if there is no such file, it was altered or cut short, comes from another
-                version or map, or was saved with another prior than those that ship and none is
-                given.
+            FileNotFoundError: if there is no such file; it is a `ValueError`, too.
+            ValueError: if it was altered or cut short, comes from another version or map, or was
+                saved with another prior than those that ship and none is given.
         """
         content = load_content(path)
         prior = prior if prior is not None else find_shipped(content.prior)
@@ -216,13 +218,15 @@ class SceneGraphMemory(Corrections):
             path: such as "home.sgm".
 
         Raises:
+            ValueError: if a memory of another process saved the file, and still lives.
             OSError: if the folder does not exist, or the disk does not take the file; an older
                 file is left as it was.
         """
         with self._saving:  # of two saves the later one lasts; nobody waits for the disk
+            lock = SaveLock.of(path)
             with self._lock:
                 content = self._state.get_content_to_save().copy()
-            save_content(path, content.to_json())
+            self._save_content(path, content, lock)
 
     def save_and_rotate(self, path: str | Path, old_log: str | Path) -> None:
         """Write the memory to a file, and begin its log anew from there.
@@ -236,11 +240,13 @@ class SceneGraphMemory(Corrections):
             old_log: name for the log so far, beside the log.
 
         Raises:
-            ValueError: if the memory has no log, or another one has it now.
+            ValueError: if the memory has no log, another one has it now, or a memory of another
+                process saved the file, and still lives.
             OSError: if the disk does not take the new log or the file. Without the file, the new
                 log alone is the memory.
         """
         with self._saving:
+            lock = SaveLock.of(path)
             with self._lock:
                 if self._log is None:
                     raise ValueError(
@@ -249,7 +255,12 @@ class SceneGraphMemory(Corrections):
                     )
                 content = self._state.get_content_to_save().copy()
                 self._log.rotate(Path(old_log), content)
-            save_content(path, content.to_json())
+            self._save_content(path, content, lock)
+
+    def _save_content(self, path: str | Path, content: MemoryContent, lock: SaveLock) -> None:
+        save_content(path, content.to_json())
+        lock.renew(path)
+        self._save_lock = lock  # as long as this memory lives
 
     def sync_log(self) -> None:
         """Have the disk take all that is in the log, so that it survives a loss of power.

@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from sgm.files import read_json, write_whole
+from sgm.files import make_read_error, read_json, write_whole
 from sgm.memory.memory_content import MemoryContent
 from sgm.messages import shorten
 
@@ -46,15 +46,17 @@ def load_content(path: str | Path) -> MemoryContent:
     """Read a memory from a file.
 
     Raises:
-        ValueError: if there is no such file, it is none of ours, comes from a newer version of the
+        FileNotFoundError: if there is no such file; it is a `ValueError`, too.
+        ValueError: if it is none of ours, comes from a newer version of the
             package, or was altered or cut short.
     """
     try:
         file = read_json(path, allow_nan=True)
     except OSError as error:
-        raise ValueError(
+        raise make_read_error(
+            error,
             f"memory file must be one that can be read, got {shorten(error.strerror)} for {path}. "
-            "Check the path."
+            "Check the path.",
         ) from error
     except ValueError as error:
         raise ValueError(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sgm.evidence.columns import EVIDENCE_VERSION, PLACE_COLUMNS, QUESTION_COLUMNS
-from sgm.files import open_file, read_json
+from sgm.files import make_read_error, open_file, read_json
 from sgm.messages import shorten, shorten_text
 from sgm.network.calibration import Calibration, read_calibration
 from sgm.network.onnx_check import check_onnx
@@ -70,9 +70,10 @@ class Network:
             checksum = about["sha256"]
             content = _read_file(find_part(folder, ONNX, checksum))
         except OSError as error:
-            raise ValueError(
+            raise make_read_error(
+                error,
                 f"exported folder must have {CONFIG} and {ONNX}, got {shorten(error.strerror)} in "
-                f"{folder}. Export again with `python -m nep.export`."
+                f"{folder}. Export again with `python -m nep.export`.",
             ) from error
         except (KeyError, TypeError, AttributeError) as error:
             raise ValueError(

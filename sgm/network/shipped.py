@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sgm.files import compute_checksum
+from sgm.files import MissingFileError, compute_checksum
 from sgm.messages import shorten
 
 CONFIG = "config.json"  # of an exported folder
@@ -64,7 +64,7 @@ def find_trained(source: str | Path) -> Path:
         return PRETRAINED / source
     path = Path(source)
     if not path.exists():
-        raise ValueError(
+        raise MissingFileError(
             "checkpoint must be a file that can be read, an exported folder or one of "
             f"{', '.join(list_shipped())}, got {shorten(str(source))}. Train one with `python -m "
             "nep.fit`, or check the path."

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sgm.files import parse_json, read_file, write_whole
+from sgm.files import make_read_error, parse_json, read_file, write_whole
 from sgm.messages import shorten
 from sgm.prior.household import build_household
 from sgm.prior.prior_check import PARTS, RELATIONS, VERSION, check_prior
@@ -212,10 +212,11 @@ def load_prior(source: str | None) -> PriorGraph:
     try:
         return PriorGraph.load(source)
     except OSError as error:
-        raise ValueError(
+        raise make_read_error(
+            error,
             f"prior must be {' or '.join(SHIPPED)}, or a file that can be read, got "
             f"{shorten(error.strerror)} for {source}. Check the path, or leave it out for the "
-            "default."
+            "default.",
         ) from error
 
 

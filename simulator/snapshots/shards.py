@@ -12,7 +12,7 @@ import numpy as np
 from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
-from sgm.files import read_file, read_json, write_whole
+from sgm.files import MissingFileError, make_read_error, read_file, read_json, write_whole
 from sgm.messages import shorten
 
 SCHEMA_VERSION = 2
@@ -48,13 +48,14 @@ def load_shard(path: Path, checksum: str | None = None) -> dict[str, np.ndarray]
     try:
         content = read_file(path)
     except FileNotFoundError as error:
-        raise ValueError(
+        raise MissingFileError(
             f"shard must exist, got none at {path}. Collect again: finished homes are kept."
         ) from error
     except OSError as error:
-        raise ValueError(
+        raise make_read_error(
+            error,
             f"shard must be a file that can be read, got {shorten(error.strerror)} for {path}. "
-            "Check the folder."
+            "Check the folder.",
         ) from error
     found = hashlib.sha256(content).hexdigest()
     if checksum is not None and found != checksum:
@@ -90,7 +91,7 @@ def load_manifest(folder: Path) -> dict[str, Any]:
         if not {"settings", "shards"} <= manifest.keys():
             raise KeyError("settings, shards")
     except FileNotFoundError as error:
-        raise ValueError(
+        raise MissingFileError(
             f"collection must have a {MANIFEST}, got none in {folder}. "
             "Run `python -m simulator.collect --out` on that folder."
         ) from error

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from sgm.files import read_file
+from sgm.files import make_read_error, read_file
 from sgm.layout.layout import Layout
 from sgm.memory.sighting import RELATIONS, read_relation
 from sgm.messages import shorten, shorten_values
@@ -57,9 +57,10 @@ def load_events(path: Path, layout: Layout, start: datetime | None = None) -> tu
     try:
         text = read_file(path).decode("utf-8-sig")
     except OSError as error:
-        raise ValueError(
+        raise make_read_error(
+            error,
             f"events must be a file that can be read, got {shorten(error.strerror)} for {path}. A "
-            "trace is a folder with layout.json and events.csv."
+            "trace is a folder with layout.json and events.csv.",
         ) from error
     except UnicodeDecodeError as error:
         raise ValueError(

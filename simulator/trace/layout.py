@@ -11,7 +11,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from sgm.files import read_json
+from sgm.files import make_read_error, read_json
 from sgm.layout.box import Box
 from sgm.layout.furniture import Furniture, Room, read_open_cost, read_position
 from sgm.layout.layout import Layout
@@ -69,9 +69,10 @@ def load_layout(path: Path) -> tuple[Layout, datetime | None, float | None]:
     try:
         data = read_json(path)
     except OSError as error:
-        raise ValueError(
+        raise make_read_error(
+            error,
             f"layout must be a file that can be read, got {shorten(error.strerror)} for {path}. A "
-            "trace is a folder with layout.json and events.csv."
+            "trace is a folder with layout.json and events.csv.",
         ) from error
     except ValueError as error:
         raise ValueError(f"layout must be JSON in UTF-8, got {error} in {path}. Mend it.") from None

@@ -49,6 +49,32 @@ def test_what_two_looks_of_a_step_say():
     assert told == "seen here in this step, not in the latest look"
 
 
+def test_looks_for_it_alone_are_told_beside_a_sighting():
+    """It said "seen here 1 step ago" beside 6 %, and nothing of three looks for it since."""
+    memory, table, _ = make_memory()
+    memory.observe(table, [Sighting("cup")])
+    memory.step()
+    for _ in range(3):
+        memory.note_absent(table, "cup")
+    told = "seen here 1 step ago; not found here in 3 looks for it since"
+    assert tell(memory, "cup", table) == told
+    memory.observe(table, [])
+    assert tell(memory, "cup", table) == "seen here 1 step ago, then gone"
+    memory.observe(table, [Sighting("cup")])
+    assert tell(memory, "cup", table) == "seen here in this step"
+
+
+def test_a_probability_does_not_contradict_the_sentence():
+    """It stayed at 97 % beside "then gone"."""
+    memory, table, _ = make_memory()
+    memory.observe(table, [Sighting("cup")])
+    for _ in range(4):
+        memory.observe(table, [])
+    (place,) = [p for p in Finder(Bayesian()).rank(memory, "cup") if p.furniture == table]
+    assert place.why.startswith("seen here in this step, not in the latest look")
+    assert place.probability < 0.7
+
+
 def test_hours_and_days_where_there_is_a_clock():
     memory, table, _ = make_memory(Clock(datetime(2026, 11, 16, 21, 40), step_seconds=600))
     memory.observe(table, [Sighting("cup")])
