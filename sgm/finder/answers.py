@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields
 from datetime import datetime
+from functools import cache
 from typing import Any, Literal
 
 from sgm.finder.reasons import tell_time
@@ -13,6 +13,7 @@ from sgm.memory.clock import Clock
 
 MOST_BYTES = 600  # of an answer of `where_is` for which no number of rows was asked
 _DIGITS = 3  # of probabilities and costs
+_PLAIN = frozenset((str, int, bool, type(None)))
 
 Status = Literal["ok", "ambiguous", "unknown"]
 # What each status means, for the documentation.
@@ -371,15 +372,21 @@ class ChangeList:
 
 def to_json(answer: Any) -> Any:
     """Return JSON values of an answer; numbers are rounded to three decimals."""
-    if is_dataclass(answer) and not isinstance(answer, type):
-        return {field.name: to_json(getattr(answer, field.name)) for field in fields(answer)}
-    if isinstance(answer, float):
+    kind = type(answer)
+    if kind in _PLAIN:
+        return answer
+    if kind is float:
         return round(answer, _DIGITS)
-    if isinstance(answer, Mapping):
-        return {key: to_json(value) for key, value in answer.items()}
-    if isinstance(answer, Sequence) and not isinstance(answer, str):
+    if kind is tuple or kind is list:
         return [to_json(value) for value in answer]
-    return answer
+    if kind is dict:
+        return {key: to_json(value) for key, value in answer.items()}
+    return {name: to_json(getattr(answer, name)) for name in _list_fields(kind)}
+
+
+@cache
+def _list_fields(kind: Any) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))
 
 
 def write_json(answer: Any) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
 from datetime import datetime
 from threading import Lock
 from typing import Any
@@ -25,6 +26,30 @@ from sgm.messages import shorten
 from sgm.names.names import Resolution, Similarity
 from sgm.policies.policy import Policy
 from sgm.policies.probabilities import compute_probabilities
+
+_MOST_JUDGED = 2000  # beliefs that are kept of a time step
+
+
+@dataclass(slots=True)
+class _Judged:
+    """Beliefs about a state of a memory at a time, by what was asked for.
+
+    Attributes:
+        origin: as in `Asked`.
+        time: time step.
+        settings: of the finder.
+        beliefs: by the things that were asked for.
+    """
+
+    origin: object
+    time: int
+    settings: tuple[object, ...]
+    beliefs: dict[tuple[object, ...], Belief] = field(default_factory=dict)
+
+    def is_of(self, origin: object, time: int, settings: tuple[object, ...]) -> bool:
+        """Tell whether it is about that state, with the very same settings."""
+        is_same = all(own is one for own, one in zip(self.settings, settings, strict=True))
+        return self.origin is origin and self.time == time and is_same
 
 
 class Finder:
@@ -81,6 +106,7 @@ class Finder:
         # What was learnt of which state of a memory, at which time: the same for all questions.
         self._leaving: tuple[object, int, Leaving] | None = None
         self._outings: tuple[object, int, Outings] | None = None
+        self._judged: _Judged | None = None
 
     @property
     def detector(self) -> Detector:
@@ -250,13 +276,7 @@ class Finder:
         was_seen = asked.was_seen
         self._tell_miss_rate(asked)
         with self._lock:  # policies keep caches
-            belief = self._judge(asked)
-            if was_seen.any():
-                left = np.where(was_seen, self._compute_left(asked), belief.elsewhere)
-                belief = belief.with_elsewhere(left)
-            is_looked = np.array([said is None for said in asked.said])
-            share = self.elsewhere_share
-            belief = doubt_sightings(belief, asked.batch, asked.queries, is_looked, share)
+            belief = self._recall_judged(asked)
         belief = _doubt(belief.spread(CORRECTIONS.anywhere), asked)
         rows, variants, carried = [], [], []
         for row, looks in enumerate(asked.looks):
@@ -280,6 +300,42 @@ class Finder:
         """Give policies and `Leaving` the miss rate of the finder's detector, if one was given."""
         if self._detector is not None:
             asked.batch.history.given_miss_rate = self._detector.miss_rate
+
+    def _recall_judged(self, asked: Asked) -> Belief:
+        """Return the belief before this step's looks, which looks of the step do not change.
+
+        So it is computed once a step for what is asked for again.
+        """
+        settings = self._list_settings()
+        judged = self._judged
+        if judged is None or not judged.is_of(asked.origin, asked.batch.time, settings):
+            judged = self._judged = _Judged(asked.origin, asked.batch.time, settings)
+        is_looked = tuple(said is None for said in asked.said)
+        batch, rows = asked.batch, asked.queries.object
+        labels = (batch.labels[label] for label in batch.objects["label"][rows].tolist())
+        types = batch.objects["type"][rows].tolist()
+        key = (*rows.tolist(), *labels, *types, *is_looked)
+        belief = judged.beliefs.get(key)
+        if belief is None:
+            belief = self._judge_elsewhere(asked, np.array(is_looked))
+            if len(judged.beliefs) >= _MOST_JUDGED:
+                judged.beliefs.clear()
+            judged.beliefs[key] = belief
+        return belief
+
+    def _judge_elsewhere(self, asked: Asked, is_looked: np.ndarray) -> Belief:
+        """Return the belief before this step's looks, with what may have left the home."""
+        was_seen = asked.was_seen
+        belief = self._judge(asked)
+        if was_seen.any():
+            left = np.where(was_seen, self._compute_left(asked), belief.elsewhere)
+            belief = belief.with_elsewhere(left)
+        share = self.elsewhere_share
+        return doubt_sightings(belief, asked.batch, asked.queries, is_looked, share)
+
+    def _list_settings(self) -> tuple[object, ...]:
+        """Return what `_judge_elsewhere` reads besides what is asked."""
+        return (self.elsewhere_share, self._policy, self._detector, CORRECTIONS)
 
     def _compute_left(self, asked: Asked) -> np.ndarray:
         """Return how likely each thing is out, before this step's looks, for good or not, (K,)."""

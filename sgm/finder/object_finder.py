@@ -248,6 +248,9 @@ class ObjectFinder(Finder):
             scores = self._score_places(asked)
         return self.calibration.make_belief(scores)
 
+    def _list_settings(self) -> tuple[object, ...]:
+        return (*super()._list_settings(), self.adaptation, self.calibration)
+
     def _get_similarity(self) -> Similarity:
         def compare(label: str, others: Sequence[str]) -> Sequence[float]:
             with self._lock:

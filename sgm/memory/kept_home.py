@@ -19,7 +19,7 @@ from sgm.names.aliases import Aliases
 
 LOG_ENDING = ".log"  # of the log beside a snapshot; those before it have a number behind that
 MOST_LOG_BYTES = 16 << 20  # from which on a log is begun anew
-KEPT_LOGS = 8  # that were ended; the oldest ones are removed
+KEPT_BYTES = 256 << 20  # of logs that were ended; the oldest ones are removed
 
 
 class KeptHome:
@@ -86,6 +86,9 @@ class KeptHome:
             if clock is not None and content.clock is None:
                 memory._go_on_from(replace(content, clock=clock), memory._prior)
             memory._start_log(log, goes_on=True)
+            home = cls(path, memory)
+            home.snapshot()  # so that the next start reads one memory and what came since
+            return home
         elif path.exists():
             own = None if load_content(path).clock is not None else clock
             memory = SceneGraphMemory.load(path, clock=own, log=log, aliases=aliases)
@@ -107,15 +110,19 @@ class KeptHome:
     def snapshot(self) -> None:
         """Write the memory to its file, whole or not at all, and begin the log anew.
 
-        The log so far is kept under a number, `KEPT_LOGS` of them at most.
+        The log so far is kept under a number, `KEPT_BYTES` of them at most.
 
         Raises:
             OSError: if the disk does not take it; the old file and the log are the memory then.
         """
         numbers = _list_numbers(self.log)
-        self.memory.save_and_rotate(self.path, _number(self.log, max(numbers, default=0) + 1))
-        for number in numbers[: len(numbers) + 1 - KEPT_LOGS]:
-            _number(self.log, number).unlink(missing_ok=True)
+        latest = _number(self.log, max(numbers, default=0) + 1)
+        self.memory.save_and_rotate(self.path, latest)
+        left = KEPT_BYTES
+        for old in (_number(self.log, number) for number in reversed(numbers)):
+            left -= old.stat().st_size
+            if left < 0:
+                old.unlink()
 
 
 def replay_latest(lines: Sequence[LogLine], aliases: Aliases | None = None) -> SceneGraphMemory:

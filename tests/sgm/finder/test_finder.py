@@ -274,3 +274,54 @@ def test_a_given_miss_rate_is_that_of_every_part(monkeypatch):
     assert memory.batch.history.compute_miss_rate().tolist() == counted != [0.6]
     with pytest.raises(TypeError, match=r"detector must be a Detector, got 0\.6"):
         finder.detector = 0.6
+
+
+class CountedBayesian(Bayesian):
+    """Counts how often it is asked."""
+
+    num_asked = 0
+
+    def scores(self, memory, queries):
+        """Count, and score."""
+        self.num_asked += 1
+        return super().scores(memory, queries)
+
+
+def test_a_thing_is_judged_once_a_step_and_answers_are_the_same(make_home):
+    """Looks of the step change what follows, not what the policy made of the memory before it."""
+    home = make_home()
+    for furniture in home.furniture:
+        home.memory.observe(furniture, home.look(furniture))
+    home.memory.step()
+    finder = Finder(CountedBayesian())
+    policy, (thing, other) = finder._policy, list(home.at)[:2]
+
+    def ask(name):
+        """The finder's answer, which is that of a new one to the bit."""
+        ranking = finder.rank(home.memory, name)
+        assert ranking == Finder(Bayesian(), elsewhere_share=finder.elsewhere_share).rank(
+            home.memory, name
+        )
+        return ranking
+
+    first = ask(thing)
+    assert ask(thing) == first
+    assert policy.num_asked == 1
+    home.memory.observe(first[0].furniture, [])
+    assert ask(thing) != first
+    home.memory.observe(first[1].furniture, [Sighting("new thing")])
+    ask(thing)
+    ask(f"the {thing}")
+    assert policy.num_asked == 1
+    for name in (other, "new thing", "flux capacitor", "warp drive"):
+        ask(name)
+    assert policy.num_asked == 5
+    finder.elsewhere_share = 0.5
+    assert ask(thing).elsewhere > first.elsewhere
+    assert policy.num_asked == 6
+    home.memory.note_moved(thing, first[2].furniture, "anna")
+    ask(thing)
+    home.memory.step()
+    ask(thing)
+    assert policy.num_asked >= 7
+    assert finder.rank(home.memory, thing, at=home.memory.time + 5) != ask(thing)

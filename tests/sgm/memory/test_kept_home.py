@@ -11,6 +11,7 @@ import pytest
 from sgm.memory import kept_home, scene_graph_memory
 from sgm.memory.clock import Clock
 from sgm.memory.kept_home import KeptHome
+from sgm.memory.look_log import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 
@@ -106,8 +107,8 @@ def test_a_full_disk_leaves_log_and_memory_as_they_were(tmp_path, monkeypatch):
     assert write(KeptHome.open(tmp_path / "home.sgm").memory) == before
 
 
-def test_old_logs_are_kept_up_to_a_number(tmp_path, monkeypatch):
-    monkeypatch.setattr(kept_home, "KEPT_LOGS", 2)
+def test_old_logs_are_kept_up_to_a_size(tmp_path, monkeypatch):
+    monkeypatch.setattr(kept_home, "KEPT_BYTES", 9000)
     monkeypatch.setattr(kept_home, "MOST_LOG_BYTES", 4000)
     home = begin(tmp_path / "home.sgm")
     for _ in range(4):
@@ -116,9 +117,18 @@ def test_old_logs_are_kept_up_to_a_number(tmp_path, monkeypatch):
         home.snapshot()
         assert not home.is_log_long
     assert sorted(file.name for file in tmp_path.iterdir()) == [
-        "home.sgm", "home.sgm.log", "home.sgm.log.000003", "home.sgm.log.000004",
-        "home.sgm.log.lock",
+        "home.sgm", "home.sgm.log", "home.sgm.log.000002", "home.sgm.log.000003",
+        "home.sgm.log.000004", "home.sgm.log.lock",
     ]  # fmt: skip
+
+
+def test_a_start_reads_one_memory_and_what_came_since(tmp_path):
+    home = begin(tmp_path / "home.sgm")
+    for _ in range(5):
+        home.memory.step()
+        home = KeptHome.open(tmp_path / "home.sgm")
+        kinds = [line.kind for line in read_log(home.log)]
+        assert kinds == ["start"]
 
 
 def test_another_file_beside_a_log_is_refused(tmp_path):
@@ -156,6 +166,7 @@ def test_another_process_is_refused(tmp_path):
     code = """
 import sys
 from sgm.memory.kept_home import KeptHome
+from sgm.memory.look_log import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 path, log = sys.argv[1:]
 for open_it in (lambda: KeptHome.open(path), lambda: SceneGraphMemory.load(path, log=log)):
