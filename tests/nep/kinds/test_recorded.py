@@ -2,7 +2,9 @@
 
 import json
 import re
+import shlex
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -170,3 +172,21 @@ def test_the_best_stands_at_the_top_of_the_figure():
     labels = [text.get_text() for text in figure.axes[0].get_yticklabels()]
     assert labels == ["b", "a"]
     np.testing.assert_allclose(figure.axes[0].images[0].get_array()[1], 0.5)
+
+
+@pytest.mark.slow
+def test_the_page_of_language_priors_is_what_its_scores_say(tmp_path):
+    results = Path(__file__).parents[3] / "results"
+    name = "language_priors.json"
+    shutil.copy(results / name, tmp_path / name)
+    page = (results / "language_priors.md").read_text()
+    words = shlex.split(re.search(r"`python -m nep\.recorded (.*?)`\. ", page).group(1))
+    out = tmp_path / "language_priors.md"
+    main(["--play", "false", *words, "--out", str(out)])
+    assert out.read_text() == page
+    scores = json.loads((results / name).read_text())["scores"]
+    docs = (results.parent / "docs" / "priors.md").read_text()
+    for kind, title in (("shipped", "default (counted"), ("words", "word vectors alone")):
+        own = scores[f"episodes-policy-{kind}"]["any_home"]
+        cell = f"{np.mean(own['accuracy']):.3f} / {np.mean(own['nll']):.2f}".lstrip("0")
+        assert cell in next(line for line in docs.splitlines() if line.startswith(f"| {title}"))
