@@ -219,7 +219,7 @@ def test_what_policies_need_is_what_they_read(make_tiny_homes):
 
 
 def test_an_unknown_policy_is_refused(make_tiny_homes):
-    message = r"policy must be one of random, .*informed, got 'clever'\. Choose one of these"
+    message = r"policy must be one of random, .*base3, got 'clever'\. Choose one of these"
     with pytest.raises(ValueError, match=message):
         make_policy("clever", make_tiny_homes())
 
