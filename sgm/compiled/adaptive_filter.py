@@ -65,6 +65,9 @@ def follow_looks(
     later = np.empty(num_rooms)
     share = np.zeros(num_places)  # of a place in the destinations of its room
     remains = np.empty(leaving.shape[1])
+    # Runs of neighbouring places of one room, within which no loop looks up the room.
+    run_start = np.empty(num_places + 1, dtype=np.int64)
+    run_room = np.empty(num_places, dtype=np.int64)
     # Filters of one rate and crossing differ in the move just before the question alone: the
     # others start from the first one's belief before it, at the look where it was.
     before = np.empty((rate.shape[1], num_places))
@@ -84,6 +87,12 @@ def follow_looks(
                     where[num_looks] = place
                     num_looks += 1
         order = np.argsort(when[:num_looks], kind="mergesort")
+        num_runs = 0
+        for place in range(num_places):
+            if place == 0 or in_room[place] != in_room[place - 1]:
+                run_start[num_runs], run_room[num_runs] = place, in_room[place]
+                num_runs += 1
+        run_start[num_runs] = num_places
         total[:] = 0
         for place in range(num_places):
             if in_room[place] >= 0:
@@ -120,18 +129,24 @@ def follow_looks(
                         for other in range(len(remains)):
                             remains[other] = math.exp(-leaving[query, other] * elapsed)
                     mass[:] = 0
-                    for place in range(num_places):
-                        if in_room[place] >= 0:
-                            mass[in_room[place]] += density[place]
+                    for run in range(num_runs):
+                        own = run_room[run]
+                        if own >= 0:
+                            inside = mass[own]
+                            for place in range(run_start[run], run_start[run + 1]):
+                                inside += density[place]
+                            mass[own] = inside
                     for own in range(num_rooms):
                         later[own] = total[own] + stays_in_room * (mass[own] - total[own])
-                    for place in range(num_places):
-                        own = in_room[place]
+                    for run in range(num_runs):
+                        own = run_room[run]
                         if own < 0:
                             continue
-                        density[place] = later[own] * share[place] + stays * (
-                            density[place] - mass[own] * share[place]
-                        )
+                        inside, then = mass[own], later[own]
+                        for place in range(run_start[run], run_start[run + 1]):
+                            density[place] = then * share[place] + stays * (
+                                density[place] - inside * share[place]
+                            )
                     if number == 0:
                         for other in range(len(left)):
                             left[other] = 1 - (1 - left[other]) * remains[other]
