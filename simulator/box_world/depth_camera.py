@@ -26,7 +26,7 @@ class Shot:
         depth: what was measured, z in metres, nan where nothing was, float32 (rows, columns).
         true_depth: without noise, inf where nothing is, (rows, columns).
         owner: whose each pixel is, -1 for nothing, int32 (rows, columns).
-        num_alone: pixels that each owner would take if nothing stood before it, (owners,).
+        num_alone: pixels that each thing would take if nothing stood before it, (C,).
     """
 
     depth: np.ndarray
@@ -53,20 +53,20 @@ class DepthCamera:
     hole_share: float = 0.01
 
     def shoot(
-        self, solids: Solids, num_owners: int, pose: Pose, *, rng: np.random.Generator
+        self, solids: Solids, num_things: int, pose: Pose, *, rng: np.random.Generator
     ) -> Shot:
         """Take a picture.
 
         Args:
             solids: what there is.
-            num_owners: of it.
+            num_things: the first owners, C.
             pose: true one of the camera.
             rng: of noise and holes.
         """
         camera = self.intrinsics
         depth = np.full((camera.height, camera.width), np.inf)
         owner = np.full(depth.shape, -1, dtype=np.int32)
-        num_alone = np.zeros(num_owners, dtype=np.int64)
+        num_alone = np.zeros(num_things, dtype=np.int64)
         cast_rays(
             solids.center, solids.half, solids.turn, solids.owner,
             np.ascontiguousarray(pose.position), np.ascontiguousarray(pose.rotation),

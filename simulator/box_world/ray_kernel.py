@@ -38,11 +38,21 @@ def cast_rays(
         middle: cx, cy.
         depth: inf at first; becomes z of what each pixel shows, (rows, columns).
         seen_owner: -1 at first; becomes whose it is, int32 (rows, columns).
-        num_alone: 0 at first; becomes how many pixels the boxes of each owner would take if
-            nothing stood before them, (owners,).
+        num_alone: 0 at first; becomes how many pixels the boxes of each of the first owners would
+            take if nothing stood before them, (m,).
     """
     rows, columns = depth.shape
+    # The nearest first: most pixels of those behind are settled by then.
+    nearest = np.empty(len(center))
     for box in range(len(center)):
+        cos, sin = turn[box, 0], turn[box, 1]
+        ahead = rotation[2, 2] * (center[box, 2] - position[2])
+        ahead += rotation[0, 2] * (center[box, 0] - position[0])
+        ahead += rotation[1, 2] * (center[box, 1] - position[1])
+        reach = abs(cos * rotation[0, 2] + sin * rotation[1, 2]) * half[box, 0]
+        reach += abs(cos * rotation[1, 2] - sin * rotation[0, 2]) * half[box, 1]
+        nearest[box] = ahead - reach - abs(rotation[2, 2]) * half[box, 2]
+    for box in np.argsort(nearest):
         cos, sin = turn[box, 0], turn[box, 1]
         # The camera in the axes of the box: an origin and a matrix for directions.
         dx, dy = position[0] - center[box, 0], position[1] - center[box, 1]
@@ -78,8 +88,11 @@ def cast_rays(
             continue
         if is_near:
             first_row, last_row, first_column, last_column = 0, rows - 1, 0, columns - 1
+        is_counted = owner[box] < len(num_alone)
         for row in range(max(first_row, 0), min(last_row, rows - 1) + 1):
             for column in range(max(first_column, 0), min(last_column, columns - 1) + 1):
+                if not is_counted and depth[row, column] < nearest[box]:
+                    continue
                 u = (column - middle[0]) / focal[0]
                 v = (row - middle[1]) / focal[1]
                 wx = rotation[0, 0] * u + rotation[0, 1] * v + rotation[0, 2]
@@ -88,7 +101,8 @@ def cast_rays(
                 enter = _enter(ox, oy, oz, cos * wx + sin * wy, cos * wy - sin * wx, wz, hx, hy, hz)
                 if enter < _NEAR or enter == math.inf:
                     continue
-                num_alone[owner[box]] += 1
+                if is_counted:
+                    num_alone[owner[box]] += 1
                 if enter < depth[row, column]:
                     depth[row, column] = enter
                     seen_owner[row, column] = owner[box]

@@ -184,7 +184,7 @@ class RobotBody:
         at = np.array([*self.position, self.rules.camera_height])
         true_pose = Pose.look_at(at.tolist(), (at + forward).tolist())
         shot = self.rules.camera.shoot(
-            self._solids, self.world.num_owners, true_pose, rng=self._rng
+            self._solids, self.world.homes.num_slots, true_pose, rng=self._rng
         )
         detected = self.rules.detector.detect(self.world, shot, rng=self._rng)
         return RobotFrame(self.time, self._guess_pose(true_pose), true_pose, shot, detected)

@@ -50,6 +50,7 @@ class BoxWorld:
         self.room_labels = tuple(rooms)
         self.things = ThingBoxes(homes, self.floor, homes.streams.generator("box things", 0))
         self.open_doors: set[int] = set()
+        self._solids: tuple[frozenset[int], Solids] | None = None
         ground = Box.of_floor(self.floor.low, self.floor.high)
         self._still = Solids.of_boxes([*self.floor.walls, ground], self.num_owners - 1)
 
@@ -66,19 +67,15 @@ class BoxWorld:
     @property
     def solids(self) -> Solids:
         """All boxes that a ray can hit, as they are now."""
-        parts = [
-            Solids.of_boxes(
-                list_parts(box, shape, number in self.open_doors), self.homes.num_slots + number
-            )
-            for number, (box, shape) in enumerate(
-                zip(self.floor.furniture, self.floor.shapes, strict=True)
-            )
-        ]
-        return Solids.join([self.things.solids, *parts, self._still])
+        doors = frozenset(self.open_doors)
+        if self._solids is None or self._solids[0] != doors:
+            self._solids = doors, self._make_solids()
+        return self._solids[1]
 
     def evolve(self) -> None:
         """Let a time step pass; all doors are shut then."""
         self.homes.evolve()
+        self._solids = None
         self.things.update()
         self.open_doors.clear()
 
@@ -113,3 +110,14 @@ class BoxWorld:
             np.ascontiguousarray(ignored, dtype=np.int32), is_hidden,
         )  # fmt: skip
         return is_hidden
+
+    def _make_solids(self) -> Solids:
+        parts = [
+            Solids.of_boxes(
+                list_parts(box, shape, number in self.open_doors), self.homes.num_slots + number
+            )
+            for number, (box, shape) in enumerate(
+                zip(self.floor.furniture, self.floor.shapes, strict=True)
+            )
+        ]
+        return Solids.join([self.things.solids, *parts, self._still])

@@ -159,7 +159,7 @@ def _list_absences(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
         "0",
     )
     yield (
-        "absence counted for what had left",
+        "absence counted for what had left, in looks that had its spot in view and in others",
         f"{count['num_absences']} of {count['num_gone']} things that had left",
         "",
     )

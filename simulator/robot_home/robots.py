@@ -86,7 +86,7 @@ class HomeRobot(ABC):
             look = self.look_at(furniture)
             if look is None:
                 search.not_found(0.01)
-            elif search.seen(look.seen, max(look.coverage.values())):
+            elif search.seen(look.seen, look.coverage, look.hidden):
                 is_found = self._is_there(description, furniture)
                 break
         return Errand(description, is_found, search.num_looks, metres)
@@ -181,5 +181,6 @@ def make_memory(world: BoxWorld, **options: Any) -> SceneGraphMemory:
     labels = world.homes.furniture_labels[0, : world.num_furniture].tolist()
     for number, (label, name) in enumerate(zip(labels, number_names(labels), strict=True)):
         room = rooms[int(world.homes.furniture_room[0, number])]
-        memory.add_furniture(label, room, name, position=world.floor.find_stand(number))
+        stand, box = world.floor.find_stand(number), world.floor.furniture[number]
+        memory.add_furniture(label, room, name, position=stand, box=box)
     return memory

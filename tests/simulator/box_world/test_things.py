@@ -111,7 +111,7 @@ def test_detector_sees_what_is_in_the_picture_and_names_some_wrongly(make_world)
     for _ in range(40):
         for furniture, box in enumerate(world.floor.furniture[:4]):
             pose = Pose.look_at((*world.floor.find_stand(furniture), 1.3), box.center)
-            shot = camera.shoot(world.solids, world.num_owners, pose, rng=rng)
+            shot = camera.shoot(world.solids, world.homes.num_slots, pose, rng=rng)
             for found in detector.detect(world, shot, rng=rng):
                 left, top, right, bottom = found.detection.box
                 own = np.argwhere(shot.owner == found.slot)
