@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from sgm.checks import check_at_least
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from sgm.memory.look_log import read_log
 from sgm.prior.prior_graph import PRIOR_HELP, load_prior
-from simulator.command_line import choose, make_parser, parse
+from simulator.command_line import choose, make_parser, parse, pick
 from simulator.home_options import HomeOptions
 from simulator.process import run_main
 from simulator.trace.from_log import make_trace, split_trace
@@ -95,10 +96,13 @@ def check(arguments: Sequence[str]) -> int:
 
 def bring(arguments: Sequence[str]) -> int:
     """Make a trace or a memory of a home from another program."""
+    if arguments[:1] == ["bag"]:
+        return bring_bag(arguments[1:])
     parser = make_parser(
         f"{PROG} import",
         "Make a trace or a memory of a home from another program. Formats: "
-        + "; ".join(f"{name}: {importer.help}" for name, importer in IMPORTERS.items()),
+        + "; ".join(f"{name}: {importer.help}" for name, importer in IMPORTERS.items())
+        + f"; bag: a recording of ROS 2, which has options of its own: {PROG} import bag --help",
     )
     parser.add_argument("format", choices=list(IMPORTERS), metavar="FORMAT", help="see above")
     parser.add_argument("file", type=Path, help="the file to read")
@@ -142,6 +146,52 @@ def bring(arguments: Sequence[str]) -> int:
     if options.memory is not None:
         remember_trace(trace, load_prior(options.prior)).save(options.memory)
         print(f"memory: {options.memory}")
+    return 0
+
+
+def bring_bag(arguments: Sequence[str]) -> int:
+    """Make a log of looks, a memory or a trace of a recording of ROS 2."""
+    from simulator.trace.importers.bag import BagOptions, load_home_map, read_bag
+
+    parser = make_parser(
+        f"{PROG} import bag",
+        "Let a memory look at a recording of ROS 2 (sqlite3 or MCAP), and write its log, the "
+        "memory or a trace (docs/bags.md). Needs the package rosbags (extra bag), and no ROS.",
+    )
+    parser.add_argument("folder", type=Path, help="of the bag, with metadata.yaml")
+    parser.add_argument(
+        "--map", type=Path, required=True, help="rooms and furniture with their boxes (YAML)"
+    )
+    parser.add_class_arguments(BagOptions)
+    parser.add_argument("--log", type=Path | None, help="new file for the log of the looks")
+    parser.add_argument("--memory", type=Path | None, help="file for the memory")
+    parser.add_argument("--out", type=Path | None, help="folder for the trace")
+    parser.add_argument(
+        "--prior", default="household", help="of the memory: default, household, or a prior file"
+    )
+    options = parse(parser, arguments)
+    if options.out is None and options.memory is None and options.log is None:
+        raise ValueError(
+            "import must make something, got none of them. Give --log, --memory or --out."
+        )
+    if options.log is not None and options.log.exists():
+        raise ValueError(f"log must be a new file, got {options.log}. Name another one.")
+    home = load_home_map(options.map)
+    with TemporaryDirectory() as folder:
+        log = options.log
+        if log is None and options.out is not None:
+            log = Path(folder) / "looks.jsonl"
+        own = BagOptions(**pick(options, BagOptions))
+        looks = read_bag(options.folder, home, own, prior=load_prior(options.prior), log=log)
+        print(looks.summarise())
+        if options.log is not None:
+            print(f"log: {options.log}")
+        if options.memory is not None:
+            looks.memory.save(options.memory)
+            print(f"memory: {options.memory}")
+        if options.out is not None and log is not None:
+            save_trace(make_trace(read_log(log), options.folder.name), options.out)
+            print(f"trace: {options.out}")
     return 0
 
 

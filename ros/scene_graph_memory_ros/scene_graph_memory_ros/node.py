@@ -1,0 +1,193 @@
+"""A node that remembers what a camera shows and says where things are; `sgm` does the work."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import rclpy
+import yaml
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from scene_graph_memory_msgs.srv import Rank, Search
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import String, UInt32
+from tf2_msgs.msg import TFMessage
+from vision_msgs.msg import Detection2DArray, Detection3DArray
+from visualization_msgs.msg import Marker, MarkerArray
+
+from sgm import Bayesian, Finder, ObjectFinder, SceneGraphMemory
+from sgm.ros import HomeMap, LiveMemory
+from sgm.ros.live_memory import BeliefMarker, NextLook
+
+# Parameters and what they are if nobody says.
+PARAMETERS: dict[str, Any] = {
+    "map_file": "",  # rooms and furniture with boxes (docs/bags.md)
+    "memory_file": "",  # is gone on with if it exists, and saved every `save_seconds`
+    "log_file": "",  # of every look
+    "network": "",  # "any_home", or a folder; heuristics if empty
+    "map_frame": "map",
+    "base_frame": "base_link",
+    "camera_frame": "",  # that of the detections if empty
+    "is_3d": False,  # whether detections are a Detection3DArray
+    "uses_depth": True,
+    "step_seconds": 600.0,
+    "save_seconds": 60.0,
+}
+
+
+class MemoryNode(Node):
+    """Subscribes to transforms, camera, depth and detections; answers `rank` and `search`."""
+
+    def __init__(self) -> None:
+        """Load or begin the memory, and connect all topics."""
+        super().__init__("scene_graph_memory")
+        read = {
+            name: self.declare_parameter(name, usual).value for name, usual in PARAMETERS.items()
+        }
+        self._frames = read["map_frame"], read["base_frame"]
+        self._file = Path(read["memory_file"]) if read["memory_file"] else None
+        finder = ObjectFinder.load(read["network"]) if read["network"] else Finder(Bayesian())
+        self._live = LiveMemory(
+            self._make_memory(read["map_file"], read["log_file"] or None),
+            finder,
+            step_seconds=read["step_seconds"],
+            on_look=lambda look: self.get_logger().info(
+                f"looked at {self._live.memory.describe(look.furniture)}: {len(look.seen)} things"
+            ),
+            map_frame=read["map_frame"],
+            camera_frame=read["camera_frame"] or None,
+            uses_depth=read["uses_depth"],
+        )
+        feed, builder, is_3d = self._live.feed, self._live.builder, read["is_3d"]
+        still = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        detections = Detection3DArray if is_3d else Detection2DArray
+        for kind, topic, take, quality in (
+            (TFMessage, "/tf", feed.take_transforms, 100),
+            (TFMessage, "/tf_static", lambda m: feed.take_transforms(m, is_still=True), still),
+            (CameraInfo, "camera_info", feed.take_camera, qos_profile_sensor_data),
+            (Image, "depth", feed.take_depth, qos_profile_sensor_data),
+            (PoseWithCovarianceStamped, "pose", feed.take_pose, 10),
+            (detections, "detections", lambda m: feed.take_detections(m, is_3d=is_3d), 10),
+            (UInt32, "~/opened", lambda m: builder.set_open(m.data), 10),
+            (UInt32, "~/shut", lambda m: builder.set_open(m.data, is_open=False), 10),
+            (String, "~/show", lambda m: self._show(m.data), 10),
+        ):
+            self.create_subscription(kind, topic, self._guard(take), quality)
+        self._next = self.create_publisher(PoseStamped, "~/next_look", 10)
+        self._belief = self.create_publisher(MarkerArray, "~/belief", 10)
+        self.create_service(Rank, "~/rank", self._rank)
+        self.create_service(Search, "~/search", self._search)
+        if self._file is not None:
+            self.create_timer(read["save_seconds"], self.save)
+
+    def save(self) -> None:
+        """Write the memory to its file."""
+        if self._file is not None:
+            self._live.memory.save(self._file)
+
+    def finish(self) -> None:
+        """End the visit that goes on, and save."""
+        self._live.finish()
+        self.save()
+
+    def _make_memory(self, map_file: str, log: str | None) -> SceneGraphMemory:
+        if self._file is not None and self._file.exists():
+            return SceneGraphMemory.load(self._file, log=log)
+        memory = SceneGraphMemory(log=log)
+        data = yaml.safe_load(Path(map_file).read_text("utf-8")) if map_file else None
+        HomeMap.from_values(data, map_file or "the parameter map_file").add_to(memory)
+        return memory
+
+    def _guard(self, take: Any) -> Any:
+        """Return a callback that reports bad input and lives on."""
+
+        def call(message: Any) -> None:
+            try:
+                take(message)
+            except (ValueError, KeyError) as error:
+                self.get_logger().warning(str(error))
+
+        return call
+
+    def _rank(self, request: Any, response: Any) -> Any:
+        try:
+            ranking = self._live.rank(request.description, request.k or None)
+        except ValueError as error:
+            response.text = str(error)
+            return response
+        response.furniture = [place.furniture for place in ranking]
+        response.names = [place.name for place in ranking]
+        response.probabilities = [place.probability for place in ranking]
+        response.elsewhere, response.text = ranking.elsewhere, str(ranking)
+        self._show(request.description)
+        return response
+
+    def _search(self, request: Any, response: Any) -> Any:
+        try:
+            look = self._live.find_next(request.description, self._find_position())
+        except ValueError as error:
+            response.is_over, response.outcome, response.furniture = True, str(error), -1
+            return response
+        response.is_over, response.outcome = look.furniture < 0, look.outcome
+        response.furniture, response.name = look.furniture, look.name
+        response.probability = look.probability
+        if not response.is_over:
+            response.pose = self._make_pose(look)
+            self._next.publish(response.pose)
+        self._show(request.description)
+        return response
+
+    def _find_position(self) -> tuple[float, float] | None:
+        """Return x, y of the robot in the map; None if no transform says."""
+        now = self.get_clock().now().nanoseconds * 1e-9
+        found = self._live.feed.transforms.find(*self._frames, now)
+        return None if found is None else (float(found[0][0, 3]), float(found[0][1, 3]))
+
+    def _make_pose(self, look: NextLook) -> PoseStamped:
+        pose = PoseStamped()
+        pose.header.frame_id = self._frames[0]
+        pose.header.stamp = self.get_clock().now().to_msg()
+        pose.pose.position.x, pose.pose.position.y = look.position
+        pose.pose.orientation.z = math.sin(look.yaw / 2)
+        pose.pose.orientation.w = math.cos(look.yaw / 2)
+        return pose
+
+    def _show(self, description: str) -> None:
+        """Publish where a thing may be, as boxes that are the redder the likelier."""
+        markers = [Marker(action=Marker.DELETEALL)]
+        for row in self._live.list_markers(description):
+            markers += [self._mark(row, Marker.CUBE), self._mark(row, Marker.TEXT_VIEW_FACING)]
+        self._belief.publish(MarkerArray(markers=markers))
+
+    def _mark(self, row: BeliefMarker, kind: int) -> Marker:
+        is_text = kind == Marker.TEXT_VIEW_FACING
+        mark = Marker(type=kind, ns="text" if is_text else "belief", id=row.furniture)
+        mark.header.frame_id = self._frames[0]
+        at, size = mark.pose.position, mark.scale
+        at.x, at.y, at.z = row.box.center
+        mark.pose.orientation.z = math.sin(row.box.yaw / 2)
+        mark.pose.orientation.w = math.cos(row.box.yaw / 2)
+        size.x, size.y, size.z = row.box.size
+        mark.color.r, mark.color.g = 1.0, 1.0 - row.probability
+        mark.color.a = 0.2 + 0.6 * row.probability
+        if is_text:
+            at.z, size.z = row.box.top + 0.2, 0.15
+            mark.text, mark.color.a = row.text, 1.0
+        return mark
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the node until it is stopped."""
+    rclpy.init(args=args)
+    node = MemoryNode()
+    try:
+        rclpy.spin(node)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        node.finish()
+        node.destroy_node()
+        rclpy.try_shutdown()

@@ -1,0 +1,8 @@
+"""Messages of ROS 2, whoever decoded them, to frames of a camera; needs no ROS."""
+
+from sgm.ros.camera_feed import CameraFeed
+from sgm.ros.home_map import HomeMap
+from sgm.ros.live_memory import LiveMemory
+from sgm.ros.transforms import TransformTree
+
+__all__ = ["CameraFeed", "HomeMap", "LiveMemory", "TransformTree"]

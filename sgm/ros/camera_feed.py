@@ -1,0 +1,202 @@
+"""Streams of messages to frames: what belongs to one picture is put together."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sgm.eyes.camera import Intrinsics, Pose
+from sgm.eyes.look_builder import LookBuilder
+from sgm.ros.readings import (
+    read_camera_info,
+    read_depth_image,
+    read_detections,
+    read_detections_3d,
+    read_time,
+    read_uncertainty,
+)
+from sgm.ros.transforms import TransformTree
+
+_MOST_WAITING = 200  # pictures whose depth or transform has not come yet
+_MOST_DEPTHS = 30  # depth images that are kept
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Waiting:
+    """Detections of a picture that wait for the rest of it."""
+
+    time: float
+    frame: str
+    message: Any
+    is_3d: bool
+
+
+class CameraFeed:
+    """Puts transforms, camera, depth and detections together and shows them to a `LookBuilder`.
+
+    Every message of detections is a frame, also one without any: a detector must publish what it
+    did not see, too. A frame waits until its depth image and a transform of its time or later have
+    come, `patience` seconds of the messages' own time at most; then it is shown without.
+
+    Messages may be of `rclpy` or of `rosbags`: only their fields are read. What cannot be read is
+    counted in `counts`, and never raised.
+
+    Attributes:
+        transforms: of the robot.
+        counts: messages by what became of them.
+    """
+
+    def __init__(
+        self,
+        builder: LookBuilder,
+        *,
+        map_frame: str = "map",
+        camera_frame: str | None = None,
+        names: Sequence[str] | Mapping[str, str] | None = None,
+        position_sd: float = 0.02,
+        angle_sd: float = 0.01,
+        uses_depth: bool = True,
+        slack: float = 0.05,
+        patience: float = 0.5,
+    ) -> None:
+        """Start without messages.
+
+        Args:
+            builder: makes the looks.
+            map_frame: name of the frame of the map, in which the furniture is given.
+            camera_frame: name of the optical frame of the camera; None for that of the messages.
+            names: what class ids of the detector mean; None if they are names.
+            position_sd: standard deviation of the robot's position, metres, until a message says.
+            angle_sd: likewise of its yaw, radians.
+            uses_depth: whether frames wait for depth images.
+            slack: seconds between a depth image and the detections that it belongs to, at most.
+            patience: seconds that a frame waits.
+        """
+        self.transforms = TransformTree()
+        self.counts: Counter[str] = Counter()
+        self._builder, self._names = builder, names
+        self._map_frame, self._camera_frame = map_frame, camera_frame
+        self._sd = position_sd, angle_sd
+        self._uses_depth, self._slack, self._patience = uses_depth, slack, patience
+        self._intrinsics: Intrinsics | None = None
+        self._depths: deque[tuple[float, np.ndarray]] = deque(maxlen=_MOST_DEPTHS)
+        self._waiting: deque[_Waiting] = deque()
+        self._now = -np.inf
+
+    def take_transforms(self, message: Any, *, is_still: bool = False) -> None:
+        """Take a `tf2_msgs/TFMessage`; `is_still` for those of /tf_static."""
+        for one in message.transforms:
+            at, turn = one.transform.translation, one.transform.rotation
+            try:
+                time = read_time(one.header)
+                self.transforms.add(
+                    str(one.header.frame_id), str(one.child_frame_id), time,
+                    (at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w), is_still=is_still,
+                )  # fmt: skip
+            except (ValueError, TypeError, AttributeError):
+                self.counts["transforms that cannot be read"] += 1
+                continue
+            self.counts["transforms"] += 1
+            if not is_still:
+                self._now = max(self._now, time)
+        self._show_ready()
+
+    def take_camera(self, message: Any) -> None:
+        """Take a `sensor_msgs/CameraInfo`."""
+        try:
+            self._intrinsics = read_camera_info(message)
+            self.counts["camera infos"] += 1
+        except (ValueError, TypeError, AttributeError):
+            self.counts["camera infos that cannot be read"] += 1
+
+    def take_depth(self, message: Any) -> None:
+        """Take a depth image, a `sensor_msgs/Image`, registered to the camera of the detections."""
+        try:
+            time = read_time(message.header)
+            self._depths.append((time, read_depth_image(message)))
+            self.counts["depth images"] += 1
+            self._now = max(self._now, time)
+        except (ValueError, TypeError, AttributeError):
+            self.counts["depth images that cannot be read"] += 1
+        self._show_ready()
+
+    def take_detections(self, message: Any, *, is_3d: bool) -> None:
+        """Take a `vision_msgs/Detection2DArray`, or a `Detection3DArray`."""
+        try:
+            time, frame = read_time(message.header), str(message.header.frame_id)
+        except (ValueError, TypeError, AttributeError):
+            self.counts["detections that cannot be read"] += 1
+            return
+        self.counts["messages of detections"] += 1
+        self._now = max(self._now, time)
+        self._waiting.append(_Waiting(time, frame, message, is_3d))
+        self._show_ready()
+
+    def take_pose(self, message: Any) -> None:
+        """Take a `geometry_msgs/PoseWithCovarianceStamped` for how sure the robot's pose is."""
+        try:
+            self._sd = read_uncertainty(message.pose.covariance)
+            self.counts["poses"] += 1
+        except (ValueError, TypeError, AttributeError):
+            self.counts["poses that cannot be read"] += 1
+
+    def finish(self) -> None:
+        """Show all that waits, as at the end of a recording."""
+        while self._waiting:
+            self._show(self._waiting.popleft())
+
+    def _show_ready(self) -> None:
+        while self._waiting and (
+            self._is_ready(self._waiting[0])
+            or self._now > self._waiting[0].time + self._patience
+            or len(self._waiting) > _MOST_WAITING
+        ):
+            self._show(self._waiting.popleft())
+
+    def _is_ready(self, waiting: _Waiting) -> bool:
+        """Tell whether a depth image and later transforms are there."""
+        if self._uses_depth and self._find_depth(waiting.time) is None:
+            return False
+        frame = self._camera_frame or waiting.frame
+        found = self.transforms.find(self._map_frame, frame, waiting.time)
+        return found is not None and found[1] >= waiting.time
+
+    def _find_depth(self, time: float) -> np.ndarray | None:
+        nearest = min(self._depths, key=lambda row: abs(row[0] - time), default=None)
+        return None if nearest is None or abs(nearest[0] - time) > self._slack else nearest[1]
+
+    def _show(self, waiting: _Waiting) -> None:
+        """Show a frame to the builder with what there is of it."""
+        if self._intrinsics is None:
+            self.counts["frames before any camera info"] += 1
+            return
+        camera = self.transforms.find(
+            self._map_frame, self._camera_frame or waiting.frame, waiting.time
+        )
+        pose, pose_time = None, None
+        try:
+            if camera is not None:
+                pose, pose_time = Pose.from_matrix(camera[0], *self._sd), camera[1]
+            if not waiting.is_3d:
+                detections = read_detections(waiting.message, self._names)
+            else:
+                source = self.transforms.find(self._map_frame, waiting.frame, waiting.time)
+                known = np.eye(4) if source is None else source[0]
+                detections = read_detections_3d(waiting.message, known, self._names)
+                if source is None:
+                    pose = None  # nobody knows where these are
+            depth = self._find_depth(waiting.time) if self._uses_depth else None
+            size = (self._intrinsics.height, self._intrinsics.width)
+            if depth is not None and depth.shape != size:
+                self.counts["depth images of another size than the camera"] += 1
+                depth = None
+            if self._uses_depth and depth is None:
+                self.counts["frames without depth"] += 1
+            self._builder.frame(waiting.time, pose, self._intrinsics, detections, depth, pose_time)
+            self.counts["frames"] += 1
+        except (ValueError, TypeError, AttributeError):
+            self.counts["frames that cannot be read"] += 1

@@ -1,0 +1,179 @@
+"""A map of rooms and furniture with extents, as plain values of a YAML or JSON file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from sgm.arrays.read_numbers import read_numbers
+from sgm.layout.box import Box
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.messages import shorten
+from sgm.names.words import read_words
+
+_MOST_ROOMS, _MOST_FURNITURE = 1000, 10_000
+_ROOM_FIELDS = ("name", "label", "floor")
+_FURNITURE_FIELDS = (
+    "name", "label", "room", "center", "size", "yaw", "interior", "position", "open_cost",
+    "is_open",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class MapFurniture:
+    """A piece of furniture of a map.
+
+    Attributes:
+        name: for people, such as "white fridge".
+        label: what it is, such as "fridge".
+        room: number of its room.
+        box: its extents.
+        position: where one stands to look at it; None to find it before the box.
+        open_cost: of opening it; None where there is nothing to open.
+        is_open: whether its door stands open all the time.
+    """
+
+    name: str
+    label: str
+    room: int
+    box: Box
+    position: tuple[float, float] | None = None
+    open_cost: float | None = None
+    is_open: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class HomeMap:
+    """Rooms and furniture of a home in one frame of coordinates.
+
+    Attributes:
+        frame: name of that frame.
+        rooms: label of each, (R,).
+        furniture: (F,); floors of rooms are among it.
+    """
+
+    frame: str
+    rooms: tuple[str, ...]
+    furniture: tuple[MapFurniture, ...]
+
+    @classmethod
+    def from_values(cls, data: Any, where: str = "map") -> HomeMap:
+        """Read what a file of a map holds.
+
+        Args:
+            data: plain values: {"frame": "map", "rooms": [...], "furniture": [...]}.
+            where: name of the file, for messages.
+
+        Raises:
+            ValueError: if something is missing or malformed; names the entry.
+        """
+        if not isinstance(data, Mapping) or not data.get("rooms") or not data.get("furniture"):
+            raise ValueError(
+                f"map must have rooms and furniture, got {shorten(data)} in {where}. Write a list "
+                "of each."
+            )
+        unknown = sorted(set(map(str, data)) - {"frame", "rooms", "furniture"})
+        if unknown:
+            raise ValueError(
+                f"map must have the fields frame, rooms and furniture, got {shorten(unknown)} in "
+                f"{where}. Take the others out."
+            )
+        rooms: dict[str, int] = {}
+        labels: list[str] = []
+        furniture: list[MapFurniture] = []
+        for number, entry in enumerate(_read_list("rooms", data["rooms"], _MOST_ROOMS, where)):
+            spot = f"room {number} in {where}"
+            row = {"name": entry} if isinstance(entry, str) else entry
+            _check_fields(row, _ROOM_FIELDS, ("name",), spot)
+            name = read_words(f"name of {spot}", row["name"])
+            if name in rooms:
+                raise ValueError(
+                    f"rooms must have names of their own, got {shorten(name)} again as {spot}. "
+                    'Write {name: "bedroom 2", label: bedroom}.'
+                )
+            rooms[name] = number
+            labels.append(read_words(f"label of {spot}", row.get("label", _drop_number(name))))
+            if row.get("floor") is not None:
+                corners = read_numbers(f"floor of {spot}", row["floor"], (2, 2))
+                box = Box.of_floor(corners[0].tolist(), corners[1].tolist())
+                furniture.append(MapFurniture(f"floor of {name}", "floor", number, box))
+        for number, entry in enumerate(
+            _read_list("furniture", data["furniture"], _MOST_FURNITURE, where)
+        ):
+            furniture.append(_read_furniture(entry, rooms, f"furniture {number} in {where}"))
+        return cls(str(data.get("frame", "map")), tuple(labels), tuple(furniture))
+
+    def add_to(self, memory: SceneGraphMemory) -> dict[int, Box]:
+        """Add all rooms and furniture to a memory, and return the boxes by furniture id."""
+        rooms = [memory.add_room(label) for label in self.rooms]
+        return {
+            memory.add_furniture(
+                row.label, rooms[row.room], row.name, row.position, row.box, row.open_cost
+            ): row.box
+            for row in self.furniture
+        }
+
+
+def _read_furniture(entry: Any, rooms: Mapping[str, int], spot: str) -> MapFurniture:
+    _check_fields(entry, _FURNITURE_FIELDS, ("name", "room", "center", "size"), spot)
+    name = read_words(f"name of {spot}", entry["name"])
+    room = rooms.get(read_words(f"room of {spot}", entry["room"]))
+    if room is None:
+        raise ValueError(
+            f"room of {spot} must be one of {shorten(list(rooms))}, got {shorten(entry['room'])}. "
+            "Add the room, or correct the name."
+        )
+    position = None
+    if entry.get("position") is not None:
+        x, y = read_numbers(f"position of {spot}", entry["position"], (2,)).tolist()
+        position = x, y
+    cost = entry.get("open_cost")
+    try:
+        yaw, interior = entry.get("yaw", 0.0), entry.get("interior", "none")
+        box = Box(entry["center"], entry["size"], yaw, interior)
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{spot}: {error}") from None
+    is_open = entry.get("is_open", False)
+    if not isinstance(is_open, bool) or (is_open and not box.has_door):
+        raise ValueError(
+            f"is_open of {spot} must be true or false, and true of doors alone, got "
+            f"{shorten(is_open)}. Write interior: door, or leave it out."
+        )
+    return MapFurniture(
+        name,
+        read_words(f"label of {spot}", entry.get("label", _drop_number(name))),
+        room,
+        box,
+        position,
+        None if cost is None else float(read_numbers(f"open_cost of {spot}", cost, ())),
+        is_open,
+    )
+
+
+def _read_list(name: str, values: Any, most: int, where: str) -> list[Any]:
+    if not isinstance(values, list) or len(values) > most:
+        raise ValueError(
+            f"{name} of a map must be a list of at most {most}, got {shorten(values)} in {where}. "
+            "Write one entry a line."
+        )
+    return values
+
+
+def _check_fields(entry: Any, known: tuple[str, ...], needed: tuple[str, ...], spot: str) -> None:
+    if not isinstance(entry, Mapping):
+        raise ValueError(f"{spot} must be an entry with fields, got {shorten(entry)}. Give a name.")
+    missing = [name for name in needed if entry.get(name) is None]
+    unknown = sorted(set(map(str, entry)) - set(known))
+    if missing or unknown:
+        raise ValueError(
+            f"{spot} must have the fields {', '.join(needed)} and may have "
+            f"{', '.join(sorted(set(known) - set(needed)))}, got "
+            f"{'none of ' + ', '.join(missing) if missing else shorten(unknown)}. Correct them."
+        )
+
+
+def _drop_number(name: str) -> str:
+    """Return what something is from its name: "shelf 2" is a "shelf"."""
+    words = name.split()
+    return " ".join(words[:-1]) if len(words) > 1 and words[-1].isdecimal() else name

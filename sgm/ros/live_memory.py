@@ -1,0 +1,160 @@
+"""A memory that looks at a stream of messages, and what a robot asks it; needs no ROS."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from sgm.checks import check_at_least
+from sgm.eyes.built_look import BuiltLook
+from sgm.eyes.look_builder import LookBuilder
+from sgm.finder.finder import Finder
+from sgm.finder.ranking import Ranking
+from sgm.layout.box import Box
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.ros.camera_feed import CameraFeed
+
+_MOST_SHOWN = 20  # places of a belief that are drawn
+
+
+@dataclass(frozen=True, slots=True)
+class NextLook:
+    """Where to go and look.
+
+    Attributes:
+        furniture: its id; -1 where the search is over.
+        name: for people.
+        position: x, y of where to stand, metres in the map.
+        yaw: of the robot there, radians.
+        probability: that the thing is there.
+        outcome: how the search stands, a sentence.
+    """
+
+    furniture: int
+    name: str
+    position: tuple[float, float]
+    yaw: float
+    probability: float
+    outcome: str
+
+
+@dataclass(frozen=True, slots=True)
+class BeliefMarker:
+    """A place as a box, coloured by how likely the thing is there.
+
+    Attributes:
+        furniture: its id.
+        box: its extents.
+        probability: that the thing is there.
+        text: what to write above it.
+    """
+
+    furniture: int
+    box: Box
+    probability: float
+    text: str
+
+
+class LiveMemory:
+    """Folds looks into a memory as they are made, lets time pass with them, and answers.
+
+    Attributes:
+        memory: what is remembered.
+        feed: takes the messages.
+    """
+
+    def __init__(
+        self,
+        memory: SceneGraphMemory,
+        finder: Finder,
+        *,
+        step_seconds: float = 600.0,
+        on_look: Callable[[BuiltLook], None] = lambda look: None,
+        **feed: Any,
+    ) -> None:
+        """Begin with a memory whose furniture has boxes.
+
+        Args:
+            memory: with rooms and furniture (`HomeMap.add_to`), new or loaded.
+            finder: who is asked.
+            step_seconds: length of a time step of the memory.
+            on_look: is given every look after it was folded in.
+            feed: of `CameraFeed`.
+
+        Raises:
+            ValueError: if no furniture has a box, or a number is out of range.
+        """
+        check_at_least(1, step_seconds=step_seconds)
+        boxes = {
+            number: node.box
+            for number, node in memory.layout.furniture.items()
+            if node.box is not None
+        }
+        if not boxes:
+            raise ValueError(
+                "memory must have furniture with boxes to see it, got none. Add furniture with "
+                "box=, or give a map."
+            )
+        self.memory, self._finder = memory, finder
+        self._boxes, self._on_look = boxes, on_look
+        self._step_seconds = step_seconds
+        self._began: float | None = None  # seconds of the messages at time step `_first`
+        self._first = memory.time
+        self.builder = LookBuilder(boxes, on_look=self._tell)
+        self.feed = CameraFeed(self.builder, **feed)
+
+    def finish(self) -> None:
+        """End all visits, as when the robot stops."""
+        self.feed.finish()
+        for _ in self.builder.finish():
+            pass
+
+    def rank(self, description: str, k: int | None = None) -> Ranking:
+        """Rank the places where a thing may be."""
+        return self._finder.rank(self.memory, description, k=k)
+
+    def find_next(self, description: str, at: tuple[float, float] | None = None) -> NextLook:
+        """Return where to look next for a thing, from a position or from anywhere."""
+        search = self._finder.search(self.memory, description, start=at)
+        look = search.next()
+        if look is None:
+            return NextLook(-1, "", (0.0, 0.0), 0.0, 0.0, search.outcome)
+        furniture = look.place.furniture
+        (x, y), yaw = self.find_stand(furniture)
+        return NextLook(
+            furniture, look.place.name, (x, y), yaw, look.place.probability,
+            f"look at {look.place.name}, {look.place.probability:.0%}",
+        )  # fmt: skip
+
+    def find_stand(self, furniture: int) -> tuple[tuple[float, float], float]:
+        """Return where to stand before furniture, x, y, and the yaw with which one looks at it."""
+        box = self._boxes.get(furniture)
+        position = self.memory.get_position(furniture)
+        if position is None:
+            position = (0.0, 0.0) if box is None else (box.center[0], box.center[1])
+        if box is None:
+            return position, 0.0
+        return position, math.atan2(box.center[1] - position[1], box.center[0] - position[0])
+
+    def list_markers(self, description: str) -> list[BeliefMarker]:
+        """Return the likeliest places of a thing that have a box."""
+        return [
+            BeliefMarker(
+                place.furniture, self._boxes[place.furniture], place.probability,
+                f"{place.name} {place.probability:.0%}",
+            )
+            for place in self.rank(description, _MOST_SHOWN)
+            if place.furniture in self._boxes
+        ]  # fmt: skip
+
+    def _tell(self, look: BuiltLook) -> None:
+        """Let time pass until a look, and fold it in."""
+        if self._began is None:
+            self._began = look.end
+        step = self._first + int(max(look.end - self._began, 0.0) // self._step_seconds)
+        if step > self.memory.time:
+            self.memory.step(step - self.memory.time)
+        look.tell(self.memory)
+        self._on_look(look)

@@ -1,0 +1,165 @@
+"""Where frames of coordinates are in each other, over time: what tf2 publishes."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+
+from sgm.arrays.read_numbers import read_numbers
+from sgm.messages import shorten
+
+_MOST_FRAMES = 1000  # of coordinates, by far more than robots have
+_MOST_LEVELS = 64  # of frames in frames
+_MOST_KEPT = 4000  # transforms of one frame over time
+
+
+class TransformTree:
+    """A tree of frames, each with its transforms to its parent over the last seconds.
+
+    Between two transforms the position is interpolated, and the turn, too. After the last one the
+    last one holds: how old it is is said, and up to the caller.
+    """
+
+    def __init__(self, keeps: float = 10.0) -> None:
+        """Start without frames.
+
+        Args:
+            keeps: seconds for which transforms are kept.
+        """
+        self._keeps = keeps
+        self._parent: dict[str, str] = {}
+        self._still: dict[str, np.ndarray] = {}
+        self._times: dict[str, deque[float]] = {}
+        self._poses: dict[str, deque[np.ndarray]] = {}
+
+    def add(
+        self,
+        parent: str,
+        child: str,
+        time: float,
+        position: Sequence[float],
+        quaternion: Sequence[float],
+        *,
+        is_still: bool = False,
+    ) -> None:
+        """Add where `child` is in `parent`.
+
+        Args:
+            parent: name of a frame.
+            child: name of a frame.
+            time: seconds.
+            position: x, y, z.
+            quaternion: x, y, z, w.
+            is_still: whether it never changes.
+
+        Raises:
+            ValueError: if a number is not finite, the quaternion is no turn, or there are too many
+                frames.
+        """
+        parent, child = parent.lstrip("/"), child.lstrip("/")
+        pose = np.append(
+            read_numbers("position of a transform", position, (3,)),
+            read_numbers("quaternion of a transform", quaternion, (4,)),
+        )
+        norm = float(np.linalg.norm(pose[3:]))
+        if abs(norm - 1) > 0.01:
+            raise ValueError(
+                f"quaternion of a transform must have the length 1, got {norm:.3g} from "
+                f"{shorten(parent)} to {shorten(child)}. Give x, y, z, w."
+            )
+        pose[3:] /= norm
+        if child not in self._parent and len(self._parent) >= _MOST_FRAMES:
+            raise ValueError(
+                f"frames must be at most {_MOST_FRAMES}, got one more, {shorten(child)}. Leave out "
+                "what is no part of the robot."
+            )
+        self._parent[child] = parent
+        if is_still:
+            self._still[child] = pose
+            return
+        times = self._times.setdefault(child, deque(maxlen=_MOST_KEPT))
+        poses = self._poses.setdefault(child, deque(maxlen=_MOST_KEPT))
+        if times and time <= times[-1]:
+            if time > times[-1] - self._keeps:
+                return  # a late one; those around it are there
+            times.clear()  # the clock was set back
+            poses.clear()
+        times.append(time)
+        poses.append(pose)
+        while times[0] < time - self._keeps:
+            times.popleft()
+            poses.popleft()
+
+    def find(self, target: str, source: str, time: float) -> tuple[np.ndarray, float] | None:
+        """Return the pose of a frame in another one.
+
+        Args:
+            target: in whose coordinates.
+            source: of which frame.
+            time: when, seconds.
+
+        Returns:
+            A matrix (4, 4), and the time of the oldest transform on the way that had to stand for a
+            later time, `time` where none had to; None if the frames are not connected, or were not
+            known so early.
+        """
+        up = self._climb(source.lstrip("/"), time)
+        down = self._climb(target.lstrip("/"), time)
+        for frame, (matrix, known) in up.items():
+            if frame in down:
+                to_frame, also = down[frame]
+                return np.linalg.inv(to_frame) @ matrix, min(known, also)
+        return None
+
+    def _climb(self, frame: str, time: float) -> dict[str, tuple[np.ndarray, float]]:
+        """Return the pose of a frame in each frame above it, and since when it is known."""
+        matrix, known = np.eye(4), time
+        found = {frame: (matrix, known)}
+        while frame in self._parent and len(found) < _MOST_LEVELS:
+            step = self._read(frame, time)
+            if step is None:
+                break
+            matrix, known = step[0] @ matrix, min(known, step[1])
+            frame = self._parent[frame]
+            if frame in found:
+                break
+            found[frame] = matrix, known
+        return found
+
+    def _read(self, child: str, time: float) -> tuple[np.ndarray, float] | None:
+        """Return where a frame is in its parent, and the time of that; None before the first."""
+        if child in self._still:
+            return make_matrix(self._still[child]), time
+        times, poses = self._times[child], self._poses[child]
+        after = bisect_right(times, time)
+        if after == 0:
+            return None
+        if after == len(times):
+            return make_matrix(poses[-1]), min(times[-1], time)
+        share = (time - times[after - 1]) / (times[after] - times[after - 1])
+        return make_matrix(_mix(poses[after - 1], poses[after], share)), time
+
+
+def make_matrix(pose: np.ndarray) -> np.ndarray:
+    """Return the matrix (4, 4) of x, y, z and a quaternion x, y, z, w of length 1, (7,)."""
+    x, y, z, w = pose[3:]
+    matrix = np.eye(4)
+    matrix[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    matrix[:3, 3] = pose[:3]
+    return matrix
+
+
+def _mix(one: np.ndarray, other: np.ndarray, share: float) -> np.ndarray:
+    """Return the pose between two, (7,): positions on a line, quaternions by their mean."""
+    if one[3:] @ other[3:] < 0:  # of two that mean the same turn, the nearer one
+        other = np.append(other[:3], -other[3:])
+    mixed = (1 - share) * one + share * other
+    mixed[3:] /= np.linalg.norm(mixed[3:])
+    return mixed

@@ -1,0 +1,365 @@
+"""A recording of a robot, a bag of ROS 2, as a log of looks; reads sqlite3 and MCAP without ROS."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime, timedelta, timezone
+from pathlib import Path
+from typing import Any
+
+from sgm.checks import check_at_least
+from sgm.finder.finder import Finder
+from sgm.memory.clock import Clock
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.messages import shorten
+from sgm.policies.heuristics import Bayesian
+from sgm.prior.prior_graph import PriorGraph
+from sgm.ros.home_map import HomeMap
+from sgm.ros.live_memory import LiveMemory
+from simulator.yaml_text import read_yaml
+
+MOST_MESSAGE_BYTES = 1 << 26  # 64 MiB: an image of 16 million depths
+MOST_METADATA_BYTES = 1 << 24
+_YEAR_OF_CLOCKS = 2000  # stamps before it are of a simulation and say no date
+_2D, _3D = "vision_msgs/msg/Detection2DArray", "vision_msgs/msg/Detection3DArray"
+# vision_msgs 4 (Humble to Jazzy), by the names and types of its fields.
+_VISION = {
+    "vision_msgs/msg/Point2D": "float64 x\nfloat64 y",
+    "vision_msgs/msg/Pose2D": "vision_msgs/Point2D position\nfloat64 theta",
+    "vision_msgs/msg/BoundingBox2D": "vision_msgs/Pose2D center\nfloat64 size_x\nfloat64 size_y",
+    "vision_msgs/msg/BoundingBox3D": "geometry_msgs/Pose center\ngeometry_msgs/Vector3 size",
+    "vision_msgs/msg/ObjectHypothesis": "string class_id\nfloat64 score",
+    "vision_msgs/msg/ObjectHypothesisWithPose": (
+        "vision_msgs/ObjectHypothesis hypothesis\ngeometry_msgs/PoseWithCovariance pose"
+    ),
+    "vision_msgs/msg/Detection2D": (
+        "std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\n"
+        "vision_msgs/BoundingBox2D bbox\nstring id"
+    ),
+    _2D: "std_msgs/Header header\nvision_msgs/Detection2D[] detections",
+    "vision_msgs/msg/Detection3D": (
+        "std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\n"
+        "vision_msgs/BoundingBox3D bbox\nstring id"
+    ),
+    _3D: "std_msgs/Header header\nvision_msgs/Detection3D[] detections",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class BagOptions:
+    """What of a bag is read, and how.
+
+    Attributes:
+        detections: topic of a Detection2DArray or Detection3DArray.
+        depth: topic of the depth image, registered to the camera of the detections; "" for none.
+        camera_info: topic of the camera.
+        tf: topic of the transforms.
+        tf_static: topic of those that never change.
+        pose: topic of a PoseWithCovarianceStamped, for how sure the position is; "" for none.
+        camera_frame: optical frame of the camera; that of the detections if left out.
+        class_names: file with a name a line, where class ids are numbers.
+        position_sd: how well the robot knows its position, metres, where no pose says.
+        angle_sd: likewise its yaw, radians.
+        step_seconds: length of a time step of the memory.
+        utc_hours: of the home's local time; 2 means UTC+2.
+    """
+
+    detections: str = "/detections"
+    depth: str = "/camera/depth/image_raw"
+    camera_info: str = "/camera/camera_info"
+    tf: str = "/tf"
+    tf_static: str = "/tf_static"
+    pose: str = "/amcl_pose"
+    camera_frame: str | None = None
+    class_names: Path | None = None
+    position_sd: float = 0.05
+    angle_sd: float = 0.02
+    step_seconds: float = 600.0
+    utc_hours: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            ValueError: if one is out of range.
+        """
+        check_at_least(0, position_sd=self.position_sd, angle_sd=self.angle_sd)
+        check_at_least(1, step_seconds=self.step_seconds)
+        if not -24 <= self.utc_hours <= 24:
+            raise ValueError(
+                f"utc_hours must lie in -24 to 24, got {self.utc_hours}. Give the hours of the "
+                "time zone."
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class BagLooks:
+    """A bag that was read.
+
+    Attributes:
+        memory: that has seen all of it.
+        num_looks: made of its frames.
+        counts: of messages and frames, by what became of them.
+    """
+
+    memory: SceneGraphMemory
+    num_looks: int
+    counts: Counter[str]
+
+    def summarise(self) -> str:
+        """Say in a few lines what was read and what was left out."""
+        counts = ", ".join(f"{number} {name}" for name, number in sorted(self.counts.items()))
+        return (
+            f"{self.num_looks} looks, {len(self.memory.descriptions)} things, "
+            f"{self.memory.num_furniture} pieces of furniture, {self.memory.time} time steps\n"
+            f"read: {counts}"
+        )
+
+
+def load_home_map(path: Path) -> HomeMap:
+    """Read a map of a home (YAML).
+
+    Raises:
+        ValueError: if it cannot be read, or something is missing or malformed.
+    """
+    try:
+        data = read_yaml(path)
+    except OSError as error:
+        raise ValueError(
+            f"map must be a file that can be read, got {shorten(error.strerror)} for {path}. Check "
+            "the path."
+        ) from error
+    return HomeMap.from_values(data, str(path))
+
+
+def read_bag(
+    path: Path,
+    home: HomeMap,
+    options: BagOptions | None = None,
+    *,
+    prior: PriorGraph | None = None,
+    log: Path | None = None,
+) -> BagLooks:
+    """Let a memory look at a recording.
+
+    Messages are read by definitions of this package, never by those that a bag brings, and only
+    from the topics that are named. What cannot be read is counted.
+
+    Args:
+        path: folder of the bag, with metadata.yaml.
+        home: rooms and furniture, in the frame of the map.
+        options: topics and how they are read.
+        prior: of the memory; None for the household prior.
+        log: file for the log of the memory; None for none.
+
+    Raises:
+        ModuleNotFoundError: if rosbags is not installed.
+        ValueError: if it is no bag, or lacks what is needed; names the topics that it has.
+        OSError: if a file cannot be read.
+    """
+    options = BagOptions() if options is None else options
+    counts: Counter[str] = Counter()
+    reader = _open(path)
+    try:
+        topics = _find_topics(reader, path, options)
+        names = _read_names(options.class_names)
+        memory: SceneGraphMemory | None = None
+        live: LiveMemory | None = None
+        looks = Counter[str]()
+        for topic, message, seconds in _list_messages(reader, path, topics, counts):
+            if live is None:
+                memory = SceneGraphMemory(prior, _make_clock(seconds, options), log=log)
+                home.add_to(memory)
+                live = LiveMemory(
+                    memory, Finder(Bayesian()), step_seconds=options.step_seconds,
+                    on_look=lambda look: looks.update(("looks",)),
+                    map_frame=home.frame, camera_frame=options.camera_frame, names=names,
+                    position_sd=options.position_sd, angle_sd=options.angle_sd,
+                    uses_depth=bool(options.depth) and options.depth in topics,
+                )  # fmt: skip
+                for number, row in zip(memory.furniture_ids, home.furniture, strict=True):
+                    if row.is_open:
+                        live.builder.set_open(number)
+            _hand_on(live, topic, topics[topic], message, options)
+    finally:
+        reader.close()
+    if live is None or memory is None:
+        raise ValueError(
+            f"bag must have messages of {', '.join(topics)}, got none that can be read in {path}. "
+            "Record them, or name other topics."
+        )
+    live.finish()
+    counts.update(live.feed.counts)
+    counts.update({f"frames: {name}": number for name, number in live.builder.counts.items()})
+    return BagLooks(memory, looks["looks"], counts)
+
+
+def _open(path: Path) -> Any:
+    """Open a bag.
+
+    Raises:
+        ModuleNotFoundError: if rosbags is not installed.
+        ValueError: if it is none, or compressed as a whole file.
+    """
+    try:
+        from rosbags.rosbag2 import Reader, ReaderError
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError(
+            "rosbags must be installed to read bags. pip install 'scene-graph-memory[bag]'"
+        ) from None
+    if not (path / "metadata.yaml").is_file():
+        raise ValueError(
+            f"bag must be a folder with metadata.yaml, got none at {path}. Give the folder that "
+            "`ros2 bag record` has made."
+        )
+    _check_metadata(path)
+    try:
+        reader: Any = Reader(path)
+        reader.open()
+    except (ReaderError, OSError, KeyError, TypeError, ValueError, AttributeError) as error:
+        raise ValueError(
+            f"bag must be one of ROS 2 that rosbags reads, got {shorten(str(error)[:200])} for "
+            f"{path}. Run `ros2 bag info`, or `ros2 bag reindex`."
+        ) from None
+    return reader
+
+
+def _check_metadata(path: Path) -> None:
+    """Check what a bag says of itself, before anything is unpacked.
+
+    Raises:
+        ValueError: if it is too large or no YAML, or the bag is compressed as a whole.
+    """
+    file = path / "metadata.yaml"
+    if os.path.getsize(file) > MOST_METADATA_BYTES:
+        raise ValueError(
+            f"metadata.yaml of a bag must have at most {MOST_METADATA_BYTES} bytes, got more in "
+            f"{path}. Record fewer topics."
+        )
+    try:
+        data = read_yaml(file)
+    except ValueError as error:
+        raise ValueError(
+            f"metadata.yaml of a bag must be YAML, got {shorten(str(error)[:200])} in {path}. Run "
+            "`ros2 bag reindex`."
+        ) from None
+    about = data.get("rosbag2_bagfile_information") if isinstance(data, dict) else None
+    mode = about.get("compression_mode") if isinstance(about, dict) else None
+    if mode and str(mode).lower() != "none":
+        raise ValueError(
+            f"bag must not be compressed by rosbag2, got compression of each {shorten(mode)} in "
+            f"{path}. Convert it with `ros2 bag convert`; MCAP's own compression of chunks will do."
+        )
+
+
+def _find_topics(reader: Any, path: Path, options: BagOptions) -> dict[str, str]:
+    """Return the type of each topic that is read.
+
+    Raises:
+        ValueError: if one that is needed is missing, or has another type.
+    """
+    there = {one.topic: one.msgtype for one in reader.connections}
+    wanted: list[tuple[str, tuple[str, ...], bool]] = [
+        (options.detections, (_2D, _3D), True),
+        (options.camera_info, ("sensor_msgs/msg/CameraInfo",), True),
+        (options.tf, ("tf2_msgs/msg/TFMessage",), True),
+        (options.tf_static, ("tf2_msgs/msg/TFMessage",), False),
+    ]
+    if options.depth:
+        is_needed = there.get(options.detections) == _2D
+        wanted.append((options.depth, ("sensor_msgs/msg/Image",), is_needed))
+    if options.pose:
+        wanted.append((options.pose, ("geometry_msgs/msg/PoseWithCovarianceStamped",), False))
+    found: dict[str, str] = {}
+    for topic, kinds, is_needed in wanted:
+        if topic in there and there[topic] in kinds:
+            found[topic] = there[topic]
+        elif is_needed or topic in there:
+            known = ", ".join(f"{name} ({kind})" for name, kind in sorted(there.items()))
+            raise ValueError(
+                f"bag must have the topic {topic} of type {' or '.join(kinds)}, got "
+                f"{there.get(topic, 'no such topic')} in {path}. Name another one; there are: "
+                f"{shorten(known) if known else 'none'}."
+            )
+    return found
+
+
+def _list_messages(
+    reader: Any, path: Path, topics: dict[str, str], counts: Counter[str]
+) -> Iterator[tuple[str, Any, float]]:
+    """Yield topic, message and seconds of what can be read, in order.
+
+    Raises:
+        ValueError: if the storage is broken.
+    """
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for name, text in _VISION.items():
+        store.register(get_types_from_msg(text, name))
+    own = [one for one in reader.connections if one.topic in topics]
+    messages = reader.messages(connections=own)
+    while True:
+        try:
+            connection, nanoseconds, data = next(messages)
+        except StopIteration:
+            return
+        except Exception as error:  # of sqlite, MCAP, zstd, lz4: a file that was cut or altered
+            raise ValueError(
+                f"storage of a bag must be whole, got {shorten(str(error)[:200])} in {path}. Run "
+                "`ros2 bag reindex`, or leave the file out."
+            ) from None
+        if len(data) > MOST_MESSAGE_BYTES:
+            counts["messages that are too large"] += 1
+            continue
+        try:
+            message = store.deserialize_cdr(data, connection.msgtype)
+        except Exception:  # whatever a message holds that was cut or altered
+            counts["messages that cannot be read"] += 1
+            continue
+        yield connection.topic, message, nanoseconds * 1e-9
+
+
+def _hand_on(live: LiveMemory, topic: str, kind: str, message: Any, options: BagOptions) -> None:
+    feed = live.feed
+    if topic == options.detections:
+        feed.take_detections(message, is_3d=kind == _3D)
+    elif topic == options.camera_info:
+        feed.take_camera(message)
+    elif topic == options.depth:
+        feed.take_depth(message)
+    elif topic == options.pose:
+        feed.take_pose(message)
+    else:
+        feed.take_transforms(message, is_still=topic == options.tf_static)
+
+
+def _make_clock(seconds: float, options: BagOptions) -> Clock | None:
+    """Return the clock of a memory that begins with a message; None for times of a simulation."""
+    try:
+        start = datetime.fromtimestamp(seconds, timezone.utc) + timedelta(hours=options.utc_hours)
+    except (OverflowError, OSError, ValueError):
+        return None
+    if start.year < _YEAR_OF_CLOCKS:
+        return None
+    return Clock(start.replace(tzinfo=None, microsecond=0), options.step_seconds)
+
+
+def _read_names(path: Path | None) -> list[str] | None:
+    """Read the names of class ids, one a line.
+
+    Raises:
+        ValueError: if the file is no text.
+    """
+    if path is None:
+        return None
+    try:
+        return path.read_text("utf-8").splitlines()[:100_000]
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(
+            f"class_names must be a text with a name a line, got {shorten(str(error))} for {path}. "
+            "Check the path."
+        ) from None

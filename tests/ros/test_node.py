@@ -1,0 +1,208 @@
+"""The node of `ros/` with a stand-in for the few calls of ROS 2 that it makes."""
+
+import importlib.util
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from types import ModuleType
+from types import SimpleNamespace as Message
+from typing import ClassVar
+
+import numpy as np
+import pytest
+import yaml
+
+from sgm import SceneGraphMemory
+from tests.sgm.eyes.scenes import CAMERA, FLOOR, TABLE, look_around, put_on, render
+from tests.sgm.ros.messages import (
+    make_camera_info,
+    make_depth,
+    make_detections,
+    make_quaternion,
+    make_transform,
+)
+from tests.sgm.ros.test_feed import MAP, find_box
+
+ROS = Path(__file__).parents[2] / "ros"
+PACKAGE = ROS / "scene_graph_memory_ros"
+
+
+class Blank:
+    """A message whose fields begin to be when they are read or written."""
+
+    def __init__(self, **fields):
+        self.__dict__.update(fields)
+
+    def __getattr__(self, name):
+        if name.startswith("__"):
+            raise AttributeError(name)
+        made = self.__dict__[name] = Blank()
+        return made
+
+
+class Marker(Blank):
+    CUBE, TEXT_VIEW_FACING, DELETEALL = 1, 9, 3
+
+
+class StandIn:
+    """What `rclpy.node.Node` offers and the node uses."""
+
+    parameters: ClassVar[dict] = {}
+
+    def __init__(self, name):
+        self.name = name
+        self.subscribed, self.services, self.published, self.timers = {}, {}, {}, []
+        self.warnings = []
+
+    def declare_parameter(self, name, usual):
+        value = self.parameters.get(name, usual)
+        assert type(value) is type(usual), name
+        return Message(value=value)
+
+    def create_subscription(self, kind, topic, callback, quality):
+        self.subscribed[topic] = callback
+
+    def create_publisher(self, kind, topic, quality):
+        sent = self.published[topic] = []
+        return Message(publish=sent.append)
+
+    def create_service(self, kind, name, callback):
+        self.services[name] = callback
+
+    def create_timer(self, seconds, callback):
+        self.timers.append((seconds, callback))
+
+    def get_logger(self):
+        return Message(info=lambda text: None, warning=self.warnings.append)
+
+    def get_clock(self):
+        stamp = Message(sec=102, nanosec=0)
+        return Message(now=lambda: Message(nanoseconds=102_000_000_000, to_msg=lambda: stamp))
+
+
+MODULES = {
+    "rclpy": {},
+    "rclpy.node": {"Node": StandIn},
+    "rclpy.qos": {
+        "DurabilityPolicy": Message(TRANSIENT_LOCAL=1), "QoSProfile": Blank,
+        "qos_profile_sensor_data": 5,
+    },
+    "geometry_msgs.msg": {"PoseStamped": Blank, "PoseWithCovarianceStamped": Blank},
+    "sensor_msgs.msg": {"CameraInfo": Blank, "Image": Blank},
+    "std_msgs.msg": {"String": Blank, "UInt32": Blank},
+    "tf2_msgs.msg": {"TFMessage": Blank},
+    "vision_msgs.msg": {"Detection2DArray": Blank, "Detection3DArray": Blank},
+    "visualization_msgs.msg": {"Marker": Marker, "MarkerArray": Blank},
+    "scene_graph_memory_msgs.srv": {"Rank": Blank, "Search": Blank},
+}  # fmt: skip
+
+
+@pytest.fixture
+def load_node(monkeypatch, tmp_path):
+    """Load the module of the node with the stand-in, and make a node with some parameters."""
+    for name, content in MODULES.items():
+        parts = name.split(".")
+        for end in range(1, len(parts) + 1):
+            path = ".".join(parts[:end])
+            if path not in sys.modules or path == name:
+                monkeypatch.setitem(sys.modules, path, ModuleType(path))
+        vars(sys.modules[name]).update(content)
+    path = PACKAGE / "scene_graph_memory_ros" / "node.py"
+    spec = importlib.util.spec_from_file_location("node_of_ros", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    (tmp_path / "map.yaml").write_text(yaml.safe_dump(MAP))
+
+    def make(**parameters):
+        monkeypatch.setattr(
+            StandIn, "parameters", {"map_file": str(tmp_path / "map.yaml"), **parameters}
+        )
+        return module.MemoryNode()
+
+    return make
+
+
+def _drive(node, things):
+    """Publish what a robot sees that looks at the table."""
+    hear = node.subscribed
+    hear["camera_info"](make_camera_info(CAMERA))
+    still = make_transform(0.0, "camera_link", "camera", (0, 0, 0))
+    hear["/tf_static"](Message(transforms=[still]))
+    for number, pose in enumerate(look_around(TABLE.center)[:10]):
+        time = 100 + 0.2 * number
+        rows = [(name, 0.9, find_box(body, pose)) for name, body in things]
+        depth = render([TABLE, FLOOR, *(body for _, body in things)], pose)
+        hear["detections"](make_detections(time, rows))
+        hear["depth"](make_depth(time, depth))
+        turn = make_quaternion(pose.rotation)
+        camera = make_transform(time, "map", "camera_link", pose.position, turn)
+        base = make_transform(time, "map", "base_link", (0.5, 0.25, 0))
+        hear["/tf"](Message(transforms=[camera, base]))
+
+
+def test_camera_in_answers_out(load_node, tmp_path):
+    node = load_node(memory_file=str(tmp_path / "home.sgm"))
+    _drive(node, [("mug", put_on(TABLE, 0.1, 0.3))])
+    node.finish()
+    answer = node.services["~/rank"](Message(description="the mug", k=0), Blank())
+    assert answer.furniture == [0]
+    assert answer.names == ["table 1 in kitchen"]
+    assert answer.probabilities[0] > 0.8
+    assert answer.text.startswith("the mug")
+    assert answer.elsewhere == pytest.approx(1 - answer.probabilities[0])
+    answer = node.services["~/search"](Message(description="mug"), Blank())
+    assert (answer.is_over, answer.furniture, answer.name) == (False, 0, "table 1 in kitchen")
+    (pose,) = node.published["~/next_look"]
+    assert pose is answer.pose
+    assert pose.header.frame_id == "map"
+    x, y = pose.pose.position.x, pose.pose.position.y
+    yaw = 2 * np.arctan2(pose.pose.orientation.z, pose.pose.orientation.w)
+    aim = np.array(TABLE.center[:2]) - (x, y)
+    np.testing.assert_allclose((np.cos(yaw), np.sin(yaw)), aim / np.linalg.norm(aim), atol=1e-9)
+    gone, cube, text = node.published["~/belief"][-1].markers
+    assert gone.action == Marker.DELETEALL
+    assert (cube.type, text.type) == (Marker.CUBE, Marker.TEXT_VIEW_FACING)
+    assert (cube.pose.position.x, cube.pose.position.y) == TABLE.center[:2]
+    assert (cube.scale.x, cube.scale.y, cube.scale.z) == TABLE.size
+    assert text.text.startswith("table 1 in kitchen")
+    assert node._find_position() == (0.5, 0.25)
+    assert not node.warnings
+    (seconds, save) = node.timers[0]
+    assert seconds == 60.0
+    save()
+    assert SceneGraphMemory.load(tmp_path / "home.sgm").last_seen("mug").times_seen == 1
+    again = load_node(memory_file=str(tmp_path / "home.sgm"), map_file="")
+    assert again.services["~/rank"](Message(description="mug", k=1), Blank()).furniture == [0]
+
+
+def test_bad_questions_and_bad_input_do_not_end_it(load_node):
+    node = load_node()
+    assert "description must" in node.services["~/rank"](Message(description="", k=1), Blank()).text
+    answer = node.services["~/search"](Message(description=""), Blank())
+    assert (answer.is_over, answer.furniture) == (True, -1)
+    node.subscribed["~/opened"](Message(data=0))
+    node.subscribed["~/opened"](Message(data=99))
+    assert ["must have a door" in text for text in node.warnings] == [True, False]
+    assert len(node.warnings) == 2
+    with pytest.raises(ValueError, match="map must have rooms and furniture"):
+        load_node(map_file="")
+
+
+def test_packages_are_whole():
+    for folder in ("scene_graph_memory_msgs", "scene_graph_memory_ros"):
+        root = ET.parse(ROS / folder / "package.xml").getroot()
+        assert root.findtext("name") == folder
+        assert root.findtext("license") == "Apache-2.0"
+    source = (PACKAGE / "scene_graph_memory_ros" / "node.py").read_text("utf-8")
+    assert len(source.splitlines()) <= 200
+    needs = {one.text for one in ET.parse(PACKAGE / "package.xml").getroot().iter("exec_depend")}
+    used = {name.split(".")[0] for name in MODULES}
+    assert used | {"python3-yaml"} == needs
+    services = ROS / "scene_graph_memory_msgs"
+    assert '"srv/Rank.srv"' in (services / "CMakeLists.txt").read_text("utf-8")
+    for name in ("Rank", "Search"):
+        request, response = (services / "srv" / f"{name}.srv").read_text("utf-8").split("---")
+        assert "string description" in request
+        fields = [line.split()[1] for line in response.strip().splitlines() if line.strip()]
+        assert all(f"response.{field}" in source for field in fields), fields
+    assert (PACKAGE / "resource" / "scene_graph_memory_ros").is_file()

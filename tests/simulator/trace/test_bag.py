@@ -1,0 +1,239 @@
+import shutil
+from types import SimpleNamespace as Message
+
+import numpy as np
+import pytest
+
+from sgm import SceneGraphMemory
+from sgm.memory.look_log import read_log
+from simulator.trace.__main__ import main
+from simulator.trace.importers.bag import _VISION, BagOptions, load_home_map, read_bag
+from simulator.trace.trace import load_trace
+from tests.sgm.eyes.scenes import CAMERA, FLOOR, TABLE, look_around, put_on, render
+from tests.sgm.ros.messages import (
+    make_camera_info,
+    make_depth,
+    make_detections,
+    make_detections_3d,
+    make_quaternion,
+    make_transform,
+)
+from tests.sgm.ros.test_feed import find_box
+
+rosbag2 = pytest.importorskip("rosbags.rosbag2", reason="rosbags is not installed: extra bag")
+typesys = pytest.importorskip("rosbags.typesys", reason="rosbags is not installed: extra bag")
+
+START = 1_760_000_000  # 2025-10-09 08:53:20 UTC
+MAP = f"""
+frame: map
+rooms: [kitchen]
+furniture:
+  - {{name: table, room: kitchen, center: {list(TABLE.center)}, size: {list(TABLE.size)}}}
+"""
+TOPICS = {
+    "/detections": "vision_msgs/msg/Detection2DArray",
+    "/boxes": "vision_msgs/msg/Detection3DArray",
+    "/camera/depth/image_raw": "sensor_msgs/msg/Image",
+    "/camera/camera_info": "sensor_msgs/msg/CameraInfo",
+    "/tf": "tf2_msgs/msg/TFMessage",
+    "/tf_static": "tf2_msgs/msg/TFMessage",
+}
+
+
+def _make_store():
+    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+    for name, text in _VISION.items():
+        store.register(typesys.get_types_from_msg(text, name))
+    return store
+
+
+def _fill(store, kind, value):
+    """Make a message of a type from a plain object; fields that it lacks are 0."""
+    fields = {}
+    for name, (number, about) in store.get_msgdef(kind).fields:
+        own = getattr(value, name, None)
+        if number.name == "BASE":
+            usual = "" if about[0] == "string" else 0
+            fields[name] = usual if own is None else type(usual)(own) if usual == "" else own
+        elif number.name == "NAME":
+            fields[name] = _fill(store, about, own)
+        else:  # an array, or a sequence
+            (inner, what), length = about
+            if inner.name == "NAME":
+                fields[name] = [_fill(store, what, one) for one in own or []]
+            else:
+                array = np.zeros(length) if own is None else np.asarray(own)
+                numbers = {"float64": np.float64, "uint8": np.uint8}[what[0]]
+                fields[name] = array.astype(numbers)
+    return store.types[kind](**fields)
+
+
+@pytest.fixture
+def write_bag(tmp_path):
+    """Write a bag of a robot that looks at a table twice; the second time it is empty."""
+
+    def write(storage="SQLITE3", leaves_out=(), cut=None):
+        store, folder = _make_store(), tmp_path / "bag"
+        plugin = getattr(rosbag2.StoragePlugin, storage)
+        poses = look_around(TABLE.center)[:10]
+        mug = put_on(TABLE, 0.1, 0.3)
+        with rosbag2.Writer(folder, version=9, storage_plugin=plugin) as writer:
+            lines = {
+                topic: writer.add_connection(topic, kind, typestore=store)
+                for topic, kind in TOPICS.items()
+                if topic not in leaves_out
+            }
+
+            def put(topic, time, message):
+                if topic in lines:
+                    data = store.serialize_cdr(_fill(store, TOPICS[topic], message), TOPICS[topic])
+                    if cut is not None and topic == cut:
+                        data = data[: len(data) // 2]
+                    writer.write(lines[topic], round(time * 1e9), data)
+
+            still = make_transform(START, "map", "odom", (0, 0, 0))
+            put("/tf_static", START, Message(transforms=[still]))
+            put("/camera/camera_info", START, make_camera_info(CAMERA))
+            for visit, things in enumerate(([("mug", mug)], [])):
+                for number, pose in enumerate(poses):
+                    time = START + 700 * visit + 0.2 * number
+                    turn = make_quaternion(pose.rotation)
+                    bodies = [body for _, body in things]
+                    put("/tf", time, Message(
+                        transforms=[make_transform(time, "odom", "camera", pose.position, turn)]
+                    ))  # fmt: skip
+                    depth = render([TABLE, FLOOR, *bodies], pose)
+                    put("/camera/depth/image_raw", time, make_depth(time, depth))
+                    rows = [(name, 0.9, find_box(body, pose)) for name, body in things]
+                    put("/detections", time, make_detections(time, rows))
+                    rows = [
+                        (name, 0.9, pose.to_camera(np.array([body.center]))[0])
+                        for name, body in things
+                    ]
+                    put("/boxes", time, make_detections_3d(time, rows))
+        (tmp_path / "map.yaml").write_text(MAP)
+        return folder
+
+    return write
+
+
+@pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
+@pytest.mark.parametrize("detections", ["/detections", "/boxes"])
+def test_a_bag_becomes_a_memory(write_bag, tmp_path, storage, detections):
+    folder = write_bag(storage)
+    home = load_home_map(tmp_path / "map.yaml")
+    options = BagOptions(detections=detections, utc_hours=2)
+    looks = read_bag(folder, home, options, log=tmp_path / "looks.jsonl")
+    assert looks.num_looks == 2
+    seen = looks.memory.last_seen("mug")
+    assert (seen.relation, seen.times_seen, seen.is_there) == ("onTop", 1, False)
+    assert looks.memory.time == 1  # of 600 s
+    assert f"{looks.memory.clock.get_time(0):%Y-%m-%d %H:%M:%S}" == "2025-10-09 10:53:20"
+    kinds = [line.kind for line in read_log(tmp_path / "looks.jsonl")]
+    assert kinds == ["start", "room", "furniture", "look", "step", "look"]
+    assert looks.counts["frames"] == 20
+    assert not [name for name in looks.counts if "cannot" in name]
+
+
+def test_the_command_writes_log_memory_and_trace(write_bag, tmp_path, capsys):
+    folder = write_bag()
+    log, memory, out = (tmp_path / name for name in ("looks.jsonl", "home.sgm", "trace"))
+    arguments = ["import", "bag", str(folder), "--map", str(tmp_path / "map.yaml")]
+    everything = ["--log", str(log), "--memory", str(memory), "--out", str(out)]
+    assert main([*arguments, *everything]) == 0
+    printed = capsys.readouterr().out
+    assert printed.startswith("2 looks, 1 things, 1 pieces of furniture, 1 time steps\nread: ")
+    assert SceneGraphMemory.load(memory).last_seen("mug").times_seen == 1
+    trace = load_trace(out)
+    assert [event.description for event in trace.events] == ["mug", "mug"]  # it came, and went
+    assert trace.layout.furniture[0].box is not None
+    assert main([*arguments, *everything]) == 1
+    assert "log must be a new file" in capsys.readouterr().err
+    assert main(arguments) == 1
+    assert "import must make something" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("leaves_out", "message"),
+    [
+        (["/detections"], "bag must have the topic /detections of type .*got no such topic"),
+        (["/tf"], "bag must have the topic /tf of type"),
+        (["/camera/depth/image_raw"], "bag must have the topic /camera/depth/image_raw"),
+    ],
+)
+def test_what_a_bag_lacks_is_said_in_one_line(write_bag, tmp_path, leaves_out, message):
+    folder = write_bag(leaves_out=leaves_out)
+    home = load_home_map(tmp_path / "map.yaml")
+    with pytest.raises(ValueError, match=message) as error:
+        read_bag(folder, home)
+    assert "/camera/camera_info (sensor_msgs/msg/CameraInfo)" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_topic_of_another_type_is_said(write_bag, tmp_path):
+    home = load_home_map((write_bag(), tmp_path / "map.yaml")[1])
+    with pytest.raises(ValueError, match="got sensor_msgs/msg/CameraInfo"):
+        read_bag(tmp_path / "bag", home, BagOptions(detections="/camera/camera_info"))
+
+
+def test_boxes_in_space_need_no_depth(write_bag, tmp_path):
+    folder = write_bag(leaves_out=["/camera/depth/image_raw"])
+    looks = read_bag(folder, load_home_map(tmp_path / "map.yaml"), BagOptions(detections="/boxes"))
+    assert looks.num_looks == 2
+    assert looks.memory.last_seen("mug").times_seen == 1
+
+
+def test_messages_that_were_cut_are_counted(write_bag, tmp_path):
+    folder = write_bag(cut="/detections")
+    looks = read_bag(folder, load_home_map(tmp_path / "map.yaml"))
+    assert looks.counts["messages that cannot be read"] == 20
+    assert looks.num_looks == 0
+
+
+@pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
+def test_bags_that_were_altered_end_in_one_line(write_bag, tmp_path, storage):
+    folder = write_bag(storage)
+    home = load_home_map(tmp_path / "map.yaml")
+    (file,) = [path for path in folder.iterdir() if path.name != "metadata.yaml"]
+    whole = file.read_bytes()
+    rng = np.random.default_rng(0)
+    for _ in range(12):
+        broken = bytearray(whole)
+        for at in rng.integers(len(whole), size=40):
+            broken[at] = int(rng.integers(256))
+        file.write_bytes(bytes(broken[: int(rng.integers(len(whole) // 2, len(whole)))]))
+        try:
+            read_bag(folder, home)
+        except ValueError as error:
+            assert "\n" not in str(error)  # noqa: PT017 - it may be read, too
+
+
+def test_what_is_no_bag(write_bag, tmp_path, capsys):
+    folder = write_bag()
+    command = ["import", "bag", "--map", str(tmp_path / "map.yaml"), "--memory", "x.sgm"]
+    assert main([*command, str(tmp_path)]) == 1
+    assert "bag must be a folder with metadata.yaml" in capsys.readouterr().err
+    text = (folder / "metadata.yaml").read_text()
+    for other, message in (
+        (text.replace("compression_mode: ''", "compression_mode: FILE"), "must not be compressed"),
+        ("a: [", "metadata.yaml of a bag must be YAML"),
+        ("a: 1", "bag must be one of ROS 2"),
+    ):
+        assert other != text
+        (folder / "metadata.yaml").write_text(other)
+        assert main([*command, str(folder)]) == 1
+        error = capsys.readouterr().err
+        assert message in error
+        assert error.count("\n") == 1
+    shutil.rmtree(folder)
+
+
+def test_maps_that_cannot_be_read(tmp_path, capsys):
+    assert main(["import", "bag", "x", "--map", str(tmp_path / "none.yaml"), "--out", "y"]) == 1
+    assert "map must be a file that can be read" in capsys.readouterr().err
+
+
+def test_help_of_import_names_bags(capsys):
+    with pytest.raises(SystemExit):
+        main(["import", "--help"])
+    assert "import bag --help" in " ".join(capsys.readouterr().out.split())
