@@ -50,7 +50,7 @@ were in, how often it was likelier than every place while they were out, the neg
 All but the calibration error are means over homes. Differences are paired over homes, with 95 %
 intervals; d is the smallest true difference that would be found with 80 % power.
 
-The constants of `sgm.evidence.outings` were chosen in ten simulated homes of seed 1000 and in
+The constants of `sgm.evidence.outings` were chosen in twelve simulated homes of seed 1000 and in
 household 1 of HOMER, which are not in this table."""
 
 

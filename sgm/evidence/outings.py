@@ -29,22 +29,32 @@ _WORKING_DAY[[8, 17]], _WORKING_DAY[9:17] = 0.6, 0.35
 _WEEKEND = np.full(24, 0.95)
 _WEEKEND[10:18] = 0.75
 _USUAL = np.concatenate([_WORKING_DAY, _WEEKEND])  # (48,)
-# All below was chosen in ten simulated homes of seed 1000 and in recorded household 1.
-_USUAL_LOOKS = 3.0  # that this counts for in each hour, beside all things of a home
+# All below was chosen in twelve simulated homes of seed 1000 and in recorded household 1.
+_USUAL_LOOKS = 8.0  # that this counts for in each hour, beside all things of a home
 _HOME_LOOKS = 1.5  # that the home's hours count for, beside the hours near by
-_NEAR_LOOKS = 2.0  # that both count for, beside an hour's own
-_NEAR, _FURTHER = 0.5, 0.25  # of looks one hour before or after, and two
+_NEAR_LOOKS = 6.0  # that both count for, beside an hour's own
+_NEAR, _FURTHER = 0.3, 0.25  # of looks one hour before or after, and two
 _OTHER_DAY = 0.15  # of looks at this hour of the other kind of day
-# Hours one before and one after each hour of a day, two before and two after, (4, 24).
-_AROUND = (np.arange(24) + np.array([[-1], [1], [-2], [2]])) % 24
 _GOES_OUT = 0.05  # of all things
 _GOES_OUT_NAMED = 0.25  # of those that people carry, by name
-_EVIDENCE = 0.7  # of what the hours say in sum: they do not speak one by one
 _MIXING = 0.08  # per hour
-_DETECTOR_LOOKS = 5.0  # that what is expected of the detector counts for
+_DETECTOR_LOOKS = 10.0  # that what is expected of the detector counts for
 _ANYWHERE = 0.1  # of where a thing is at home
-_ROUNDS = 4  # in which places and hours are told apart
-_LEAST, _MOST = 0.01, 0.99  # of a share of the time at home
+_ROUNDS = 3  # in which places and hours are told apart
+_LEAST, _MOST = 0.01, 0.97  # of a share of the time at home
+
+
+def _make_near_by() -> np.ndarray:
+    """Return how much looks of each hour count at each other one, (48, 48)."""
+    hour = np.arange(24)
+    apart = np.abs(hour[:, None] - hour)
+    apart = np.minimum(apart, 24 - apart)
+    same = _NEAR * (apart == 1) + _FURTHER * (apart == 2)
+    other = _OTHER_DAY * np.eye(24)
+    return np.block([[same, other], [other, same]])
+
+
+_NEAR_BY = _make_near_by()
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +100,7 @@ class Outings:
             goes_out = self._compute_goes_out(memory, rows, counted, usual)
             np.add.at(seen, home, goes_out[:, None] * counted.seen)
             np.add.at(expected, home, goes_out[:, None] * counted.expected)
-        seen, expected = _join_hours(seen, own=1.0), _join_hours(expected, own=1.0)
+        seen, expected = seen + seen @ _NEAR_BY, expected + expected @ _NEAR_BY
         self.home_share: np.ndarray = np.minimum(
             (seen + _USUAL_LOOKS * _USUAL) / (expected + _USUAL_LOOKS), 1.0
         )
@@ -141,7 +151,7 @@ class Outings:
             [labels[label] in CARRIED for label in memory.objects["label"][rows]], dtype=bool
         )
         before = np.where(is_named, _GOES_OUT_NAMED, _GOES_OUT)
-        evidence = _EVIDENCE * _compare(counted, of_home)
+        evidence = _compare(counted, of_home)
         odds = before / (1 - before) * np.exp(evidence.clip(-50, 50))
         return odds / (1 + odds)
 
@@ -164,7 +174,8 @@ def _choose_things(memory: MemoryBatch) -> tuple[np.ndarray, np.ndarray]:
 def _count(memory: MemoryBatch, home: np.ndarray, rows: np.ndarray) -> _Counted:
     """Count the looks that showed things by hour, and those that would have."""
     history, is_place = memory.history, memory.is_furniture[home]
-    looks = history.week.looks[home].astype(float)  # (n, F, 48)
+    looks = history.week.looks  # (H, F, 48)
+    looks = (looks if len(looks) == 1 else looks[home]).astype(float)
     seen = history.week.get_seen(rows).astype(float)
     number, edge = join_groups(rows, memory.edges["object"], len(memory.objects))
     num_true = np.zeros(is_place.shape)
@@ -174,10 +185,10 @@ def _count(memory: MemoryBatch, home: np.ndarray, rows: np.ndarray) -> _Counted:
     days = _count_days(memory, home, rows)
     share = np.ones((len(rows), NUM_WEEK_HOURS))
     for turn in range(_ROUNDS):
-        rate = num_true / (np.einsum("nfb,nb->nf", looks, share) + 1)
+        rate = num_true / (_sum_hours(looks, share) + 1)
         usual = rate + 1e-9 * even
         usual /= usual.sum(axis=1, keepdims=True)
-        near = np.einsum("nfb,nf->nb", looks, usual)
+        near = _sum_places(looks, usual)
         level = (seen.sum(axis=1, keepdims=True) + _DETECTOR_LOOKS * detection) / (
             (near * share).sum(axis=1, keepdims=True) + _DETECTOR_LOOKS
         )
@@ -192,6 +203,22 @@ def _count(memory: MemoryBatch, home: np.ndarray, rows: np.ndarray) -> _Counted:
     )
 
 
+def _sum_hours(looks: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Weigh looks (n or 1, F, 48) by the hour, (n, 48), and add them up: (n, F)."""
+    if len(looks) == 1:
+        return share @ looks[0].T
+    summed: np.ndarray = np.einsum("nfb,nb->nf", looks, share)
+    return summed
+
+
+def _sum_places(looks: np.ndarray, usual: np.ndarray) -> np.ndarray:
+    """Weigh looks (n or 1, F, 48) by the place, (n, F), and add them up: (n, 48)."""
+    if len(looks) == 1:
+        return usual @ looks[0]
+    summed: np.ndarray = np.einsum("nfb,nf->nb", looks, usual)
+    return summed
+
+
 def _count_days(memory: MemoryBatch, home: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Return on about how many days of each kind things were known, (n, 48)."""
     age = memory.time - memory.objects["first_observed"][rows]
@@ -200,18 +227,9 @@ def _count_days(memory: MemoryBatch, home: np.ndarray, rows: np.ndarray) -> np.n
     return np.ceil(days)[:, None] * share + 1
 
 
-def _join_hours(counts: np.ndarray, own: float) -> np.ndarray:
-    """Return counts with those of hours near by, of the same day and of the other kind, (n, 48)."""
-    by_day = counts.reshape(-1, 2, 24)
-    around = by_day.take(_AROUND, axis=2)
-    near, further = around[:, :, 0] + around[:, :, 1], around[:, :, 2] + around[:, :, 3]
-    joined = own * by_day + _NEAR * near + _FURTHER * further + _OTHER_DAY * by_day[:, ::-1]
-    return joined.reshape(counts.shape)
-
-
 def _expect_share(counted: _Counted, of_home: np.ndarray) -> np.ndarray:
     """Return the share of the time at home that the hours near by and the home tell, (n, 48)."""
-    seen, expected = _join_hours(counted.seen, own=0.0), _join_hours(counted.expected, own=0.0)
+    seen, expected = counted.seen @ _NEAR_BY, counted.expected @ _NEAR_BY
     return np.clip((seen + _HOME_LOOKS * of_home) / (expected + _HOME_LOOKS), 0.03, 1.0)
 
 
