@@ -225,7 +225,7 @@ class ObjectFinder(Finder):
             scores, belief = self._score(asked)
         number_of = {own: number for number, own in furniture.items()}
         numbers = [number_of[own] for own in asked.furniture_ids]
-        first = np.searchsorted(asked.question, np.arange(len(names)))  # of several with ids
+        first = asked.question
         rows = zip(names, scores[first].tolist(), belief[first].tolist(), strict=True)
         return {
             name: AskedAgain(dict(zip(numbers, zip(*row, strict=True), strict=True)), -1, False)

@@ -70,8 +70,8 @@ class Asked:
             that ask of that state.
         queries: the objects asked for in it, (K,).
         current: the memory as it is now.
-        question: which of the names that were asked for each is for, (K,): a name means every thing
-            with an id that is called so.
+        question: for each name that was asked for, which of the K things it means, the first of
+            several with ids, (n,).
         rows: the objects' rows in `current.objects`, -1 for what it does not know, (K,).
         said: the last statement about each, None where a look has shown it since or nobody said
             anything, K of them.

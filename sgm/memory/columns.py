@@ -135,6 +135,7 @@ OBJECTS = (
     Column("num_sought", since=4),
     Column("num_still", since=4),
     _stamp("carried_since", since=5),
+    Column("same_as", default=-1, low=-1, refers_to="objects", since=5),
 )
 EDGES = (
     Column("home", is_derived=True),

@@ -66,6 +66,8 @@ def list_home(memory: MemoryBatch, layout: Layout, descriptions: Sequence[str]) 
     order = np.argsort(owner, kind="stable")
     seen_of = np.split(seen[order], np.searchsorted(owner[order], np.arange(1, len(descriptions))))
     for row, description in enumerate(descriptions):
+        if memory.objects["same_as"][row] >= 0:  # it stands under another name
+            continue
         for place in _list_edges(memory, furniture_ids, row, seen_of[row]):
             if place.furniture is None:
                 unplaced.append({"description": description, "last_seen": place.time})

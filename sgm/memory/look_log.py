@@ -43,6 +43,10 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {
     "picked_up": ("description", "by", "confidence", "was_at"),
     "put_down": ("description", "furniture", "relation", "by", "confidence"),
     "step": ("num_steps",),
+    "rename": ("description", "name", "by"),
+    "merge": ("description", "other", "by"),
+    "split": ("description", "by"),
+    "split_off": ("description", "furniture", "name", "by"),
     "transform": ("angle", "shift", "map_id"),
 }
 _OPTIONAL = ("id", "by")  # of the thing; who said it
@@ -57,11 +61,11 @@ class LogLine:
             clock; `memory` is all that it holds then, a `MemoryContent`, None in logs of version 1,
             which do not say. "room", "furniture", "move", "remove_room", "remove_furniture",
             "remove_object", "look", "absent", "query", "step", "moved", "picked_up", "put_down",
-            "transform": what was called, with its arguments as values; a thing is named by its
-            description and, where it has one, its id. `seen` of a look holds the arguments of each
-            sighting: description, relation, confidence (a score where the memory calibrates it)
-            and, of some, owner, id and embedding; `coverage` is one share or those of "in" and
-            "onTop".
+            "rename", "merge", "split", "split_off", "transform": what was called, with its
+            arguments as values; a thing is named by its description and, where it has one, its id.
+            `seen` of a look holds the arguments of each sighting: description, relation, confidence
+            (a score where the memory calibrates it) and, of some, owner, id and embedding;
+            `coverage` is one share or those of "in" and "onTop".
         time: time step of the memory, after the change.
         values: JSON values by name.
     """

@@ -44,11 +44,12 @@ class MemoryBatch:
             one, (H, F).
         objects: table of object nodes (home, key, label, type, num_observed, last_observed,
             num_moved, last_moved, last_furniture, first_observed, num_at_once, num_sought,
-            num_still, carried_since); `key` is the description, `type` the prior's object type or
-            -1; `num_at_once` is the most things of this description that a robot has seen in one
-            time step (0 in simulated homes); `num_sought` counts the looks for it where it was last
-            seen, while it was asked for, `num_still` those that found it (0 without `history`);
-            `carried_since` is when the robot took it up, -1 for what it does not carry.
+            num_still, carried_since, same_as); `key` is the description, `type` the prior's object
+            type or -1; `num_at_once` is the most things of this description that a robot has seen
+            in one time step (0 in simulated homes); `num_sought` counts the looks for it where it
+            was last seen, while it was asked for, `num_still` those that found it (0 without
+            `history`); `carried_since` is when the robot took it up, -1 for what it does not carry;
+            `same_as` the row of what it was merged with, -1 for none (`sgm.memory.same_things`).
         edges: table of object-furniture edges (home, object, furniture, relation, prior,
             num_observed, num_true, num_changed, last_observed, last_changed, last_true,
             is_true, num_absent, time_true, missed, confidence); relation 0 "in", 1 "onTop";
@@ -175,6 +176,10 @@ class MemoryBatch:
         self.furniture.append(num_added)
         self._take_layout(layout)
         self._pending = None
+        self.look_up_prior()
+
+    def look_up_prior(self) -> None:
+        """Look up the prior weight of every edge, again."""
         edges = self.edges
         edges["prior"][:] = self._get_prior(edges["object"], edges["furniture"], edges["relation"])
 

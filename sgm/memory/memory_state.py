@@ -18,6 +18,7 @@ from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import HOME_LABELS, MemoryContent
 from sgm.memory.queries import Queries
+from sgm.memory.same_things import find_roots, fuse
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import RELATIONS, SeenAt, Sighting
 from sgm.memory.statement import Statement
@@ -156,6 +157,8 @@ class MemoryState:
         else:
             origin, num_known = self._version, len(self.things)
             batch = current.copy()
+        fuse(current)
+        fuse(batch)
         question, known, descriptions = self._find_asked(descriptions)
         words = [read_words("description", description) for description in descriptions]
         vocabulary = self.vocabulary.with_labels(batch.labels)
@@ -177,9 +180,7 @@ class MemoryState:
             said=tuple(map(self.get_last_said, known.tolist())),
             descriptions=self.descriptions,
             looks=tuple(
-                self.list_looks(
-                    batch, key if key < num_known else -1, row, own, current.time, share
-                )
+                self.list_looks(batch, current, key if key < num_known else -1, row, own, share)
                 for key, row, own, share in zip(
                     keys.tolist(), known.tolist(), words, shares, strict=True
                 )
@@ -187,7 +188,7 @@ class MemoryState:
             num_instances=np.maximum(at_once[known], 1),
             sightings=tuple(
                 sorted(
-                    (seen for row in known if row >= 0 for seen in self.list_places(row)),
+                    (seen for row in known if row >= 0 for seen in self.list_places(row, current)),
                     key=lambda seen: -seen.time,
                 )
             ),
@@ -204,16 +205,23 @@ class MemoryState:
         """Find the objects that names and ids mean; of things with ids, a name means all.
 
         Returns:
-            The number of the name, the row, -1 for a new one, and the description of each, K each.
+            Where among the K things that of each name is, the first of several, (n,); the row of
+            each thing, -1 for a new one, (K,), and its description, K of them.
         """
         rows: list[int] = []
-        numbers, descriptions = [], []
-        for number, name in enumerate(names):
-            for row in self.find_rows(name) or [-1]:
-                numbers.append(number)
+        firsts, descriptions = [], []
+        for name in names:
+            own = self.find_rows(name)
+            asked = [row for row in own if row in rows and self._is_shared(row)]
+            firsts.append(rows.index(asked[0]) if asked else len(rows))
+            for row in [row for row in own if row not in asked] if own else [-1]:
                 rows.append(row)
                 descriptions.append(name if row < 0 else self.things[row].description)
-        return np.array(numbers), np.array(rows), descriptions
+        return np.array(firsts), np.array(rows), descriptions
+
+    def _is_shared(self, row: int) -> bool:
+        """Whether an object has several names."""
+        return bool(self.things[row].id) or len(self.list_members(row)) > 1
 
     def ensure_object(self, description: str, id: str = "") -> int:
         """Return the row of an object node, adding the node if it is new.
@@ -250,7 +258,26 @@ class MemoryState:
         """Whether a name is the id of a thing."""
         return name in self._rows
 
+    def list_members(self, row: int) -> list[int]:
+        """Return the rows of all nodes that were merged with one, itself first."""
+        same_as = self.batch.objects["same_as"]
+        if row < 0 or not (same_as >= 0).any():
+            return [row]
+        members = np.flatnonzero(find_roots(same_as) == row).tolist()
+        return [row, *(member for member in members if member != row)]
+
     def find_rows(self, name: str) -> list[int]:
+        """Return the rows of all things of a name, or of the one of that id, each once.
+
+        Of nodes that were merged, that is the one that stands for all.
+        """
+        rows = self.find_nodes(name)
+        same_as = self._batch.objects["same_as"]
+        if rows and (same_as >= 0).any():
+            rows = list(dict.fromkeys(find_roots(same_as)[rows].tolist()))
+        return rows
+
+    def find_nodes(self, name: str) -> list[int]:
         """Return the rows of all object nodes of a name, or of the one of that id."""
         by_id = self._rows.get(name, -1)
         if by_id >= 0:
@@ -262,9 +289,23 @@ class MemoryState:
         """Return the rows of what the robot carries."""
         return np.flatnonzero(self.batch.objects["carried_since"] >= 0).tolist()
 
-    def list_places(self, row: int) -> list[SeenAt]:
-        """List every place where the object of a row was ever seen, the latest first."""
-        places = list_places(self.batch, self.furniture_ids, row)
+    def fuse_batch(self) -> MemoryBatch:
+        """Return the memory with what was merged as one; a copy, where anything was."""
+        batch = self.batch
+        if (batch.objects["same_as"] >= 0).any():
+            batch = batch.copy()
+            fuse(batch)
+        return batch
+
+    def list_places(self, row: int, fused: MemoryBatch | None = None) -> list[SeenAt]:
+        """List every place where the object of a row was ever seen, the latest first.
+
+        Args:
+            row: of the object.
+            fused: from `fuse_batch`, if that was called before.
+        """
+        batch = self.fuse_batch() if fused is None else fused
+        places = list_places(batch, self.furniture_ids, row)
         said = self.get_last_said(row)
         return [
             replace(seen, by=said.by)
@@ -275,31 +316,45 @@ class MemoryState:
 
     def get_last_said(self, row: int) -> Statement | None:
         """Return what was said last of an object; None if a look has shown it since, or nobody."""
-        if row < 0 or not self.things[row].statements:
+        members = self.list_members(row) if row >= 0 else []
+        spoken_of = [number for number in members if self.things[number].statements]
+        if not spoken_of:
             return None
-        said = self.things[row].statements[-1]
-        is_last = self.batch.objects["num_observed"][row] == said.num_observed
-        return said if is_last else None
+        own = max(spoken_of, key=lambda number: self.things[number].statements[-1].time)
+        said, objects = self.things[own].statements[-1], self.batch.objects
+        others = [number for number in members if number != own]
+        is_last = objects["num_observed"][own] == said.num_observed
+        return said if is_last and (objects["last_observed"][others] <= said.time).all() else None
+
+    def get_statements(self, row: int) -> Thing:
+        """Return an object with all that was said of it, and of what was merged with it."""
+        members = self.list_members(row)
+        if len(members) == 1:
+            return self.things[row]
+        said = (one for number in members for one in self.things[number].statements)
+        return replace(self.things[row], statements=tuple(sorted(said, key=lambda one: one.time)))
 
     def list_looks(
         self,
         batch: MemoryBatch,
+        current: MemoryBatch,
         row: int,
         row_now: int,
         words: str,
-        now: int,
         share: np.ndarray,
     ) -> Looks:
         """List what all looks say about an object.
 
         Args:
             batch: the memory before the looks of this step.
-            row: of the object in it, -1 for what was not seen until then.
+            current: the memory at the time step that is asked about.
+            row: of the object in `batch`, -1 for what was not seen until then.
             row_now: its row now.
             words: of its description.
-            now: the time step that is asked about.
             share: how likely it is "in" and "onTop" of the furniture that it is at, (F, 2).
         """
+        now = current.time
+        members = self.list_members(row_now)
         in_vain, seen = np.zeros((2, len(self.layout.furniture)))
         steps_ago = list_looks_before(batch, row, now, share)
         is_remembered = np.zeros(len(self.layout.furniture), dtype=bool)
@@ -309,9 +364,10 @@ class MemoryState:
         position = {number: index for index, number in enumerate(self.furniture_ids)}
         if self.step.before is not None and batch.time == now == self.batch.time:
             by_id = dict(zip(self.furniture_ids, map(tuple, share.tolist()), strict=True))
-            for furniture, count in self.step.sum_in_vain(row_now, words, by_id).items():
-                in_vain[position[furniture]] += count
-        edges = self.batch.edges
+            sums = [self.step.sum_in_vain(member, words, by_id) for member in members]
+            for furniture in set.intersection(*map(set, sums)):  # where none of its names was seen
+                in_vain[position[furniture]] += min(count[furniture] for count in sums)
+        edges = current.edges
         is_now = (edges["object"] == row_now) & (edges["last_true"] == now)
         said = self.get_last_said(row_now)
         if said is not None and said.time == now:  # not where it was seen before that in this step
@@ -319,8 +375,10 @@ class MemoryState:
             is_now &= edges["furniture"] == place
         np.maximum.at(seen, edges["furniture"][is_now], edges["confidence"][is_now])
         names = {words}
-        if row_now >= 0 and self.things[row_now].id:
-            names.add(read_words("id", self.things[row_now].id))
+        if row_now >= 0:
+            own = [self.things[member] for member in members]
+            names |= {read_words("description", one.description) for one in own}
+            names |= {read_words("id", one.id) for one in own if one.id}
         for (name, furniture), (count, time) in self.sought.items():
             if name in names and time == now:
                 in_vain[position[furniture]] += count
@@ -389,7 +447,7 @@ class MemoryState:
         row = self.ensure_object(description, id)
         batch, ids = self.batch, self.furniture_ids
         edges = batch.edges
-        is_left = (edges["object"] == row) & edges["is_true"]
+        is_left = np.isin(edges["object"], self.list_members(row)) & edges["is_true"]
         if was_at is not None:
             is_left &= edges["furniture"] == ids.index(was_at)
         elif batch.objects["num_at_once"][row] > 1:
@@ -412,6 +470,55 @@ class MemoryState:
         if self.sought and statement.furniture is not None:
             words = read_words("description", self.things[row].description)
             self.sought.pop((words, statement.furniture), None)
+        self._begin_anew()
+
+    def rename(self, row: int, name: str) -> None:
+        """Call an object otherwise."""
+        content = self.get_content()
+        before = read_words("description", self.things[row].description)
+        things = list(content.things)
+        things[row] = replace(things[row], description=name)
+        words = read_words("description", name)
+        sought = {
+            (words if own == before and not things[row].id else own, furniture): value
+            for (own, furniture), value in content.sought.items()
+        }
+        self.set_content(replace(content, things=tuple(things), sought=sought, asked=None))
+
+    def merge(self, row: int, other: int) -> None:
+        """Let an object and what was merged with it be one with another."""
+        self.batch.objects["same_as"][other] = row
+        self._begin_anew()
+
+    def split(self, rows: Collection[int]) -> None:
+        """Let objects be things of their own again."""
+        self.batch.objects["same_as"][list(rows)] = -1
+        self._begin_anew()
+
+    def split_off(self, row: int, furniture: int, name: str) -> None:
+        """Let what was seen of an object at a place be another thing, of a new name."""
+        other = self.ensure_object(name)
+        batch, place = self.batch, self.furniture_ids.index(furniture)
+        edges, objects = batch.edges, batch.objects
+        moved = (edges["object"] == row) & (edges["furniture"] == place)
+        edges["object"][moved] = other
+        for number in (row, other):
+            own = np.flatnonzero((edges["object"] == number) & (edges["num_true"] > 0))
+            seen = own[np.argsort(edges["last_true"][own], kind="stable")]
+            objects["num_observed"][number] = max(int(edges["num_true"][own].sum()), 1)
+            objects["last_observed"][number] = edges["last_true"][seen[-1]]
+            objects["last_furniture"][number] = edges["furniture"][seen[-1]]
+        objects["first_observed"][other] = objects["first_observed"][row]
+        objects["num_at_once"][other] = 1
+        objects["num_at_once"][row] = max(int(objects["num_at_once"][row]) - 1, 1)
+        said = self.things[row].statements
+        self.things[other] = replace(
+            self.things[other], statements=tuple(one for one in said if one.furniture == furniture)
+        )
+        self.things[row] = replace(
+            self.things[row], statements=tuple(one for one in said if one.furniture != furniture)
+        )
+        batch.look_up_prior()  # of the new thing
         self._begin_anew()
 
     def remove(

@@ -133,12 +133,25 @@ class Replayer:
             memory.note_absent(place, values["description"], values["coverage"])
         elif line.kind in STATEMENTS:
             self._say(line)
+        elif line.kind in ("rename", "merge", "split", "split_off"):
+            self._rename(line.kind, ThingName.from_json(values), values)
         elif line.kind == "transform":
             memory.transform(values["angle"], values["shift"], values["map_id"])
         elif line.kind == "query":
             memory.query(values["description"])
         else:
             memory.step(values["num_steps"])
+
+    def _rename(self, kind: str, own: ThingName, values: Mapping[str, Any]) -> None:
+        memory, by = self.memory, values["by"]
+        if kind == "rename":
+            memory._rename(own, values["name"], by)
+        elif kind == "merge":
+            memory._merge(own, ThingName.from_json(values["other"]), by)
+        elif kind == "split":
+            memory._split(own, by)
+        else:
+            memory._split_off(own, self.furniture[values["furniture"]], values["name"], by)
 
     def _say(self, line: LogLine) -> None:
         values = line.values
@@ -150,7 +163,7 @@ class Replayer:
             self.memory.time, line.kind, place, values.get("relation"), values["by"],
             values["confidence"],
         )  # fmt: skip
-        name = ThingName(values["description"], values.get("id", ""))
+        name = ThingName.from_json(values)
         self.memory._note(name, statement, was_at)
 
     def _start(self, line: LogLine) -> None:

@@ -811,12 +811,17 @@ class SceneGraphMemory(Corrections):
         matches = self.resolve(thing).matches
         with self._lock:
             state = self._state
+            fused = state.fuse_batch()
             rows = state.find_rows(thing) or [r for name in matches for r in state.find_rows(name)]
             found = [
                 event
                 for row in dict.fromkeys(rows)
                 for event in list_events(
-                    state.batch, state.things[row], row, state.list_places(row), state.furniture_ids
+                    fused,
+                    state.get_statements(row),
+                    row,
+                    state.list_places(row, fused),
+                    state.furniture_ids,
                 )
             ]
         return sorted(found, key=lambda event: -event.time)
@@ -837,7 +842,8 @@ class SceneGraphMemory(Corrections):
         with self._lock:
             state = self._state
             first = read_since(since, state.clock)
-            return list_changes(state.batch, state.things, state.furniture_ids, first)
+            things = [state.get_statements(row) for row in range(len(state.things))]
+            return list_changes(state.fuse_batch(), things, state.furniture_ids, first)
 
     def to_dict(self) -> dict[str, Any]:
         """Return rooms > furniture > objects as JSON values.
@@ -847,7 +853,8 @@ class SceneGraphMemory(Corrections):
         furniture that was removed.
         """
         with self._lock:
-            return list_home(self._state.batch, self._state.layout, self._state.descriptions)
+            state = self._state
+            return list_home(state.fuse_batch(), state.layout, state.descriptions)
 
     def to_frame(self) -> DataFrame:
         """Return a table of every object at every place where it was ever seen (needs pandas).

@@ -128,7 +128,7 @@ def _list_changes(
     there = [number for number, true in enumerate(is_true) if true]
     said = {one.time: one for one in thing.statements}
     first = int(objects["first_observed"][row])
-    if first == NEVER:
+    if first == NEVER or objects["same_as"][row] >= 0:
         return
     name = thing.description, thing.id
     if place:

@@ -63,6 +63,11 @@ CALLS = {
     "put_down": st.tuples(
         st.sampled_from(NAMES), places, st.sampled_from(("in", "on", "under"))
     ),
+    "rename": st.tuples(st.sampled_from(NAMES), st.sampled_from((*THINGS, "new name", ""))),
+    "merge": st.tuples(st.sampled_from(NAMES), st.sampled_from((*NAMES, "b"))),
+    "split": st.tuples(st.sampled_from((*NAMES, "b"))) | st.tuples(
+        st.sampled_from(NAMES), places, st.sampled_from((*THINGS, "other name", ""))
+    ),
     "transform": st.tuples(
         st.floats(-4, 4), positions | st.just("far"), st.sampled_from(("", "new map", "\n"))
     ),
