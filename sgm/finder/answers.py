@@ -331,6 +331,7 @@ class ChangeRow:
     Attributes:
         what: "new", "moved", "gone" or "picked_up".
         thing: its description.
+        thing_id: of a tracker; empty where words alone tell it apart.
         from_place: id of the place where it was; None if it is new, or that was removed.
         from_name: of that place.
         to_place: id of the place where it is; None if it is gone or carried.
@@ -343,6 +344,7 @@ class ChangeRow:
 
     what: str
     thing: str
+    thing_id: str
     from_place: int | None
     from_name: str
     to_place: int | None

@@ -118,6 +118,7 @@ def list_changes(memory: SceneGraphMemory, since: datetime | int, k: int) -> Cha
         ChangeRow(
             what=change.kind,
             thing=change.thing,
+            thing_id=change.id,
             from_place=change.from_place,
             from_name=tell_name(memory, change.from_place),
             to_place=change.to_place,

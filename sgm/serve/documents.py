@@ -90,7 +90,7 @@ def describe_rule(schema: Any) -> str:
     if "enum" in schema:
         return ", ".join(f'"{name}"' for name in schema["enum"])
     if kind == "array":
-        if schema.get("minItems"):
+        if schema.get("minItems", 1) == schema.get("maxItems"):
             return f"[{', '.join([describe_rule(schema['items'])] * schema['minItems'])}]"
         most = f", {schema['maxItems']} at most" if "maxItems" in schema else ""
         return f"list of {describe_rule(schema['items'])}{most}"

@@ -9,6 +9,7 @@ from datetime import datetime
 from typing import Any, NoReturn, Protocol
 
 from sgm.files import parse_json
+from sgm.memory.identity import MOST_NUMBERS
 from sgm.memory.sighting import RELATIONS, Sighting
 from sgm.memory.time_steps import MAX_TIME
 from sgm.messages import shorten, shorten_text
@@ -194,12 +195,35 @@ class StartRule:
         return (PositionRule() if isinstance(value, list) else PlaceRule()).read(name, value)
 
 
+@dataclass(frozen=True, slots=True)
+class VectorRule:
+    """A list of numbers, such as an embedding."""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as JSON Schema."""
+        return {
+            "type": "array",
+            "items": {"type": "number"},
+            "minItems": 1,
+            "maxItems": MOST_NUMBERS,
+        }
+
+    def read(self, name: str, value: Any) -> tuple[float, ...]:
+        """Return the numbers."""
+        is_row = isinstance(value, list) and 1 <= len(value) <= MOST_NUMBERS
+        if not is_row or not all(_is_number(one) and abs(one) <= 1e9 for one in value):
+            _refuse(name, f"be a list of 1 to {MOST_NUMBERS} numbers", value)
+        return tuple(map(float, value))
+
+
 # Of the fields of a sighting.
 _SIGHTING: Mapping[str, Rule] = {
     "thing": TextRule(),
     "relation": ChoiceRule(RELATIONS),
     "confidence": NumberRule(0, 1),
     "owner": TextRule(),
+    "id": TextRule(),
+    "embedding": VectorRule(),
 }
 
 

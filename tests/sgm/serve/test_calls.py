@@ -125,6 +125,17 @@ BAD = [
     ("observe", {"place": 1, "seen": [{"thing": "a", "relation": "by"}]}, r"relation must be one"),
     ("observe", {"place": 1, "seen": [{"thing": "a", "confidence": 2}]}, "be a number above 0"),
     ("observe", {"place": 1, "seen": [], "coverage": 0}, "coverage must be a number above 0"),
+    ("observe", {"place": 1, "seen": [{"thing": "a", "id": ""}]}, r"seen\[0\].id must be a text"),
+    (
+        "observe",
+        {"place": 1, "seen": [{"thing": "a", "embedding": []}]},
+        "embedding must be a list",
+    ),
+    (
+        "observe",
+        {"place": 1, "seen": [{"thing": "a", "embedding": ["b"]}]},
+        "embedding must be a l",
+    ),
     ("add_place", {"label": "a", "room": "b", "position": [1, 1e300]}, "position must be two"),
 ]
 
@@ -148,6 +159,9 @@ def test_arguments_are_what_python_takes():
     assert read == {"thing": "mug", "start": (1.0, 2.0)}
     seen = BY_NAME["observe"].read({"place": 2, "seen": ["cup", {"thing": "pen", "owner": "Ann"}]})
     assert seen["seen"] == [Sighting("cup"), Sighting("pen", owner="Ann")]
+    one = {"thing": "cup", "id": "7", "embedding": [1, 0.5]}
+    (sighting,) = BY_NAME["observe"].read({"place": 2, "seen": [one]})["seen"]
+    assert sighting == Sighting("cup", id="7", embedding=(1.0, 0.5))
 
 
 def test_a_query_says_numbers_as_text():
