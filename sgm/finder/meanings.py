@@ -85,7 +85,7 @@ def find_rooms(memory: SceneGraphMemory, room: str) -> list[int]:
 
 
 def find_thing(memory: SceneGraphMemory, finder: Finder, thing: str) -> str | Unclear:
-    """Return the description of the one thing that is meant; a new name is one of its own.
+    """Return the description or id of the one thing that is meant; a new name is one of its own.
 
     Raises:
         ValueError: if the name is none (`read_words`).
@@ -93,7 +93,14 @@ def find_thing(memory: SceneGraphMemory, finder: Finder, thing: str) -> str | Un
     resolution = finder.resolve(memory, thing)
     if resolution.is_ambiguous or len(resolution.matches) > 1:
         return tell_ambiguous(resolution)
-    return resolution.matches[0] if resolution.matches else thing
+    if not resolution.matches:
+        return thing
+    own = resolution.matches[0]
+    ids = memory.list_ids(own)
+    if len(ids) > 1:
+        told = [f"{own} {number}" for number in ids]
+        return Unclear("ambiguous", _ask(told), ids[:MOST_CANDIDATES])
+    return own
 
 
 def tell_ambiguous(resolution: Resolution) -> Unclear:

@@ -8,8 +8,9 @@ from datetime import datetime
 from sgm.finder.answers import MOST_BYTES, LastSeen, Moment, PlaceFound, WhereIs, write_json
 from sgm.finder.finder import Finder
 from sgm.finder.meanings import MOST_CANDIDATES, Unclear, tell_ambiguous, tell_unknown
-from sgm.finder.ranking import Place
+from sgm.finder.ranking import Place, Ranking
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import SeenAt
 from sgm.messages import shorten_text
 
 DEFAULT_PLACES = 3
@@ -31,7 +32,7 @@ def tell_where(
         unclear = tell_ambiguous(resolution)
     elif not resolution.matches:
         unclear = tell_unknown(resolution)
-    seen, asked = ranking.last_seen, now
+    seen, asked = _choose_last_seen(ranking), now
     if isinstance(at, datetime) and clock is not None:
         asked = int((at - clock.start).total_seconds() // clock.step_seconds)
     elif isinstance(at, int):
@@ -75,6 +76,16 @@ def tell_name(memory: SceneGraphMemory, place: int | None) -> str:
         return "" if place is None else memory.describe(place)
     except KeyError:
         return ""
+
+
+def _choose_last_seen(ranking: Ranking) -> SeenAt | None:
+    """Return the latest sighting; of those of one time step one where the thing still is."""
+    last = ranking.last_seen
+    if last is None or last.is_there:
+        return last
+    own = (place.last_seen for place in ranking)
+    still = (one for one in own if one is not None and one.is_there and one.time == last.time)
+    return next(still, last)
 
 
 def _tell_why(place: Place) -> str:

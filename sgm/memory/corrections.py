@@ -61,6 +61,22 @@ class Corrections(ABC):
             is_carried = self._state.batch.objects["carried_since"] >= 0
             return tuple(self._state.things[row].description for row in np.flatnonzero(is_carried))
 
+    def list_ids(self, thing: str) -> tuple[str, ...]:
+        """Return the ids of the things that a name means; none where words alone tell them apart.
+
+        Args:
+            thing: name or id.
+
+        Raises:
+            ValueError: if the name is none (`read_words`).
+        """
+        matches = self._match(thing)
+        with self._lock:
+            state = self._state
+            rows = state.find_rows(thing) or [r for name in matches for r in state.find_rows(name)]
+            ids = (state.things[row].id for row in rows)
+            return tuple(dict.fromkeys(own for own in ids if own))
+
     def note_moved(
         self,
         thing: str,

@@ -298,6 +298,17 @@ def test_what_people_say_and_the_robot_does(service, wall):
     assert (where.places[0].place, where.with_robot, where.last_seen.by) == (1, 0.0, "robot")
 
 
+def test_things_of_one_name_are_told_apart_by_their_ids(service):
+    service.observe("desk", [Sighting("mug", id="a1"), Sighting("mug", id="b2")])
+    asked = service.note_moved("the mug", "counter top", "anna")
+    assert (asked.status, asked.candidates) == ("ambiguous", ("a1", "b2"))
+    assert asked.ask == "Do you mean the mug a1 or the mug b2?"
+    assert service.note_moved("b2", "counter top", "anna").status == "ok"
+    assert service.where_is("b2").last_seen.place == 1
+    assert service.where_is("a1").last_seen.place == 2
+    assert {row.thing_id for row in service.changes(0).rows} == {"a1", "b2"}
+
+
 def test_changes_say_what_from_where_to_where_between_which_looks(service, wall):
     service.observe("desk", [Sighting("mug"), Sighting("vase")])
     service.observe("counter top", [])

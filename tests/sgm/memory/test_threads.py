@@ -76,6 +76,7 @@ READERS = {
     "last_seen": lambda memory, n: memory.last_seen("cup"),
     "layout": lambda memory, n: compare_layout(memory),
     "list_furniture": lambda memory, n: memory.list_furniture(n),
+    "list_ids": lambda memory, n: memory.list_ids("mug"),
     "score_calibration": lambda memory, n: memory.score_calibration,
     "map_id": lambda memory, n: memory.map_id,
     "num_furniture": lambda memory, n: memory.num_furniture,
