@@ -143,7 +143,6 @@ def _draw_boxes(
     plan: FloorPlan, shown: np.ndarray, probability: np.ndarray, content: MapContent
 ) -> list[dict[str, Any]]:
     """Draw furniture, one trace per shade, and its names."""
-    box = plan.furniture_box
     shade = np.round(compute_shade(probability) * (_NUM_SHADES - 1)).astype(int)
     fills = (mix("#ffffff", BELIEF, np.linspace(0, 1, _NUM_SHADES)) * 255).round().astype(int)
     was_seen = content.memory.batch.furniture_last_observed[0] != NEVER
@@ -154,7 +153,7 @@ def _draw_boxes(
         line = {"width": 1, "color": "#555555" if known else "#c4c4c4"}
         traces.append(
             {
-                **_outline(box[own]), "mode": "lines", "fill": "toself", "line": line,
+                **_outline_furniture(plan, own), "mode": "lines", "fill": "toself", "line": line,
                 "fillcolor": f"rgb({red},{green},{blue})", "hoverinfo": "skip",
             }
         )  # fmt: skip
@@ -239,10 +238,11 @@ def _draw_marks(
         own = np.array([index[number] for number in ids if number in index], dtype=int)
         traces.append(
             {
-                **_outline(box[own]), "mode": "lines", "hoverinfo": "skip",
+                **_outline_furniture(plan, own), "mode": "lines", "hoverinfo": "skip",
                 "line": {"color": colour, "width": width},
             }
         )  # fmt: skip
+    traces += _draw_views(plan, [index[number] for number in content.looked if number in index])
     if content.ranking is not None:
         own = shown[probability[shown] >= SMALLEST_SHOWN]
         if len(own) <= MOST_NAMES:
@@ -288,6 +288,62 @@ def _draw_marks(
         }
     )  # fmt: skip
     return traces
+
+
+def _draw_views(plan: FloorPlan, looked: Sequence[int]) -> list[dict[str, Any]]:
+    """Draw where a robot stood to look at furniture with a box, and the angle that it filled."""
+    if plan.footprints is None or plan.stands is None:
+        return []
+    rows = [n for n in looked if np.isfinite(plan.stands[n]).all()]
+    rows = [n for n in rows if np.isfinite(plan.footprints[n]).all()]
+    if not rows:
+        return []
+    corners = [
+        np.array([plan.stands[n], *find_outer_corners(plan.stands[n], plan.footprints[n])])
+        for n in rows
+    ]
+    return [
+        {
+            **_outline_polygons(np.array(corners)), "mode": "lines", "fill": "toself",
+            "fillcolor": "rgba(22,150,84,0.12)", "line": {"width": 0}, "hoverinfo": "skip",
+        },
+        {
+            "x": plan.stands[rows, 0].tolist(), "y": plan.stands[rows, 1].tolist(),
+            "mode": "markers", "marker": {"symbol": "circle", "size": 9, "color": "#169654"},
+            "hoverinfo": "text", "hovertext": "the robot stood here",
+        },
+    ]  # fmt: skip
+
+
+def find_outer_corners(stand: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Return the two corners (2, 2) between which furniture (4, 2) is seen from a position (2,)."""
+    ahead = corners.mean(axis=0) - stand
+    offset = corners - stand
+    side = ahead[0] * offset[:, 1] - ahead[1] * offset[:, 0]
+    angle = np.arctan2(side, offset @ ahead)
+    return corners[[angle.argmin(), angle.argmax()]]
+
+
+def _outline_furniture(plan: FloorPlan, nodes: np.ndarray) -> dict[str, Any]:
+    """Return furniture (n,) as one line with gaps: its footprint to scale, else its square."""
+    x, y, width, height = plan.furniture_box[nodes].T
+    corners = [x, y, x + width, y, x + width, y + height, x, y + height]
+    polygons = np.stack(corners, axis=1).reshape(-1, 4, 2)
+    if plan.footprints is not None:
+        own = plan.footprints[nodes]
+        polygons = np.where(np.isnan(own), polygons, own)
+    return _outline_polygons(polygons)
+
+
+def _outline_polygons(corners: np.ndarray) -> dict[str, Any]:
+    """Return polygons (n, k, 2) as one line with gaps."""
+    gap = np.full((len(corners), 1, 2), np.nan)
+    points = np.concatenate([corners, corners[:, :1], gap], axis=1).reshape(-1, 2)
+    across, up = (
+        [None if np.isnan(value) else round(value, 3) for value in column]
+        for column in points.T.tolist()
+    )
+    return {"type": "scatter", "x": across, "y": up}
 
 
 def _outline(box: np.ndarray) -> dict[str, Any]:

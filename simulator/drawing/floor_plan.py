@@ -34,6 +34,10 @@ class FloorPlan:
         corner: lower left corner of the square of each furniture node, (F, 2).
         size: side of the squares.
         has_positions: whether furniture stands where it is in metres, and not in rows by room.
+        footprints: corners of the furniture with boxes, nan for others, (F, 4, 2); None without
+            boxes.
+        stands: where one stands to look at the furniture, nan where nobody knows, (F, 2); None
+            without boxes.
     """
 
     rooms: tuple[str, ...]
@@ -44,6 +48,8 @@ class FloorPlan:
     corner: np.ndarray
     size: float = 1.0
     has_positions: bool = False
+    footprints: np.ndarray | None = None
+    stands: np.ndarray | None = None
 
     @classmethod
     def make(
@@ -53,6 +59,8 @@ class FloorPlan:
         furniture_room: np.ndarray,
         furniture_ids: Sequence[int] | None = None,
         positions: np.ndarray | None = None,
+        footprints: np.ndarray | None = None,
+        stands: np.ndarray | None = None,
     ) -> FloorPlan:
         """Place everything.
 
@@ -63,31 +71,48 @@ class FloorPlan:
             furniture_ids: None for 0 to F - 1.
             positions: of the furniture in metres, (F, 2); None to lay it out by room, rooms side
                 by side.
+            footprints: as in the class; rooms are then large enough for them.
+            stands: as in the class.
         """
         furniture_room = np.asarray(furniture_room, dtype=np.int64)
         ids = range(len(furniture)) if furniture_ids is None else furniture_ids
         if positions is None:
             boxes, corner, size = *_lay_out(len(rooms), furniture_room), 1.0
         else:
-            boxes, corner, size = _place(len(rooms), furniture_room, np.asarray(positions, float))
+            boxes, corner, size = _place(
+                len(rooms), furniture_room, np.asarray(positions, float), footprints
+            )
         return cls(
             tuple(rooms), tuple(furniture), tuple(ids), furniture_room, boxes, corner, size,
-            positions is not None,
+            positions is not None, footprints, stands,
         )  # fmt: skip
 
     @classmethod
     def of_memory(cls, memory: SceneGraphMemory) -> FloorPlan:
-        """Place the rooms and furniture of a memory, by position if all furniture has one."""
+        """Place the rooms and furniture of a memory, to scale if all has a box or a position."""
         layout = memory.layout
         index = {room: number for number, room in enumerate(layout.rooms)}
         nodes = list(layout.furniture.values())
-        positions = [node.position for node in nodes if node.position is not None]
+        places = [node.position if node.box is None else node.box.center[:2] for node in nodes]
+        positions = [place for place in places if place is not None]
+        footprints = stands = None
+        if nodes and len(positions) == len(nodes) and any(node.box for node in nodes):
+            footprints = np.full((len(nodes), 4, 2), np.nan)
+            stands = np.full((len(nodes), 2), np.nan)
+            for number, (node_id, node) in enumerate(layout.furniture.items()):
+                stand = memory.get_position(node_id)
+                if node.box is not None:
+                    footprints[number] = node.box.corners
+                if stand is not None:
+                    stands[number] = stand
         return cls.make(
             list(layout.room_labels),
             [node.description for node in nodes],
             np.array([index[node.room] for node in nodes], dtype=np.int64),
             list(layout.furniture),
             np.array(positions) if nodes and len(positions) == len(nodes) else None,
+            footprints,
+            stands,
         )
 
     @classmethod
@@ -158,7 +183,10 @@ def _lay_out(num_rooms: int, furniture_room: np.ndarray) -> tuple[np.ndarray, np
 
 
 def _place(
-    num_rooms: int, furniture_room: np.ndarray, at: np.ndarray
+    num_rooms: int,
+    furniture_room: np.ndarray,
+    at: np.ndarray,
+    footprints: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Put furniture where it is; a room is the box around what stands in it."""
     apart = np.abs(at[:, None] - at[None]).max(axis=2)  # of squares, not of discs
@@ -173,5 +201,9 @@ def _place(
         if len(own) == 0:  # beside the home
             own = np.array([[at[:, 0].max(initial=0) + 2 * size, at[:, 1].min(initial=0)]])
         low, high = own.min(axis=0) - 0.6 * size, own.max(axis=0) + 0.6 * size
+        if footprints is not None:
+            corners = footprints[furniture_room == room].reshape(-1, 2)
+            if np.isfinite(corners).all() and len(corners):
+                low, high = corners.min(axis=0) - 0.1, corners.max(axis=0) + 0.1
         boxes[room] = [*low, *(high - low)]
     return boxes, at - size / 2, size

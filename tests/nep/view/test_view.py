@@ -11,15 +11,17 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from nep.view.__main__ import main
 from nep.view.answers import Desk
-from nep.view.map_figure import MOST_DOTS, MapContent, make_map
+from nep.view.map_figure import MOST_DOTS, MapContent, find_outer_corners, make_map
 from nep.view.saved_page import save_page
 from nep.view.stage import Judges, Stage
 from nep.view.texts import tell_furniture, tell_ranking, tell_step
 from sgm.finder.finder import Finder
+from sgm.layout.box import Box
 from simulator import Bayesian, SceneGraphMemory, Sighting
 from simulator.drawing import FloorPlan
 from simulator.replay.still import StillMemory
@@ -256,3 +258,29 @@ def test_a_week_with_people_is_played(monkeypatch, tmp_path):
     text = page.read_text("utf-8")
     assert "Mon 06 May 03:00" in text
     assert "asked for" in text
+
+
+def test_furniture_with_a_box_is_a_polygon_and_a_look_at_it_a_wedge():
+    memory = SceneGraphMemory()
+    kitchen = memory.add_room("kitchen")
+    box = Box((3, 2, 0.4), (2, 1, 0.8))
+    table = memory.add_furniture("table", kitchen, box=box, position=(5, 2))
+    plan = FloorPlan.of_memory(memory)
+    traces = make_map(MapContent(plan, memory, looked=[table]))["data"]
+    outline = [[4, 2.5], [2, 2.5], [2, 1.5], [4, 1.5], [4, 2.5]]
+    drawn = [list(zip(one["x"], one["y"], strict=True)) for one in traces]
+    assert [tuple(point) for point in outline] in [points[:5] for points in drawn]
+    (stood,) = [one for one in traces if one.get("hovertext") == "the robot stood here"]
+    assert (stood["x"], stood["y"]) == ([5.0], [2.0])
+    assert [(5.0, 2.0), (4.0, 2.5), (4.0, 1.5), (5.0, 2.0)] in [points[:4] for points in drawn]
+    plain = make_map(MapContent(plan, memory))["data"]
+    assert not [one for one in plain if one.get("hovertext") == "the robot stood here"]
+
+
+def test_outer_corners_by_hand():
+    """From below, the lower corners are the outer ones; from beside a corner, its neighbours."""
+    square = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]], dtype=float)
+    below = find_outer_corners(np.array([0.0, -3.0]), square)
+    assert below.tolist() == [[1, -1], [-1, -1]]
+    aside = find_outer_corners(np.array([3.0, 3.0]), square)
+    assert sorted(aside.tolist()) == [[-1, 1], [1, -1]]

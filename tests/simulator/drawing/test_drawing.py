@@ -7,6 +7,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.patches import Rectangle
 
 from sgm.finder.finder import Finder
+from sgm.layout.box import Box
 from simulator import (
     Bayesian,
     HomeConfig,
@@ -206,3 +207,19 @@ def test_a_grid_home_stands_as_on_its_grid(axes):
     assert (middle >= box[:, :2]).all()
     assert (middle <= box[:, :2] + box[:, 2:]).all()
     draw_belief(axes, plan, np.full(len(plan.furniture), 0.02))
+
+
+def test_furniture_with_boxes_is_to_scale():
+    """A table of 2 x 1 m at (3, 2): its corners, and a room that reaches 10 cm beyond them."""
+    memory = SceneGraphMemory()
+    kitchen = memory.add_room("kitchen")
+    memory.add_furniture("table", kitchen, box=Box((3, 2, 0.4), (2, 1, 0.8)), position=(5, 2))
+    memory.add_furniture("shelf", memory.add_room("study"), position=(8, 8))
+    plan = FloorPlan.of_memory(memory)
+    expected = [[4, 2.5], [2, 2.5], [2, 1.5], [4, 1.5]]
+    np.testing.assert_allclose(plan.footprints[0], expected)
+    assert np.isnan(plan.footprints[1]).all()
+    np.testing.assert_allclose(plan.room_box[0], [1.9, 1.4, 2.2, 1.2])
+    np.testing.assert_allclose(plan.stands, [[5, 2], [8, 8]])
+    np.testing.assert_allclose(plan.corner[0] + plan.size / 2, [3, 2])
+    assert FloorPlan.of_memory(SceneGraphMemory()).footprints is None
