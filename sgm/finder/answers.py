@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, fields
 from datetime import datetime
-from functools import cache
 from typing import Any, Literal
 
 from sgm.finder.reasons import tell_time
@@ -14,6 +13,7 @@ from sgm.memory.clock import Clock
 MOST_BYTES = 600  # of an answer of `where_is` for which no number of rows was asked
 _DIGITS = 3  # of probabilities and costs
 _PLAIN = frozenset((str, int, bool, type(None)))
+_FIELDS: dict[type, tuple[str, ...]] = {}  # of the dataclasses that were written so far
 
 Status = Literal["ok", "ambiguous", "unknown"]
 # What each status means, for the documentation.
@@ -383,12 +383,10 @@ def to_json(answer: Any) -> Any:
         return [to_json(value) for value in answer]
     if kind is dict:
         return {key: to_json(value) for key, value in answer.items()}
-    return {name: to_json(getattr(answer, name)) for name in _list_fields(kind)}
-
-
-@cache
-def _list_fields(kind: Any) -> tuple[str, ...]:
-    return tuple(field.name for field in fields(kind))
+    names = _FIELDS.get(kind)
+    if names is None:
+        names = _FIELDS[kind] = tuple(field.name for field in fields(answer))
+    return {name: to_json(getattr(answer, name)) for name in names}
 
 
 def write_json(answer: Any) -> bytes:

@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 from sgm.finder.answers import (
     ChangeList,
+    ChangeRow,
     EventList,
     Moment,
     NextLook,
@@ -58,6 +59,7 @@ class Happened:
         place: id of the place; None if it was about a thing alone.
         said: in one line.
         at: when.
+        changes: what it has shown to be new, moved, gone or picked up.
     """
 
     number: int
@@ -66,6 +68,7 @@ class Happened:
     place: int | None
     said: str
     at: Moment
+    changes: tuple[ChangeRow, ...]
 
 
 @dataclass(slots=True)
@@ -120,6 +123,7 @@ class MemoryService:
         self._searches: OrderedDict[str, _Open] = OrderedDict()
         self._listeners: list[Callable[[Happened], None]] = []
         self._num_happened = 0
+        self._found: tuple[int, frozenset[ChangeRow]] = (-1, frozenset())  # changes of a time step
         self.let_time_pass(accept_jump=accept_jump)
 
     def subscribe(self, listener: Callable[[Happened], None]) -> Callable[[], None]:
@@ -128,6 +132,8 @@ class MemoryService:
         The listener is called by the thread that made the change, which waits for it.
         """
         with self._writing:
+            if not self._listeners:
+                self._find_new_changes()  # what comes after these is new
             self._listeners.append(listener)
 
         def end() -> None:
@@ -540,10 +546,20 @@ class MemoryService:
         """Tell all who listen what was written, and return it."""
         at = Moment.tell(self.memory.time, self.memory.time, self.memory.clock)
         self._num_happened += 1
-        happened = Happened(self._num_happened, call, thing, place, said, at)
-        for listener in tuple(self._listeners):
-            listener(happened)
+        if self._listeners:
+            changes = self._find_new_changes()
+            happened = Happened(self._num_happened, call, thing, place, said, at, changes)
+            for listener in tuple(self._listeners):
+                listener(happened)
         return Noted("ok", thing, place, said, at)
+
+    def _find_new_changes(self) -> tuple[ChangeRow, ...]:
+        """Return the changes of this time step that were not found before."""
+        now = self.memory.time
+        rows = list_changes(self.memory, now, MOST_ROWS).rows
+        known = self._found[1] if self._found[0] == now else frozenset()
+        self._found = now, frozenset(rows)
+        return tuple(row for row in rows if row not in known)
 
 
 def _check_rows(k: int | None) -> None:

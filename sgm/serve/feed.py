@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Awaitable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import suppress
 
 from sgm.finder.answers import write_json
@@ -18,10 +18,12 @@ class Feed:
     """Hands every change of a service on to listeners, in the order in which they were made."""
 
     def __init__(self, service: MemoryService) -> None:
-        """Listen to a service; `close` ends it."""
+        """Hand on what happens to a service; `close` ends it."""
+        self._service = service
         self._queues: set[asyncio.Queue[bytes | None]] = set()
         self._loop = asyncio.get_running_loop()
-        self._end = service.subscribe(self._hand_on)
+        # Of a subscription, which there is while somebody listens: telling costs the writer time.
+        self._end: Callable[[], None] | None = None
 
     @property
     def num_listeners(self) -> int:
@@ -35,7 +37,6 @@ class Feed:
 
     def close(self) -> None:
         """End all connections."""
-        self._end()
         for queue in tuple(self._queues):
             self._finish(queue)
 
@@ -48,6 +49,8 @@ class Feed:
         """Yield events as they are sent, from now on, until something is done or the feed ends."""
         queue: asyncio.Queue[bytes | None] = asyncio.Queue(MOST_WAITING)
         self._queues.add(queue)
+        if self._end is None:
+            self._end = self._service.subscribe(self._hand_on)
         waiting = asyncio.ensure_future(until)
         waiting.add_done_callback(lambda _: self._finish(queue))
         try:
@@ -63,6 +66,9 @@ class Feed:
         finally:
             self._queues.discard(queue)
             waiting.cancel()
+            if not self._queues and self._end is not None:
+                self._end()
+                self._end = None
 
     def _hand_on(self, happened: Happened) -> None:
         """Called by the thread that made the change."""

@@ -267,6 +267,7 @@ def test_whoever_subscribes_is_told_of_every_change(service):
     assert [one.call for one in told] == ["observe", "search_next"]
     assert told[0].said == "1 thing seen at desk in study"
     assert told[1].number == told[0].number + 1
+    assert [(row.what, row.thing) for row in told[0].changes] == [("new", "mug")]
     assert to_json(told[0])["at"]["words"] == "at 7:30"
 
 
@@ -341,6 +342,21 @@ def test_ghosts_and_places_that_are_gone_are_forgotten(service):
     for arguments in ({}, {"thing": "mug", "place": "desk"}):
         with pytest.raises(ValueError, match="forget must get a thing or a place"):
             service.forget(**arguments)
+
+
+def test_every_change_is_told_once(service, wall):
+    service.observe("desk", [Sighting("mug")])
+    told = []
+    end = service.subscribe(told.append)
+    service.observe("desk", [Sighting("mug")])
+    wall.go(hours=2)
+    service.observe("counter top", [Sighting("mug"), Sighting("book")])
+    service.observe("desk", [])
+    service.observe("desk", [])
+    end()
+    assert [[(row.what, row.thing) for row in one.changes] for one in told] == [
+        [], [("moved", "mug"), ("new", "book")], [], [],
+    ]  # fmt: skip
 
 
 def test_rooms_of_one_name_are_asked_about(service):

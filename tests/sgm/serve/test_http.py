@@ -294,7 +294,9 @@ def test_a_feed_tells_of_every_change(served):
     served.client.call("observe", place="counter top", seen=[])
     first, second = read_events(feed, 2)
     assert first["event"] == "observe"
-    assert json.loads(first["data"])["said"] == "1 thing seen at desk in study"
+    happened = json.loads(first["data"])
+    assert happened["said"] == "1 thing seen at desk in study"
+    assert ("new", "keys") in [(row["what"], row["thing"]) for row in happened["changes"]]
     assert int(second["id"]) == int(first["id"]) + 1
     assert served.application.feed.num_listeners == 1
     feed.close()
