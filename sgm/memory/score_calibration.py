@@ -64,7 +64,7 @@ class ScoreCalibration:
 
         Their scores are similarities of an image and a text: .1 is the usual threshold, and .3 is
         mostly right. An assumption in round figures, not a measurement: .1 becomes .40, .2 .62, .3
-        .75 and .5 .88. Fit your own once there are looks.
+        .74 and .5 .88. Fit your own once there are looks.
         """
         return cls(slope=1.1, offset=2.0)
 
