@@ -230,7 +230,7 @@ class MemoryState:
             description: by whose words it is known, where it has no id.
             id: by which it is known, whatever it is called; empty without one.
         """
-        known = None if id else self._rows_as_written.get(description)
+        known = self._rows.get(id) if id else self._rows_as_written.get(description)
         if known is not None:  # most things are called the same every time
             return known
         name = read_name(description)

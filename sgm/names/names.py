@@ -463,7 +463,12 @@ def read_name(description: str) -> tuple[str, ...]:
     Raises:
         ValueError: if the description is no name (`read_words`).
     """
-    *properties, kind = _list_words(read_words("description", description))
+    return _read_name(read_words("description", description))
+
+
+@lru_cache(maxsize=10_000)
+def _read_name(words: str) -> tuple[str, ...]:
+    *properties, kind = _list_words(words)
     return (*sorted(properties), kind)
 
 
