@@ -1,0 +1,31 @@
+"""docs/box_world.md: what it says in Python runs, and its commands take its options."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from simulator.robot_home.command import main
+
+PAGE = (Path(__file__).parents[3] / "docs" / "box_world.md").read_text("utf-8")
+
+
+def test_the_example_prints_a_coverage_near_the_true_one(capsys):
+    (code,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    exec(code, {})
+    label, inside, on_top, true = re.fullmatch(
+        r"(.+) \{'in': ([\d.]+), 'onTop': ([\d.]+)\} ([\d.]+)\n", capsys.readouterr().out
+    ).groups()
+    assert label
+    assert 0 <= float(inside) <= 1
+    assert abs(float(on_top) - float(true)) < 0.1
+
+
+def test_the_commands_have_the_options_of_the_page(capsys):
+    named = set(re.findall(r"--(\w+)`|`--(\w+)", PAGE))
+    options = {name for pair in named for name in pair if name} - {"home", "dynamics"}
+    assert len(options) > 7
+    with pytest.raises(SystemExit):
+        main(["play", "--help"])
+    printed = capsys.readouterr().out
+    assert {name for name in options if f"--{name}" not in printed} == set()
