@@ -67,14 +67,14 @@ class LookBuilder:
         boxes: Mapping[int, Box],
         *,
         gate: Gate | None = None,
-        margin: float = 0.02,
+        margin: float = 0.0,
         through_margin: float = 0.03,
         dilation: float = 0.05,
         num_points: int = 200,
         pause: float = 2.0,
         longest: float = 30.0,
         least_coverage: float = 0.05,
-        least_confidence: float = 0.2,
+        least_confidence: float = 0.5,
         most_blind: float = 0.7,
         on_look: Callable[[BuiltLook], None] | None = None,
         on_detection: Callable[[Detection, int | None, str | None], None] | None = None,
@@ -93,7 +93,7 @@ class LookBuilder:
             pause: seconds out of view after which a visit is over.
             longest: seconds after which a visit is a look, and a new one begins.
             least_coverage: share in view below which a visit that showed nothing is no look.
-            least_confidence: below it, a thing was not seen.
+            least_confidence: below it, a thing was not seen in the visit.
             most_blind: bound of the coverage where a frame has no depth image: what is in the way
                 is not known.
             on_look: is given every look when it is ready; None to keep them for `looks`.
@@ -203,7 +203,7 @@ class LookBuilder:
         volumes, is_seen = view.find_seen_points(self._scene.list_volumes(), self._margin)
         shown = self._visits.note_points(time, volumes, is_seen, view.has_depth)
         shown |= self._note_detections(time, view, detections)
-        self._tracks.note_view(view, self._frame, self._margin)
+        self._tracks.note_view(view, self._frame, self._through_margin)
         self._spots.note_rays(view, shown, self._through_margin)
         self._visits.note_frame(time, shown)
         return True
@@ -306,7 +306,9 @@ class LookBuilder:
         sure = [(track, track.compute_confidence()) for track in tracks]
         sure = [(track, sureness) for track, sureness in sure if sureness >= self._least_confidence]
         certain = [track for track, sureness in sure if sureness >= _SURE]
-        hidden = self._spots.renew(visit.place, [track for track, _ in sure], certain)
+        hidden = self._spots.renew(
+            visit.place, self._scene.boxes[visit.place].top, [track for track, _ in sure], certain
+        )
         if not sure and max(coverage.values()) < self._least_coverage:
             return None
         seen = tuple(

@@ -12,6 +12,7 @@ from sgm.eyes.located import compute_half_chord
 from sgm.eyes.tracks import Track
 from sgm.names.names import read_name
 
+_STANDS = 0.03  # metres above a surface at which a thing still stands on it
 _SAME_SPOT = 0.15  # metres within which a thing of the same name is taken for the same one
 _SUPPORT = 0.015  # metres of what is behind a thing: less cannot be told from the thing itself
 
@@ -46,8 +47,11 @@ class Spot:
 
     @property
     def was_in_view(self) -> bool:
-        """Whether the frames of this visit show that the spot was not hidden."""
-        return self.num_through > 0
+        """Whether the frames of this visit show that the spot was not hidden.
+
+        A few rays through it, among many that ended before it, are errors of the pose.
+        """
+        return self.num_through > 0 and 4 * self.num_through >= self.num_in_front
 
 
 class Spots:
@@ -70,11 +74,14 @@ class Spots:
         """
         note_rays(view, [spot for spot in self._spots if spot.place in places], through_margin)
 
-    def renew(self, place: int, seen: list[Track], certain: list[Track]) -> tuple[str, ...]:
+    def renew(
+        self, place: int, top: float, seen: list[Track], certain: list[Track]
+    ) -> tuple[str, ...]:
         """End a visit, and return the names of things that were not seen and hidden all the time.
 
         Args:
             place: the place.
+            top: height of its upper side, metres.
             seen: what was seen there.
             certain: those of it that are there for sure: they have spots from now on.
         """
@@ -92,8 +99,13 @@ class Spots:
             spot.forget_visit()
         for track in certain:
             sd = track.sd / math.sqrt(len(track.frames))
+            center = track.center.copy()
+            if track.volume % 2 == 1:  # it stands on the upper side, if not on another thing
+                low = top + track.height / 2
+                if center[2] < low + _STANDS + 2 * track.sd:
+                    center[2] = low
             size = track.radius, track.height, sd
-            kept.append(Spot(track.name, place, track.volume, track.center, *size))
+            kept.append(Spot(track.name, place, track.volume, center, *size))
         self._spots = kept
         return tuple(dict.fromkeys(hidden))
 
@@ -140,16 +152,19 @@ def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> Non
         np.array([spot.sd for spot in spots]),
         np.hypot(view.pose.position_sd, view.pose.angle_sd * distance),
     )
-    # The upper part is measured: behind it the bearing surface is farther away.
-    upper = center + np.outer(height / 4, [0.0, 0.0, 1.0])
+    # The upper part is measured: behind it the bearing surface is farther away. Middle and foot
+    # must not be hidden: a thing that lies along the ray is lower than its box says.
+    upper, foot = (center + np.outer(share * height, [0.0, 0.0, 1.0]) for share in (0.25, -0.45))
     behind = view.measure_behind(upper, volumes)
-    behind_middle = view.measure_behind(center, volumes)
-    is_in_front = np.fmin(behind, behind_middle) < -half - through_margin
+    below = np.minimum(
+        view.measure_behind(center, volumes), view.measure_behind(foot, volumes)
+    )  # nan if one of them is
+    is_in_front = np.fmin(behind, below) < -half - through_margin
     # Where it lay on a surface, a ray through its upper part meets that 3/4 of its height deeper.
     expected = 0.75 * height / np.maximum(-ray[:, 2], 1e-3)
     is_flat = expected < half + through_margin + _SUPPORT
     least = np.where(is_flat, -1.0, 1.0) * (half + through_margin) + 2 * sd
-    is_through = (behind > least) & ~is_in_front
+    is_through = (behind > least) & (below >= -half - through_margin)
     for spot, through, front in zip(spots, is_through, is_in_front, strict=True):
         spot.num_through += bool(through)
         spot.num_in_front += bool(front)
