@@ -68,7 +68,7 @@ bench: $(EXTRAS)
 fuzz: $(EXTRAS)
 	$(PY) tests/fuzz $(ARGS)
 
-docs: $(STAMP)
+docs: $(EXTRAS)
 	$(PY) docs/make_api.py $(ARGS)
 
 core-wheel: $(STAMP)

@@ -94,6 +94,10 @@ class LoadClient:
             status = self.send(call, body)
             self.late.append((call, time.perf_counter() - begin - seconds))
             self.num_refused += status != 200
+        self.close()
+
+    def close(self) -> None:
+        """Close the connection."""
         self._connection.close()
 
 
@@ -130,18 +134,21 @@ def make_plan(
 def prepare(tiny: bool) -> tuple[Measure, str]:
     """Look around."""
     num_objects, seconds = (20, 1.0) if tiny else (200, 20.0)
-    folder = tempfile.TemporaryDirectory(prefix="serve-")
-    path = Path(folder.name) / "home.sgm"
-    looks = save_home(path, num_objects)
     rng = np.random.default_rng(0)
 
     def measure() -> tuple[float, dict[str, float]]:
+        with tempfile.TemporaryDirectory(prefix="serve-") as folder:
+            path = Path(folder) / "home.sgm"
+            return load(path, save_home(path, num_objects))
+
+    def load(path: Path, looks: list[tuple[int, list[str]]]) -> tuple[float, dict[str, float]]:
         with run_server(path) as port:
             first = LoadClient(port, [])
             for place, seen in looks:
                 first.send("observe", json.dumps({"place": place, "seen": seen}))
             for _ in range(20):
                 first.send("where_is", '{"thing":"mug"}')
+            first.close()
             clients = [LoadClient(port, make_plan(looks, seconds, rng)) for _ in range(NUM_CLIENTS)]
             used, begin = read_processor_time(port), time.perf_counter() + 0.2
             threads = [threading.Thread(target=client.run, args=(begin,)) for client in clients]
@@ -159,7 +166,7 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
         found = {f"{call} p99": float(np.quantile(values, 0.99)) * 1000
                  for call, values in late.items()}  # fmt: skip
         found |= {
-            "median": float(np.median(every)),
+            "median of requests": float(np.median(every)),
             "answered a second": len(every) / took,
             "processor ms a request": used * 1000 / len(every),
             "refused": float(sum(client.num_refused for client in clients)),
@@ -167,7 +174,6 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
         return float(np.quantile(every, 0.99)), found
 
     size = f"{NUM_CLIENTS} clients, {seconds:g} s, 32 furniture and {num_objects} objects"
-    measure.folder = folder  # type: ignore[attr-defined] # lives as long as it is measured
     return measure, size
 
 

@@ -33,6 +33,8 @@ def main() -> None:
     warnings.simplefilter("error")
     # pdoc finds the modules of packages without `__all__` by itself, and only of those.
     warnings.filterwarnings("ignore", message="The module specification")
+    # torch_geometric 2.8 compiles with torch.jit.script when imported; torch 2.13 deprecated that.
+    warnings.filterwarnings("ignore", message=".torch.jit.script. is deprecated")
     import nep
     import sgm
 
