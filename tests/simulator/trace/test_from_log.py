@@ -173,3 +173,20 @@ def test_a_line_that_names_no_furniture_is_refused(memory, path):
         file.write(json.dumps(row) + "\n")
     with pytest.raises(ValueError, match="must be of furniture that was added, got 9"):
         make_trace(read_log(path))
+
+
+def test_what_people_say_and_the_robot_does_moves_things(tmp_path):
+    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    room = memory.add_room("kitchen")
+    table, shelf, sink = (memory.add_furniture(label, room) for label in ("table", "shelf", "sink"))
+    memory.observe(table, [Sighting("cup"), Sighting("fork")])
+    memory.step()
+    memory.note_moved("cup", shelf, by="anna")
+    memory.picked_up("fork")
+    memory.step()
+    memory.put_down("fork", sink, "in")
+    trace = make_trace(read_log(tmp_path / "looks.jsonl"), "home")
+    assert [(e.time_s, e.object, e.furniture, e.relation) for e in trace.events] == [
+        (0, "cup", table, 1), (0, "fork", table, 1), (3600, "cup", shelf, 0),
+        (7200, "fork", sink, 0),
+    ]  # fmt: skip
