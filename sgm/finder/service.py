@@ -399,12 +399,9 @@ class MemoryService:
             )
         with self._writing:
             if thing is not None:
-                resolution = self.finder.resolve(self.memory, thing)
-                if not resolution.matches:
-                    return self._ask(tell_unknown(resolution), thing)
-                own = find_thing(self.memory, self.finder, thing)
-                if isinstance(own, Unclear):
-                    return self._ask(own, thing)
+                own = self._find_known(thing)
+                if isinstance(own, Noted):
+                    return own
                 self.let_time_pass()
                 self.memory.forget(own, by)
                 return self._note("forget", own, None, f"{by} said that there is no {own}")
@@ -416,6 +413,88 @@ class MemoryService:
             self.let_time_pass()
             self.memory.forget(here, by)
             return self._note("forget", "", here, f"{by} said that there is no {name}")
+
+    def rename(self, thing: str, name: str, by: str = ROBOT) -> Noted:
+        """Call a thing otherwise: "that is no cup, it is a bowl".
+
+        Args:
+            thing: in words, or its id.
+            name: what it is called from now on.
+            by: who says so.
+
+        Raises:
+            ValueError: if a name is none, or another thing has the new one.
+        """
+        with self._writing:
+            own = self._find_known(thing)
+            if isinstance(own, Noted):
+                return own
+            self.let_time_pass()
+            self.memory.rename(own, name, by)
+            return self._note("rename", name, None, f"{by} said that {own} is called {name}")
+
+    def merge(self, thing: str, other: str, by: str = ROBOT) -> Noted:
+        """Note that two things are one, "this is the same mug", which is called as the first.
+
+        Args:
+            thing: in words, or its id.
+            other: in words, or its id.
+            by: who says so.
+
+        Raises:
+            ValueError: if a name is none, both are one already, or one is carried.
+        """
+        with self._writing:
+            own, second = self._find_known(thing), self._find_known(other)
+            for found in (own, second):
+                if isinstance(found, Noted):
+                    return found
+            assert isinstance(own, str)
+            assert isinstance(second, str)
+            self.let_time_pass()
+            self.memory.merge(own, second, by)
+            return self._note("merge", own, None, f"{by} said that {own} and {second} are one")
+
+    def split(
+        self,
+        thing: str,
+        place: int | str | None = None,
+        name: str | None = None,
+        by: str = ROBOT,
+    ) -> Noted:
+        """Note that what was held to be one thing is two.
+
+        Args:
+            thing: in words, or its id; one that was merged is one of its own again.
+            place: id or name, to tell apart what words did not: what was seen there is another
+                thing; None to undo a merge.
+            name: of that other thing.
+            by: who says so.
+
+        Raises:
+            KeyError: if there is no place of that id, or no such thing.
+            ValueError: if a name is none, nothing was merged, or the thing was seen at no other
+                place.
+        """
+        with self._writing:
+            here: int | None = None
+            if place is not None:
+                found = find_place(self.memory, place)
+                if isinstance(found, Unclear):
+                    return self._ask(found, thing)
+                here = found
+            self.let_time_pass()
+            self.memory.split(thing, here, name or "", by)
+            said = f"{by} said that {thing} is two things"
+            return self._note("split", thing, here, said)
+
+    def _find_known(self, thing: str) -> str | Noted:
+        """Find the one thing of a name, or say what to ask where there are none or several."""
+        resolution = self.finder.resolve(self.memory, thing)
+        if not resolution.matches:
+            return self._ask(tell_unknown(resolution), thing)
+        own = find_thing(self.memory, self.finder, thing)
+        return self._ask(own, thing) if isinstance(own, Unclear) else own
 
     def _find(
         self, thing: str, place: int | str | None, was_at: int | str | None

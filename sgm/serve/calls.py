@@ -136,7 +136,7 @@ class Call:
         return self.method(service, **arguments)
 
 
-_THING = Argument("thing", TextRule(), "in words, such as the red mug", REQUIRED)
+_THING = Argument("thing", TextRule(), "in words, such as the red mug, or its id", REQUIRED)
 _PLACE = Argument("place", PlaceRule(), "id or name, such as desk in study", REQUIRED)
 _COVERAGE = Argument("coverage", NumberRule(0, 1), "share of the place that was in view", 1)
 _SEEN = Argument(
@@ -147,6 +147,7 @@ _SEEN = Argument(
 )
 
 
+_BY = Argument("by", TextRule(), "who says so", ROBOT)
 _WAS_AT = Argument(
     "was_at",
     PlaceRule(),
@@ -243,9 +244,41 @@ CALLS: Final[tuple[Call, ...]] = (
         (
             Argument("thing", TextRule(), "in words; left out for a place"),
             Argument("place", PlaceRule(), "id or name; left out for a thing"),
-            Argument("by", TextRule(), "who says so", ROBOT),
+            _BY,
         ),
         MemoryService.forget,
+        is_write=True,
+    ),
+    Call(
+        "rename",
+        "Call a thing otherwise: that is no cup, it is a bowl.",
+        (
+            _THING,
+            Argument("name", TextRule(), "what it is called from now on", REQUIRED),
+            _BY,
+        ),
+        MemoryService.rename,
+        is_write=True,
+    ),
+    Call(
+        "merge",
+        "Note that two things are one (this is the same mug), called as the first; see split.",
+        (_THING, Argument("other", TextRule(), "in words, or its id", REQUIRED), _BY),
+        MemoryService.merge,
+        is_write=True,
+    ),
+    Call(
+        "split",
+        "Note that what was held to be one thing is two; merge undoes it.",
+        (
+            _THING,
+            Argument(
+                "place", PlaceRule(), "what was seen there is another thing; else a merge is undone"
+            ),
+            Argument("name", TextRule(), "of that other thing, with a place"),
+            _BY,
+        ),
+        MemoryService.split,
         is_write=True,
     ),
     Call(

@@ -27,7 +27,8 @@ GOOD = {
     "thing": "mug", "at": 9, "k": 3, "from": [1, 2], "budget": 9, "search_id": "x",
     "result": "found", "seen": ["mug", {"thing": "pen", "confidence": 0.5}], "coverage": 0.5,
     "place": 0, "by": "anna", "relation": "in", "confidence": 0.9, "was_at": 0, "room": "kitchen",
-    "kind": "mug", "since": 0, "label": "sink", "name": "white sink", "position": [1, 2],
+    "kind": "mug", "since": 0, "label": "sink", "other": "pen", "name": "white sink",
+    "position": [1, 2],
 }  # fmt: skip
 ODD = (*mutate.VALUES, 10**400, -(2**63), "2026-11-16T18:30", "\ud800", "a\nb", ["x"] * 600)
 HEADERS = (("Origin", "http://evil"), ("Host", "evil"), ("Content-Type", "text/plain"),

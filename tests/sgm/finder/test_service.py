@@ -310,6 +310,22 @@ def test_things_of_one_name_are_told_apart_by_their_ids(service):
     assert {row.thing_id for row in service.changes(0).rows} == {"a1", "b2"}
 
 
+def test_things_are_called_otherwise_and_found_to_be_one_or_two(service):
+    service.observe("desk", [Sighting("vase"), Sighting("red mug"), Sighting("blue mug")])
+    assert service.rename("the vase", "urn", "anna").said == "anna said that vase is called urn"
+    assert service.where_is("urn").status == "ok"
+    assert service.rename("unicorn", "horse").status == "unknown"
+    assert service.rename("mug", "jug").status == "ambiguous"
+    assert service.merge("red mug", "unicorn").status == "unknown"
+    assert service.merge("red mug", "blue mug", "anna").status == "ok"
+    assert len(service.list_things(kind="mug").rows) == 1
+    assert service.split("blue mug").status == "ok"
+    assert len(service.list_things(kind="mug").rows) == 2
+    with pytest.raises(ValueError, match="merged"):
+        service.split("blue mug")
+    assert service.split("urn", "hammock", "pot").status == "unknown"
+
+
 def test_changes_say_what_from_where_to_where_between_which_looks(service, wall):
     service.observe("desk", [Sighting("mug"), Sighting("vase")])
     service.observe("counter top", [])

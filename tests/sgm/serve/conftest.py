@@ -63,7 +63,7 @@ class Client:
             self._connection.close()
             raise
 
-    def call(self, name, **arguments):
+    def call(self, name, /, **arguments):
         """The answer of a call."""
         answer = self.send("POST", f"/v1/{name}", json.dumps(arguments))
         assert answer.status == 200, answer.text

@@ -32,6 +32,9 @@ GOOD = {
     "picked_up": {"thing": "milk", "was_at": 0},
     "put_down": {"thing": "milk", "place": "desk", "relation": "onTop"},
     "forget": {"thing": "milk", "by": "anna"},
+    "rename": {"thing": "milk", "name": "oat milk", "by": "anna"},
+    "merge": {"thing": "scissors", "other": "paper knife", "by": "anna"},
+    "split": {"thing": "scissors", "by": "anna"},
     "list_places": {"room": "kitchen", "k": 1},
     "list_things": {"kind": "mug", "k": 1},
     "history": {"thing": "mug", "k": 1},
@@ -91,6 +94,14 @@ def test_arguments_and_answers_keep_their_schemas(call, tmp_path):
             values = {**values, "search_id": service.search_start("mug").search_id}
         elif call.name == "put_down":
             service.picked_up("milk")
+        elif call.name == "rename" and values is least:
+            values = {"thing": "oat milk", "name": "soy milk"}
+        elif call.name == "merge":
+            service.observe("desk", [Sighting("scissors"), Sighting("paper knife")])
+            if values is least:
+                service.split("scissors")
+        elif call.name == "split":
+            service.merge("scissors", "paper knife")
         elif call.name == "forget":
             values = arguments
             service.observe("desk", [Sighting("milk")])

@@ -36,6 +36,9 @@ SESSION = [
     ("picked_up", {"thing": "scissors"}),
     ("put_down", {"thing": "scissors", "place": "counter top"}),
     ("forget", {"thing": "soap", "by": "anna"}),
+    ("rename", {"thing": "keys", "name": "car keys", "by": "anna"}),
+    ("merge", {"thing": "scissors", "other": "paper knife"}),
+    ("split", {"thing": "paper knife"}),
     ("forget", {"place": "sink"}),
     ("list_places", {"room": "kitchen"}),
     ("list_things", {"k": 3}),
@@ -49,6 +52,7 @@ REFUSED = [
     ("observe", {"place": 77, "seen": []}),
     ("put_down", {"thing": "mug", "place": "desk"}),
     ("forget", {}),
+    ("split", {"thing": "mug"}),
 ]
 
 
