@@ -12,6 +12,7 @@ from sgm.eyes.located import compute_half_chord
 from sgm.eyes.tracks import Track
 from sgm.names.names import read_name
 
+_VOTES = 2  # frames that must show that a ray went through
 _STANDS = 0.03  # metres above a surface at which a thing still stands on it
 _SAME_SPOT = 0.15  # metres within which a thing of the same name is taken for the same one
 _SUPPORT = 0.015  # metres of what is behind a thing: less cannot be told from the thing itself
@@ -49,9 +50,9 @@ class Spot:
     def was_in_view(self) -> bool:
         """Whether the frames of this visit show that the spot was not hidden.
 
-        A few rays through it, among many that ended before it, are errors of the pose.
+        One ray through it, or a few among many that ended before it, are errors of the pose.
         """
-        return self.num_through > 0 and 4 * self.num_through >= self.num_in_front
+        return self.num_through >= _VOTES and 4 * self.num_through >= self.num_in_front
 
 
 class Spots:
