@@ -142,10 +142,10 @@ def test_a_signal_ends_it_with_a_snapshot(tmp_path, forge, number):
     events.close()
     feed.close()
     client.close()
-    assert KeptHome.open(path).memory.num_furniture == 1
     assert [file.name for file in sorted(tmp_path.iterdir())] == [
         "home.sgm", "home.sgm.log", "home.sgm.log.000001", "home.sgm.log.lock",
     ]  # fmt: skip
+    assert KeptHome.open(path).memory.num_furniture == 1
 
 
 @pytest.mark.slow
