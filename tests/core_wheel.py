@@ -25,9 +25,14 @@ HEAVY = ("torch", "dgl", "lightning", "spacy", "scipy")
 
 
 def find_python() -> str:
-    """Return the newest supported Python on PATH that runs and has `venv`."""
+    """Return the newest supported Python that runs and has `venv`: on PATH, or installed by pyenv.
+
+    What pyenv puts on PATH runs only the version that is chosen in the folder.
+    """
+    pyenv = Path(os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv")
+    folders = [*os.get_exec_path(), *sorted(pyenv.glob("versions/*/bin"), reverse=True)]
     for version in NEWEST_FIRST:
-        for folder in os.get_exec_path():
+        for folder in folders:
             python = Path(folder) / f"python{version}"
             check = [str(python), "-c", "import ensurepip, venv"]
             if python.exists() and not subprocess.run(check, capture_output=True).returncode:

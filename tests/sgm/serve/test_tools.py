@@ -4,7 +4,6 @@ import json
 import sys
 from contextlib import asynccontextmanager
 
-import anyio
 import pytest
 
 from sgm.finder.finder import Finder
@@ -19,7 +18,8 @@ from sgm.serve.calls import BY_NAME, CALLS
 
 from .conftest import START, Client, open_service, run_server
 
-mcp = pytest.importorskip("mcp", reason="mcp is not installed")
+anyio = pytest.importorskip("anyio", reason="anyio is not installed: extra serve")
+mcp = pytest.importorskip("mcp", reason="mcp is not installed: extra serve")
 
 # A session that uses every call; None stands for the number of the search that was started.
 SESSION = [
