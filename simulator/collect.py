@@ -229,8 +229,9 @@ def _collect_missing(
     groups.sort(key=lambda group: group.play_steps or 0, reverse=True)
     size = min(-(-len(missing) // workers), _HOMES_PER_JOB, _SNAPSHOTS_PER_JOB // config.steps)
     size = max(size, 1)
+    folder = out.absolute()  # processes that an earlier call has left may be in another folder
     jobs = [
-        (config, group.homes[first : first + size], out, group.play_steps)
+        (config, group.homes[first : first + size], folder, group.play_steps)
         for group in groups
         for first in range(0, len(group.homes), size)
     ]

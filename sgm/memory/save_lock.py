@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock
 from typing import BinaryIO
@@ -21,11 +23,16 @@ class SaveLock:
     def __init__(self) -> None:
         """Begin without the file."""
         self._process = os.getpid()
+        self._writing = Lock()
         self._file: BinaryIO | None = None
 
     @classmethod
-    def of(cls, path: str | Path) -> SaveLock:
-        """Return the lock of a file, before it is saved.
+    @contextmanager
+    def hold(cls, path: str | Path) -> Iterator[SaveLock]:
+        """Have a file while it is saved, alone in this process, too; yields what keeps it.
+
+        Whoever writes a file locks the new one before it has its name, so that threads that save
+        to one path wait for each other.
 
         Raises:
             ValueError: if another process has it.
@@ -37,17 +44,14 @@ class SaveLock:
                 if known is not None:  # of the process before a fork
                     known._close()
                 known = _HELD[key] = cls()
+        with known._writing:
             if not known._take(path):
                 raise ValueError(
                     f"memory file must be saved by one process at a time, got another one at work "
                     f"for {path}. End it, or save to another file."
                 )
-            return known
-
-    def renew(self, path: str | Path) -> None:
-        """Lock the file that was written in the place of the one before."""
-        with _OPENING:
-            self._take(path)
+            yield known
+            known._take(path)  # what was written in the place of the one before
 
     def _take(self, path: str | Path) -> bool:
         """Lock what lies there now; tell whether no other process has it."""

@@ -131,7 +131,7 @@ class SceneGraphMemory(Corrections):
                     "default."
                 )
         self._lock = RLock()  # held by every call while it reads or changes the state
-        self._save_lock: SaveLock | None = None
+        self._save_lock: SaveLock | None = None  # of the file saved last, as long as this lives
         self._saving = Lock()  # these two are never waited for while the first one is held
         self._naming = Lock()
         self._aliases, self._own_encode = aliases, encoder  # for copies
@@ -222,11 +222,12 @@ class SceneGraphMemory(Corrections):
             OSError: if the folder does not exist, or the disk does not take the file; an older
                 file is left as it was.
         """
-        with self._saving:  # of two saves the later one lasts; nobody waits for the disk
-            lock = SaveLock.of(path)
+        # Of two saves the later one lasts; nobody waits for the disk.
+        with self._saving, SaveLock.hold(path) as lock:
             with self._lock:
                 content = self._state.get_content_to_save().copy()
-            self._save_content(path, content, lock)
+            save_content(path, content.to_json())
+            self._save_lock = lock
 
     def save_and_rotate(self, path: str | Path, old_log: str | Path) -> None:
         """Write the memory to a file, and begin its log anew from there.
@@ -245,8 +246,7 @@ class SceneGraphMemory(Corrections):
             OSError: if the disk does not take the new log or the file. Without the file, the new
                 log alone is the memory.
         """
-        with self._saving:
-            lock = SaveLock.of(path)
+        with self._saving, SaveLock.hold(path) as lock:
             with self._lock:
                 if self._log is None:
                     raise ValueError(
@@ -255,12 +255,8 @@ class SceneGraphMemory(Corrections):
                     )
                 content = self._state.get_content_to_save().copy()
                 self._log.rotate(Path(old_log), content)
-            self._save_content(path, content, lock)
-
-    def _save_content(self, path: str | Path, content: MemoryContent, lock: SaveLock) -> None:
-        save_content(path, content.to_json())
-        lock.renew(path)
-        self._save_lock = lock  # as long as this memory lives
+            save_content(path, content.to_json())
+            self._save_lock = lock
 
     def sync_log(self) -> None:
         """Have the disk take all that is in the log, so that it survives a loss of power.

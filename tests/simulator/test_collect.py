@@ -67,6 +67,19 @@ def test_two_workers_give_the_same_bytes(reference, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
+def test_workers_follow_into_another_folder(tmp_path, monkeypatch):
+    """The processes of an earlier call are still in its folder."""
+    monkeypatch.setattr(collect_module, "_HOMES_PER_JOB", 1)
+    for name in ("first", "second"):
+        (tmp_path / name).mkdir()
+        monkeypatch.chdir(tmp_path / name)
+        collect(replace(SMALL, num_homes=2), Path("data"), workers=2, progress=False)
+    first, second = (read_all(tmp_path / name / "data") for name in ("first", "second"))
+    assert len(first) == 3
+    assert first == second
+
+
+@pytest.mark.slow
 def test_killed_and_started_again_gives_the_same_bytes(tmp_path):
     """SIGKILL in the middle of a collection, once some shards are there."""
     arguments = ["--num_homes", "12", "--steps", "30", "--workers", "1", "--seed", "1"]
