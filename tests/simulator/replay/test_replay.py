@@ -31,6 +31,10 @@ def log(tmp_path):
     return tmp_path / "looks.jsonl"
 
 
+# A robot's life has sightings that are more likely wrong than right, and the memory says so.
+pytestmark = pytest.mark.filterwarnings("ignore:.* confidences of a look are below:UserWarning")
+
+
 def live(memory, num_steps, seed=0):
     """A robot's life: looks, partial ones too, absences and furniture that comes and goes."""
     rng = np.random.default_rng(seed)
