@@ -255,7 +255,8 @@ class Layout:
         if not is_id or furniture not in self.furniture:
             raise KeyError(
                 f"furniture must be an id from add_furniture, got {shorten(furniture)}; there are "
-                f"{len(self.furniture)} furniture nodes. Add it first."
+                f"{len(self.furniture)} furniture nodes. Add it first, or ask "
+                "find_furniture for ids by name."
             )
 
 

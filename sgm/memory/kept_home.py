@@ -62,7 +62,7 @@ class KeptHome:
 
         Args:
             path: such as "home.sgm". A file without a log will do, and a log without a file.
-            clock: of step 0, for a memory that has none.
+            clock: of the present step, for a memory that has none.
             aliases: as in `SceneGraphMemory`.
             is_new: whether an empty memory begins, where there is neither file nor log.
 
@@ -84,13 +84,16 @@ class KeptHome:
             if path.exists():
                 _check_same(path, content, log, lines)
             if clock is not None and content.clock is None:
-                memory._go_on_from(replace(content, clock=clock), memory._prior)
+                own = _begin_before(clock, content.time)
+                memory._go_on_from(replace(content, clock=own), memory._prior)
             memory._start_log(log, goes_on=True)
             home = cls(path, memory)
             home.snapshot()  # so that the next start reads one memory and what came since
             return home
         elif path.exists():
-            own = None if load_content(path).clock is not None else clock
+            saved = load_content(path)
+            is_timeless = clock is not None and saved.clock is None
+            own = _begin_before(clock, saved.time) if is_timeless else None
             memory = SceneGraphMemory.load(path, clock=own, log=log, aliases=aliases)
         elif is_new:
             memory = SceneGraphMemory(clock=clock, log=log, aliases=aliases)
@@ -145,6 +148,11 @@ def replay_latest(lines: Sequence[LogLine], aliases: Aliases | None = None) -> S
     for line in lines:
         replayer.apply(line)
     return replayer.memory
+
+
+def _begin_before(clock: Clock, num_steps: int) -> Clock:
+    """Return a clock that began so many steps before another: its step of that number is now."""
+    return clock.shift(-num_steps * clock.step_seconds)
 
 
 def _name_log(path: Path) -> Path:

@@ -300,12 +300,18 @@ class MemoryState:
     def list_places(self, row: int, fused: MemoryBatch | None = None) -> list[SeenAt]:
         """List every place where the object of a row was ever seen, the latest first.
 
+        Of one time step, the place where it still is comes first, then what was said last.
+
         Args:
             row: of the object.
             fused: from `fuse_batch`, if that was called before.
         """
         batch = self.fuse_batch() if fused is None else fused
-        places = list_places(batch, self.furniture_ids, row)
+        told = self.get_statements(row).order_places()
+        places = sorted(
+            list_places(batch, self.furniture_ids, row),
+            key=lambda at: (-at.time, not at.is_there, -told.get((at.time, at.furniture), -1)),
+        )
         said = self.get_last_said(row)
         return [
             replace(seen, by=said.by)
@@ -331,7 +337,8 @@ class MemoryState:
         members = self.list_members(row)
         if len(members) == 1:
             return self.things[row]
-        said = (one for number in members for one in self.things[number].statements)
+        # What was said since the merge is of the first, and so the last of a time step.
+        said = (one for number in members[::-1] for one in self.things[number].statements)
         return replace(self.things[row], statements=tuple(sorted(said, key=lambda one: one.time)))
 
     def list_looks(

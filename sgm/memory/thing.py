@@ -29,6 +29,10 @@ class Thing:
         """Return it with one statement more; the oldest of too many is left out."""
         return replace(self, statements=(*self.statements, statement)[-MOST_KEPT:])
 
+    def order_places(self) -> dict[tuple[int, int | None], int]:
+        """Return the number of the last statement, the oldest is 0, of each time step and place."""
+        return {(one.time, one.furniture): at for at, one in enumerate(self.statements)}
+
     def leave_out(self, furniture: Collection[int]) -> Thing:
         """Return it in a home without some furniture."""
         if not self.statements:

@@ -102,8 +102,12 @@ def list_changes(
     for row, thing in enumerate(things):
         own = by_thing[bounds[row] : bounds[row + 1]]
         own = own[edges["num_true"][own] > 0]
-        # The latest sighting first, of equal ones the one that is still there.
-        own = own[np.lexsort((~edges["is_true"][own], -edges["last_true"][own]))]
+        # The latest sighting first, of equal ones the one that is still there, then the one of
+        # which was spoken last: within a step a thing may be taken from one place to another.
+        told = thing.order_places()
+        at = zip(edges["last_true"][own].tolist(), edges["furniture"][own], strict=True)
+        spoken = np.array([told.get((time, furniture_ids[f]), -1) for time, f in at], dtype=int)
+        own = own[np.lexsort((-spoken, ~edges["is_true"][own], -edges["last_true"][own]))]
         changes = _list_changes(batch, thing, row, own, furniture_ids)
         found += [change for change in changes if change.time >= since]
     return sorted(found, key=lambda change: -change.time)
@@ -210,7 +214,7 @@ def list_events(
     edges = batch.edges
     events = [
         ThingEvent(one.time, one.kind, one.furniture, one.relation, one.confidence, one.by)
-        for one in thing.statements
+        for one in reversed(thing.statements)  # of one time step, the latest first, too
     ]
     events += [ThingEvent(one.time, "seen", None, None, 1.0)
                for one in places if one.furniture is None and not one.by]  # fmt: skip

@@ -152,7 +152,9 @@ class Application:
             await self._show(path, receive, send)
         else:
             raise Refused(
-                404, f"path must be one of /openapi.json, got {shorten_text(path)!r}. Look there."
+                404,
+                f"path must be one that /openapi.json lists, got {shorten_text(path)!r}. Look "
+                "there.",
             )
 
     async def _show(self, path: str, receive: Receive, send: Send) -> None:

@@ -153,6 +153,25 @@ def test_a_file_without_a_log_begins_one_and_may_get_a_clock(tmp_path):
     assert again.memory.last_seen("mug") is not None
 
 
+def test_a_clock_that_is_given_later_says_what_time_it_is_now(tmp_path):
+    memory = SceneGraphMemory()
+    memory.add_furniture("table", memory.add_room("kitchen"))
+    memory.step(40)
+    memory.save(tmp_path / "home.sgm")
+    home = KeptHome.open(tmp_path / "home.sgm", CLOCK)
+    assert home.memory.clock.get_time(40) == CLOCK.start  # step 40 is now, not 40 steps ahead
+    home.memory.step_to(CLOCK.start)
+    assert home.memory.time == 40
+
+
+def test_a_clock_for_a_log_without_one_says_what_time_it_is_now(tmp_path):
+    home = KeptHome.open(tmp_path / "home.sgm", is_new=True)
+    home.memory.step(40)
+    del home
+    again = KeptHome.open(tmp_path / "home.sgm", CLOCK)
+    assert again.memory.clock.get_time(40) == CLOCK.start
+
+
 def test_nothing_there_is_told(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"home must be a memory file or its log, got nei"):
         KeptHome.open(tmp_path / "home.sgm")

@@ -126,3 +126,17 @@ def test_the_history_of_a_thing(memory):
     assert memory.history("unicorn") == []
     memory.remove_furniture(FRIDGE)
     assert memory.history("cup")[0].furniture is None
+
+
+def test_what_was_taken_elsewhere_within_one_step(memory):
+    memory.note_moved("cup", FRIDGE, by="anna")
+    memory.picked_up("cup")
+    memory.put_down("cup", SHELF)
+    assert [event.kind for event in memory.history("cup")] == [
+        "put_down", "picked_up", "moved", "seen",
+    ]  # fmt: skip
+    last = memory.last_seen("cup")
+    assert (last.furniture, last.is_there, last.by) == (SHELF, True, "robot")
+    memory.observe(SHELF, [])  # it has gone from the shelf, not from the fridge
+    assert ("gone", "cup", SHELF, None, 4, 4) in tell(memory.changes(4))
+    assert memory.last_seen("cup").furniture == SHELF
