@@ -92,9 +92,10 @@ class KeptHome:
             return home
         elif path.exists():
             saved = load_content(path)
-            is_timeless = clock is not None and saved.clock is None
-            own = _begin_before(clock, saved.time) if is_timeless else None
-            memory = SceneGraphMemory.load(path, clock=own, log=log, aliases=aliases)
+            given = None
+            if clock is not None and saved.clock is None:
+                given = _begin_before(clock, saved.time)
+            memory = SceneGraphMemory.load(path, clock=given, log=log, aliases=aliases)
         elif is_new:
             memory = SceneGraphMemory(clock=clock, log=log, aliases=aliases)
         else:

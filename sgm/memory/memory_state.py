@@ -300,7 +300,7 @@ class MemoryState:
     def list_places(self, row: int, fused: MemoryBatch | None = None) -> list[SeenAt]:
         """List every place where the object of a row was ever seen, the latest first.
 
-        Of one time step, the place where it still is comes first, then what was said last.
+        Of one time step, the place of which was spoken last comes first.
 
         Args:
             row: of the object.
@@ -310,7 +310,7 @@ class MemoryState:
         told = self.get_statements(row).order_places()
         places = sorted(
             list_places(batch, self.furniture_ids, row),
-            key=lambda at: (-at.time, not at.is_there, -told.get((at.time, at.furniture), -1)),
+            key=lambda at: (-at.time, -told.get((at.time, at.furniture), -1)),
         )
         said = self.get_last_said(row)
         return [
