@@ -57,7 +57,7 @@ test: $(EXTRAS)
 quick: $(EXTRAS)
 	$(PYTEST) -m "not slow" $(ARGS)
 
-check: $(STAMP)
+check: $(EXTRAS)
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy
