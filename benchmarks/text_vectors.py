@@ -10,10 +10,10 @@ import time
 
 from _measure import Benchmark, Measure, run
 
+from sgm.text import TextVectors
 from sgm.text.spacy_encoder import load_spacy
 from sgm.text.vectors import SHIPPED_PIPELINE
-from simulator.text import TextVectors
-from simulator.text.train import __main__ as train
+from tools.text_training import __main__ as train
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:

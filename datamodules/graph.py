@@ -25,8 +25,8 @@ from datamodules.object_edges import ObjectEdges
 from datamodules.pairs import FIRST_OBJECT_TYPE, OBJECT_UP, Pairs
 from sgm.memory.candidates import propose_rows, sample_places
 from sgm.memory.columns import NEVER
+from sgm.text import load_text
 from simulator.snapshots.snapshots import Snapshots, forget, forget_absence
-from simulator.text import load_text
 
 
 class GraphBuilder:

@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 from tests.imports import PACKAGES, find_part, list_module_imports
 
 PICTURE = Path(__file__).parent / "images" / "layers.png"
-COLOURS = dict(zip(PACKAGES, ("#f6dcdc", "#dcebdc", "#dfe6f5", "#f7e3cd"), strict=True))
+COLOURS = dict(zip(PACKAGES, ("#f6dcdc", "#dcebdc", "#dfe6f5", "#f7e3cd", "#e8e8e8"), strict=True))
 
 
 def list_arrows() -> dict[str, set[str]]:
@@ -21,7 +21,13 @@ def list_arrows() -> dict[str, set[str]]:
     for module, imports in list_module_imports().items():
         part = find_part(module)
         arrows.setdefault(part, set()).update({find_part(name) for name in imports} - {part})
-    for package in ("sgm", "simulator", "nep"):  # hand names on to users: nothing stands above them
+    # These hand names on to users: nothing stands above them.
+    for package in (
+        "sgm",
+        "simulator",
+        "nep",
+        "tools",
+    ):
         del arrows[package]
     return {part: targets & arrows.keys() for part, targets in arrows.items()}
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sgm.lazy_names import load_lazily
-from simulator.moved import refuse_old_names
 
 if TYPE_CHECKING:
     from sgm.memory.clock import Clock
@@ -56,5 +55,4 @@ __all__ = [
     "make_policy",
 ]
 
-refuse_old_names()
 __getattr__ = load_lazily(__name__, _MODULES)

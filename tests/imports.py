@@ -10,7 +10,7 @@ from importlib.util import resolve_name
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("sgm", "simulator", "datamodules", "nep")  # a package imports those before it
+PACKAGES = ("sgm", "simulator", "datamodules", "nep", "tools")  # a package imports those before it
 NAMED = re.compile(r"([\w.]+)(?:\.[A-Z]\w*|:\w+)")
 
 

@@ -84,7 +84,7 @@ def test_every_page_that_is_named_exists():
 @pytest.mark.slow
 def test_the_figures_are_those_that_the_script_prints():
     done = subprocess.run(
-        [sys.executable, "docs/measure_design.py"],
+        [sys.executable, "-m", "tools.measure_design"],
         cwd=ROOT, capture_output=True, text=True, check=True,
     )  # fmt: skip
     lines = dict(line.split(": ", 1) for line in done.stdout.splitlines())

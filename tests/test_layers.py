@@ -26,22 +26,24 @@ DESIGN = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
 # imports from those before it alone. A package's own name is its `__init__.py`; its `__main__` are
 # the commands of all its folders.
 ORDER = """
-    sgm.messages sgm.checks sgm.lazy_names sgm.files sgm.arrays sgm.compiled sgm.text sgm.prior
-    sgm.names sgm.layout sgm.memory sgm.belief sgm.evidence sgm.policies
+    sgm.messages sgm.checks sgm.moved sgm.lazy_names sgm.files sgm.arrays sgm.compiled sgm.text
+    sgm.prior sgm.names sgm.layout sgm.memory sgm.belief sgm.evidence sgm.policies
     sgm.network sgm.finder sgm.eyes sgm.ros sgm.serve sgm sgm.__main__
     simulator.caches simulator.yaml_text simulator.process simulator.compiled simulator.fan_out
     simulator.priors simulator.text simulator.world simulator.box_world simulator.policies
     simulator.snapshots simulator.tasks simulator.events simulator.trace simulator.drawing
-    simulator.replay simulator.realism
+    simulator.replay
     simulator.home_options simulator.command_line simulator.gym simulator.igridson
-    simulator.robot_home simulator.collect simulator.testing simulator.test_sets simulator.moved
+    simulator.robot_home simulator.collect simulator.testing simulator.test_sets
     simulator simulator.__main__
     datamodules
     nep.tensor_file nep.config_files nep.checkpoint_files nep.importers nep.layers nep.encoders
     nep.model nep.players nep.report nep.robot nep.kinds nep.event_networks nep.callbacks nep.view
     nep.fit nep.evaluate nep.export nep.compare nep.igridson nep.recorded nep.any_home nep.own_home
-    nep.searches nep.elsewhere nep.paper nep.claims nep.temporal nep.headlines nep.reproduce nep
+    nep.searches nep.elsewhere nep.paper nep.temporal nep.headlines nep.reproduce nep
     nep.__main__
+    tools.priors tools.text_training tools.realism tools.names tools.claims tools.measure_design
+    tools.make_paper_homes tools tools.__main__
 """.split()
 # Plug-ins of packages above, which a registry names and imports only where they are asked for.
 PLUGINS = {("simulator.trace.importers", "nep.importers.homer")}  # its files need torch
@@ -129,7 +131,7 @@ def test_docs_name_every_part_in_the_rows_of_its_package():
     for first, folders in rows:
         package = first.strip(" `") or package
         named += [f"{package}.{name}" for name in re.findall(r"\w+", folders)] or [package]
-    own = {"sgm", "simulator", "nep"}  # `__init__.py`, beside folders
+    own = {"sgm", "simulator", "nep", "tools"}  # `__init__.py`, beside folders
     parts = [part for part in ORDER if part not in own and not part.endswith(".__main__")]
     assert sorted(named) == sorted(parts)
 
@@ -137,7 +139,7 @@ def test_docs_name_every_part_in_the_rows_of_its_package():
 def test_picture_shows_every_part():
     image = Image.open(ROOT / "docs" / "images" / "layers.png")
     shown = image.text["Description"].split()
-    parts = {*ORDER} - {"sgm", "simulator", "nep"}
+    parts = {*ORDER} - {"sgm", "simulator", "nep", "tools"}
     assert sorted(shown) == sorted(parts), "Draw it again: python -m docs.draw_layers"
 
 

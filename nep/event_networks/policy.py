@@ -18,7 +18,7 @@ from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.policies.policy import Policy, ScoreKind, mask_furniture
-from simulator.text import load_text
+from sgm.text import load_text
 
 _DECIMALS = 6  # of logits: below them the order of a sum shows
 

@@ -14,9 +14,9 @@ from nep.event_networks.network import TemporalNetwork
 from nep.event_networks.stream import EventStream
 from nep.model.loss import listwise_loss
 from sgm.policies.probabilities import compute_probabilities
+from sgm.text import load_text
 from simulator.tasks.metrics import compute_nll
 from simulator.tasks.scores import compute_rank
-from simulator.text import load_text
 
 _GRADIENT_NORM = 1.0
 

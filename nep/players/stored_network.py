@@ -17,7 +17,7 @@ from nep.encoders import Encoder
 from nep.model.module import NEPModule
 from sgm.messages import shorten, shorten_text
 from sgm.network.retired import drop_retired
-from simulator.text import PAPER_PIPELINE, is_text_known
+from sgm.text import PAPER_PIPELINE, is_text_known
 
 # A number of units or layers may be above the axes of the weights only where nothing is sized by
 # it, such as the attention's in a network without one.
@@ -86,7 +86,7 @@ def read_features(data: Any) -> FeatureConfig:
     if not is_text_known(config.text_pipeline):
         raise ValueError(
             f"text_pipeline of a file must be '{PAPER_PIPELINE}', none or one that is loaded, got "
-            f"{shorten(config.text_pipeline)}. Load it before: `simulator.text.load_text(...)`, "
+            f"{shorten(config.text_pipeline)}. Load it before: `sgm.text.load_text(...)`, "
             "in a module that --encoders names, for example."
         )
     return config

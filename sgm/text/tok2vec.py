@@ -144,7 +144,7 @@ def _check_arrays(arrays: Mapping[str, NDArray[Any]], num_words: int) -> None:
 
 
 def load_tok2vec(path: Path) -> Tok2Vec:
-    """Load a file that `simulator.text.train` wrote.
+    """Load a file that `tools.text_training` wrote.
 
     Raises:
         ValueError: if it is cut short, or holds something else.
@@ -163,6 +163,6 @@ def load_tok2vec(path: Path) -> Tok2Vec:
         )
     except (SafetensorError, LookupError, TypeError, ValueError) as error:
         raise ValueError(
-            f"text encoder must be a whole file of simulator.text.train, got {shorten(str(error))} "
-            f"for {path}. Write it anew: python -m simulator.text.train --convert_only --out FOLDER"
+            f"text encoder must be a whole file of tools.text_training, got {shorten(str(error))} "
+            f"for {path}. Write it anew: python -m tools.text_training --convert_only --out FOLDER"
         ) from error

@@ -25,7 +25,7 @@ class TextVectors:
     Args:
         pipeline: None for the pipeline that ships with this package; "en_core_web_sm" for the one
             of the paper, which the user must have installed; or the folder of a pipeline that
-            `python -m simulator.text.train` wrote.
+            `python -m tools.text_training` wrote.
 
     Raises:
         ModuleNotFoundError: if `pipeline` is neither a folder nor an installed spaCy package, or

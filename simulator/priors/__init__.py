@@ -1,19 +1,28 @@
-"""Prior graphs from data sets of homes: importers, merging, and the shipped default.
+"""Type tables, and the command for prior graphs: `python -m simulator.priors --help`.
 
-`python -m simulator.priors build | show | check | compare` is the command line; docs/priors.md says
-what the default is and how to count data sets of one's own.
+docs/priors.md says what the default is, and how to count homes and data sets of one's own.
 """
 
-from simulator.priors.sources.build import build_from_sources, load_source
-from simulator.priors.sources.counts import PlacementCounts
-from simulator.priors.sources.merge import BuildOptions, build_prior
+from typing import NoReturn
+
 from simulator.priors.types import load_types
 
-__all__ = [
-    "BuildOptions",
-    "PlacementCounts",
-    "build_from_sources",
-    "build_prior",
-    "load_source",
-    "load_types",
-]
+__all__ = ["load_types"]
+
+_MOVED = {
+    "BuildOptions": "merge",
+    "PlacementCounts": "counts",
+    "build_from_sources": "build",
+    "build_prior": "merge",
+    "load_source": "build",
+}
+
+
+def __getattr__(name: str) -> NoReturn:
+    """Refuse names that were here."""
+    if name in _MOVED:
+        raise ImportError(
+            f"{name} must be imported in a checkout, got simulator.priors. Import it from "
+            f"tools.priors.{_MOVED[name]}."
+        )
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from sgm.checks import check_at_least
-from sgm.files import read_file, write_whole
+from sgm.files import read_file
 from sgm.prior.prior_check import find_problems
 from sgm.prior.prior_graph import PRIOR_HELP, PriorGraph, load_prior, parse_prior
-from simulator.command_line import choose, make_parser, parse, pick
+from simulator.command_line import choose, make_parser, parse
 from simulator.priors.compare import compare_priors
 from simulator.priors.language import TEMPERATURE, make_prompt, make_word_prior, read_filled
-from simulator.priors.sources.activities import count_activities, make_table
-from simulator.priors.sources.build import DEFAULT_SOURCES, SOURCES, build_from_sources
-from simulator.priors.sources.merge import BuildOptions
-from simulator.priors.sources.procthor_databases import NUM_HOUSES
+from simulator.priors.show import print_prior, select_rows, summarise_prior
 from simulator.process import run_main
 
 PROG = "python -m simulator.priors"
@@ -30,53 +26,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         the exit status: 0 if all is well, 1 on bad input.
     """
     commands = {
-        "build": build, "from-trace": count_traces, "show": show, "check": check,
-        "compare": compare, "activities": count_kinds, "words": write_words,
-        "prompt": print_prompt, "filled": write_filled,
+        "from-trace": count_traces, "show": show, "check": check, "compare": compare,
+        "words": write_words, "prompt": print_prompt, "filled": write_filled,
     }  # fmt: skip
-    return choose(PROG, commands, arguments)
-
-
-def build(arguments: Sequence[str]) -> int:
-    """Count data sets and write a prior file."""
-    parser = make_parser(
-        f"{PROG} build",
-        "Count data sets and write a prior file. Sources: "
-        + "; ".join(f"{name}: {text}" for name, text in SOURCES.items()),
-    )
-    parser.add_argument(
-        "--source",
-        type=tuple[str, ...],
-        default=DEFAULT_SOURCES,
-        help="NAME[=PATH] of sources; the first wins where two know the same relation",
-    )
-    parser.add_argument("--out", type=Path, default=Path("prior.json"))
-    parser.add_argument(
-        "--num_homes", type=int, default=NUM_HOUSES, help="symbolic houses to sample"
-    )
-    parser.add_argument("--seed", type=int, default=0, help="of the symbolic houses")
-    parser.add_class_arguments(BuildOptions)
-    parser.add_argument("--skip_bad", type=bool, default=False, help="report bad rows and go on")
-    options = parse(parser, arguments)
-
-    def report_progress(done: int) -> None:
-        if sys.stderr.isatty():
-            print(f"\r{done}/{options.num_homes} houses", end="", file=sys.stderr, flush=True)
-
-    prior, report, counts = build_from_sources(
-        tuple(options.source),
-        options=BuildOptions(**pick(options, BuildOptions)),
-        num_houses=options.num_homes,
-        seed=options.seed,
-        skip_bad=options.skip_bad,
-        progress=report_progress,
-    )
-    for source in counts:
-        print(source.summarise())
-    print(report.summarise())
-    prior.save(options.out)
-    print(f"{options.out}: {summarise_prior(prior)}")
-    return 0
+    moved = {name: f"python -m tools.priors {name}" for name in ("build", "activities")}
+    return choose(PROG, commands, arguments, moved=moved)
 
 
 def count_traces(arguments: Sequence[str]) -> int:
@@ -105,39 +59,8 @@ def count_traces(arguments: Sequence[str]) -> int:
     return 0
 
 
-def count_kinds(arguments: Sequence[str]) -> int:
-    """Count activities of BEHAVIOR and write the table of what people use where."""
-    parser = make_parser(
-        f"{PROG} activities",
-        "Count activities of BEHAVIOR and write the table of what people use where.",
-    )
-    parser.add_argument("--out", type=Path, required=True, help="the JSON file to write")
-    parser.add_argument("--bddl", type=Path | None, help="folder of the package bddl")
-    options = parse(parser, arguments)
-    kinds, left_out = count_activities(options.bddl)
-    write_whole(options.out, (json.dumps(make_table(kinds), indent=1) + "\n").encode())
-    for kind, counts in kinds.items():
-        print(f"{kind}: {counts.num_activities} activities, {len(counts.objects)} object types")
-    print(f"of no kind: {len(left_out)} ({', '.join(left_out)})")
-    return 0
-
-
-def summarise_prior(prior: PriorGraph) -> str:
-    """Sizes of a prior, in one line."""
-    pairs = {(row.room, row.object) for row in prior.placements}
-    places = {(row.room, row.object, row.furniture) for row in prior.placements}
-    return (
-        f"{len(prior.rooms)} rooms, {len(prior.furniture)} furniture nodes, "
-        f"{len(prior.objects)} objects, {len(prior.placements)} placements, "
-        f"{len(places) / len(pairs):.1f} furniture types per (room, object), "
-        f"checksum {prior.checksum[:12]}"
-    )
-
-
 def show(arguments: Sequence[str]) -> int:
     """Print a prior and draw it."""
-    from simulator.priors.show import print_prior, select_rows
-
     parser = make_parser(f"{PROG} show", "Print a prior and draw it.")
     parser.add_argument("file", nargs="?", help=PRIOR_HELP)
     parser.add_argument("--room", type=str | None, help="only this room")

@@ -95,3 +95,15 @@ def print_prior(
                 ", ".join(f"{row.object} {row.prob:.2f}" for row in typical),
             )
     Console().print(table)
+
+
+def summarise_prior(prior: PriorGraph) -> str:
+    """Sizes of a prior, in one line."""
+    pairs = {(row.room, row.object) for row in prior.placements}
+    places = {(row.room, row.object, row.furniture) for row in prior.placements}
+    return (
+        f"{len(prior.rooms)} rooms, {len(prior.furniture)} furniture nodes, "
+        f"{len(prior.objects)} objects, {len(prior.placements)} placements, "
+        f"{len(places) / len(pairs):.1f} furniture types per (room, object), "
+        f"checksum {prior.checksum[:12]}"
+    )

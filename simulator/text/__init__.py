@@ -1,4 +1,4 @@
-"""Training of text vectors: `python -m simulator.text.train`. The vectors are in `sgm.text`."""
+"""Text vectors by the name that they had: they are in `sgm.text`."""
 
 from sgm.text import PAPER_PIPELINE, TextVectors, is_text_known, load_text
 

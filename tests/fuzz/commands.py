@@ -34,7 +34,7 @@ COMMANDS = (
     ("simulator.priors", ("check", "prior.json"), ()),
     ("simulator.priors", ("compare", "prior.json", "prior.json"), ("top",)),
     ("simulator.priors", ("from-trace", "home", "--out=counted.json"), ("step_seconds",)),
-    ("simulator.priors", ("build", "--source=table=rows.csv", "--out=built.json"),
+    ("tools.priors", ("build", "--source=table=rows.csv", "--out=built.json"),
      ("source", "num_homes", "seed", "normalise", "scope", "coarse", "min_edges", "min_places",
       "skip_bad")),
     ("simulator.test_sets", ("show", "paper-32-on-v1"), ()),

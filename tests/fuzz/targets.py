@@ -41,7 +41,6 @@ from simulator import (
 )
 from simulator.collect import CollectConfig, collect
 from simulator.igridson.layout_file import DEFAULT_LAYOUT, load_layout
-from simulator.priors.sources.table import count_table
 from simulator.replay.replay import Replay
 from simulator.snapshots.shards import MANIFEST, load_shard, save_shard
 from simulator.trace.from_log import make_trace as make_trace_of_log
@@ -51,6 +50,7 @@ from simulator.trace.record import record_homes
 from simulator.trace.source import RecordedSource
 from simulator.trace.trace import save_trace
 from simulator.world.source import SampledSource
+from tools.priors.table import count_table
 
 SMALL = HomeConfig(furniture_per_room=2, objects_per_furniture=2)
 Rng = np.random.Generator

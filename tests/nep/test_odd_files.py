@@ -22,7 +22,7 @@ from sgm.finder.adaptation import Adaptation
 from sgm.memory.look_log import read_log
 from simulator import Clock, SceneGraphMemory
 from simulator.policies import find_policy
-from simulator.priors.sources.procthor_houses import count_procthor_houses
+from tools.priors.procthor_houses import count_procthor_houses
 
 DEEP = "[" * 50_000 + "]" * 50_000
 ADAPTED = {

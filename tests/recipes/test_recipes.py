@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("sgm", "simulator", "datamodules", "nep")
+PACKAGES = ("sgm", "simulator", "datamodules", "nep", "tools")
 # What the commands of a recipe print: the thing itself, in its table.
 EXPECTED = {
     "A model": r"own +0\.\d+",

@@ -11,11 +11,11 @@ import pytest
 import spacy
 
 from sgm.prior.prior_graph import PriorGraph
+from sgm.text import TextVectors
 from sgm.text.spacy_encoder import load_spacy
 from sgm.text.tok2vec import ENCODER_FILE
 from sgm.text.vectors import SHIPPED_PIPELINE
-from simulator.text import TextVectors
-from simulator.text.train import __main__ as train
+from tools.text_training import __main__ as train
 
 
 @pytest.fixture(scope="module")
@@ -194,15 +194,15 @@ def test_import_is_light_and_loading_needs_neither_pickle_nor_network(tmp_path: 
     folder = copy_for_spacy(tmp_path)
     script = """
 import sys
-import simulator.text
+import sgm.text
 events = []
 sys.addaudithook(lambda e, _: events.append(e) if e.startswith(("pickle.", "socket.")) else None)
-simulator.text.TextVectors().vectors(["mug", "a new word"])
+sgm.text.TextVectors().vectors(["mug", "a new word"])
 assert not {"spacy", "torch"} & set(sys.modules)
 assert not events, events
 import spacy
 events.clear()
-simulator.text.TextVectors(sys.argv[1]).vectors(["mug"])
+sgm.text.TextVectors(sys.argv[1]).vectors(["mug"])
 assert not events, events
 """
     root = Path(__file__).parents[2]

@@ -17,13 +17,13 @@ from spacy.language import Language
 from spacy.strings import get_string_id
 from thinc.api import NumpyOps
 
+from sgm.text import TextVectors
 from sgm.text.encoder import scale_mean
 from sgm.text.hashing import hash_rows, hash_string
 from sgm.text.tok2vec import ENCODER_FILE, METADATA, Tok2Vec, compute_shape, load_tok2vec
 from sgm.text.vectors import SHIPPED_PIPELINE
-from simulator.text import TextVectors
-from simulator.text.train import __main__ as train
-from simulator.text.train.convert import TOLERANCE, convert
+from tools.text_training import __main__ as train
+from tools.text_training.convert import TOLERANCE, convert
 
 ROOT = Path(__file__).parents[2]
 
@@ -168,7 +168,7 @@ def test_pipeline_that_computes_otherwise_is_not_converted() -> None:
     assert convert(other, ["mug"])  # its rules are in the file
     model = other.get_pipe("tok2vec").model
     model.get_ref("encode").attrs["pad"] = 0  # texts of a batch see each other
-    with pytest.raises(ValueError, match=r"spaCy's to 1e-05, got .* for 'mug'.*train alone"):
+    with pytest.raises(ValueError, match=r"spaCy's to 1e-05, got .* for 'mug'.*text_training alone"):
         convert(other, ["mug", "cup"])
     other.tokenizer.token_match = re.compile("mug").match
     with pytest.raises(ValueError, match="no token_match"):
@@ -228,8 +228,8 @@ shelf = memory.add_furniture("wall shelf", room=0)
 memory.observe(desk, seen=[Sighting("large red mug")])
 memory.step()
 print(Finder(Bayesian()).rank(memory, "tankard"))
-import simulator.text
-simulator.text.load_text().vectors(["tankard"])
+import sgm.text
+sgm.text.load_text().vectors(["tankard"])
 assert not {"spacy", "thinc", "srsly", "murmurhash"} & set(sys.modules)
 """
     done = subprocess.run(

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from sgm.files import read_json
-from simulator.priors.sources.procthor_schema import HouseRooms, find_labels, find_type
 from simulator.priors.types import load_names
 from simulator.trace.importers.home_builder import HomeBuilder
+from simulator.trace.importers.procthor_schema import HouseRooms, find_labels, find_type
 from simulator.trace.trace import Trace
 
 

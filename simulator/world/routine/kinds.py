@@ -22,7 +22,7 @@ class ActivityKind:
         objects: how often an activity of the kind uses an object type, by label.
         places: how often something lies on the furniture then, by room and furniture label.
 
-    Source: `simulator.priors.sources.activities` counts the activity definitions of BEHAVIOR
+    Source: `tools.priors.activities` counts the activity definitions of BEHAVIOR
     (package bddl 3.6.0); rows of `assumed_activities.csv` are ours, because BEHAVIOR has no phone,
     no remote control, and hardly a place to read or to dress at. Where both name a type or a place,
     the larger weight holds.

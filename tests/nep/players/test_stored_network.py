@@ -9,8 +9,8 @@ from nep.encoders import HEAT
 from nep.model.module import NEPModule
 from nep.players.stored_network import build_network, read_features
 from sgm.network.calibration import read_calibration
+from sgm.text import load_text
 from sgm.text.vectors import PAPER_PIPELINE, SHIPPED_PIPELINE, TextVectors
-from simulator.text import load_text
 
 
 @pytest.fixture(scope="module")

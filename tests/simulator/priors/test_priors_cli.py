@@ -1,4 +1,4 @@
-"""`python -m simulator.priors`: build from a table, show, check, compare."""
+"""`python -m simulator.priors`: show, check, compare; what is in `tools.priors` now."""
 
 import json
 
@@ -7,6 +7,7 @@ import pytest
 from sgm.prior.prior_graph import PriorGraph
 from simulator.priors.__main__ import main
 from simulator.priors.compare import compare_priors, compute_rank_correlation
+from tools.priors.__main__ import main as build
 
 TABLE = """room,furniture,object,relation,weight
 kitchen,fridge,egg,,6
@@ -25,42 +26,8 @@ def built(tmp_path):
     table.write_text(TABLE)
     path = tmp_path / "mine.json"
     arguments = ["build", "--source", f"table={table}", "--out", str(path), "--min-edges", "1"]
-    assert main(arguments) == 0
+    assert build(arguments) == 0
     return path
-
-
-def test_build_says_what_it_left_out(tmp_path, capsys, built):
-    printed = capsys.readouterr().out
-    assert "outside the objects table: 1 (unicorn 1)" in printed
-    assert "dropped objects: apple, box," in printed
-    assert "2 rooms, 5 furniture nodes" in printed
-    probs = {(row.furniture, row.object): row.prob for row in PriorGraph.load(built).placements}
-    assert probs["fridge", "egg"] == 0.75
-
-
-@pytest.mark.parametrize(
-    ("source", "message"),
-    [
-        ("nothing", "source must be one of procthor, behavior"),
-        ("igibson", "source 'igibson' must have a path"),
-        ("table=missing.csv", "source 'table' must exist, got missing.csv"),
-    ],
-)
-def test_build_refuses_unknown_sources(tmp_path, capsys, source, message):
-    out = tmp_path / "prior.json"
-    assert main(["build", "--source", source, "--out", str(out)]) == 1
-    assert message in capsys.readouterr().err
-    assert not out.exists()
-
-
-def test_bad_rows_stop_the_build_unless_skipped(tmp_path, capsys):
-    table = tmp_path / "mine.csv"
-    table.write_text(f"{TABLE}kitchen,fridge,egg,under,1\n")
-    arguments = ["build", "--source", f"table={table}", "--out", str(tmp_path / "p.json")]
-    assert main([*arguments, "--min-edges", "1"]) == 1
-    assert "mine.csv:9" in capsys.readouterr().err
-    assert main([*arguments, "--min-edges", "1", "--skip-bad"]) == 0
-    assert "bad rows skipped: 1; first: relation must be onTop or in" in capsys.readouterr().out
 
 
 def test_check_lists_every_problem(built, capsys):
@@ -108,7 +75,7 @@ def test_show_draws_a_coarse_prior(tmp_path):
     table.write_text(TABLE)
     path = tmp_path / "coarse.json"
     arguments = ["build", "--source", f"table={table}", "--out", str(path), "--min-edges", "1"]
-    assert main([*arguments, "--coarse"]) == 0
+    assert build([*arguments, "--coarse"]) == 0
     assert main(["show", str(path), "--out", str(tmp_path / "coarse.png")]) == 0
     assert (tmp_path / "coarse.png").exists()
 
@@ -154,3 +121,15 @@ def test_rank_correlation_by_hand():
     value = compute_rank_correlation(np.array([0.0, 1, 1, 9]), np.array([1.0, 2, 3, 4]))
     assert value == pytest.approx(4.5 / np.sqrt(4.5 * 5))
     assert np.isnan(compute_rank_correlation(np.array([1.0, 1]), np.array([1.0, 2])))
+
+
+@pytest.mark.parametrize("command", ["build", "activities"])
+def test_commands_that_have_moved_say_where(capsys, command):
+    assert main([command, "--out", "x"]) == 2
+    error = f"error: {command} must be run in a checkout, got python -m simulator.priors. "
+    assert capsys.readouterr().err == f"{error}Run python -m tools.priors {command}.\n"
+
+
+def test_names_that_have_moved_say_where():
+    with pytest.raises(ImportError, match=r"Import it from tools\.priors\.counts\."):
+        from simulator.priors import PlacementCounts  # noqa: F401

@@ -1,0 +1,79 @@
+"""Modules that are elsewhere now: an import of the old name says so."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+
+# Folders and modules; what is inside a folder has the same name in the new one.
+MOVED = {
+    "nep.claims": "tools.claims",
+    "nep.paper.claims": "tools.claims.plan",
+    "sgm.names.names_report": "tools.names",
+    "simulator.arrays": "sgm.arrays",
+    "simulator.checks": "sgm.checks",
+    "simulator.evidence": "sgm.evidence",
+    "simulator.files": "sgm.files",
+    "simulator.lazy_names": "sgm.lazy_names",
+    "simulator.memory": "sgm.memory",
+    "simulator.memory.home_layout": "sgm.layout.layout",
+    "simulator.memory.names": "sgm.names.names",
+    "simulator.memory.place_prior": "sgm.prior.place_prior",
+    "simulator.memory.vocabulary": "sgm.names.vocabulary",
+    "simulator.memory.words": "sgm.names.words",
+    "simulator.messages": "sgm.messages",
+    "simulator.policies.adaptive": "sgm.policies.adaptive",
+    "simulator.policies.exploring": "sgm.policies.exploring",
+    "simulator.policies.heuristics": "sgm.policies.heuristics",
+    "simulator.policies.last_seen": "sgm.policies.last_seen",
+    "simulator.policies.persistence": "sgm.policies.persistence",
+    "simulator.policies.policy": "sgm.policies.policy",
+    "simulator.policies.probabilities": "sgm.policies.probabilities",
+    "simulator.policies.two_states": "sgm.policies.two_states",
+    "simulator.priors.household": "sgm.prior.household",
+    "simulator.priors.prior_check": "sgm.prior.prior_check",
+    "simulator.priors.prior_graph": "sgm.prior.prior_graph",
+    "simulator.priors.tables": "sgm.prior.tables",
+    "simulator.priors.sources": "tools.priors",
+    "simulator.realism": "tools.realism",
+    "simulator.robot": "sgm.finder",
+    "simulator.robot.belief": "sgm.belief",
+    "simulator.robot.evidence": "sgm.finder.reasons",
+    "simulator.tasks.tour": "sgm.finder.tour",
+    "simulator.text.alike": "sgm.text.alike",
+    "simulator.text.train": "tools.text_training",
+    "simulator.text.vectors": "sgm.text.vectors",
+}
+
+
+class _Moved(MetaPathFinder):
+    """Refuses the old names; asked last, when there is no such module."""
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Find nothing.
+
+        Raises:
+            ModuleNotFoundError: if the module has another name now.
+        """
+        known = name
+        while known and known not in MOVED:
+            known = known.rpartition(".")[0]
+        if known:
+            new = MOVED[known] + name.removeprefix(known)
+            where = " in a checkout" if new.startswith("tools.") else ""
+            raise ModuleNotFoundError(
+                f"module must be imported by its new name, got {name}. Import {new}{where}.",
+                name=name,
+            )
+        return None
+
+
+def refuse_old_names() -> None:
+    """Let imports of modules that have moved say where they are."""
+    if not any(isinstance(finder, _Moved) for finder in sys.meta_path):
+        sys.meta_path.append(_Moved())

@@ -1,0 +1,6 @@
+"""What built files that ship, and studies: run from a checkout, in no wheel.
+
+`priors` counts packages and data sets into prior files, `text_training` trains the text vectors,
+`realism` compares how homes behave, `claims` settles what the paper claims, `names` counts how
+questions are understood, `measure_design` measures rulings of docs/design.md.
+"""

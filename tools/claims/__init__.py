@@ -1,0 +1,1 @@
+"""What the paper claims, settled: which networks are trained and played, and the report."""

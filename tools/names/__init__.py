@@ -1,0 +1,1 @@
+"""How often a question is taken for what was meant."""

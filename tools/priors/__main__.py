@@ -1,0 +1,91 @@
+"""Command line: `python -m tools.priors --help`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from sgm.files import write_whole
+from simulator.command_line import choose, make_parser, parse, pick
+from simulator.priors.show import summarise_prior
+from simulator.process import run_main
+from tools.priors.activities import count_activities, make_table
+from tools.priors.build import DEFAULT_SOURCES, SOURCES, build_from_sources
+from tools.priors.merge import BuildOptions
+from tools.priors.procthor_databases import NUM_HOUSES
+
+PROG = "python -m tools.priors"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Returns:
+        the exit status: 0 if all is well, 1 on bad input.
+    """
+    return choose(PROG, {"build": build, "activities": count_kinds}, arguments)
+
+
+def build(arguments: Sequence[str]) -> int:
+    """Count data sets and write a prior file."""
+    parser = make_parser(
+        f"{PROG} build",
+        "Count data sets and write a prior file. Sources: "
+        + "; ".join(f"{name}: {text}" for name, text in SOURCES.items()),
+    )
+    parser.add_argument(
+        "--source",
+        type=tuple[str, ...],
+        default=DEFAULT_SOURCES,
+        help="NAME[=PATH] of sources; the first wins where two know the same relation",
+    )
+    parser.add_argument("--out", type=Path, default=Path("prior.json"))
+    parser.add_argument(
+        "--num_homes", type=int, default=NUM_HOUSES, help="symbolic houses to sample"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the symbolic houses")
+    parser.add_class_arguments(BuildOptions)
+    parser.add_argument("--skip_bad", type=bool, default=False, help="report bad rows and go on")
+    options = parse(parser, arguments)
+
+    def report_progress(done: int) -> None:
+        if sys.stderr.isatty():
+            print(f"\r{done}/{options.num_homes} houses", end="", file=sys.stderr, flush=True)
+
+    prior, report, counts = build_from_sources(
+        tuple(options.source),
+        options=BuildOptions(**pick(options, BuildOptions)),
+        num_houses=options.num_homes,
+        seed=options.seed,
+        skip_bad=options.skip_bad,
+        progress=report_progress,
+    )
+    for source in counts:
+        print(source.summarise())
+    print(report.summarise())
+    prior.save(options.out)
+    print(f"{options.out}: {summarise_prior(prior)}")
+    return 0
+
+
+def count_kinds(arguments: Sequence[str]) -> int:
+    """Count activities of BEHAVIOR and write the table of what people use where."""
+    parser = make_parser(
+        f"{PROG} activities",
+        "Count activities of BEHAVIOR and write the table of what people use where.",
+    )
+    parser.add_argument("--out", type=Path, required=True, help="the JSON file to write")
+    parser.add_argument("--bddl", type=Path | None, help="folder of the package bddl")
+    options = parse(parser, arguments)
+    kinds, left_out = count_activities(options.bddl)
+    write_whole(options.out, (json.dumps(make_table(kinds), indent=1) + "\n").encode())
+    for kind, counts in kinds.items():
+        print(f"{kind}: {counts.num_activities} activities, {len(counts.objects)} object types")
+    print(f"of no kind: {len(left_out)} ({', '.join(left_out)})")
+    return 0
+
+
+if __name__ == "__main__":
+    run_main(main)

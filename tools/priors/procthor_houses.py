@@ -1,0 +1,220 @@
+"""Counts from ProcTHOR-10k houses: `train.jsonl.gz`, or AI2's `prior` package."""
+
+from __future__ import annotations
+
+import gzip
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import IO, Any, TypeGuard, cast
+
+from sgm.files import open_file, parse_json
+from sgm.messages import shorten
+from simulator.priors.types import load_names, load_types
+from simulator.trace.importers.procthor_schema import HouseRooms, find_labels, find_type
+from tools.priors.counts import PlacementCounts
+
+INSTALL = "Install it with `pip install prior`, or pass the path of train.jsonl.gz"
+_MAX_LINE = 1 << 24  # bytes of a house; the largest of ProcTHOR-10k have one
+
+
+def count_procthor_houses(path: Path | None = None, *, skip_bad: bool = False) -> PlacementCounts:
+    """Count furniture and objects of generated houses, one house in memory at a time.
+
+    Args:
+        path: a `.jsonl` or `.jsonl.gz` file with one house a line; None asks the `prior` package.
+        skip_bad: note malformed lines and objects and go on.
+
+    Raises:
+        ValueError: names the file and line of malformed input, unless `skip_bad`.
+        ModuleNotFoundError: if `path` is None and the `prior` package is missing.
+
+    Source: paper appendix A "Object placement probabilities".
+    """
+    if path is None:
+        return count_houses(_load_package_houses(), where="procthor-10k", skip_bad=skip_bad)
+    problems: list[str] = []
+    houses = read_houses(Path(path), skip_bad=skip_bad, problems=problems)
+    counts = count_houses(houses, where=str(path), skip_bad=skip_bad)
+    counts.problems[:0] = problems
+    return counts
+
+
+def read_houses(path: Path, *, skip_bad: bool, problems: list[str]) -> Iterator[tuple[int, Any]]:
+    """Yield (line number, house) of a JSON-lines file.
+
+    Args:
+        path: `.jsonl`, or `.jsonl.gz`.
+        skip_bad: append to `problems` instead of raising; what a truncated file still holds counts.
+        problems: what was skipped.
+
+    Raises:
+        ValueError: on a line that is not JSON, or a truncated archive, unless `skip_bad`.
+    """
+    line = 0
+    plain = open_file(path)
+    opened = gzip.GzipFile(fileobj=plain) if path.suffix == ".gz" else plain
+    with plain, cast("IO[bytes]", opened) as file:
+        try:
+            for line, text in enumerate(_read_lines(file, path.name), start=1):
+                if not text.strip():
+                    continue
+                try:
+                    house = parse_json(text, allow_nan=True)
+                except ValueError as error:
+                    problem = f"house must be one line of JSON, got {error} at {path.name}:{line}"
+                    _report(problem, problems, skip_bad, "Mend the line")
+                    continue
+                yield line, house
+        except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+            problem = (
+                f"houses must be a complete gzip file, got {error} in {path.name} after line {line}"
+            )
+            _report(problem, problems, skip_bad, "Download it again")
+
+
+def _read_lines(file: IO[bytes], name: str) -> Iterator[bytes]:
+    """Yield the lines of a file, none of which may be so long that memory does not hold it.
+
+    Raises:
+        ValueError: if one is.
+    """
+    line = 0
+    while text := file.readline(_MAX_LINE + 1):
+        line += 1
+        if len(text) > _MAX_LINE:
+            raise ValueError(
+                f"house must be one line of at most {_MAX_LINE} bytes, got more at {name}:{line}. "
+                "Put each house on a line of its own."
+            )
+        yield text
+
+
+def count_houses(
+    houses: Iterable[tuple[int, Any]], *, where: str, skip_bad: bool = False
+) -> PlacementCounts:
+    """Count parsed houses.
+
+    An object is in the room that its id names; if the house has no such room, in the one whose
+    floor polygon holds its position.
+
+    Args:
+        houses: (line number, house in the ProcTHOR schema).
+        where: the file, for messages.
+        skip_bad: note malformed houses and objects and go on.
+
+    Raises:
+        ValueError: on a malformed house or object, unless `skip_bad`.
+    """
+    counts = PlacementCounts("procthor", is_per_room=True)
+    for line, house in houses:
+        place = f"{where}:{line}"
+        if not isinstance(house, Mapping) or not (
+            isinstance(house.get("rooms"), list) and isinstance(house.get("objects"), list)
+        ):
+            problem = f"house must have the lists 'rooms' and 'objects', got neither at {place}"
+            _report(problem, counts.problems, skip_bad, "Mend the line")
+            continue
+        _HouseCounter(house, place, counts, skip_bad).count()
+        counts.num_units += 1
+    return counts
+
+
+class _HouseCounter:
+    """Counts one house into the counts of all."""
+
+    def __init__(
+        self, house: Mapping[str, Any], place: str, counts: PlacementCounts, skip_bad: bool
+    ) -> None:
+        self.house = house
+        self.place = place
+        self.counts = counts
+        self.skip_bad = skip_bad
+        self.rooms = HouseRooms()
+        self.room_types: dict[str, str | None] = {}  # by the number in the room's id
+        self.held: set[tuple[str, str]] = set()  # (room number, furniture)
+
+    def count(self) -> None:
+        """Count rooms, then furniture with what lies on it."""
+        for index, room in enumerate(self.house["rooms"]):
+            if not isinstance(room, Mapping) or not (
+                isinstance(room.get("id"), str) and isinstance(room.get("roomType"), str)
+            ):
+                self._report(f"rooms[{index}] must have the texts 'id' and 'roomType'", room)
+                continue
+            number = self.rooms.add(room)
+            room_type = load_names("procthor").find_room(room["roomType"])
+            self.room_types[number] = room_type
+            if room_type is None:
+                self.counts.outside["rooms"][room["roomType"]] += 1
+            else:
+                self.counts.num_rooms[room_type] += 1
+        for index, item in enumerate(self.house["objects"]):
+            if self._is_object(item, f"objects[{index}]"):
+                self._count_furniture(item, f"objects[{index}]")
+        for number, furniture in sorted(self.held):
+            room_type = self.room_types[number]
+            if room_type is not None:
+                self.counts.furniture[room_type, furniture] += 1
+
+    def _count_furniture(self, item: Mapping[str, Any], name: str) -> None:
+        number = self.rooms.find(item)
+        room_type = self.room_types.get(number) if number is not None else None
+        if number is None:
+            self.counts.outside["rooms"]["(no known room)"] += 1
+        kind = find_type(item)
+        furniture = None if kind is None else find_labels(kind)[0]
+        if furniture is None:
+            self.counts.outside["furniture"][kind or str(item.get("assetId"))] += 1
+        elif room_type is not None and number is not None:
+            self.held.add((number, furniture))
+        children = item.get("children") or []
+        if not isinstance(children, list):
+            self._report(f"{name}.children must be a list", children)
+            return
+        for index, child in enumerate(children):
+            child_name = f"{name}.children[{index}]"
+            if not self._is_object(child, child_name):
+                continue
+            if child is item or (child.get("id") is not None and child.get("id") == item.get("id")):
+                self._report(f"{child_name} must not be its own parent", child.get("id"))
+                continue
+            kind = find_type(child)
+            label = None if kind is None else find_labels(kind)[1]
+            if label is None:
+                self.counts.outside["objects"][kind or str(child.get("assetId"))] += 1
+            elif room_type is not None and furniture is not None:
+                relation = load_types().furniture[furniture].relation
+                self.counts.placements[room_type, furniture, label, relation] += 1
+
+    def _is_object(self, item: Any, name: str) -> TypeGuard[Mapping[str, Any]]:
+        if isinstance(item, Mapping) and (
+            isinstance(item.get("id"), str)
+            or isinstance(item.get("assetId"), str)
+            or isinstance(item.get("objectType"), str)
+        ):
+            return True
+        self._report(f"{name} must have an 'id', 'assetId' or 'objectType'", item)
+        return False
+
+    def _report(self, rule: str, value: Any) -> None:
+        problem = f"{rule}, got {shorten(value, 60)} at {self.place}"
+        _report(problem, self.counts.problems, self.skip_bad, "Mend the house")
+
+
+def _report(problem: str, problems: list[str], skip_bad: bool, remedy: str) -> None:
+    if not skip_bad:
+        raise ValueError(f"{problem}. {remedy}, or pass --skip-bad.")
+    problems.append(problem)
+
+
+def _load_package_houses() -> Iterator[tuple[int, Any]]:
+    try:
+        prior = import_module("prior")
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            f"ProcTHOR-10k must come from a file or the package 'prior', got neither. {INSTALL}."
+        ) from error
+    for line, house in enumerate(prior.load_dataset("procthor-10k")["train"], start=1):
+        yield line, parse_json(house, allow_nan=True) if isinstance(house, (str, bytes)) else house

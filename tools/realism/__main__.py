@@ -1,0 +1,135 @@
+"""Command line: `python -m tools.realism`, how simulated and recorded homes behave."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from sgm.checks import check_at_least
+from sgm.files import write_whole
+from simulator.command_line import make_parser, one_line_errors, parse, pick
+from simulator.process import run_main
+from simulator.trace.source import RecordedSource
+from simulator.trace.trace import find_traces
+from simulator.world.config import HomeConfig
+from simulator.world.routine.dynamics import RoutineDynamics
+from simulator.world.source import SampledSource
+from tools.realism.measures import MEASURES
+from tools.realism.report import (
+    Column,
+    draw_behaviour,
+    list_outside,
+    make_table,
+    measure_source,
+)
+
+# Simulated homes of the report: the paper's size, the size of the recorded homes that we know, and
+# the paper's own dynamics in the latter.
+_PAPER_SIZE = HomeConfig(dynamics=RoutineDynamics())
+_SMALL_SIZE = HomeConfig(furniture_per_room=6, objects_per_furniture=2, dynamics=RoutineDynamics())
+_AT_RANDOM = HomeConfig(furniture_per_room=6, objects_per_furniture=2, dynamic_nodes=False)
+
+
+@dataclass(frozen=True, slots=True)
+class RealismConfig:
+    """What to measure.
+
+    Attributes:
+        out: folder for `realism.md` and `realism.png`; made if needed.
+        trace: recorded homes: traces, or folders of traces (docs/traces.md).
+        num_homes: simulated homes of each kind.
+        days: for how long all homes are followed.
+        seed: of the simulated homes.
+        called: what the homes of the traces are, in the words of the table.
+    """
+
+    out: str
+    trace: Sequence[str] = ()
+    num_homes: int = 30
+    days: int = 60
+    seed: int = 0
+    called: str = "recorded homes"
+
+    def __post_init__(self) -> None:
+        """Check the counts.
+
+        Raises:
+            ValueError: if one is below 1.
+        """
+        check_at_least(1, num_homes=self.num_homes, days=self.days)
+
+
+def report(config: RealismConfig) -> str:
+    """Measure recorded and simulated homes, write table and figure, and return the table.
+
+    Raises:
+        ValueError: if a trace is broken.
+        OSError: if the folder cannot be written.
+    """
+    recorded = {}
+    if config.trace:
+        source = RecordedSource(folders=config.trace)
+        names = [folder.name for folder in find_traces(config.trace)]
+        homes = measure_source(source, len(names), config.days, config.seed)
+        recorded = dict(zip(names, homes, strict=True))
+    simulated = [
+        Column(name, tuple(measure_source(SampledSource(home=home), *counts)))
+        for name, home in (
+            ("routine, 48 objects", _SMALL_SIZE),
+            ("routine, 192 objects", _PAPER_SIZE),
+            ("paper's moves, 48 objects", _AT_RANDOM),
+        )
+        for counts in [(config.num_homes, config.days, config.seed)]
+    ]
+    text = _write(config, make_table(recorded, simulated))
+    if recorded:
+        for column in simulated:
+            outside = list_outside(list(recorded.values()), column.compute_means())
+            found = "; ".join(MEASURES[name] for name in outside) or "none"
+            text += f"\nOutside the spread of the {config.called}, {column.name}: {found}.\n"
+    out = Path(config.out)
+    out.mkdir(parents=True, exist_ok=True)
+    write_whole(out / "realism.md", text.encode())
+    draw_behaviour(recorded, simulated, config.called).savefig(out / "realism.png")
+    return text
+
+
+def _write(config: RealismConfig, table: str) -> str:
+    """Return the text around the table."""
+    return "\n".join(
+        [
+            "# How homes behave",
+            "",
+            f"All homes were looked at every hour for {config.days} days: {config.called} beside "
+            f"{config.num_homes} simulated homes of each kind (test homes, seed {config.seed}; "
+            "mean",
+            "± standard deviation over homes; in italics where the mean lies outside the spread of "
+            f"the {config.called}). Out of the home is a place of its own.",
+            "[docs/worlds.md](../docs/worlds.md) says what the simulated homes are. Command: "
+            f"`python -m tools.realism --trace DIR --seed {config.seed} --called "
+            f"{shlex.quote(config.called)} --out results`.",
+            "",
+            table,
+            "",
+            f"![Every measure: {config.called} (grey: their spread), simulated homes](realism.png)",
+            "",
+        ]
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    parser = make_parser(
+        "python -m tools.realism",
+        "How simulated and recorded homes behave, as a table and a figure: docs/worlds.md.",
+    )
+    parser.add_class_arguments(RealismConfig)
+    with one_line_errors():
+        options = parse(parser, arguments)
+        print(report(RealismConfig(**pick(options, RealismConfig))))
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,129 @@
+"""Measures of recorded and of simulated homes beside each other: a table and a figure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from simulator.caches import keep_home_clean
+from simulator.world.source import HomeSource
+from simulator.world.streams import Streams
+from tools.realism.measures import MEASURES, Behaviour, follow_homes, measure_behaviour
+
+if TYPE_CHECKING:  # loads matplotlib
+    from matplotlib.figure import Figure
+
+_HOUR = 3600.0
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """What was measured of some homes of one kind.
+
+    Attributes:
+        name: the heading.
+        homes: one `Behaviour` each.
+    """
+
+    name: str
+    homes: tuple[Behaviour, ...]
+
+    def compute_means(self) -> dict[str, float]:
+        """Return the mean of every measure over homes."""
+        rows = [asdict(home) for home in self.homes]
+        return {name: float(np.mean([row[name] for row in rows])) for name in MEASURES}
+
+
+def measure_source(source: HomeSource, num_homes: int, days: int, seed: int) -> list[Behaviour]:
+    """Follow homes for some days, by steps of an hour, and measure each.
+
+    Raises:
+        ValueError: if steps are not an hour long, or there are not so many homes or days.
+    """
+    source.check_homes(range(num_homes))
+    found = []
+    for group in source.list_groups(range(num_homes)):
+        homes = source.make(Streams(seed, "test", group.homes))
+        num_steps = 24 * days if group.num_steps is None else min(24 * days, group.num_steps)
+        clock = np.full((homes.num_homes, 2), (0.0, _HOUR)) if homes.clock is None else homes.clock
+        if (clock[:, 1] != _HOUR).any():
+            raise ValueError(
+                f"steps must be an hour, got {clock[:, 1].max():g} s. Set step_seconds to 3600."
+            )
+        for at, (start, _) in zip(follow_homes(homes, num_steps), clock, strict=True):
+            hour = (start / _HOUR + np.arange(num_steps + 1)) % 24 // 1
+            found.append(measure_behaviour(at, hour))
+    return found
+
+
+def list_outside(recorded: Sequence[Behaviour], means: Mapping[str, float]) -> list[str]:
+    """List the measures whose mean lies outside the spread of the recorded homes, if any."""
+    rows = [asdict(home) for home in recorded]
+    return [
+        name
+        for name in MEASURES
+        if rows
+        and not min(row[name] for row in rows) <= means[name] <= max(row[name] for row in rows)
+    ]
+
+
+def make_table(recorded: Mapping[str, Behaviour], simulated: Sequence[Column]) -> str:
+    """Return a Markdown table: a row per measure, recorded homes first.
+
+    Simulated homes have their mean with the standard deviation over homes; a mean outside the
+    spread of the recorded homes is in italics.
+    """
+    names = [*recorded, *(column.name for column in simulated)]
+    lines = [f"| measure | {' | '.join(names)} |", f"| --- |{' ---: |' * len(names)}"]
+    outside = [list_outside(list(recorded.values()), c.compute_means()) for c in simulated]
+    for name, title in MEASURES.items():
+        cells = [f"{getattr(home, name):.3g}" for home in recorded.values()]
+        for column, own in zip(simulated, outside, strict=True):
+            values = [getattr(home, name) for home in column.homes]
+            text = f"{np.mean(values):.3g} ± {np.std(values).round(12):.2g}"
+            cells.append(f"*{text}*" if name in own else text)
+        lines.append(f"| {title} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def draw_behaviour(
+    recorded: Mapping[str, Behaviour], simulated: Sequence[Column], called: str
+) -> Figure:
+    """Draw every measure: a dot per recorded home, and mean and spread of the simulated ones.
+
+    Args:
+        recorded: by name.
+        simulated: kinds of homes.
+        called: what the recorded homes are.
+    """
+    keep_home_clean()
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 7), dpi=120, layout="constrained")
+    axes = figure.subplots(3, 4).ravel()
+    for axis, (name, title) in zip(axes, MEASURES.items(), strict=True):
+        own = [getattr(home, name) for home in recorded.values()]
+        if own:
+            axis.axhspan(min(own), max(own), color="#dddddd")
+        axis.plot([0] * len(own), own, "o", color="#404040", markersize=4)
+        for place, column in enumerate(simulated, start=1):
+            values = [getattr(home, name) for home in column.homes]
+            axis.errorbar(place, np.mean(values), np.std(values), fmt="s", capsize=3)
+        labels = ["\n".join(_wrap(called, 20)), *(column.name for column in simulated)]
+        axis.set_xticks(range(len(labels)), labels, rotation=35, ha="right", fontsize=6)
+        axis.set_title("\n".join(_wrap(title)), fontsize=7)
+        axis.tick_params(axis="y", labelsize=6)
+        axis.set_xlim(-0.5, len(simulated) + 0.5)
+    return figure
+
+
+def _wrap(title: str, width: int = 38) -> list[str]:
+    lines = [""]
+    for word in title.split():
+        if len(lines[-1]) + len(word) > width:
+            lines.append("")
+        lines[-1] = f"{lines[-1]} {word}".strip()
+    return lines
