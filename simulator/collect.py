@@ -274,8 +274,9 @@ def collect_homes(
     kept = set(np.linspace(0, play_steps - 1, num_kept).round().astype(int).tolist())
     step = 0
     state = config.homes.make(Streams(config.seed, config.split, homes))
-    policy = make_policy(config.policy, state)
-    task = find_task(config.task)(state, policy)
+    task_class = find_task(config.task)
+    policy = make_policy(config.policy, state).for_questions(task_class.asks_moved)
+    task = task_class(state, policy)
     recorder = Recorder(task.rollout.memory)
     if config.evidence:
         task.rollout.memory.count_history()
@@ -295,7 +296,7 @@ def collect_homes(
             extras["relevance"] = answer.relevance
         question_extras = {}
         if config.evidence:
-            evidence = compute_features(task.rollout.memory, answer.queries)
+            evidence = compute_features(task.rollout.memory, answer.queries, task.asks_moved)
             extras["evidence"] = evidence.place.astype(np.float16)
             question_extras["evidence"] = evidence.question
         recorder.add_snapshot(answer.queries, answer.answers, extras, question_extras)

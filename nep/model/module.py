@@ -43,6 +43,8 @@ class NEPModule(pl.LightningModule):
         evidence: whether furniture carries evidence; follows `data.features.evidence`.
         clock_dropout: share of the training questions whose evidence hides the clock.
         prior_share: share of a filter of the prior in the answers, see `NEPPolicy`.
+        learns_asked: whether it learns from questions of tasks and from those about anything
+            (`simulator.tasks.ask_anything`), and reads which it is.
 
     Source: paper section 4.3 and appendix C.
     """
@@ -65,6 +67,7 @@ class NEPModule(pl.LightningModule):
         evidence: bool = False,
         clock_dropout: float = 0.5,
         prior_share: float = 0.0,
+        learns_asked: bool = False,
     ) -> None:
         super().__init__()
         check_at_least(0, learning_rate=learning_rate, listwise_weight=listwise_weight)
@@ -93,6 +96,7 @@ class NEPModule(pl.LightningModule):
                 "evidence": evidence,
                 "clock_dropout": clock_dropout,
                 "prior_share": prior_share,
+                "learns_asked": learns_asked,
                 # Lightning's name for what turns the plain encoder entry back into an encoder
                 "_instantiator": "lightning.pytorch.cli.instantiate_module",
             }
@@ -103,6 +107,7 @@ class NEPModule(pl.LightningModule):
         self.listwise_best = listwise_best
         self.paper_loss = paper_loss
         self.prior_share = prior_share
+        self.learns_asked = learns_asked
         self.predictor = NodeEdgePredictor(
             encoder,
             transformer=transformer,

@@ -45,8 +45,9 @@ class NEPPolicy(Policy):
     Asked again in a time step, it says what it said first and, by Bayes' rule, what looks have
     shown since (`StepAnswers`): where people live, asking the network anew took a tenth more looks.
 
-    It also knows what other questions than those of the tasks mean: half of what these ask for has
-    just moved, whereas people ask for anything (`Features.compare_asked`).
+    Half of what the tasks ask for has just moved, whereas people ask for anything. A network that
+    has learnt from both kinds of questions reads which it is (`NEPModule.learns_asked`); the
+    answers of another one are corrected (`Features.compare_asked`).
     """
 
     score_kind = "logits"
@@ -152,7 +153,7 @@ class NEPPolicy(Policy):
         if self._believer is not None:
             extras["belief"] = self._believer.follow(memory, queries).stack()
         if self._builder.config.evidence:
-            evidence = compute_features(memory, queries)
+            evidence = compute_features(memory, queries, self._read_asked())
             extras["evidence"] = evidence.place
             question_extras["evidence"] = evidence.question
         alone = self._builder.reads_asked_alone
@@ -170,7 +171,12 @@ class NEPPolicy(Policy):
         scores[arrays.query_snapshot, arrays.query_furniture, arrays.query_relation] = logits
         if evidence is None:
             return scores
-        return mix_answers(scores, evidence, self._module.prior_share, self._asks_moved)
+        corrected = TASKS_ASK_MOVED if self._module.learns_asked else self._asks_moved
+        return mix_answers(scores, evidence, self._module.prior_share, corrected)
+
+    def _read_asked(self) -> float:
+        """Return the share of questions about what has just moved that its features are for."""
+        return self._asks_moved if self._module.learns_asked else TASKS_ASK_MOVED
 
     def _take_predictor(self) -> NodeEdgePredictor:
         """Return the network in float64, as it was at the last reset or first question."""

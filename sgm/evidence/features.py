@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sgm.belief.corrections import CORRECTIONS
-from sgm.evidence.adaptive_filter import follow_prior, trust_prior
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED, follow_prior, trust_prior
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.evidence.expected import Expected
 from sgm.evidence.place_features import PLACE_GROUPS
@@ -74,9 +74,18 @@ class Features:
         return trust
 
 
-def compute_features(memory: MemoryBatch, queries: Queries) -> Features:
-    """Compute the features of questions to memories, a home by itself or many at once."""
-    question = Question.gather(memory, queries)
+def compute_features(
+    memory: MemoryBatch, queries: Queries, asks_moved: float = TASKS_ASK_MOVED
+) -> Features:
+    """Compute the features of questions to memories, a home by itself or many at once.
+
+    Args:
+        memory: what was seen.
+        queries: what is asked.
+        asks_moved: share of the questions that are about what has just moved: the filters that
+            reckon with it, and `movement.any_moved`, say which kind of question it is.
+    """
+    question = Question.gather(memory, queries, asks_moved)
     place = _stack([group(question) for group in PLACE_GROUPS.values()], PLACE_COLUMNS)
     place *= question.is_place[..., None]
     about = _stack([group(question) for group in QUESTION_GROUPS.values()], QUESTION_COLUMNS)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,6 +49,7 @@ class Question:
         num_places: furniture nodes of the home, (Q, 1).
         counts: sightings by place.
         rates: how objects move.
+        asks_moved: share of the questions that are about what has just moved.
         goes: where it goes when it moves, (Q, F).
         belief: of each of `FILTERS`, float64 (Q, K, F + 1), the last place is elsewhere.
         hours: length of a time step, (Q, 1).
@@ -75,6 +76,7 @@ class Question:
     num_places: np.ndarray
     counts: ObjectCounts
     rates: Rates
+    asks_moved: float
     goes: np.ndarray
     belief: np.ndarray
     hours: np.ndarray
@@ -98,8 +100,16 @@ class Question:
     strays_at_hour: np.ndarray
 
     @classmethod
-    def gather(cls, memory: MemoryBatch, queries: Queries) -> Question:
-        """Gather what the memory holds about the objects asked for."""
+    def gather(
+        cls, memory: MemoryBatch, queries: Queries, asks_moved: float = TASKS_ASK_MOVED
+    ) -> Question:
+        """Gather what the memory holds about the objects asked for.
+
+        Args:
+            memory: what was seen.
+            queries: what is asked.
+            asks_moved: share of the questions that are about what has just moved.
+        """
         from sgm.compiled.others import gather_others  # loads numba
 
         home, objects, edges = queries.home, memory.objects, memory.edges
@@ -131,8 +141,9 @@ class Question:
             num_places=is_place.sum(axis=1, keepdims=True),
             counts=counts,
             rates=rates,
+            asks_moved=asks_moved,
             goes=destinations[:, :-1],
-            belief=compute_beliefs(memory, queries, rates, destinations, list(FILTERS.values())),
+            belief=compute_beliefs(memory, queries, rates, destinations, _list_filters(asks_moved)),
             hours=hours[:, None],
             looks=memory.furniture_num_observed[home],
             last_look=memory.furniture_last_observed[home],
@@ -184,6 +195,14 @@ class Question:
     def usual(self) -> np.ndarray:
         """Where it was seen the most often, (Q,)."""
         return self.counts.num_true.argmax(axis=1)
+
+
+def _list_filters(asks_moved: float) -> list[FilterSettings]:
+    """Return `FILTERS`, those of the questions of tasks for such questions instead."""
+    return [
+        replace(own, asks_moved=asks_moved) if own.asks_moved == TASKS_ASK_MOVED else own
+        for own in FILTERS.values()
+    ]
 
 
 def _count_strays(memory: MemoryBatch) -> np.ndarray:

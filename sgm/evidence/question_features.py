@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from sgm.evidence.adaptive_filter import weigh_hours
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED, weigh_hours
 from sgm.evidence.object_counts import compute_hour
 from sgm.evidence.place_features import Columns, sum_by_room
 from sgm.evidence.question import Question
@@ -32,7 +32,10 @@ def compute_size(question: Question) -> Columns:
 
 
 def compute_movement(question: Question) -> Columns:
-    """How fast things move here, and how much this one may have moved since it was seen."""
+    """How fast things move here, and how much this one may have moved since it was seen.
+
+    `any_moved` is zero where what has just moved is not asked for more often than other things.
+    """
     rates, last_seen = question.rates, question.memory.objects["last_observed"]
     was_seen = question.was_seen[:, 0]
     since = question.memory.time - last_seen[question.queries.object]
@@ -45,7 +48,7 @@ def compute_movement(question: Question) -> Columns:
         "hours_since_seen": np.log1p(since),
         "home_moves_since_seen": np.where(was_seen, -np.expm1(-rates.home * since), 1),
         "own_moves_since_seen": np.where(was_seen, -np.expm1(-rates.own * since), 1),
-        "any_moved": rates.any_moved,
+        "any_moved": rates.any_moved * (question.asks_moved / TASKS_ASK_MOVED),
         "crossing": rates.crossing,
         "moves": np.log1p(question.moves.sum(axis=(1, 2))),
         "miss_rate": rates.miss,

@@ -40,12 +40,14 @@ class Network:
         session: ONNX Runtime's, on the CPU.
         calibration: what turns its logits into probabilities; None if it was never fitted.
         prior_share: share of a filter of the prior in its answers, see `mix_answers`.
+        learns_asked: whether it has learnt from both kinds of questions, and reads which it is.
         checksum: SHA-256 of network.onnx and the share.
     """
 
     session: Any
     calibration: Calibration | None
     prior_share: float
+    learns_asked: bool
     checksum: str
 
     @classmethod
@@ -65,6 +67,7 @@ class Network:
             about = config["onnx"]
             model = drop_retired(config["model"], folder, but=_BUT_BAKED)
             prior_share = _read_share(model, "prior_share")
+            learns_asked = _read_switch(model, "learns_asked")
             calibration = read_calibration(config["calibration"])
             text, evidence = config["schema"]["text"], about["evidence"]
             checksum = about["sha256"]
@@ -99,7 +102,7 @@ class Network:
             )
         session = _open(content, threads, folder)
         identity = hashlib.sha256(f"{found} {prior_share}".encode()).hexdigest()
-        return cls(session, calibration, prior_share, identity)
+        return cls(session, calibration, prior_share, learns_asked, identity)
 
     def compute_logits(
         self, place: np.ndarray, question: np.ndarray, edge: np.ndarray, is_place: np.ndarray
@@ -157,6 +160,13 @@ def _read_share(model: Any, name: str) -> float:
     if type(value) not in (int, float) or not 0 <= value <= 1:
         raise TypeError(f"{name} of the network is {shorten(value)}")
     return float(value)
+
+
+def _read_switch(model: Any, name: str) -> bool:
+    value = model.get(name, False)
+    if type(value) is not bool:
+        raise TypeError(f"{name} of the network is {shorten(value)}")
+    return value
 
 
 def _open(content: bytes, threads: int, folder: Path) -> Any:

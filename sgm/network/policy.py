@@ -91,15 +91,17 @@ class NetworkPolicy(Policy):
 
     def ask_anew(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return what it says whatever it said before in this step, (Q, F)."""
-        evidence = compute_features(memory, queries)
+        learns = self.network.learns_asked
+        asked = self._asks_moved if learns else TASKS_ASK_MOVED
+        evidence = compute_features(memory, queries, asked)
         is_place = evidence.asked.is_place
         logits = self.network.compute_logits(
             evidence.place, evidence.question, _gather_edges(memory, queries), is_place
         )
         scores = np.where(is_place, logits.round(CORRECTIONS.decimals), -np.inf)
-        return mix_answers(scores[..., None], evidence, self.network.prior_share, self._asks_moved)[
-            ..., 0
-        ]
+        corrected = TASKS_ASK_MOVED if learns else self._asks_moved
+        mixed = mix_answers(scores[..., None], evidence, self.network.prior_share, corrected)
+        return mixed[..., 0]
 
 
 def _gather_edges(memory: MemoryBatch, queries: Queries) -> np.ndarray:

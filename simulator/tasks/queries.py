@@ -10,26 +10,29 @@ from simulator.world.homes import Homes
 from simulator.world.streams import sample_categorical
 
 
-def sample_query(homes: Homes) -> np.ndarray:
+def sample_query(homes: Homes, asks_moved: float = TASKS_ASK_MOVED) -> np.ndarray:
     """Ask one question per home; return the object slot it is about, (H,).
 
-    With probability one half uniform among the objects that moved in this step and are present,
-    else with weight `move_freq` among all that are present.
+    With probability `asks_moved`, one half in the tasks, uniform among the objects that moved in
+    this step and are present, else with weight `move_freq` among all that are present.
 
     Source: appendix "Choice of query object"; docs/design.md, ruling 9.
     """
     uniform = homes.streams.rows("query", 2).next()
-    weights = compute_query_weights(homes, homes.is_present, uniform[:, 0])
+    weights = compute_query_weights(homes, homes.is_present, uniform[:, 0], asks_moved)
     return sample_categorical(weights, uniform[:, 1])
 
 
-def compute_query_weights(homes: Homes, is_open: np.ndarray, uniform: np.ndarray) -> np.ndarray:
+def compute_query_weights(
+    homes: Homes, is_open: np.ndarray, uniform: np.ndarray, asks_moved: float = TASKS_ASK_MOVED
+) -> np.ndarray:
     """Return the weights that an object to ask for is drawn with, (H, C).
 
     Args:
         homes: the true homes.
         is_open: objects that may be asked for, bool (H, C); some in each row.
-        uniform: below one half to ask for an object that has moved, (H,).
+        uniform: below `asks_moved` to ask for an object that has moved, (H,).
+        asks_moved: share of such questions.
 
     Source: docs/design.md, ruling 9.
     """
@@ -37,7 +40,7 @@ def compute_query_weights(homes: Homes, is_open: np.ndarray, uniform: np.ndarray
     weights = homes.move_freq.take(homes.object_type) * is_open
     is_fixed = ~weights.any(axis=1)  # nothing there ever moves
     weights[is_fixed] = is_open[is_fixed]
-    ask_moved = (uniform < TASKS_ASK_MOVED) & moved.any(axis=1)
+    ask_moved = (uniform < asks_moved) & moved.any(axis=1)
     weights[ask_moved] = moved[ask_moved]
     return weights
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.layout.layout import LayoutArrays
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
@@ -42,13 +43,15 @@ class Rollout:
         homes: the true homes.
         memory: what the agent believes.
         policy: who answers.
+        asks_moved: share of what `ask` asks for that has moved in the step, if anything has.
         on_change: called with the memory rows that each look has changed.
         on_look: called with what each look has shown.
     """
 
-    def __init__(self, homes: Homes, policy: Policy) -> None:
+    def __init__(self, homes: Homes, policy: Policy, asks_moved: float = TASKS_ASK_MOVED) -> None:
         """Start at t = 0 with an empty memory."""
         self.homes = homes
+        self.asks_moved = asks_moved
         self.memory = make_memory(homes)
         self.policy = policy
         policy.reset(self.memory)
@@ -65,7 +68,7 @@ class Rollout:
     def ask(self) -> tuple[np.ndarray, Queries]:
         """Evolve every home by one step and ask its query: description codes (H,), queries."""
         self.evolve()
-        return self.ask_for(self._homes, sample_query(self.homes))
+        return self.ask_for(self._homes, sample_query(self.homes, self.asks_moved))
 
     def evolve(self) -> None:
         """Let one time step pass in every home and in the memory."""

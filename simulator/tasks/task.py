@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from simulator.policies import Policy
 from simulator.tasks.answer import Answer
 from simulator.tasks.rollout import Rollout
@@ -22,6 +23,8 @@ class Task(ABC):
 
     Attributes:
         title: of tables and figures.
+        asks_moved: share of its questions that are about what has moved in the step, if anything
+            has; docs/design.md, ruling 9.
         metric: name of what a step is scored with, see `simulator.tasks.metrics.STEP_METRICS`.
         rollout: the homes, the memory and the policy.
         on_answer: called with every batch of answers before the looks change the memory.
@@ -29,6 +32,7 @@ class Task(ABC):
 
     title: ClassVar[str]
     metric: ClassVar[str]
+    asks_moved: ClassVar[float] = TASKS_ASK_MOVED
 
     def __init__(self, homes: Homes, policy: Policy) -> None:
         """Start at t = 0 with an empty memory.
@@ -37,7 +41,7 @@ class Task(ABC):
             homes: the true homes.
             policy: who answers.
         """
-        self.rollout = Rollout(homes, policy)
+        self.rollout = Rollout(homes, policy, self.asks_moved)
         self.on_answer: Callable[[Answer], None] = lambda answer: None
 
     @abstractmethod

@@ -20,6 +20,7 @@ from simulator.world.sensing import ConstantMisses, PartialViews
 
 _ROOM_KINDS = ("kitchen", "living room", "bedroom", "bathroom")
 _MORE_ROOMS = (0.05, 0.2, 0.5, 0.25)  # of which kind a fifth room and those after it are
+_CARRIED = (0.5, 1.0)  # bounds of how often what is carried goes along, where people do so
 _EARLIEST = datetime(2024, 1, 1)
 
 
@@ -40,6 +41,8 @@ class Mixture:
         min_places, max_places: bounds of the number of furniture nodes.
         min_objects, max_objects: bounds of the number of objects at first.
         routine_share: share of the homes that people with routines live in.
+        carrying_share: share of the homes with people who carry things out and back; of half of
+            these, no name tells which.
         abstract_share: share of the homes in which nothing follows from what things are called
             (`AbstractDynamics`); in all others objects move as in the paper's homes.
         clock_share: share of these others whose agents know some time of day.
@@ -61,6 +64,7 @@ class Mixture:
     min_objects: int = 5
     max_objects: int = 300
     routine_share: float = 0.5
+    carrying_share: float = 0.0
     abstract_share: float = 0.0
     clock_share: float = 0.5
     min_moves: float = 0.002
@@ -150,6 +154,9 @@ class Mixture:
         )
         if dynamics is not None:
             own = dynamics(start_time=start.isoformat(), step_seconds=step_seconds)
+            if isinstance(own, RoutineDynamics) and rng.random() < self.carrying_share:
+                carried = float(rng.uniform(*_CARRIED))
+                own = replace(own, carry_share=carried, carries_anything=bool(rng.random() < 0.5))
             return replace(config, dynamics=own), own.clock
         return config, Clock(start, step_seconds) if has_clock else None
 

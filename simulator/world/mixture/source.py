@@ -84,11 +84,14 @@ class MixtureSource(HomeSource):
 
     def describe(self) -> dict[str, Any]:
         """Return the distribution and the checksum of the prior."""
+        mixture = json.loads(json.dumps(asdict(self.mixture)))
+        if not self.mixture.carrying_share:
+            del mixture["carrying_share"]  # these homes are what they were before it existed
         return {
             "homes": "mixed",
             "prior": self.prior.checksum,
             "home": self.home.describe(),
-            "mixture": json.loads(json.dumps(asdict(self.mixture))),
+            "mixture": mixture,
         }
 
     def make_title(self, num_homes: int, split: str) -> str:

@@ -166,6 +166,7 @@ def test_a_damaged_file_is_refused_or_answers(seed, folder):
         (["onnx", "evidence"], 2, "must read version 3 of the evidence, got 2"),
         (["schema", "text"], "fr_maison-2", "text vectors must be 'fr_maison-2', got en_househ"),
         (["model", "prior_share"], 2, "must be one that nep.export wrote, got TypeError"),
+        (["model", "learns_asked"], 1, "must be one that nep.export wrote, got TypeError"),
         (["model"], [], "must be one that nep.export wrote, got AttributeError"),
         (["calibration"], {"heat": 1}, "must be one that nep.export wrote, got TypeError"),
     ],

@@ -211,8 +211,8 @@ def test_the_shipped_network_shares_its_answers_with_the_prior(lift, trust, monk
     """
     column = QUESTION_COLUMNS.index("trust.prior_lift")
 
-    def compute(memory, queries):
-        features = compute_features(memory, queries)
+    def compute(memory, queries, *asked):
+        features = compute_features(memory, queries, *asked)
         features.question[:, column] = lift
         return features
 

@@ -59,6 +59,24 @@ def columns(memory):
     return places | dict(zip(QUESTION_COLUMNS, found.question[0], strict=True))
 
 
+def test_features_of_other_questions_differ_where_they_reckon_with_moves(memory):
+    queries, found = ask(memory), {}
+    for share in (0.5, 0.25, 0.0):
+        features = compute_features(memory, queries, share)
+        found[share] = dict(zip(PLACE_COLUMNS, features.place[0].T, strict=True))
+        found[share] |= dict(zip(QUESTION_COLUMNS, features.question[0], strict=True))
+    tasks, people = found[0.5], found[0.0]
+    for name in ("asked", "left_asked"):
+        of_all = {"asked": "learnt", "left_asked": "left"}[name]
+        own, other = (people[f"filters.log_belief_{filter}"] for filter in (name, of_all))
+        np.testing.assert_array_equal(own, other)
+        assert not np.array_equal(tasks[f"filters.log_belief_{name}"], own)
+    moved = [found[share]["movement.any_moved"] for share in found]
+    assert moved == [pytest.approx(moved[0] * part) for part in (1, 0.5, 0)]
+    changed = {name for name in tasks if not np.array_equal(tasks[name], people[name])}
+    assert {name.partition(".")[0] for name in changed} == {"filters", "movement", "object"}
+
+
 def at(**values):
     """Zero but at some places."""
     row = np.zeros(6)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from sgm.prior.prior_graph import PriorGraph
 from simulator.collect import CollectConfig, collect
@@ -74,6 +75,28 @@ def test_homes_lie_within_the_bounds_and_fill_them():
     assert all(clock is not None for (_, clock), own in zip(drawn, is_routine, strict=True) if own)
     steps = Counter(clock.step_seconds for _, clock in drawn if clock is not None)
     assert set(steps) == set(mixture.step_seconds)
+
+
+def test_people_carry_things_out_in_a_share_of_the_homes():
+    """All else is as without, and homes in which nobody does are called what they were."""
+    rules, share = HomeConfig(), 0.5
+    carrying = Mixture(routine_share=1.0, carrying_share=share)
+    drawn = [
+        [own.draw_home(np.random.default_rng(i), rules)[0] for own in (carrying, Mixture(
+            routine_share=1.0))]
+        for i in range(200)
+    ]  # fmt: skip
+    carried = np.array([config.dynamics.carry_share for config, _ in drawn])
+    assert stats.binomtest(int((carried > 0).sum()), 200, share).pvalue > 0.01
+    assert 0.5 <= carried[carried > 0].min() < carried.max() <= 1
+    anything = [config.dynamics.carries_anything for config, _ in drawn]
+    assert stats.binomtest(sum(anything), int((carried > 0).sum()), 0.5).pvalue > 0.01
+    for config, other in drawn:
+        stays = replace(config.dynamics, carry_share=0.0, carries_anything=False)
+        assert replace(config, dynamics=stays) == other
+    assert "carrying_share" not in MixtureSource().describe()["mixture"]
+    own = MixtureSource(mixture=carrying).describe()["mixture"]
+    assert own["carrying_share"] == share
 
 
 def test_a_home_does_not_depend_on_those_beside_it(source, homes):
