@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
+from pathlib import Path
 from threading import Lock
 from typing import Any
 
@@ -15,6 +16,7 @@ from sgm.checks import check_elsewhere_share, check_shares
 from sgm.evidence.doubted import doubt_sightings
 from sgm.evidence.leaving import Leaving
 from sgm.evidence.outings import Outings, join_left
+from sgm.finder.adaptation import Adaptation
 from sgm.finder.ranking import Place, Ranking
 from sgm.finder.reasons import gather_evidence
 from sgm.finder.search import ObjectSearch
@@ -267,6 +269,17 @@ class Finder:
             self, memory, description, start, distance, look_cost, frozenset(exclude), give_up_at,
             budget,
         )  # fmt: skip
+
+    def adapt(self, log: str | Path) -> Adaptation:
+        """Learn the home of a log; finders with a network can (`ObjectFinder.adapt`).
+
+        Raises:
+            TypeError: if the policy is no network.
+        """
+        raise TypeError(
+            f"policy must be a network to be adapted to a home, got {type(self._policy).__name__}. "
+            "Take ObjectFinder.load(), or Adaptive(), which learns from the memory alone."
+        )
 
     def _compute_belief(self, asked: Asked) -> tuple[np.ndarray, float, np.ndarray]:
         """Return where any of the things asked for is: at each place, (F,), and at none of them.

@@ -65,6 +65,11 @@ def find_place(memory: SceneGraphMemory, place: int | str) -> int | Unclear:
         found = [number for number in among if layout.furniture[number].room in rooms]
     if found:
         return _choose(found, names)
+    rooms = [n for n, room in layout.rooms.items() if read_words("room", str(room)) == words]
+    within = [names[number] for number in names if layout.furniture[number].room in rooms]
+    if within:
+        ask = f"{shorten(place, _MOST_NAME)} is a room. {_ask(within)}"
+        return Unclear("ambiguous", ask, tuple(within[:MOST_CANDIDATES]))
     near = memory.resolve(place, among=list(names.values())).alternatives
     return Unclear("unknown", _ask_unknown(place, near, "list_places"), near)
 

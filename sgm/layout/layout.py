@@ -19,6 +19,12 @@ from sgm.prior.place_prior import PlacePrior
 from sgm.prior.prior_graph import PriorGraph
 
 
+class RoomId(int):
+    """Id of a room: a number that is refused where an id of furniture is meant."""
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True, slots=True)
 class LayoutArrays:
     """Layouts of H homes of up to R rooms and F furniture nodes, as a `MemoryBatch` takes them.
@@ -51,6 +57,14 @@ class Layout:
     num_rooms_ever: int = 0
     num_furniture_ever: int = 0
     map_id: str = ""
+
+    def __post_init__(self) -> None:
+        """Mark the ids of rooms."""
+        if any(type(number) is int for number in self.rooms):
+            self.rooms = {
+                RoomId(number) if type(number) is int else number: room
+                for number, room in self.rooms.items()
+            }
 
     @classmethod
     def of(cls, rooms: Iterable[Room], furniture: Iterable[Furniture]) -> Layout:
@@ -133,9 +147,10 @@ class Layout:
 
     def add_room(self, label: str) -> int:
         """Add a room, whose label was checked, and return its id."""
-        self.rooms[self.num_rooms_ever] = Room(label)
+        number = RoomId(self.num_rooms_ever)
+        self.rooms[number] = Room(label)
         self.num_rooms_ever += 1
-        return self.num_rooms_ever - 1
+        return number
 
     def add_furniture(self, node: Furniture) -> int:
         """Add what `make_furniture` made, and return its id."""
@@ -169,7 +184,7 @@ class Layout:
         read_words("furniture description", description)
         self.check_room(room)
         return Furniture(
-            label, int(room), description, position=read_position(position), box=read_box(box),
+            label, RoomId(room), description, position=read_position(position), box=read_box(box),
             open_cost=read_open_cost(open_cost),
         )  # fmt: skip
 
@@ -191,7 +206,7 @@ class Layout:
         node = self.furniture[furniture]
         if room is not None:
             self.check_room(room)
-            node = replace(node, room=int(room), position=None, box=None)
+            node = replace(node, room=RoomId(room), position=None, box=None)
         if box is not None:
             node = replace(node, position=None, box=read_box(box))
         if position is not None:
@@ -251,6 +266,12 @@ class Layout:
         Raises:
             KeyError: if there is no such furniture node.
         """
+        if isinstance(furniture, RoomId) and furniture in self.rooms:
+            raise KeyError(
+                f"furniture must be an id from add_furniture, got {int(furniture)}, the id of the "
+                f"room {self.rooms[furniture]}. list_furniture({int(furniture)}) tells what "
+                "stands there."
+            )
         is_id = isinstance(furniture, (int, np.integer)) and not isinstance(furniture, bool)
         if not is_id or furniture not in self.furniture:
             raise KeyError(

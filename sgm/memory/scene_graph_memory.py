@@ -769,8 +769,9 @@ class SceneGraphMemory(Corrections):
         """
         with self._lock:
             self._check_furniture()
-            later = 0 if at is None else count_steps(at, self._state.time, self._state.clock)
-            return self._state.ask(descriptions, before_looks, later)
+            state = self._state
+            later = 0 if at is None else count_steps(at, state.time, state.clock, "at")
+            return state.ask(descriptions, before_looks, later)
 
     def places_of(self, description: str) -> list[SeenAt]:
         """Return every place where an object was ever seen, the latest sighting first.

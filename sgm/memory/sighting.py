@@ -12,10 +12,13 @@ from sgm.messages import shorten
 from sgm.names.words import read_words
 
 RELATIONS = ("in", "onTop")
-_SPELLINGS = {"in": "in", "inside": "in", "ontop": "onTop", "on": "onTop", "": "onTop"}
+SPELLINGS = {"in": "in", "onTop": "onTop", "inside": "in", "on": "onTop", "on top": "onTop"}
+_BY_LETTERS = {
+    "": "onTop", **{name.casefold().replace(" ", ""): own for name, own in SPELLINGS.items()}
+}  # fmt: skip
 
 
-def read_relation(relation: str) -> str:
+def read_relation(relation: str | None) -> str:
     """Return "in" or "onTop", however it is written: "IN", "inside", "on", "on top", "onTop".
 
     Raises:
@@ -23,7 +26,7 @@ def read_relation(relation: str) -> str:
     """
     known = None
     if isinstance(relation, str):
-        known = _SPELLINGS.get(relation.casefold().replace(" ", "").replace("_", ""))
+        known = _BY_LETTERS.get(relation.casefold().replace(" ", "").replace("_", ""))
     if known is None:
         raise ValueError(
             f"relation must be one of {', '.join(RELATIONS)}, got {shorten(relation)}. Choose one "

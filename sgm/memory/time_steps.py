@@ -31,13 +31,14 @@ def check_jump(num_steps: int, now: int, clock: Clock) -> None:
         )
 
 
-def count_steps(time: datetime | int, now: int, clock: Clock | None) -> int:
+def count_steps(time: datetime | int, now: int, clock: Clock | None, name: str = "time") -> int:
     """Return how many steps it is until a time: to the last step that has begun by then.
 
     Args:
         time: a date and time by the clock, or a time step.
         now: the present step.
         clock: of the home; None if it has none.
+        name: of the argument, for the message.
 
     Raises:
         ValueError: if it is something else, has passed, is too far ahead, or there is no clock.
@@ -50,8 +51,8 @@ def count_steps(time: datetime | int, now: int, clock: Clock | None) -> int:
             )
         if time.tzinfo is not None:
             raise ValueError(
-                f"time must be local time, got the time zone of {time.isoformat()}. Leave the zone "
-                "out."
+                f"{name} must be local time, got the time zone of {time.isoformat()}. Leave "
+                "the zone out."
             )
         seconds = (time - clock.start).total_seconds()
         num_steps = math.floor(seconds / clock.step_seconds + 1e-9) - now
@@ -59,7 +60,7 @@ def count_steps(time: datetime | int, now: int, clock: Clock | None) -> int:
         num_steps = int(time) - now
     else:
         raise ValueError(
-            f"time must be a datetime or a time step, got {shorten(time)}. Write for example "
+            f"{name} must be a datetime or a time step, got {shorten(time)}. Write for example "
             "datetime(2026, 11, 16, 18, 30)."
         )
     if not 0 <= num_steps <= MAX_TIME - now:
@@ -67,7 +68,7 @@ def count_steps(time: datetime | int, now: int, clock: Clock | None) -> int:
         if clock is not None and isinstance(time, datetime):
             present = clock.get_time(now)
         raise ValueError(
-            f"time must not be before the present step, nor after step {MAX_TIME}, got {time} "
-            f"at {present}. Time only goes forward."
+            f"{name} must not be before the present step, nor after step {MAX_TIME}, got {time} "
+            f"at {present}. Time only goes forward; history tells the past."
         )
     return num_steps

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import time
-from collections.abc import Awaitable, Callable, Mapping, MutableMapping
+from collections.abc import Awaitable, Callable, Mapping, MutableMapping, Sequence
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, suppress
 from typing import Any, Protocol
 from urllib.parse import parse_qsl
@@ -124,7 +124,7 @@ class Application:
             self._guard.check(client, path, headers)
             await self._route(scope, headers, receive, count)
         except Refused as error:
-            await _send(count, error.status, _JSON, _write_error(error.line))
+            await _send(count, error.status, _JSON, _write_error(error.line), error.headers)
         except KeyError as error:
             await _send(count, 404, _JSON, _write_error(str(error.args[0])))
         except (ValueError, TypeError) as error:
@@ -148,7 +148,7 @@ class Application:
             await self._tools.handle(scope, _give(body, receive), send)
         elif path in ("/", "/health", "/metrics", "/openapi.json", f"/{VERSION}/feed"):
             if method != "GET":
-                raise Refused(405, f"method of {path} must be GET, got {method}. Use GET.")
+                raise _refuse_method(path, method, ["GET"])
             await self._show(path, receive, send)
         else:
             raise Refused(
@@ -211,10 +211,7 @@ class Application:
                 raise ValueError("query must name an argument once, got one twice. Leave one out.")
             return call.read(dict(pairs), read_text)
         if method != "POST":
-            allowed = "POST" if call.is_write else "GET or POST"
-            raise Refused(
-                405, f"method of {call.name} must be {allowed}, got {shorten_text(method, 20)}."
-            )
+            raise _refuse_method(call.name, method, ["POST"] if call.is_write else ["GET", "POST"])
         kind = headers.get("content-type", "").partition(";")[0].strip().lower()
         if kind != _JSON:
             raise Refused(
@@ -259,6 +256,12 @@ class Application:
         return bytes(body)
 
 
+def _refuse_method(what: str, method: str, allowed: Sequence[str]) -> Refused:
+    methods = " or ".join(allowed)
+    line = f"method of {what} must be {methods}, got {shorten_text(method, 20)}. Use {methods}."
+    return Refused(405, line, [(b"allow", ", ".join(allowed).encode())])
+
+
 async def _wait_gone(receive: Receive) -> None:
     """Return when the client has closed the connection."""
     while (await receive())["type"] != "http.disconnect":
@@ -293,14 +296,15 @@ def _write_error(line: str) -> bytes:
     return text.encode("utf-8", "backslashreplace")
 
 
-async def _send(send: Send, status: int, kind: str, body: bytes) -> None:
+async def _send(
+    send: Send, status: int, kind: str, body: bytes, more: Sequence[tuple[bytes, bytes]] = ()
+) -> None:
     head = [
         (b"content-type", kind.encode()),
         (b"content-length", b"%d" % len(body)),
         *_HEADERS,
+        *more,
     ]
-    if status == 401:
-        head.append((b"www-authenticate", b"Bearer"))
     if status in (408, 413):  # what is left of the request is not waited for
         head.append((b"connection", b"close"))
     await send({"type": "http.response.start", "status": status, "headers": head})

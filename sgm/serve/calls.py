@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, Final, get_type_hints
 
 from sgm.finder.service import MOST_ROWS, MemoryService
-from sgm.memory.sighting import RELATIONS
 from sgm.memory.statement import ROBOT
 from sgm.messages import shorten
 from sgm.serve.answer_schema import make_schema
@@ -16,6 +15,7 @@ from sgm.serve.rules import (
     NumberRule,
     PlaceRule,
     PositionRule,
+    RelationRule,
     Rule,
     SeenRule,
     StartRule,
@@ -217,7 +217,7 @@ CALLS: Final[tuple[Call, ...]] = (
             _THING,
             _PLACE,
             Argument("by", TextRule(), "who says so, such as anna", REQUIRED),
-            Argument("relation", ChoiceRule(RELATIONS), "how it lies there", "in"),
+            Argument("relation", RelationRule(), "how it lies there", "in"),
             Argument("confidence", NumberRule(0, 1), "that it is right, 0.5 or more; else 0.9"),
             _WAS_AT,
         ),
@@ -234,7 +234,7 @@ CALLS: Final[tuple[Call, ...]] = (
     Call(
         "put_down",
         "Note that the robot has put down what it carried.",
-        (_THING, _PLACE, Argument("relation", ChoiceRule(RELATIONS), "how it lies there", "onTop")),
+        (_THING, _PLACE, Argument("relation", RelationRule(), "how it lies there", "onTop")),
         MemoryService.put_down,
         is_write=True,
     ),

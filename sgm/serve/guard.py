@@ -5,7 +5,7 @@ from __future__ import annotations
 import hmac
 import ipaddress
 from collections import OrderedDict
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from time import monotonic
 
 from sgm.messages import shorten_text
@@ -23,13 +23,15 @@ class Refused(Exception):
     Attributes:
         status: of HTTP.
         line: why, and what to do.
+        headers: that the status demands, beside those of every answer.
     """
 
-    def __init__(self, status: int, line: str) -> None:
+    def __init__(self, status: int, line: str, headers: Sequence[tuple[bytes, bytes]] = ()) -> None:
         """Refuse with a status and a line."""
         super().__init__(line)
         self.status = status
         self.line = line
+        self.headers = headers
 
 
 class Guard:
@@ -103,8 +105,9 @@ class Guard:
             given = headers.get("authorization", "")
             if not hmac.compare_digest(given.encode(), f"Bearer {self._token}".encode()):
                 raise Refused(
-                    401, "Authorization must be Bearer and the token of this server. Send both."
-                )
+                    401, "Authorization must be Bearer and the token of this server. Send both.",
+                    [(b"www-authenticate", b"Bearer")],
+                )  # fmt: skip
 
     def _check_rate(self, client: str) -> None:
         """Take one of the requests that an address has left; they come back with time."""

@@ -10,7 +10,7 @@ from typing import Any, NoReturn, Protocol
 
 from sgm.files import parse_json
 from sgm.memory.identity import MOST_NUMBERS
-from sgm.memory.sighting import RELATIONS, Sighting
+from sgm.memory.sighting import SPELLINGS, Sighting, read_relation
 from sgm.memory.time_steps import MAX_TIME
 from sgm.messages import shorten, shorten_text
 from sgm.names.words import MAX_LENGTH
@@ -76,6 +76,22 @@ class ChoiceRule:
         if not isinstance(value, str) or value not in self.names:
             _refuse(name, f"be one of {', '.join(self.names)}", value)
         return value
+
+
+@dataclass(frozen=True, slots=True)
+class RelationRule:
+    """How a thing lies at a place: "in" or "onTop" it, spelled as `read_relation` reads it."""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as JSON Schema."""
+        return {"type": "string", "enum": list(SPELLINGS)}
+
+    def read(self, name: str, value: Any) -> str:
+        """Return "in" or "onTop"."""
+        try:
+            return read_relation(value if value != "" else None)
+        except ValueError:
+            _refuse(name, f"be one of {', '.join(SPELLINGS)}", value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,7 +235,7 @@ class VectorRule:
 # Of the fields of a sighting.
 _SIGHTING: Mapping[str, Rule] = {
     "thing": TextRule(),
-    "relation": ChoiceRule(RELATIONS),
+    "relation": RelationRule(),
     "confidence": NumberRule(0, 1),
     "owner": TextRule(),
     "id": TextRule(),
@@ -266,7 +282,7 @@ def read_text(rule: Rule, name: str, text: str) -> Any:
     Raises:
         ValueError: if it breaks the rule.
     """
-    if not isinstance(rule, TextRule | ChoiceRule):
+    if not isinstance(rule, TextRule | ChoiceRule | RelationRule):
         try:
             value = parse_json(text)
         except ValueError:

@@ -52,6 +52,37 @@ def test_a_room_is_an_id(memory):
         memory.add_furniture("table", True)
 
 
+def test_the_id_of_a_room_is_none_of_furniture(memory):
+    """Both are numbers from 0 on, so that one would otherwise be taken for the other."""
+    room = memory.add_room("hall")
+    memory.add_furniture("desk", room)
+    line = r"got 1, the id of the room hall\. list_furniture\(1\) tells what stands there"
+    for call in (
+        lambda: memory.observe(room, [Sighting("mug")]),
+        lambda: memory.note_moved("mug", room, by="anna"),
+        lambda: memory.describe(next(reversed(memory.layout.rooms))),
+        lambda: memory.copy().remove_furniture(memory.layout.furniture[1].room),
+    ):
+        with pytest.raises(KeyError, match=line):
+            call()
+    assert memory.describe(1) == "desk in hall"
+    with pytest.raises(KeyError, match="furniture must be an id from add_furniture, got 7"):
+        memory.observe(7, [])
+
+
+def test_only_networks_are_adapted(tmp_path):
+    with pytest.raises(TypeError, match=r"policy must be a network .*, got Bayesian\. Take Object"):
+        Finder(Bayesian()).adapt(tmp_path / "looks.jsonl")
+
+
+def test_a_time_that_has_passed_is_named_as_the_argument(memory):
+    memory.step(3)
+    with pytest.raises(ValueError, match=r"^at must not be before .*, got 2 at time step 3"):
+        Finder(Bayesian()).rank(memory, "mug", at=2)
+    with pytest.raises(ValueError, match=r"^at must be a datetime or a time step, got 'soon'"):
+        memory.ask(["mug"], at="soon")
+
+
 def test_furniture_is_an_id(memory):
     for call in (lambda: memory.observe(False, []), lambda: memory.move_furniture(False, 0)):
         with pytest.raises(KeyError, match=r"furniture must be an id from add_furniture, got Fal"):

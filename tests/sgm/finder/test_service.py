@@ -138,6 +138,15 @@ def test_places_of_one_name_are_told_apart(service):
         service.observe(99, [])
 
 
+def test_a_room_is_no_place(service):
+    noted = service.observe("Kitchen", [Sighting("cup")])
+    assert noted.status == "ambiguous"
+    assert noted.ask.startswith("'Kitchen' is a room. Do you mean the ")
+    assert noted.candidates
+    assert all(name.endswith("in kitchen") for name in noted.candidates)
+    assert not service.memory.resolve("cup").matches
+
+
 def test_a_search_goes_on_by_its_number(service):
     service.observe("desk", [Sighting("scissors")])
     begun = service.search_start("scissors", "white fridge")

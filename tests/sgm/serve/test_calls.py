@@ -159,6 +159,20 @@ def test_what_breaks_a_rule_is_told_in_one_line(name, values, line):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("written", "read"), [("in", "in"), ("onTop", "onTop"), ("on", "onTop"), ("inside", "in")]
+)
+def test_relations_are_spelled_as_in_python(written, read):
+    seen = [{"thing": "pen", "relation": written}]
+    assert BY_NAME["observe"].read({"place": 2, "seen": seen})["seen"] == [Sighting("pen", read)]
+    values = {"thing": "pen", "place": "desk", "relation": written}
+    assert BY_NAME["put_down"].read(values, read_text)["relation"] == read
+    assert fits(BY_NAME["put_down"].make_input_schema(), values)
+    values["relation"] = "under"
+    with pytest.raises(ValueError, match=r"relation must be one of in, onTop, .*, got 'under'"):
+        BY_NAME["put_down"].read(values)
+
+
 def test_null_is_as_good_as_nothing():
     assert BY_NAME["where_is"].read({"thing": "mug", "k": None}) == {"thing": "mug"}
 
