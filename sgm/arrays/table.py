@@ -66,8 +66,18 @@ class Table:
     def copy(self) -> Table:
         """Return a table of the same rows that can be changed alone."""
         copied = copy.copy(self)
-        copied._set_blocks({key: block.copy() for key, block in self._blocks.items()})
+        own = self._capacity
+        copied._set_blocks({key: block[..., :own].copy() for key, block in self._blocks.items()})
         return copied
+
+    def share(self) -> Table:
+        """Return a table of the same rows, and the same numbers in them as long as none is added.
+
+        Neither table's columns are to be written then; either may be appended to.
+        """
+        shared = copy.copy(self)
+        shared._capacity = self._num_rows  # what is added is nobody else's
+        return shared
 
     def __deepcopy__(self, memo: object) -> Table:
         return self.copy()  # the columns stay views of the blocks
@@ -76,10 +86,10 @@ class Table:
         """Add rows; columns that are not given are as by default. Returns the new row numbers."""
         start, end = self._num_rows, self._num_rows + num_rows
         if end > self._capacity:
-            added = max(end, 2 * self._capacity) - self._capacity
+            added = max(end, 2 * self._capacity) - start
             self._set_blocks(
                 {
-                    key: np.pad(block, ((0, 0),) * (block.ndim - 1) + ((0, added),))
+                    key: np.pad(block[..., :start], ((0, 0),) * (block.ndim - 1) + ((0, added),))
                     for key, block in self._blocks.items()
                 }
             )

@@ -90,6 +90,12 @@ class HomeHistory:
         copied.counters = self.counters.copy()
         return copied
 
+    def share(self) -> HomeHistory:
+        """Return the same counts, of which the `counters` of homes alone can be changed alone."""
+        shared = copy.copy(self)
+        shared.counters = self.counters.copy()
+        return shared
+
     def take(self, furniture: np.ndarray, edges: np.ndarray, objects: np.ndarray) -> HomeHistory:
         """Return a copy that keeps some furniture (F,), edges (E,) and objects (O,), bool."""
         kept = HomeHistory(0, 0)

@@ -168,6 +168,19 @@ class MemoryBatch:
         copied._pending = None
         return copied
 
+    def share(self) -> MemoryBatch:
+        """Return the same memories for questions, without open ones; cheap beside `copy`.
+
+        What was observed is shared, and not to be written. Questions are asked of it alone.
+        """
+        shared = copy.copy(self)
+        shared.labels = list(self.labels)
+        shared.objects, shared.edges = self.objects.share(), self.edges.share()
+        shared._history = None if self._history is None else self._history.share()
+        shared._row_of_key = self._row_of_key.copy()
+        shared._pending = None
+        return shared
+
     def set_layout(self, layout: LayoutArrays) -> None:
         """Take over a layout that has grown; known furniture keeps its index and history."""
         num_added = layout.furniture_label.shape[1] - self.num_furniture

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sgm.layout.furniture_names import FurnitureNames
 from sgm.layout.layout import Layout
 from sgm.memory.asking import Asked, Looks, compute_relation_shares, list_looks_before
 from sgm.memory.clock import Clock, make_clock_rows
@@ -56,11 +57,14 @@ class MemoryState:
     _batch: MemoryBatch
     _is_layout_new: bool  # whether the batch has yet to take it over
     _version: object  # another one after each change of the batch
+    _furniture: FurnitureNames | None
+    _snapshot: dict[object, MemoryBatch]  # of one version at most
 
     def __init__(self, prior: PriorGraph, clock: Clock | None, table: AliasTable) -> None:
         """Start with an empty home; `table` says which names are of which type of the prior."""
         self.prior = prior
         self._table = table
+        self._snapshot = {}
         self.set_content(MemoryContent.empty(prior.checksum, clock))
 
     @property
@@ -81,7 +85,10 @@ class MemoryState:
     @property
     def descriptions(self) -> tuple[str, ...]:
         """Descriptions of the objects, (O,)."""
-        return tuple(thing.description for thing in self.things)
+        if len(self._descriptions) < len(self.things):
+            new = self.things[len(self._descriptions) :]
+            self._descriptions += tuple(thing.description for thing in new)
+        return self._descriptions
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -91,7 +98,14 @@ class MemoryState:
     @property
     def furniture_ids(self) -> tuple[int, ...]:
         """Ids of the furniture nodes in the order of the batch, (F,)."""
-        return tuple(self.layout.furniture)
+        return self.furniture.ids
+
+    @property
+    def furniture(self) -> FurnitureNames:
+        """What is said of the furniture, in the order of the batch."""
+        if self._furniture is None:
+            self._furniture = FurnitureNames.of(self.layout)
+        return self._furniture
 
     def look(
         self,
@@ -108,7 +122,8 @@ class MemoryState:
         own = StepLook(furniture, tuple(seen), coverage, tuple(hidden))
         if self.step.count_looks(furniture) >= MOST_LOOKS and self.step.shows_nothing_new(own):
             return
-        self.step.begin(self.batch, self._version, self.asked)
+        if self.step.before is None:
+            self.step.begin(self._get_snapshot(), self._version, self.asked)
         self._version = object()
         rows = [self.ensure_object(sighting.description, sighting.id or "") for sighting in seen]
         for row, sighting in zip(rows, seen, strict=True):
@@ -116,7 +131,7 @@ class MemoryState:
                 self.things[row] = replace(self.things[row], embedding=sighting.embedding)
         self.batch.observe(
             _HOME,
-            np.array([self.furniture_ids.index(furniture)]),
+            np.array([self.furniture.position[furniture]]),
             np.array(rows, dtype=np.int64),
             np.array([RELATIONS.index(sighting.relation) for sighting in seen], dtype=np.int64),
             np.array([coverage], dtype=float),
@@ -141,24 +156,44 @@ class MemoryState:
     def let_pass(self, num_steps: int) -> None:
         """Let time steps pass; questions end with the first of them."""
         self.forget_questions()
+        snapshot = self._snapshot.get(self._version)
         self.batch.step()
         self.batch.time += num_steps - 1
         self.asked = None
         self.step = StepLog()
         self._version = object()
+        if snapshot is not None:  # only the time is another one
+            snapshot = snapshot.share()
+            snapshot.time = self.batch.time
+            self._snapshot = {self._version: snapshot}
+
+    def _get_snapshot(self) -> MemoryBatch:
+        """Return a copy of the batch as it is, made once for all who only read it."""
+        batch = self.batch
+        if self._version not in self._snapshot:
+            self._snapshot = {self._version: batch.copy()}
+        return self._snapshot[self._version]
+
+    def _share_fused(self, snapshot: MemoryBatch) -> MemoryBatch:
+        """Return what a snapshot holds, of which questions may be asked; what was merged is one."""
+        if (snapshot.objects["same_as"] >= 0).any():
+            copied = snapshot.copy()
+            fuse(copied)
+            return copied
+        return snapshot.share()
 
     def ask(self, descriptions: Sequence[str], before_looks: bool, later: int = 0) -> Asked:
         """Ask for objects, and change nothing; see `SceneGraphMemory.ask`."""
-        current, step = self.batch.copy(), self.step
+        snapshot, step = self._get_snapshot(), self.step
+        current = self._share_fused(snapshot)
         current.time += later
         if before_looks and step.before is not None and not later:
             origin, num_known = step.origin, step.num_objects
-            batch = step.before.copy()
+            batch = self._share_fused(step.before)
         else:
             origin, num_known = self._version, len(self.things)
-            batch = current.copy()
-        fuse(current)
-        fuse(batch)
+            batch = self._share_fused(snapshot)
+            batch.time = current.time
         question, known, descriptions = self._find_asked(descriptions)
         words = [read_words("description", description) for description in descriptions]
         vocabulary = self.vocabulary.with_labels(batch.labels)
@@ -167,7 +202,6 @@ class MemoryState:
         new = num_known + np.arange(len(words))
         keys = np.where((known >= 0) & (known < num_known), known, new)
         queries = batch.query(np.zeros(len(words), dtype=np.int64), keys, kinds[:, 0], kinds[:, 1])
-        ids = self.furniture_ids
         shares = compute_relation_shares(batch, queries)
         at_once = np.append(current.objects["num_at_once"], 0)
         return Asked(
@@ -192,12 +226,9 @@ class MemoryState:
                     key=lambda seen: -seen.time,
                 )
             ),
-            furniture_ids=ids,
-            furniture_names=tuple(map(self.layout.describe, ids)),
-            open_costs=tuple(
-                (row.open_cost or 0.0) if row.must_open else None
-                for row in self.layout.furniture.values()
-            ),
+            furniture_ids=self.furniture.ids,
+            furniture_names=self.furniture.names,
+            open_costs=self.furniture.open_costs,
             clock=self.clock,
         )
 
@@ -368,7 +399,7 @@ class MemoryState:
         is_remembered[batch.edges["furniture"][batch.edges["object"] == row]] = row >= 0
         sought_ago = np.full(len(self.layout.furniture), np.inf)
         sought = np.zeros(len(self.layout.furniture))
-        position = {number: index for index, number in enumerate(self.furniture_ids)}
+        position = self.furniture.position
         if self.step.before is not None and batch.time == now == self.batch.time:
             by_id = dict(zip(self.furniture_ids, map(tuple, share.tolist()), strict=True))
             sums = [self.step.sum_in_vain(member, words, by_id) for member in members]
@@ -431,6 +462,7 @@ class MemoryState:
         if label is not None:
             self.vocabulary.number(label)  # now: labels are numbered in the order they come up
         self._is_layout_new = True
+        self._furniture = None
         self.asked = None
         self._begin_anew()  # what was looked at in another home says nothing of this one
 
@@ -580,7 +612,9 @@ class MemoryState:
         """Become a memory of that content; prior weights are looked up again."""
         self.vocabulary = Vocabulary(self.prior, content.labels, self._table)
         self.layout = content.layout
+        self._furniture = None
         self.things: list[Thing] = []
+        self._descriptions: tuple[str, ...] = ()
         # By `read_name` of the description, a tuple, or by id, a text.
         self._rows: dict[tuple[str, ...] | str, int] = {}
         self._rows_with_id: dict[tuple[str, ...], list[int]] = {}

@@ -81,12 +81,11 @@ class StepLog:
     asked: int | None = None
     queries: list[tuple[int, str]] = field(default_factory=list)
 
-    def begin(self, batch: MemoryBatch, origin: object, asked: int | None) -> None:
-        """Keep the memory as it is, before the first look."""
-        if self.before is None:
-            self.before, self.origin, self.asked = batch.copy(), origin, asked
-            self.num_labels = len(batch.labels)
-            self.num_objects = len(batch.objects)
+    def begin(self, before: MemoryBatch, origin: object, asked: int | None) -> None:
+        """Keep a copy of the memory as it is, before the first look."""
+        self.before, self.origin, self.asked = before, origin, asked
+        self.num_labels = len(before.labels)
+        self.num_objects = len(before.objects)
 
     def note_query(self, description: str) -> None:
         """Note a question between looks: what it opens is a part of what later looks do."""

@@ -94,3 +94,19 @@ def test_other_relations_are_refused():
         Sighting("milk", "under")
     with pytest.raises(ValueError, match="got None"):
         Sighting("milk", None)
+
+
+def test_questions_of_one_state_do_not_disturb_each_other(memory):
+    """They read one copy of the memory: what a question adds to it is in no other."""
+    finder, plain = Finder(Bayesian()), Finder(Bayesian())
+    memory.observe(2, [Sighting("scissors")])
+    alone = memory.copy()
+    for name in ("gizmo", "milk", "purple widget", "scissors"):
+        asked = memory.ask([name])
+        asked.batch.history.given_miss_rate = 0.5
+        assert asked.batch.history.counters["num_asked"][0] == 1
+        assert str(finder.rank(memory, name)) == str(plain.rank(alone.copy(), name))
+    assert memory.descriptions == alone.descriptions
+    memory.observe(0, [])  # and it is as it was when it was asked
+    assert asked.current.time == 0
+    assert asked.current.furniture_num_observed.sum() == 2
