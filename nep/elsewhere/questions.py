@@ -26,12 +26,14 @@ class Question:
         description: what is asked for; it was seen before.
         places: furniture ids where such a thing is; none if all are out.
         goes_out: whether one of them is out at some time of the days that are asked about.
+        weight: things of the home that it stands for.
     """
 
     memory: SceneGraphMemory
     description: str
     places: frozenset[int]
     goes_out: bool
+    weight: float
 
 
 def ask(home: Home, num_learnt: int, num_asked: int, most: int) -> Iterator[Question]:
@@ -54,9 +56,11 @@ def ask(home: Home, num_learnt: int, num_asked: int, most: int) -> Iterator[Ques
     is_there = {code: (truth.furniture >= 0) & (truth.code == code) for code in codes.tolist()}
     leaves = [code for code in codes.tolist() if not is_there[code].any(axis=1)[later].all()]
     stays = [code for code in codes.tolist() if code not in leaves]
+    num_others = min(max(len(leaves), 1), len(stays))
+    weight = {True: 1.0, False: len(stays) / max(num_others, 1)}
     asked = []
     for step in range(num_learnt + 1, num_steps + 1, _EVERY):
-        others = rng.permutation(stays)[: max(len(leaves), 1)].tolist()
+        others = rng.permutation(stays)[:num_others].tolist()
         asked += [(step, code) for code in (*leaves, *others)]
     chosen = np.sort(rng.permutation(len(asked))[:most])
     for step, pairs in groupby([asked[number] for number in chosen], key=lambda pair: pair[0]):
@@ -68,7 +72,8 @@ def ask(home: Home, num_learnt: int, num_asked: int, most: int) -> Iterator[Ques
                 continue
             at = truth.furniture[step, is_there[code][step]]
             places = frozenset(memory.furniture_ids[place] for place in at)
-            yield Question(memory, name, places, code in leaves)
+            goes_out = code in leaves
+            yield Question(memory, name, places, goes_out, weight[goes_out])
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +86,7 @@ class Answers:
         is_first: whether elsewhere is likelier than every place, (Q,).
         is_out: (Q,).
         goes_out: (Q,).
+        weight: things that each stands for, (Q,).
     """
 
     said: np.ndarray
@@ -88,6 +94,7 @@ class Answers:
     is_first: np.ndarray
     is_out: np.ndarray
     goes_out: np.ndarray
+    weight: np.ndarray
 
     @classmethod
     def gather(cls, finder: Finder, questions: Sequence[Question]) -> Answers:
@@ -104,6 +111,7 @@ class Answers:
             columns[0], columns[1], columns[2].astype(bool),
             np.array([not question.places for question in questions], dtype=bool),
             np.array([question.goes_out for question in questions], dtype=bool),
+            np.array([question.weight for question in questions]),
         )  # fmt: skip
 
     @property

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from scipy import stats
 
 from nep.elsewhere.questions import Answers
 from nep.report.statistics import FEWEST_RESAMPLED
@@ -30,14 +31,9 @@ Summary = Mapping[str, Any]
 def summarise(answers: Answers) -> dict[str, Any]:
     """Sum up what was said in one home; nan where there was nothing of a kind."""
     own, is_out = answers.goes_out, answers.is_out & answers.goes_out
-    is_in = own & ~is_out
-    bins = np.minimum((answers.said[own] * NUM_BINS).astype(int), NUM_BINS - 1)
-    sums = [
-        np.bincount(bins, weights, minlength=NUM_BINS)
-        for weights in (np.ones(len(bins)), answers.said[own], is_out[own].astype(float))
-    ]
+    is_in, num_own = own & ~is_out, int(own.sum())
     return {
-        "num_questions": int(own.sum()),
+        "num_questions": num_own,
         "num_out": int(is_out.sum()),
         "said_out": _average(answers.said[is_out]),
         "said_in": _average(answers.said[is_in]),
@@ -46,8 +42,20 @@ def summarise(answers: Answers) -> dict[str, Any]:
         "nll": _average(answers.nll[own]),
         "others_said": _average(answers.said[~own]),
         "others_nll": _average(answers.nll[~own]),
-        "bins": np.stack(sums).round(6).tolist(),  # questions, said, out
+        "bins": _sum_bins(answers.said[own], is_out[own], np.ones(num_own)),
+        "all_bins": _sum_bins(answers.said, answers.is_out, answers.weight),
     }
+
+
+def _sum_bins(said: np.ndarray, is_out: np.ndarray, weight: np.ndarray) -> list[list[float]]:
+    """Return the weight, what was said and what was out of each bin, (3, NUM_BINS)."""
+    bins = np.minimum((said * NUM_BINS).astype(int), NUM_BINS - 1)
+    sums = [
+        np.bincount(bins, weight * values, minlength=NUM_BINS)
+        for values in (np.ones(len(said)), said, is_out.astype(float))
+    ]
+    found: list[list[float]] = np.stack(sums).round(6).tolist()
+    return found
 
 
 def compute_calibration_error(bins: Sequence[Any]) -> float:
@@ -61,6 +69,26 @@ def compute_calibration_error(bins: Sequence[Any]) -> float:
     """
     number, said, out = np.asarray(bins, dtype=float).sum(axis=0)
     return float(np.abs(said - out).sum() / number.sum()) if number.any() else float("nan")
+
+
+def compute_chance_error(bins: Sequence[Any]) -> float:
+    """Return the calibration error to be expected if what was said is right, nan of nothing.
+
+    It is above zero, since the number of things that are out is one of chance in each bin: a mean
+    absolute deviation of the binomial distribution with n questions of probability p,
+    2 (m + 1) (1 - p) P(m + 1) with m the whole part of n p. Questions about one thing hang
+    together, so that it is a lower bound.
+
+    Args:
+        bins: as in `compute_calibration_error`.
+
+    Source: De Moivre 1730 (the deviation).
+    """
+    number, said, _ = np.asarray(bins, dtype=float).sum(axis=0)
+    p = np.divide(said, number, out=np.zeros_like(said), where=number > 0).clip(0, 1)
+    above = np.floor(said) + 1
+    deviation = 2 * above * (1 - p) * stats.binom.pmf(above, number, p)
+    return float(deviation.sum() / number.sum()) if number.any() else float("nan")
 
 
 def make_tables(scores: Mapping[str, Mapping[str, Summary]], without: str) -> str:
@@ -78,11 +106,19 @@ def make_tables(scores: Mapping[str, Mapping[str, Summary]], without: str) -> st
     rows = []
     for who in players:
         values = {name: _gather(scores, who, name) for name in _COLUMNS}
-        error = compute_calibration_error([own[who]["bins"] for own in scores.values()])
+        bins, all_bins = (
+            [own[who][name] for own in scores.values()] for name in ("bins", "all_bins")
+        )
+        errors = [
+            compute_calibration_error(bins),
+            compute_chance_error(bins),
+            compute_calibration_error(all_bins),
+        ]
         cells = [format_number(_average(values[name]), _COLUMNS[name][1]) for name in _COLUMNS]
-        rows.append([who, *cells[:5], format_number(error, ".3f"), *cells[5:]])
+        errors_told = [format_number(error, ".3f") for error in errors]
+        rows.append([who, *cells[:5], *errors_told, *cells[5:]])
     titles = [title for title, _ in _COLUMNS.values()]
-    header = ["who", *titles[:5], "calibration error", *titles[5:]]
+    header = ["who", *titles[:5], "calibration error", "by chance", "of all things", *titles[5:]]
     compared = []
     for who in players:
         if f"{who}{without}" in players:

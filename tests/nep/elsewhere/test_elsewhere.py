@@ -9,7 +9,13 @@ import pytest
 from nep.elsewhere.__main__ import main
 from nep.elsewhere.homes import KINDS, leave_out, list_recorded, list_simulated
 from nep.elsewhere.questions import Answers, ask
-from nep.elsewhere.summary import NUM_BINS, compute_calibration_error, make_tables, summarise
+from nep.elsewhere.summary import (
+    NUM_BINS,
+    compute_calibration_error,
+    compute_chance_error,
+    make_tables,
+    summarise,
+)
 from simulator.trace.events import GONE
 from simulator.trace.trace import load_trace
 
@@ -17,8 +23,9 @@ from simulator.trace.trace import load_trace
 def make_answers(said, right, is_out, goes_out):
     said = np.array(said)
     return Answers(
-        said, np.array(right), said > 0.5, np.array(is_out, bool), np.array(goes_out, bool)
-    )
+        said, np.array(right), said > 0.5, np.array(is_out, bool), np.array(goes_out, bool),
+        np.where(goes_out, 1.0, 3.0),
+    )  # fmt: skip
 
 
 def test_one_home_by_hand():
@@ -38,6 +45,31 @@ def test_one_home_by_hand():
     other = summarise(make_answers([0.4], [0.4], [1], [1]))
     error = compute_calibration_error([found["bins"], other["bins"]])
     assert error == pytest.approx((0.2 + abs(0.8 - 1) + 0.1) / 4)
+
+
+def test_what_chance_alone_does_to_a_calibration_error():
+    # One question each with .2 and .9: |0 - .2| with .8, |1 - .2| with .2: .32; likewise .18.
+    bins = np.zeros((3, NUM_BINS))
+    bins[:2, 2], bins[:2, 9] = (1, 0.2), (1, 0.9)
+    assert compute_chance_error([bins]) == pytest.approx((0.32 + 0.18) / 2)
+    # Of many answers that are right: as often as they are drawn.
+    rng = np.random.default_rng(0)
+    said = rng.beta(0.5, 1.5, 300)
+    found = [
+        summarise(make_answers(said, said, rng.random(300) < said, np.ones(300)))["bins"]
+        for _ in range(200)
+    ]
+    errors = [compute_calibration_error([own]) for own in found]
+    assert compute_chance_error([found[0]]) == pytest.approx(np.mean(errors), rel=0.06)
+    assert math.isnan(compute_chance_error([np.zeros((3, NUM_BINS))]))
+
+
+def test_others_count_as_all_that_stay_in_the_home():
+    # .3 said of one that is out; .3 of one that is in and stands for three: 1.2 said, one is out.
+    answers = make_answers([0.3, 0.3], [0.3, 0.7], [1, 0], [1, 0])
+    found = summarise(answers)
+    assert compute_calibration_error([found["bins"]]) == pytest.approx(0.7)
+    assert compute_calibration_error([found["all_bins"]]) == pytest.approx(0.2 / 4)
 
 
 def test_a_home_without_such_questions_is_left_out_of_means():
