@@ -53,7 +53,7 @@ of what does, and right of all. Of the others: *elsewhere* and the NLL of where 
 All but the calibration errors are means over homes. Differences are paired over homes, with 95 %
 intervals; d is the smallest true difference that would be found with 80 % power.
 
-The constants of `sgm.evidence.outings` were chosen in twelve simulated homes of seed 1000 and in
+The constants of `sgm.evidence.outings` were chosen in thirty simulated homes of seed 2000 and in
 household 1 of HOMER, which are not in this table."""
 
 

@@ -106,9 +106,9 @@ def make_tables(scores: Mapping[str, Mapping[str, Summary]], without: str) -> st
     rows = []
     for who in players:
         values = {name: _gather(scores, who, name) for name in _COLUMNS}
-        bins, all_bins = (
-            [own[who][name] for own in scores.values()] for name in ("bins", "all_bins")
-        )
+        bins = [own[who]["bins"] for own in scores.values()]
+        # Scores of before it was counted have none.
+        all_bins = [own[who].get("all_bins", np.zeros((3, NUM_BINS))) for own in scores.values()]
         errors = [
             compute_calibration_error(bins),
             compute_chance_error(bins),
