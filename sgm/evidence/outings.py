@@ -29,7 +29,7 @@ _WORKING_DAY[[8, 17]], _WORKING_DAY[9:17] = 0.6, 0.35
 _WEEKEND = np.full(24, 0.95)
 _WEEKEND[10:18] = 0.75
 _USUAL = np.concatenate([_WORKING_DAY, _WEEKEND])  # (48,)
-# All below was chosen in 30 simulated homes of seed 2000 and in recorded household 1, by likelihood.
+# All below was chosen by likelihood: 30 simulated homes of seed 2000, recorded household 1.
 _USUAL_LOOKS = 12.0  # that this counts for in each hour, beside all things of a home
 _HOME_LOOKS = 2.0  # that the home's hours count for, beside the hours near by
 _NEAR_LOOKS = 12.0  # that both count for, beside an hour's own
