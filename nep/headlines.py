@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from nep.kinds.comparisons import compare_with_rules
-from nep.kinds.played import Played
+from nep.bench.best_rule import compare_with_rules
+from nep.bench.columns import COLUMNS, COMPARED
+from nep.bench.score_cache import ScoreCache
 from nep.paper.experiments import SETTINGS, Setting
 from nep.paper.paper_numbers import PAPER_TABLE_1
 from nep.paper.paper_tables import find_known, list_shown, load_table_1
@@ -98,15 +99,15 @@ def say_order(claims: Mapping[str, Any]) -> str:
     )
 
 
-def make_kinds(played: Played) -> str:
+def make_kinds(played: ScoreCache) -> str:
     """Return the table of a network in homes of several kinds."""
     compared = compare_with_rules(played.about, played.scores, _NETWORK)
-    rules = {(row.kind, row.column[0]): row for row in compared}
+    rules = {(row.kind, row.column.name): row for row in compared}
     rows = []
     for kind, title in _KINDS.items():
         cells: list[list[str]] = [[], [], []]
-        for column in ("accuracy", "nll", "looks"):
-            form = ".3f" if column == "accuracy" else ".2f"
+        for column in COMPARED:
+            form = COLUMNS[column].format
             row = rules[kind, column]
             beside = float(np.mean(played.scores[kind][_BESIDE][column]))
             for cell, value in zip(cells, (row.own, row.other, beside), strict=True):
@@ -115,7 +116,7 @@ def make_kinds(played: Played) -> str:
     return join_table(["", f"`{_NETWORK}`", "best rule", f"`{_BESIDE}`"], rows)
 
 
-def say_decided(played: Played) -> str:
+def say_decided(played: ScoreCache) -> str:
     """Say in how many comparisons the network is ahead, and in how many it would be by chance."""
     about = played.about
     rows = compare_with_rules(about, played.scores, _NETWORK)
@@ -148,7 +149,7 @@ def list_headlines(folder: Path) -> list[str]:
         ValueError: if a file is missing or damaged.
     """
     table_1, _ = load_table_1(folder / "table_1.json")
-    played = Played.load_all(folder / "any_home.json", None, [_NETWORK, _BESIDE])
+    played = ScoreCache.load_all(folder / "any_home.json", None, [_NETWORK, _BESIDE])
     claims = read_json(folder / "claims.json")
     parts: list[Callable[[], str]] = [
         lambda: make_table_1(table_1),

@@ -11,6 +11,7 @@ from types import ModuleType
 # Folders and modules; what is inside a folder has the same name in the new one.
 MOVED = {
     "nep.claims": "tools.claims",
+    "nep.kinds": "nep.bench",
     "nep.paper.claims": "tools.claims.plan",
     "sgm.names.names_report": "tools.names",
     "simulator.arrays": "sgm.arrays",

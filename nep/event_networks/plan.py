@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 import torch
 
+from nep.bench.home_games import list_simulated
+from nep.bench.task_game import TaskGame
 from nep.event_networks.episodes import Episode, record_episodes
 from nep.event_networks.files import TrainedNetwork
 from nep.event_networks.policy import EventPolicy
 from nep.event_networks.registry import make_network
 from nep.event_networks.training import train_network, validate
 from nep.event_networks.tuning import tune
-from nep.kinds.kinds import Kind, list_simulated
 from nep.report.code_version import describe_code
 from sgm.files import compute_checksum, read_json, write_whole
 from sgm.memory.change import Change
@@ -100,7 +101,7 @@ class Workshop:
 
     runs: Path
     sizes: Sizes
-    kinds: Mapping[str, Kind]
+    kinds: Mapping[str, TaskGame]
     sources: Mapping[str, HomeSource]
     on_unit: Callable[[str], None] = print
     _episodes: dict[tuple[str, str], list[Episode]] = field(default_factory=dict)
@@ -228,7 +229,7 @@ def read_unit(path: Path) -> dict[str, Any] | None:
     return found if is_whole else None
 
 
-def play_kind(kind: Kind, make: Callable[[Homes], Policy]) -> dict[str, Any]:
+def play_kind(kind: TaskGame, make: Callable[[Homes], Policy]) -> dict[str, Any]:
     """Let a player answer and search in all homes of a kind.
 
     Returns:
@@ -284,7 +285,7 @@ class _Timed(Policy):
         return found
 
 
-def list_kinds(sizes: Sizes, recorded: Sequence[str] = ()) -> dict[str, Kind]:
+def list_kinds(sizes: Sizes, recorded: Sequence[str] = ()) -> dict[str, TaskGame]:
     """Return the kinds of homes by name: simulated ones, and recorded households if any."""
     simulated = list_simulated(sizes.num_homes, sizes.steps, sizes.searches)
     on = replace(simulated["paper-32"], title="The paper's homes, objects come and go")
@@ -297,7 +298,7 @@ def list_kinds(sizes: Sizes, recorded: Sequence[str] = ()) -> dict[str, Kind]:
     }
     if recorded:
         source = RecordedSource(SampledSource().prior, SampledSource().home, tuple(recorded))
-        kinds[HOUSEHOLDS] = Kind(
+        kinds[HOUSEHOLDS] = TaskGame(
             "Scripted households (HOMER), networks trained in the mixture", (source,),
             source.num_homes, sizes.steps, sizes.searches,
         )  # fmt: skip

@@ -31,6 +31,10 @@ class Metric:
     is_higher_better: bool
     compute: Callable[[TaskScores], float]
 
+    def by_home(self, scores: TaskScores) -> np.ndarray:
+        """Compute it of every home alone, (H,)."""
+        return np.array([self.compute(scores.take(home)) for home in range(len(scores.values))])
+
 
 def compute_accuracy(scores: TaskScores) -> float:
     """Return the mean over homes of the share of right answers."""

@@ -71,6 +71,10 @@ class TaskScores:
         }
         return cls(**columns)
 
+    def take(self, home: int) -> TaskScores:
+        """Return the scores of one home."""
+        return TaskScores(*(getattr(self, field.name)[home : home + 1] for field in fields(self)))
+
     def skip(self, num_steps: int) -> TaskScores:
         """Return the scores without those of the first steps."""
         rest = self.values.shape[1] - num_steps

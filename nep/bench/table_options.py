@@ -8,13 +8,13 @@ from pathlib import Path
 
 from jsonargparse import ArgumentParser, Namespace
 
-from nep.kinds.played import Played
+from nep.bench.score_cache import ScoreCache
 from sgm.network.shipped import split_name
 
 _NOT_KEPT = "a commit that was not kept"
 _SHOWN = 12  # digits of a checksum that is whole in the JSON
 _FOLDERS = ("trace", "recorded")
-_UNSAID = ("out", "card", "config", "play")
+_UNSAID = ("out", "card", "config", "play", "workers", "backend")
 
 
 def add_table_options(
@@ -55,7 +55,7 @@ def list_names(sources: Sequence[str]) -> list[str]:
     return [source if name is None else name for name, source in names]
 
 
-def describe_made(played: Played, kinds: Sequence[str], networks: Sequence[str]) -> str:
+def describe_made(played: ScoreCache, kinds: Sequence[str], networks: Sequence[str]) -> str:
     """Say what the scores of a table were played with, as far as it was kept.
 
     Args:

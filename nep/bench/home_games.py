@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
+from nep.bench.task_game import TaskGame
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph
@@ -21,68 +21,20 @@ from simulator.world.mixture.mixture import Mixture
 from simulator.world.mixture.source import MixtureSource
 from simulator.world.mixture.views import NONE, OTHER_HOME, UNKNOWN_WORDS
 from simulator.world.routine.dynamics import RoutineDynamics
-from simulator.world.source import HomeSource, SampledSource
+from simulator.world.source import SampledSource
 
 
-@dataclass(frozen=True)
-class Kind:
-    """Homes of one kind, and for how long they are played.
-
-    Attributes:
-        title: of its table.
-        sources: where its homes come from; all homes of each are played.
-        num_homes: homes of a source that has as many as wanted.
-        num_steps: time steps of Predict Object Location.
-        num_searches: searches of Find Object; 0 for none.
-        seeds: of homes, or of questions and misses in homes that are recorded.
-        num_warm_up: of the steps and searches, the first ones, which are played but not scored.
-    """
-
-    title: str
-    sources: tuple[HomeSource, ...]
-    num_homes: int
-    num_steps: int
-    num_searches: int
-    seeds: tuple[int, ...] = (0,)
-    num_warm_up: int = 0
-
-    @property
-    def is_recorded(self) -> bool:
-        """Whether its homes are households that are played from recordings."""
-        return any(source.list_units([0]) is not None for source in self.sources)
-
-    def list_units(self) -> list[str]:
-        """Name what each score of a player is of: a home that was drawn, or a household.
-
-        A household that is played with several seeds, or several times, is one unit.
-        """
-        units: list[str] = []
-        for number, source in enumerate(self.sources):
-            homes = range(source.num_homes or self.num_homes)
-            known = source.list_units(homes)
-            for seed in self.seeds:
-                drawn = [f"home {home} of source {number}, seed {seed}" for home in homes]
-                units += drawn if known is None else known
-        return units
-
-    def describe(self) -> dict[str, Any]:
-        """Return everything that scores depend on but the player, as JSON values."""
-        numbers = (self.num_homes, self.num_steps, self.num_searches, self.num_warm_up)
-        sources = [source.describe() for source in self.sources]
-        return {"sources": sources, "seeds": list(self.seeds), "numbers": list(numbers)}
-
-
-def list_simulated(num_homes: int, num_steps: int, num_searches: int) -> Mapping[str, Kind]:
+def list_simulated(num_homes: int, num_steps: int, num_searches: int) -> Mapping[str, TaskGame]:
     """List the kinds that are simulated, by name."""
 
-    def sample(title: str, prior: PriorGraph | None = None, **rules: object) -> Kind:
+    def sample(title: str, prior: PriorGraph | None = None, **rules: object) -> TaskGame:
         source = SampledSource(prior, HomeConfig(**rules))  # type: ignore[arg-type]
-        return Kind(title, (source,), num_homes, num_steps, num_searches)
+        return TaskGame(title, (source,), num_homes, num_steps, num_searches)
 
-    def mix(title: str, view: str | None = None) -> Kind:
+    def mix(title: str, view: str | None = None) -> TaskGame:
         mixture = Mixture() if view is None else Mixture(views={view: 1.0})
         source = MixtureSource(None, None, mixture)
-        return Kind(title, (source,), num_homes, num_steps, num_searches)
+        return TaskGame(title, (source,), num_homes, num_steps, num_searches)
 
     return {
         "paper-32": sample("The paper's homes, 32 places"),
@@ -123,7 +75,7 @@ def deal_placements(prior: PriorGraph, seed: int = 0) -> PriorGraph:
 
 def list_recorded(
     folders: Sequence[str], num_searches: int, seeds: tuple[int, ...], called: str
-) -> Mapping[str, Kind]:
+) -> Mapping[str, TaskGame]:
     """List the kinds that are recorded, by name: with both shipped priors and with a counted one.
 
     Args:
@@ -137,13 +89,15 @@ def list_recorded(
     """
     paths = _find_several(folders)
 
-    def record(title: str, num_steps: int, step_seconds: float, priors: list[PriorGraph]) -> Kind:
+    def record(
+        title: str, num_steps: int, step_seconds: float, priors: list[PriorGraph]
+    ) -> TaskGame:
         sources = [
             RecordedSource(prior, None, [path], step_seconds)
             for path, prior in zip(paths, priors, strict=True)
         ]
         least = min(source.num_steps for source in sources)
-        return Kind(title, tuple(sources), 1, min(num_steps, least), num_searches, seeds)
+        return TaskGame(title, tuple(sources), 1, min(num_steps, least), num_searches, seeds)
 
     priors = {
         "recorded": ("", [PriorGraph.default()] * len(paths)),
@@ -171,7 +125,7 @@ def list_benchmark(
     step_seconds: float,
     replays: int,
     also: Mapping[str, PriorGraph] = MappingProxyType({}),
-) -> Mapping[str, Kind]:
+) -> Mapping[str, TaskGame]:
     """List the kinds of the benchmark of recorded homes, by name.
 
     Episodes from an empty memory and long lives, of which the last ten days are scored; the policy
@@ -223,18 +177,20 @@ def list_benchmark(
             num_steps = min(num_steps, life)
             # On patrol nobody searches: Find Object looks where the policy says.
             searches = looks == "policy"
-            kinds[f"episodes-{looks}-{name}"] = Kind(
+            kinds[f"episodes-{looks}-{name}"] = TaskGame(
                 f"Episodes of {num_steps} steps from an empty memory; {looking}, {knowing}",
                 episodes, 1, num_steps, num_steps * searches,
             )  # fmt: skip
-            kinds[f"lives-{looks}-{name}"] = Kind(
+            kinds[f"lives-{looks}-{name}"] = TaskGame(
                 f"The last ten days of lives of {life} steps; {looking}, {knowing}",
                 lives, 1, life, life * searches, num_warm_up=life - num_scored,
             )  # fmt: skip
     return kinds
 
 
-def choose_kinds(kinds: Mapping[str, Kind], names: Sequence[str] | None) -> Mapping[str, Kind]:
+def choose_games(
+    kinds: Mapping[str, TaskGame], names: Sequence[str] | None
+) -> Mapping[str, TaskGame]:
     """Choose some kinds by name, all for None.
 
     Raises:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from nep.elsewhere.questions import Answers
+from nep.bench.elsewhere.questions import Answers
 from nep.report.statistics import FEWEST_RESAMPLED
 from nep.report.tables import Difference, format_difference, format_number, join_table
 

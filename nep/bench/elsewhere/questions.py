@@ -8,17 +8,16 @@ from itertools import groupby
 
 import numpy as np
 
-from nep.elsewhere.homes import Home
+from nep.bench.robot_life import RobotLife
 from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from simulator.replay.record import record_run
 
 _LEAST = 1e-6  # of a probability
 _EVERY = 5  # steps between questions, which no day is a multiple of
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class AwayQuestion:
     """A question to a robot's memory.
 
     Attributes:
@@ -36,20 +35,17 @@ class Question:
     weight: float
 
 
-def ask(home: Home, num_learnt: int, num_asked: int, most: int) -> Iterator[Question]:
-    """Let a robot live in a home and yield questions of the later steps.
+def ask(life: RobotLife, most: int) -> Iterator[AwayQuestion]:
+    """Yield questions of the steps that a robot did not learn from.
 
     Of everything that goes out and as many other things, at every fifth step, some at random.
 
     Args:
-        home: the home.
-        num_learnt: time steps without questions.
-        num_asked: time steps with them, after these.
+        life: what the robot saw.
         most: questions; fewer where things had not been seen yet.
     """
-    num_steps = num_learnt + num_asked
-    run = record_run(home.source, num_steps, home=home.number, seed=home.seed, policy="random")
-    truth, rng = run.truth, np.random.default_rng(home.seed)
+    run, num_learnt, num_steps = life.run, life.num_learnt, life.run.num_steps
+    truth, rng = run.truth, np.random.default_rng(life.seed)
     assert truth is not None, "a run has a truth"
     codes = np.unique(truth.code[truth.furniture >= 0])
     later = slice(num_learnt + 1, num_steps + 1)
@@ -73,7 +69,7 @@ def ask(home: Home, num_learnt: int, num_asked: int, most: int) -> Iterator[Ques
             at = truth.furniture[step, is_there[code][step]]
             places = frozenset(memory.furniture_ids[place] for place in at)
             goes_out = code in leaves
-            yield Question(memory, name, places, goes_out, weight[goes_out])
+            yield AwayQuestion(memory, name, places, goes_out, weight[goes_out])
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +93,7 @@ class Answers:
     weight: np.ndarray
 
     @classmethod
-    def gather(cls, finder: Finder, questions: Sequence[Question]) -> Answers:
+    def gather(cls, finder: Finder, questions: Sequence[AwayQuestion]) -> Answers:
         """Ask a finder."""
         rows = []
         for question in questions:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from nep.kinds.play import Scores
-from nep.kinds.table import COLUMNS, find_best_rule
+from nep.bench.columns import COLUMNS, COMPARED, find_best_rule
+from nep.bench.task_game import GameScores
 from nep.report.statistics import LEVEL, correct_holm
 from nep.report.tables import (
     Difference,
@@ -18,8 +18,8 @@ from nep.report.tables import (
     format_p,
     join_table,
 )
+from simulator.tasks.metrics import Metric
 
-_COMPARED = tuple(column for column in COLUMNS if column[0] in ("accuracy", "nll", "looks"))
 _ABOUT = """\
 A rule is any policy that does not know the true home; the one that does best in these homes is
 compared, which favours the rule. Units are homes, or households: all plays of one are averaged
@@ -30,12 +30,12 @@ the correction."""
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class RuleComparison:
     """A network and the best rule in one kind of homes, by one column.
 
     Attributes:
         kind: name of the homes.
-        column: name, heading, format, and whether a high value is a good one.
+        column: what is compared.
         own: mean of the network.
         rule: which one is the best.
         other: its mean.
@@ -46,7 +46,7 @@ class Comparison:
     """
 
     kind: str
-    column: tuple[str, str, str, bool]
+    column: Metric
     own: float
     rule: str
     other: float
@@ -58,12 +58,14 @@ class Comparison:
     @property
     def is_ahead(self) -> bool:
         """Whether the network is the better one, by however little."""
-        return (self.difference.mean > 0) == self.column[3] and self.difference.mean != 0
+        return (
+            self.difference.mean > 0
+        ) == self.column.is_higher_better and self.difference.mean != 0
 
 
 def compare_with_rules(
-    about: Mapping[str, Mapping[str, Any]], scores: Scores, network: str
-) -> list[Comparison]:
+    about: Mapping[str, Mapping[str, Any]], scores: GameScores, network: str
+) -> list[RuleComparison]:
     """Compare a network with the best rule in every kind of homes, by every column.
 
     Args:
@@ -71,17 +73,17 @@ def compare_with_rules(
         scores: of all players, by kind.
         network: which one.
     """
-    found: list[Comparison] = []
-    for column in _COMPARED:
+    found: list[RuleComparison] = []
+    for column in map(COLUMNS.__getitem__, COMPARED):
         seen: dict[tuple[bytes, str, bytes], str] = {}
         for kind, own in about.items():
-            if column[0] not in scores[kind][network]:  # looks, where nobody searches
+            if column.name not in scores[kind][network]:  # looks, where nobody searches
                 continue
             rule = find_best_rule(scores[kind], column)
-            first, second = (np.array(scores[kind][who][column[0]]) for who in (network, rule))
+            first, second = (np.array(scores[kind][who][column.name]) for who in (network, rule))
             same_as = seen.setdefault((first.tobytes(), rule, second.tobytes()), kind)
             found.append(
-                Comparison(
+                RuleComparison(
                     kind, column, float(first.mean()), rule, float(second.mean()),
                     len(set(own["units"])), Difference.of(first - second, own["units"]),
                     same_as=None if same_as == kind else same_as,
@@ -94,7 +96,7 @@ def compare_with_rules(
     ]
 
 
-def count_decided(about: Mapping[str, Mapping[str, Any]], rows: Sequence[Comparison]) -> str:
+def count_decided(about: Mapping[str, Mapping[str, Any]], rows: Sequence[RuleComparison]) -> str:
     """Say in how many comparisons a network, or a rule, is ahead, and in how many by chance."""
     counted = [row for row in rows if row.same_as is None]
     parts = {
@@ -125,7 +127,7 @@ def count_decided(about: Mapping[str, Mapping[str, Any]], rows: Sequence[Compari
     return text
 
 
-def make_overview(about: Mapping[str, Mapping[str, Any]], scores: Scores, network: str) -> str:
+def make_overview(about: Mapping[str, Mapping[str, Any]], scores: GameScores, network: str) -> str:
     """Return Markdown tables with one row per kind, a table per column, and what is decided.
 
     Args:
@@ -145,16 +147,16 @@ def make_overview(about: Mapping[str, Mapping[str, Any]], scores: Scores, networ
         "p",
         "Holm",
     ]
-    for column in _COMPARED:
+    for column in map(COLUMNS.__getitem__, COMPARED):
         lines = [_make_row(about, row) for row in rows if row.column == column]
-        better = "more" if column[3] else "less"
-        title = column[1][:1].upper() + column[1][1:]
+        better = "more" if column.is_higher_better else "less"
+        title = column.title[:1].upper() + column.title[1:]
         parts.append(f"### {title} ({better} is better)\n\n{join_table(header, lines)}")
     return "\n\n".join(part.strip() for part in parts) + "\n"
 
 
-def _make_row(about: Mapping[str, Mapping[str, Any]], row: Comparison) -> list[str]:
-    form = row.column[2]
+def _make_row(about: Mapping[str, Mapping[str, Any]], row: RuleComparison) -> list[str]:
+    form = row.column.format
     difference = format_difference(row.difference, form)
     mark = "**" if row.corrected < 1 - LEVEL else ""
     tests = ["the same plays", f"as {about[row.same_as]['title']}"] if row.same_as else []

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from nep.searches import main
+from nep.bench.suites.searches import main
 
 
 @pytest.mark.slow

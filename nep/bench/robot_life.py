@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 
+from nep.bench.game import Game
 from sgm.finder.finder import Finder
+from sgm.memory.clock import DAY_SECONDS, DEFAULT_STEP_SECONDS
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.replay.record import record_run
 from simulator.replay.replay import Replay
@@ -16,11 +19,9 @@ from simulator.tasks.metrics import compute_nll
 from simulator.tasks.scores import compute_rank
 from simulator.world.source import HomeSource
 
-COLUMNS = ("accuracy", "nll", "looks")
-
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class FinderQuestion:
     """A question to a robot's memory, before the looks of the time step.
 
     Attributes:
@@ -35,7 +36,68 @@ class Asked:
 
 
 @dataclass(frozen=True, slots=True)
-class Life:
+class LivedHome:
+    """A home that a robot lives in.
+
+    Attributes:
+        name: in the file of scores.
+        source: of the home.
+        number: its number there.
+        seed: of everything random.
+        unit: what it is a play of; all plays of a recording count as one.
+        group: of homes in the table that it is in.
+    """
+
+    name: str
+    source: HomeSource
+    number: int
+    seed: int
+    unit: str
+    group: str = ""
+
+
+@dataclass(frozen=True)
+class LifeGame(Game):
+    """A home in which a robot looks around, and finders are asked for things afterwards.
+
+    Attributes:
+        home: the home.
+        asked: options that a score depends on, by name; "days": of looks before any question.
+        steps_per_day: time steps.
+    """
+
+    home: LivedHome
+    asked: Mapping[str, Any]
+    steps_per_day: int = int(DAY_SECONDS / DEFAULT_STEP_SECONDS)
+
+    plays_together: ClassVar[bool] = True
+
+    def describe(self) -> dict[str, Any]:
+        """Return everything that scores depend on but the player, as JSON values."""
+        home = self.home
+        where = {"source": home.source.describe(), "home": home.number, "seed": home.seed}
+        return {**where, **self.asked}
+
+    def tell(self) -> dict[str, Any]:
+        """Return title, unit and group."""
+        own = self.home
+        return {
+            "title": own.name,
+            "units": [own.unit],
+            **({"group": own.group} if own.group else {}),
+        }
+
+    def live(self, num_asked: int) -> RobotLife:
+        """Let a robot live there for the days without questions, and further steps."""
+        home = self.home
+        num_learnt = self.asked["days"] * self.steps_per_day
+        return RobotLife.record(
+            home.source, num_learnt, num_asked, home=home.number, seed=home.seed
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class RobotLife:
     """What a robot saw in one home while it learnt, and afterwards.
 
     Attributes:
@@ -51,7 +113,7 @@ class Life:
     @classmethod
     def record(
         cls, source: HomeSource, num_learnt: int, num_asked: int, *, home: int, seed: int
-    ) -> Life:
+    ) -> RobotLife:
         """Let a robot live in a home.
 
         Args:
@@ -71,7 +133,7 @@ class Life:
         """Write the log of the looks to learn from."""
         self.run.write_log(path, self.num_learnt)
 
-    def ask(self, per_step: int, asks_moved: float) -> Iterator[Asked]:
+    def ask(self, per_step: int, asks_moved: float) -> Iterator[FinderQuestion]:
         """Yield the questions; only things at a place are asked for, seen before or not.
 
         Args:
@@ -94,13 +156,13 @@ class Life:
                 code = truth.code[step, rng.choice(slots)]
                 ids = memory.furniture_ids
                 places = at[there[truth.code[step, there] == code]]
-                yield Asked(
+                yield FinderQuestion(
                     memory, truth.descriptions[code], frozenset(ids[place] for place in places)
                 )
 
 
-def measure(finder: Finder, questions: list[Asked]) -> dict[str, float]:
-    """Ask a finder, and return `COLUMNS`.
+def measure(finder: Finder, questions: list[FinderQuestion]) -> dict[str, float]:
+    """Ask a finder, and return what it scored.
 
     Returns:
         "accuracy": share of right first guesses. "nll": mean negative log likelihood of the place,

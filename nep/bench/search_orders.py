@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from nep.kinds.life import Asked
+from nep.bench.robot_life import FinderQuestion
 from sgm.finder.finder import Finder
 from sgm.finder.ranking import Place
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -62,7 +62,11 @@ SEARCHERS: Mapping[str, Searcher] = {
 
 
 def search_all(
-    finder: Finder, searcher: Searcher, questions: Sequence[Asked], miss_rate: float, seed: int
+    finder: Finder,
+    searcher: Searcher,
+    questions: Sequence[FinderQuestion],
+    miss_rate: float,
+    seed: int,
 ) -> dict[str, float]:
     """Search for everything that is asked for, and return `COLUMNS`.
 

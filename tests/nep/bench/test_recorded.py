@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nep.kinds.kinds import list_benchmark
-from nep.kinds.play import play_kind
-from nep.recorded import main
+from nep.bench.home_games import list_benchmark
+from nep.bench.suites.recorded import main
 from nep.report.figures import draw_by_hour
 from sgm.network.shipped import find_trained
 from sgm.prior.prior_graph import PriorGraph
@@ -84,7 +83,7 @@ def test_a_further_prior_needs_name_and_file(homes, tmp_path, capsys):
 def test_of_a_long_life_the_last_ten_days_are_scored(homes):
     kind = list_benchmark(homes, 6, 14400.0, 2)["lives-patrol-shipped"]
     assert (kind.num_steps, kind.num_warm_up) == (72, 12)  # 12 and 2 days of six steps
-    scores = play_kind(kind, POLICIES["last_seen"].make)
+    scores = kind.play({"x": POLICIES["last_seen"].make})["x"]
     assert "looks" not in scores
     assert np.shape(scores["accuracy"]) == (2,)
     asked = [hour for hour in range(24) if not np.isnan(scores["by_hour"][hour])]

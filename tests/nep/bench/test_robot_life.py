@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from nep.kinds.life import Asked, Life, measure
-from nep.own_home import RULES, main
+from nep.bench.robot_life import FinderQuestion, RobotLife, measure
+from nep.bench.suites.own_home import RULES, main
 from sgm.memory.look_log import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.world.config import HomeConfig
@@ -22,7 +22,7 @@ def life():
         furniture_per_room=2, objects_per_furniture=2, dynamics=RoutineDynamics(),
         looks="random", looks_per_step=2,
     )  # fmt: skip
-    return Life.record(SampledSource(None, rules), 12, 24, home=1, seed=5)
+    return RobotLife.record(SampledSource(None, rules), 12, 24, home=1, seed=5)
 
 
 def test_the_log_holds_the_looks_to_learn_from_alone(life, tmp_path):
@@ -77,7 +77,8 @@ def test_measures_worked_by_hand():
     ]
     finder = SimpleNamespace(rank=lambda memory, description: places)
     memory = SceneGraphMemory()
-    asked = [Asked(memory, "mug", frozenset({0, 2})), Asked(memory, "cup", frozenset({2}))]
+    there = {"mug": {0, 2}, "cup": {2}}
+    asked = [FinderQuestion(memory, name, frozenset(own)) for name, own in there.items()]
     assert measure(finder, asked) == {
         "accuracy": 0.5,
         "nll": pytest.approx((np.log(2) + np.log(8)) / 2),
@@ -95,9 +96,9 @@ def test_places_that_tie_share_their_ranks():
             SimpleNamespace(furniture=n, probability=p) for n, p in enumerate(by_thing[thing])
         ]
     )
-    first = measure(finder, [Asked(memory, "mug", frozenset({0}))])
+    first = measure(finder, [FinderQuestion(memory, "mug", frozenset({0}))])
     assert first == {"accuracy": 0.25, "nll": pytest.approx(np.log(5)), "looks": 2.5}
-    second = measure(finder, [Asked(memory, "cup", frozenset({2, 3}))])
+    second = measure(finder, [FinderQuestion(memory, "cup", frozenset({2, 3}))])
     assert (second["accuracy"], second["looks"]) == (0.0, pytest.approx(1 + 4 / 3))
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from nep.kinds.comparisons import compare_with_rules, count_decided, make_overview
-from nep.kinds.kinds import list_benchmark, list_recorded, list_simulated
-from tests.nep.kinds.test_recorded import write_home
+from nep.bench.best_rule import compare_with_rules, count_decided, make_overview
+from nep.bench.home_games import list_benchmark, list_recorded, list_simulated
+from tests.nep.bench.test_recorded import write_home
 
 
 def make_kind(net, rule, looks=(2.0, 3.0)):

@@ -2,8 +2,8 @@
 
 import pytest
 
-from nep.kinds.life import Asked
-from nep.kinds.searching import MOST_LOOKS, SEARCHERS, search_all
+from nep.bench.robot_life import FinderQuestion
+from nep.bench.search_orders import MOST_LOOKS, SEARCHERS, search_all
 from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
@@ -42,7 +42,7 @@ def test_searchers_differ_in_when_they_come_back():
 
 @pytest.mark.parametrize("who", SEARCHERS)
 def test_a_search_that_misses_nothing_is_one_look(who):
-    asked = [Asked(make_memory(), "mug", frozenset([0]))]
+    asked = [FinderQuestion(make_memory(), "mug", frozenset([0]))]
     scores = search_all(Finder(Bayesian()), SEARCHERS[who], asked, 0.0, 0)
     assert scores == {"within": 1.0, "found": 1.0, "looks": 1.0}
     assert asked[0].memory.time == 1  # only read
@@ -50,14 +50,14 @@ def test_a_search_that_misses_nothing_is_one_look(who):
 
 @pytest.mark.parametrize("who", SEARCHERS)
 def test_what_no_look_shows_is_not_found(who):
-    asked = [Asked(make_memory(), "mug", frozenset([0]))] * 2
+    asked = [FinderQuestion(make_memory(), "mug", frozenset([0]))] * 2
     scores = search_all(Finder(Bayesian()), SEARCHERS[who], asked, 1.0, 0)
     assert (scores["within"], scores["found"]) == (0, 0)
     assert scores["looks"] <= MOST_LOOKS
 
 
 def test_all_searchers_meet_the_same_misses():
-    asked = [Asked(make_memory(), "mug", frozenset([0]))] * 40
+    asked = [FinderQuestion(make_memory(), "mug", frozenset([0]))] * 40
     finder = Finder(Bayesian())
     greedy, search = (
         search_all(finder, SEARCHERS[who], asked, 0.4, 3) for who in ("greedy", "search")

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from nep.bench.robot_life import LivedHome
 from sgm.layout.layout import Layout
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph
@@ -15,7 +16,7 @@ from simulator.trace.source import RecordedSource
 from simulator.trace.trace import Trace, find_traces, load_trace, save_trace
 from simulator.world.config import HomeConfig
 from simulator.world.routine.dynamics import RoutineDynamics
-from simulator.world.source import HomeSource, SampledSource
+from simulator.world.source import SampledSource
 
 STEP_SECONDS = 1800.0
 _CARRIES = {"carry_share": 0.9, "away_share": 0.75, "home_office_share": 0.1}
@@ -31,30 +32,7 @@ KINDS: dict[str, tuple[str, dict[str, Any]]] = {
 RECORDED = "recorded"
 
 
-@dataclass(frozen=True, slots=True)
-class Home:
-    """One home.
-
-    Attributes:
-        kind: of `KINDS`, or `RECORDED`.
-        source: of the home.
-        number: its number there.
-        seed: of everything random.
-        unit: what it is a play of.
-    """
-
-    kind: str
-    source: HomeSource
-    number: int
-    seed: int
-    unit: str
-
-    def describe(self) -> dict[str, Any]:
-        """Return what the home is, as JSON values."""
-        return {"source": self.source.describe(), "home": self.number, "seed": self.seed}
-
-
-def list_simulated(kind: str, num_homes: int, looks: int, seed: int) -> list[Home]:
+def list_simulated(kind: str, num_homes: int, looks: int, seed: int) -> list[LivedHome]:
     """List simulated homes of 12 to 36 places; their prior is the household prior.
 
     Raises:
@@ -74,13 +52,14 @@ def list_simulated(kind: str, num_homes: int, looks: int, seed: int) -> list[Hom
             dynamics=RoutineDynamics(step_seconds=STEP_SECONDS, **KINDS[kind][1]),
         )
         source = SampledSource(PriorGraph.household(), rules)
-        homes.append(Home(kind, source, number, seed, f"{kind} {number}"))
+        name = f"{kind} {number}"
+        homes.append(LivedHome(name, source, number, seed, name, kind))
     return homes
 
 
 def list_recorded(
     folders: Sequence[str], outside: Sequence[str], looks: int, folder: Path, seed: int
-) -> list[Home]:
+) -> list[LivedHome]:
     """List recorded homes, each without the furniture that stands outside of it.
 
     Args:
@@ -97,7 +76,7 @@ def list_recorded(
         if not own.exists():
             save_trace(leave_out(load_trace(path), outside), own)
         source = RecordedSource(PriorGraph.household(), rules, [str(own)], STEP_SECONDS)
-        homes.append(Home(RECORDED, source, 0, seed, path.name))
+        homes.append(LivedHome(path.name, source, 0, seed, path.name, RECORDED))
     return homes
 
 

@@ -3,14 +3,15 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from nep.any_home import main, note_kinds
-from nep.kinds.kinds import deal_placements, list_simulated
-from nep.kinds.play import HOME_COLUMNS, SHARED_COLUMNS, list_players
-from nep.kinds.table import find_best_rule, make_network_table, make_table
+from nep.bench.columns import COLUMNS, COMPARED, find_best_rule, make_network_table, make_table
+from nep.bench.home_games import deal_placements, list_simulated
+from nep.bench.suites.any_home import main, note_kinds
+from nep.bench.task_game import SHARED_METRICS
 from nep.players.contestants import Checkpoint
 from nep.report.code_version import describe_code
 from sgm.network.shipped import PRETRAINED
@@ -29,12 +30,13 @@ def make_scores(**accuracy):
 
 
 def test_the_best_rule_is_no_network_and_no_oracle():
+    fewest = replace(COLUMNS["accuracy"], is_higher_better=False)
     scores = make_scores(
         net=[0.9, 0.9], heat=[0, 0], oracle=[1, 1], ceiling=[1, 1], schedule_oracle=[1, 1],
         adaptive=[0.2, 0.6], priors=[0.5, 0.1],
     )  # fmt: skip
-    assert find_best_rule(scores, ("accuracy", "", "", True)) == "adaptive"
-    assert find_best_rule(scores, ("accuracy", "", "", False)) == "priors"
+    assert find_best_rule(scores, COLUMNS["accuracy"]) == "adaptive"
+    assert find_best_rule(scores, fewest) == "priors"
 
 
 def test_networks_beside_each_other():
@@ -91,8 +93,8 @@ def test_simulated_kinds_can_be_played_by_policies():
     kinds = list_simulated(2, 3, 2)
     assert {"paper-32", "routine", "mixed", "no-prior"} <= kinds.keys()
     for kind in kinds.values():
-        assert {"adaptive", "home_filter"} <= list_players(kind, []).keys()
-    assert "ceiling" not in list_players(kinds["mixed"], [])
+        assert {"adaptive", "home_filter"} <= kind.list_players([]).keys()
+    assert "ceiling" not in kinds["mixed"].list_players([])
 
 
 def test_the_command_plays_on_where_it_stopped(tmp_path, capsys):
@@ -102,11 +104,9 @@ def test_the_command_plays_on_where_it_stopped(tmp_path, capsys):
     played = json.loads(out.with_suffix(".json").read_text(encoding="utf-8"))
     scores = played["scores"]
     for player in scores["paper-8"].values():
-        assert {name: np.shape(player[name]) for name in HOME_COLUMNS} == dict.fromkeys(
-            HOME_COLUMNS, (2,)
-        )
-        assert {name: len(player[name]) for name in SHARED_COLUMNS} == dict.fromkeys(
-            SHARED_COLUMNS, 1
+        assert {name: np.shape(player[name]) for name in COMPARED} == dict.fromkeys(COMPARED, (2,))
+        assert {name: len(player[name]) for name in SHARED_METRICS} == dict.fromkeys(
+            SHARED_METRICS, 1
         )
     scores["paper-8"]["random"]["accuracy"] = [0.123, 0.123]
     out.with_suffix(".json").write_text(json.dumps(played), encoding="utf-8")

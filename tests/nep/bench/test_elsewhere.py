@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nep.elsewhere.__main__ import main
-from nep.elsewhere.homes import KINDS, leave_out, list_recorded, list_simulated
-from nep.elsewhere.questions import Answers, ask
-from nep.elsewhere.summary import (
+from nep.bench.elsewhere.homes import KINDS, leave_out, list_recorded, list_simulated
+from nep.bench.elsewhere.questions import Answers, ask
+from nep.bench.elsewhere.summary import (
     NUM_BINS,
     compute_calibration_error,
     compute_chance_error,
     make_tables,
     summarise,
 )
+from nep.bench.suites.elsewhere import ElsewhereGame, main
 from simulator.trace.events import GONE
 from simulator.trace.trace import load_trace
 
@@ -97,7 +97,8 @@ def test_kinds_are_what_their_titles_say():
 
 def test_questions_know_what_is_out():
     (home,) = list_simulated("carrying", 1, 4, 3)
-    questions = list(ask(home, 48, 48, 40))
+    life = ElsewhereGame(home, {"days": 1}).live(48)
+    questions = list(ask(life, 40))
     assert 0 < len(questions) <= 40
     assert any(question.goes_out for question in questions)
     assert all(question.goes_out for question in questions if not question.places)
@@ -147,7 +148,7 @@ def test_the_command_plays_resumes_and_writes_tables(tmp_path, monkeypatch):
     ]  # fmt: skip
     main(command)
     text = Path("elsewhere.md").read_text(encoding="utf-8")
-    assert "`python -m nep.elsewhere --kinds carrying --num_homes 2 --days 2" in text
+    assert "`python -m nep.bench.elsewhere --kinds carrying --num_homes 2 --days 2" in text
     assert "## People who carry things out" in text
     for who in ("bayesian", "adaptive", "any_home"):
         assert f"| {who} | {who} without hours | " in text

@@ -1,4 +1,4 @@
-"""What has been played for a table: the JSON file beside it, with which a command goes on."""
+"""The cache of scores of a table: the JSON file beside it, with which a command goes on."""
 
 from __future__ import annotations
 
@@ -7,10 +7,15 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
+
+from filelock import FileLock
 
 from sgm.files import MissingFileError, read_json, write_whole
 from sgm.messages import shorten
+
+_NEWER = ("about", "made", "code")  # parts that older files lack
 
 
 def find_scores(table: Path) -> Path:
@@ -25,7 +30,7 @@ def find_scores(table: Path) -> Path:
 
 
 @dataclass(frozen=True, slots=True)
-class Played:
+class ScoreCache:
     """The scores of a table, and what they are of, so that none is taken for another's.
 
     Attributes:
@@ -35,6 +40,7 @@ class Played:
         scores: of each game and player; players called "NAME" or "NAME more" are network NAME's.
         about: title of each game, and what each of its scores is of (`Kind.list_units`), by name.
         made: version of the package and commit that each game was last played with, by name.
+        code: checksum of the code that scores each game, by name; none in older files.
     """
 
     path: Path
@@ -43,18 +49,26 @@ class Played:
     scores: dict[str, dict[str, Any]] = field(default_factory=dict)
     about: dict[str, dict[str, Any]] = field(default_factory=dict)
     made: dict[str, str] = field(default_factory=dict)
+    code: dict[str, str] = field(default_factory=dict)
 
     @classmethod
-    def load(cls, path: Path, games: Mapping[str, Any], networks: Mapping[str, str]) -> Played:
+    def load(
+        cls,
+        path: Path,
+        games: Mapping[str, Any],
+        networks: Mapping[str, str],
+        code: Mapping[str, str] = MappingProxyType({}),
+    ) -> ScoreCache:
         """Read what has been played; nothing where there is no file.
 
         The scores of a network that is another one by now, under the same name, are left out: it
-        plays again.
+        plays again; so does everybody in a game that is scored by other code by now.
 
         Args:
             path: the file.
-            games: everything that a score depends on but the player, as JSON values, by game.
+            games: everything that a score depends on but player and code, as JSON values, by game.
             networks: checksums of the networks that play, by name.
+            code: checksums of the code that scores the games, by name.
 
         Raises:
             ValueError: if the file is damaged, or one of its games is of that name only.
@@ -68,6 +82,10 @@ class Played:
                     f"{name} in {path}. Give another --out, or remove the file to play again."
                 )
             played.scores.setdefault(name, {})
+        for name, checksum in code.items():
+            if played.code.setdefault(name, checksum) != checksum:
+                print(f"{name} is scored by other code than in {path}: it is played again")
+                played.scores[name], played.code[name] = {}, checksum
         for name, checksum in networks.items():
             if played.networks.get(name, checksum) != checksum:
                 print(f"{name} is another network than that in {path}: it plays again")
@@ -77,12 +95,47 @@ class Played:
             played.networks[name] = checksum
         return played
 
+    def keep(self, game: str, scores: Mapping[str, Any], made: str) -> None:
+        """Add scores of a game, by player, and write the file.
+
+        What other commands have written since it was read stays.
+
+        Args:
+            game: its name.
+            scores: by player.
+            made: version and commit that they were played with.
+        """
+        self.scores[game].update(scores)
+        self.made[game] = made
+        self.save()
+
+    def _take_in(self, found: ScoreCache) -> None:
+        """Add what another command has played of the same games, code and networks."""
+        others = {
+            name for name, own in found.networks.items() if self.networks.get(name, own) != own
+        }
+        for game, own in found.scores.items():
+            if any(
+                getattr(self, part).setdefault(game, known) != known
+                for part in ("games", "code")
+                if (known := getattr(found, part).get(game)) is not None
+            ):
+                continue
+            for player, scores in own.items():
+                if not any(found._is_of(player, name) for name in others):
+                    self.scores.setdefault(game, {}).setdefault(player, scores)
+        for part in ("networks", "about", "made"):
+            for name, value in getattr(found, part).items():
+                getattr(self, part).setdefault(name, value)
+
     def _is_of(self, player: str, network: str) -> bool:
         more = player.startswith(f"{network} ") and player not in self.networks
         return player == network or more
 
     @classmethod
-    def load_all(cls, path: Path, names: Sequence[str] | None, players: Sequence[str]) -> Played:
+    def load_all(
+        cls, path: Path, names: Sequence[str] | None, players: Sequence[str]
+    ) -> ScoreCache:
         """Read all that has been played, without the homes and networks themselves.
 
         Args:
@@ -115,11 +168,11 @@ class Played:
         return played
 
     @classmethod
-    def _read(cls, path: Path, may_be_missing: bool = False) -> Played:
+    def _read(cls, path: Path, may_be_missing: bool = False) -> ScoreCache:
         try:
             found = read_json(path, allow_nan=True)
             parts = [found[name] for name in ("games", "networks", "scores")]
-            parts += [found.get(name, {}) for name in ("about", "made")]  # older files have none
+            parts += [found.get(name, {}) for name in _NEWER]
             if not all(isinstance(part, dict) for part in (*parts, *parts[2].values())):
                 raise ValueError("something else")
         except FileNotFoundError as error:
@@ -138,5 +191,7 @@ class Played:
     def save(self) -> None:
         """Write the file, whole or not at all, making the folder if needed."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        parts = {field.name: getattr(self, field.name) for field in fields(self)[1:]}
-        write_whole(self.path, f"{json.dumps(parts, indent=1)}\n".encode())
+        with FileLock(self.path.with_name(f".{self.path.name}.lock")):
+            self._take_in(self._read(self.path, may_be_missing=True))
+            parts = {field.name: getattr(self, field.name) for field in fields(self)[1:]}
+            write_whole(self.path, f"{json.dumps(parts, indent=1)}\n".encode())

@@ -1,0 +1,1 @@
+"""How well finders know that things are out of the home: `python -m nep.bench.elsewhere`."""

@@ -1,0 +1,203 @@
+"""Plays the games of a suite with its players, and writes its table."""
+
+from __future__ import annotations
+
+import tempfile
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, ClassVar, Generic, TypeVar
+
+import torch
+from jsonargparse import ArgumentParser, Namespace
+
+from nep.bench.game import Game
+from nep.bench.score_cache import ScoreCache, find_scores
+from nep.bench.scoring_code import checksum_code
+from nep.bench.table_options import list_names, make_command
+from nep.players.contestants import Checkpoint
+from nep.report.code_version import describe_code
+from sgm.files import write_whole
+from simulator.command_line import add_worker_arguments, make_parser, one_line_errors, parse
+from simulator.fan_out import check_workers, fan_out
+
+GameType = TypeVar("GameType", bound=Game)
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a table is written from.
+
+    Attributes:
+        options: of the command.
+        command: that makes it again.
+        cache: all that has been played.
+        shown: names of the games in the table.
+        networks: names of the networks in it.
+    """
+
+    options: Namespace
+    command: str
+    cache: ScoreCache
+    shown: Sequence[str]
+    networks: Sequence[str]
+
+    @property
+    def scores(self) -> dict[str, dict[str, Any]]:
+        """Scores of the games in the table, by player."""
+        return {name: self.cache.scores[name] for name in self.shown}
+
+    @property
+    def about(self) -> dict[str, dict[str, Any]]:
+        """What the scores of the games in the table are of (`Game.tell`)."""
+        return {name: self.cache.about[name] for name in self.shown}
+
+    def list_units(self, names: Sequence[str]) -> list[str]:
+        """Return what each score of some games is of, one after the other."""
+        return [unit for name in names for unit in self.cache.about[name]["units"]]
+
+
+class Suite(ABC, Generic[GameType]):
+    """Games, players, and the table of their scores: a command.
+
+    Attributes:
+        command: how it is called, `python -m` and this.
+        summary: what it does, in its help.
+    """
+
+    command: ClassVar[str]
+    summary: ClassVar[str]
+
+    @abstractmethod
+    def add_options(self, parser: ArgumentParser) -> None:
+        """Add its options, among them those of `add_table_options`."""
+
+    @abstractmethod
+    def check(self, options: Namespace) -> None:
+        """Raise `ValueError` for options that are out of range."""
+
+    @abstractmethod
+    def list_games(self, options: Namespace, folder: Path) -> Mapping[str, GameType]:
+        """List the games by name; `folder` is for files, and goes when they have been played."""
+
+    @abstractmethod
+    def list_players(
+        self, options: Namespace, game: GameType, checkpoints: Sequence[Checkpoint]
+    ) -> Mapping[str, Any]:
+        """List what makes each player of a game, by name."""
+
+    @abstractmethod
+    def write(self, report: Report) -> list[str]:
+        """Return the parts of the page, in Markdown."""
+
+    def checksum_more(self, options: Namespace) -> Mapping[str, str]:
+        """Return checksums of networks that are no `--checkpoint`, by name."""
+        return {}
+
+    def list_shown(self, options: Namespace, cache: ScoreCache, played: Sequence[str]) -> list[str]:
+        """Name the games in the table; `played` are those of this command, none if it plays not."""
+        return [*(played or cache.about)]
+
+    def list_needed(self, options: Namespace, networks: Sequence[str]) -> Sequence[str]:
+        """Name the players without which no table is written."""
+        return networks
+
+    def main(self, arguments: Sequence[str] | None = None) -> None:
+        """Run the command line."""
+        parser = make_parser(
+            f"python -m {self.command}",
+            f"{self.summary} Run again to resume: what has been played is in the JSON file beside "
+            "the table.",
+        )
+        self.add_options(parser)
+        add_worker_arguments(parser, workers=1)
+        torch.set_num_threads(1)
+        with one_line_errors(status=2):
+            options = parse(parser, arguments)
+            check_workers(options.workers, options.backend)
+            self.check(options)
+            path = find_scores(options.out)
+            networks = list_names(options.checkpoint)
+            played: list[str] = []
+            if options.play:
+                with tempfile.TemporaryDirectory() as folder:
+                    cache, played = self._play(options, path, Path(folder))
+            else:
+                needed = self.list_needed(options, networks)
+                cache = ScoreCache.load_all(
+                    path, self.list_shown(options, ScoreCache(path), []), needed
+                )
+            shown = self.list_shown(options, cache, played)
+            command = make_command(parser, options, networks)
+            report = Report(options, command, cache, shown, networks)
+            parts = [part.strip() for part in self.write(report)]
+            write_whole(options.out, ("\n\n".join(parts) + "\n").encode())
+            print(options.out)
+
+    def _play(self, options: Namespace, path: Path, folder: Path) -> tuple[ScoreCache, list[str]]:
+        checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
+        games = self.list_games(options, folder)
+        networks = {point.name: point.compute_checksum() for point in checkpoints}
+        networks |= self.checksum_more(options)
+        cache = play_all(
+            games, lambda game: self.list_players(options, game, checkpoints), path, networks,
+            options.workers, options.backend,
+        )  # fmt: skip
+        return cache, [*games]
+
+
+def play_all(
+    games: Mapping[str, GameType],
+    list_players: Callable[[GameType], Mapping[str, Any]],
+    path: Path,
+    networks: Mapping[str, str] = MappingProxyType({}),
+    workers: int = 1,
+    backend: str = "processes",
+) -> ScoreCache:
+    """Let everybody play what has not been played yet, and say who is done.
+
+    Args:
+        games: by name.
+        list_players: returns what makes each player of a game, by name.
+        path: file of scores, written after every play.
+        networks: checksums of the networks among the players, by name.
+        workers: plays at a time.
+        backend: where they are played, see `fan_out`.
+
+    Returns:
+        All that has been played, of these games and of others.
+
+    Raises:
+        ValueError: if the file is damaged, or has scores of other games.
+    """
+    described = {name: game.describe() for name, game in games.items()}
+    code = {name: checksum_code(game.scored_by) for name, game in games.items()}
+    cache = ScoreCache.load(path, described, networks, code)
+    jobs: list[tuple[str, Game, Mapping[str, Any]]] = []
+    for name, game in games.items():
+        cache.about[name] = game.tell()
+        players = list_players(game)
+        missing = {who: make for who, make in players.items() if who not in cache.scores[name]}
+        parts = [{who: make} for who, make in missing.items()]
+        if game.plays_together and missing:
+            parts = [missing]
+        jobs += [(name, game, part) for part in parts]
+    cache.save()
+    if jobs:
+        made = describe_code()
+        for number, scores in fan_out(_play_part, [job[1:] for job in jobs], workers, backend):
+            name = jobs[number][0]
+            cache.keep(name, scores, made)
+            print(f"{name}: {', '.join(scores)}", flush=True)
+    for name, _, part in jobs:  # in their order, whoever was ready first
+        for who in part:
+            cache.scores[name][who] = cache.scores[name].pop(who)
+    cache.save()
+    return cache
+
+
+def _play_part(game: Game, players: Mapping[str, Any]) -> dict[str, Any]:
+    torch.set_num_threads(1)
+    return game.play(players)

@@ -1,0 +1,117 @@
+"""Networks and all policies in every kind of home."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from jsonargparse import ArgumentParser, Namespace
+
+from nep.bench.best_rule import compare_with_rules, count_decided, make_overview
+from nep.bench.columns import make_network_table, make_table
+from nep.bench.home_games import choose_games, list_recorded, list_simulated
+from nep.bench.runner import Report, Suite
+from nep.bench.score_cache import ScoreCache
+from nep.bench.table_options import add_table_options, describe_made
+from nep.bench.task_game import TaskGame
+from nep.players.checkpoints import CONFIG, load_config
+from nep.players.contestants import Checkpoint, MakePolicy
+from nep.report.model_card import make_card
+from sgm.checks import check_at_least
+from sgm.files import write_whole
+
+_RECORDED_SEEDS = 4
+_RECORDED_SEARCHES = 200
+_ABOUT_NETWORKS = (
+    "First guess / NLL / calibration error / looks until found. Each answers what its own looks "
+    "lead to."
+)
+
+
+def note_kinds(folder: Path, overview: str) -> None:
+    """Write an overview into the notes of an exported network and its model card.
+
+    Raises:
+        ValueError: if the folder holds no exported network.
+    """
+    config = load_config(folder)
+    config["notes"]["kinds"] = overview
+    write_whole(folder / CONFIG, f"{json.dumps(config, indent=1)}\n".encode())
+    write_whole(folder / "MODEL_CARD.md", make_card(folder.resolve().name, config).encode())
+
+
+class AnyHome(Suite[TaskGame]):
+    """The first network beside the best rule in every kind of home."""
+
+    command = "nep.any_home"
+    summary = "Play all policies and some networks in every kind of home, and write a table."
+
+    def add_options(self, parser: ArgumentParser) -> None:
+        """Add those of the table, of the card, and of the homes."""
+        about = ", the first one is compared with the best rule"
+        add_table_options(parser, "any_home.md", ("any_home",), about)
+        parser.add_argument(
+            "--card", type=Path | None, help="exported folder whose card gets the overview"
+        )
+        parser.add_argument(
+            "--recorded", type=tuple[str, ...], default=(), help="folders of recorded homes"
+        )
+        parser.add_argument(
+            "--kinds", type=tuple[str, ...] | None, help="names of kinds; all if left out"
+        )
+        parser.add_argument(
+            "--num_homes", type=int, default=30, help="homes of each simulated kind"
+        )
+        parser.add_argument("--steps", type=int, default=100, help="time steps in each of these")
+        parser.add_argument("--searches", type=int, default=50, help="searches in each of these")
+
+    def check(self, options: Namespace) -> None:
+        """Check counts and the card, before hours of playing."""
+        check_at_least(
+            1, num_homes=options.num_homes, steps=options.steps, searches=options.searches
+        )
+        if options.card is not None:
+            load_config(options.card)
+
+    def list_games(self, options: Namespace, folder: Path) -> Mapping[str, TaskGame]:
+        """List the kinds of homes."""
+        known = dict(list_simulated(options.num_homes, options.steps, options.searches))
+        if options.recorded:
+            seeds = tuple(range(_RECORDED_SEEDS))
+            known |= list_recorded(options.recorded, _RECORDED_SEARCHES, seeds, options.called)
+        return choose_games(known, options.kinds)
+
+    def list_players(
+        self, options: Namespace, game: TaskGame, checkpoints: Sequence[Checkpoint]
+    ) -> Mapping[str, MakePolicy]:
+        """List the policies that can play there, and the networks."""
+        return game.list_players(checkpoints)
+
+    def list_shown(self, options: Namespace, cache: ScoreCache, played: Sequence[str]) -> list[str]:
+        """Name all that were ever played, unless some are named."""
+        return [*(options.kinds or cache.about)]
+
+    def write(self, report: Report) -> list[str]:
+        """Return the overview, networks side by side, and a table of each kind."""
+        about, scores, networks = report.about, report.scores, report.networks
+        titles = {name: own["title"] for name, own in about.items()}
+        overview = make_overview(about, scores, networks[0])
+        parts = [
+            "# One network in homes of every kind",
+            f"`{report.command}`. NLL, calibration error and looks: less is better.",
+            f"## `{networks[0]}` beside the best rule\n\n{overview}",
+        ]
+        if len(networks) > 1:
+            beside = make_network_table(titles, scores, networks)
+            parts.append(f"## The networks\n\n{_ABOUT_NETWORKS}\n\n{beside}")
+        for name, title in titles.items():
+            parts.append(f"## {title}\n\n{make_table(scores[name])}")
+        parts.append(describe_made(report.cache, report.shown, networks))
+        if report.options.card is not None:
+            note_kinds(report.options.card, overview)
+        print(count_decided(about, compare_with_rules(about, scores, networks[0])))
+        return parts
+
+
+main = AnyHome().main

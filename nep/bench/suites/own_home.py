@@ -1,0 +1,334 @@
+"""What the looks of a home gain there: networks as they are, adapted, and fine-tuned."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from functools import partial
+from io import StringIO
+from itertools import cycle
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+from jsonargparse import ArgumentParser, Namespace
+
+from nep import export, fit
+from nep.bench.columns import COLUMNS, COMPARED, find_best_rule, format_mean
+from nep.bench.lived_homes import list_lived_homes
+from nep.bench.robot_life import LifeGame, measure
+from nep.bench.runner import Report, Suite
+from nep.bench.table_options import add_table_options, describe_made
+from nep.players.contestants import Checkpoint
+from nep.report.statistics import FEWEST_RESAMPLED, LEVEL, correct_holm
+from nep.report.tables import Difference, format_difference, format_number, join_table
+from nep.robot.finder import ObjectFinder
+from sgm.checks import check_at_least, check_at_most, check_shares
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
+from sgm.finder import object_finder
+from sgm.finder.finder import Finder
+from sgm.memory.clock import DEFAULT_STEP_SECONDS
+from sgm.messages import shorten
+from simulator.policies.registry import find_policy
+from simulator.trace.__main__ import main as trace
+from simulator.world.config import HomeConfig
+
+# Rules that read nothing but the memory, as a robot's finder asks them.
+RULES = ("last_seen", "last_seen_prior", "frequentist", "myopic", "bayesian", "adaptive")
+ADAPTED, TUNED = "adapted", "fine-tuned"
+
+_LOG = "looks.jsonl"
+_MOST = 10_000  # of homes, days, and looks or questions in a time step
+_ASKED = ("days", "play_days", "looks", "questions", "asks_moved")  # what a score depends on
+
+_ABOUT = """\
+`{command}`.
+In each of {num_homes} {kind} a robot looked at {looks} random places a time step for
+{days} days, in steps of {step_seconds:g} s. Then it went on looking for {play_days} days, and
+before the looks of each step {questions} things were asked for, {asked}: of the
+networks as they were{learnt}, and of the rules that read nothing but a memory. All were
+asked of the same memory.
+NLL and looks: less is better; looks are counted in the order of the answer, with a detector that
+misses nothing.
+
+Differences are paired over the {num_units} {unit}, with 95 % intervals{how}; d is the smallest true
+difference that would be found with 80 % power. Bold: p of the paired t test, corrected by Holm's
+method for all {num_compared} distinct differences, is below .05."""
+_RECORDED = "plays of {called}, with the household prior,"
+_T_INTERVAL = " (t, as there are fewer than ten)"
+_LEARNT = {
+    ADAPTED: ", `adapted` to the log of the first days (`finder.adapt`)",
+    TUNED: ", `fine-tuned` on it ([docs/robot.md](../docs/robot.md#your-own-home))",
+}
+
+
+@dataclass(frozen=True)
+class OwnHomeGame(LifeGame):
+    """A home in which finders may learn from the first days, and are asked in those after."""
+
+    scored_by: ClassVar[tuple[str, ...]] = ("nep.bench.robot_life", "simulator.tasks.metrics")
+
+    def play(self, players: Mapping[str, Callable[[Path], Finder]]) -> dict[str, dict[str, float]]:
+        """Let a robot live there, and players answer."""
+        asked = self.asked
+        life = self.live(asked["play_days"] * self.steps_per_day)
+        questions = list(life.ask(asked["questions"], asked["asks_moved"]))
+        scores = {}
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            life.write_log(folder / _LOG)
+            for who, make in players.items():
+                with redirect_stdout(StringIO()):  # what training prints
+                    finder = make(folder)
+                scores[who] = measure(finder, questions)
+        return scores
+
+
+def tune(source: str, log: Path, folder: Path) -> Path:
+    """Fine-tune a network on a log, as docs/robot.md says, and return the exported folder."""
+    parts = {name: str(folder / "home" / name) for name in ("train", "val", "test")}
+    trace(["from-log", str(log), "--out", str(folder / "home")])
+    fit.main(
+        [
+            f"--from={source}", "--config=own_home.yaml", f"--log={log}",
+            f"--data.trace=[{parts['train']}]", f"--data.val_trace=[{parts['val']}]",
+            f"--data.data_dir={folder / 'data'}",
+            f"--trainer.logger.init_args.save_dir={folder / 'runs'}", "--threads=1",
+            "--trainer.enable_progress_bar=false", "--trainer.enable_model_summary=false",
+        ]
+    )  # fmt: skip
+    best = folder / "runs" / "own_home" / "version_0" / "checkpoints" / "best.ckpt"
+    export.main(
+        [
+            str(best), str(folder / "exported"), "--trace", parts["val"], parts["test"],
+            "--replays=20", "--threads=1",
+        ]
+    )  # fmt: skip
+    return folder / "exported"
+
+
+def list_players(
+    checkpoints: Sequence[Checkpoint], learns: Sequence[str], asks_moved: float
+) -> dict[str, Callable[[Path], Finder]]:
+    """List what makes each finder of a home, from a folder with the log of its looks.
+
+    Args:
+        checkpoints: networks.
+        learns: how the networks learn from the log, of `ADAPTED` and `TUNED`.
+        asks_moved: share of the questions that are about what has just moved.
+    """
+
+    def load(source: Path, folder: Path) -> object_finder.ObjectFinder:
+        return ObjectFinder.load(source, asks_moved=asks_moved)
+
+    def adapt(source: Path, folder: Path) -> Finder:
+        finder = load(source, folder)
+        finder.adapt(folder / _LOG)
+        return finder
+
+    def tune_in(name: str, source: Path, folder: Path) -> Finder:
+        own = folder / name
+        own.mkdir()
+        return load(tune(str(source), folder / _LOG, own), own)
+
+    def follow(rule: str, folder: Path) -> Finder:
+        return Finder(find_policy(rule)(), asks_moved=asks_moved)
+
+    players: dict[str, Callable[[Path], Finder]] = {name: partial(follow, name) for name in RULES}
+    for point in checkpoints:
+        players[point.name] = partial(load, point.path)
+        if ADAPTED in learns:
+            players[f"{point.name} {ADAPTED}"] = partial(adapt, point.path)
+        if TUNED in learns:
+            players[f"{point.name} {TUNED}"] = partial(tune_in, point.name, point.path)
+    return players
+
+
+@dataclass(frozen=True, slots=True)
+class OwnHomeDifference:
+    """Two players in the same homes, by one column.
+
+    Attributes:
+        who, other: names; `other` is a rule where the best one is meant.
+        is_rule: whether it is.
+        difference: of `who` minus `other`.
+    """
+
+    who: str
+    other: str
+    is_rule: bool
+    difference: Difference
+
+
+def make_tables(
+    scores: Mapping[str, Mapping[str, Mapping[str, float]]],
+    networks: Sequence[str],
+    units: Sequence[str] | None = None,
+) -> tuple[str, int]:
+    """Return two Markdown tables, and how many distinct differences there are.
+
+    The first has the means over homes, the second differences home by home.
+
+    Args:
+        scores: of all homes; the same players in each.
+        networks: names of the networks, as they were.
+        units: what each home is a play of; None if all differ.
+    """
+    players = list(next(iter(scores.values())))
+    titles = [COLUMNS[name].title for name in COMPARED]
+    values = {
+        who: {name: np.array([own[who][name] for own in scores.values()]) for name in COMPARED}
+        for who in players
+    }
+    rows = [
+        [who, *(format_mean(name, values[who][name]) for name in COMPARED)]
+        for who in sorted(players, key=lambda who: float(values[who]["accuracy"].mean()))
+    ]
+    means = join_table(["who", *titles], rows)
+    pairs = []
+    for network in networks:
+        learnt = [f"{network} {how}" for how in (ADAPTED, TUNED) if f"{network} {how}" in players]
+        pairs += [(who, network) for who in learnt]
+        pairs += [(who, "") for who in (network, *learnt)]
+    found = []
+    tests: dict[tuple[str, bytes], float] = {}  # a player that is another one in all but its name
+    keys = []
+    for who, other in pairs:
+        for name in COMPARED:
+            than = other or find_best_rule(values, COLUMNS[name], RULES)
+            delta = values[who][name] - values[than][name]
+            found.append(OwnHomeDifference(who, than, not other, Difference.of(delta, units)))
+            keys.append((name, delta.tobytes()))
+            if delta.any():
+                tests[keys[-1]] = found[-1].difference.p
+    by_test = dict(zip(tests, correct_holm([*tests.values()]), strict=True))
+    corrected = [by_test.get(key, float("nan")) for key in keys]
+    cells = [
+        _format_compared(one, p, COLUMNS[name].format)
+        for one, p, name in zip(found, corrected, cycle(COMPARED))
+    ]
+    rows = [
+        [who, other or "the best rule", *cells[number : number + len(COMPARED)]]
+        for number, (who, other) in zip(range(0, len(cells), len(COMPARED)), pairs, strict=True)
+    ]
+    header = ["who", "minus", *(f"{title} [95 %]" for title in titles)]
+    return f"{means}\n{join_table(header, rows, num_text=2)}", len(tests)
+
+
+def _format_compared(one: OwnHomeDifference, p: float, form: str) -> str:
+    mark = "**" if p < 1 - LEVEL else ""
+    text = f"{mark}{format_difference(one.difference, form)}{mark}"
+    text += f", d {format_number(one.difference.detectable, form)}"
+    return f"{text} {one.other}" if one.is_rule else text
+
+
+class OwnHome(Suite[OwnHomeGame]):
+    """Networks as they were, adapted and fine-tuned, and rules, in the days after a first week."""
+
+    command = "nep.own_home"
+    summary = (
+        "Let a robot look around in homes for some days; adapt and fine-tune networks on the log "
+        "of its looks, and ask them, as they were and as they are, in the days after."
+    )
+
+    def add_options(self, parser: ArgumentParser) -> None:
+        """Add those of the table, homes, looks and questions."""
+        add_table_options(parser, "own_home.md", ("heat", "any_home"))
+        parser.add_argument(
+            "--learn",
+            type=tuple[str, ...],
+            default=(ADAPTED, TUNED),
+            help=f"what is done with the log: {ADAPTED}, {TUNED} or both",
+        )
+        parser.add_argument(
+            "--trace",
+            type=tuple[str, ...],
+            default=(),
+            help="recorded homes, or folders of them; homes with people are simulated if left out",
+        )
+        parser.add_argument(
+            "--num_homes",
+            type=int,
+            default=6,
+            help="simulated homes, or plays of each recorded one",
+        )
+        parser.add_argument(
+            "--sizes",
+            type=tuple[int, ...],
+            default=(3, 6, 9),
+            help="furniture nodes of each of four rooms, of one simulated home after the other",
+        )
+        parser.add_argument("--days", type=int, default=7, help="of looks to learn from")
+        parser.add_argument("--play_days", type=int, default=7, help="with questions, after these")
+        parser.add_argument("--looks", type=int, default=2, help="looks in each time step, an hour")
+        parser.add_argument("--questions", type=int, default=4, help="questions in each time step")
+        parser.add_argument(
+            "--asks_moved",
+            type=float,
+            default=TASKS_ASK_MOVED,
+            help="share of the questions that are about what has just moved, as in the tasks; 0 "
+            "for those of people, who ask for anything",
+        )
+        parser.add_argument("--seed", type=int, default=0, help="of the homes")
+
+    def check(self, options: Namespace) -> None:
+        """Check counts, and how is learnt."""
+        counts = {name: options[name] for name in ("num_homes", "days", "play_days", "questions")}
+        check_at_least(1, **counts, sizes=min(options.sizes, default=0))
+        check_at_least(0, seed=options.seed, looks=options.looks)
+        check_at_most(_MOST, **counts, looks=options.looks, sizes=max(options.sizes))
+        for how in options.learn:
+            if how not in (ADAPTED, TUNED):
+                raise ValueError(
+                    f"learn must be {ADAPTED}, {TUNED} or both, got {shorten(how)}. "
+                    "Choose among these."
+                )
+        check_shares(asks_moved=options.asks_moved)
+
+    def list_games(self, options: Namespace, folder: Path) -> Mapping[str, OwnHomeGame]:
+        """List the homes."""
+        rules = HomeConfig(looks="random", looks_per_step=options.looks)
+        homes = list_lived_homes(
+            options.sizes, options.num_homes, options.trace, rules, options.seed
+        )
+        asked = {name: options[name] for name in _ASKED}
+        return {home.name: OwnHomeGame(home, asked) for home in homes}
+
+    def list_players(
+        self, options: Namespace, game: OwnHomeGame, checkpoints: Sequence[Checkpoint]
+    ) -> Mapping[str, Callable[[Path], Finder]]:
+        """List rules and networks, and the networks as they have learnt."""
+        return list_players(checkpoints, options.learn, options.asks_moved)
+
+    def write(self, report: Report) -> list[str]:
+        """Return what was done, means, and differences home by home."""
+        options, units = report.options, report.list_units(report.shown)
+        tables, num_compared = make_tables(report.scores, report.networks, units)
+        num_units = len(set(units))
+        called = options.called[:1].lower() + options.called[1:]  # within a sentence
+        about = _ABOUT.format(
+            command=report.command, num_homes=len(report.shown),
+            kind=_RECORDED.format(called=called) if options.trace
+            else "homes of people with routines",
+            looks=options.looks, days=options.days, play_days=options.play_days,
+            questions=options.questions, step_seconds=DEFAULT_STEP_SECONDS,
+            asked=_describe_questions(options.asks_moved),
+            learnt="".join(_LEARNT[how] for how in options.learn),
+            num_units=num_units, unit="households" if options.trace else "homes",
+            how=_T_INTERVAL if num_units < FEWEST_RESAMPLED else "", num_compared=num_compared,
+        )  # fmt: skip
+        made = describe_made(report.cache, report.shown, report.networks)
+        return ["# One's own home", about, tables, made]
+
+
+def _describe_questions(asks_moved: float) -> str:
+    """Say what was asked for."""
+    if asks_moved == 0:
+        return "whether they had just moved or not"
+    share = "half" if asks_moved == 0.5 else f"{asks_moved:.0%}"
+    return f"{share} of them such as had just moved"
+
+
+main = OwnHome().main

@@ -1,1 +1,0 @@
-"""How well finders know that things are out of the home: `python -m nep.elsewhere`."""

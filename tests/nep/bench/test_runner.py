@@ -1,0 +1,121 @@
+"""The runner: who has played does not play again, whoever writes the file, wherever it is played."""
+
+import json
+from dataclasses import dataclass
+from typing import ClassVar
+
+import pytest
+
+from nep.bench.__main__ import SUITES, main
+from nep.bench.game import Game
+from nep.bench.runner import play_all
+from nep.bench.score_cache import ScoreCache
+from nep.bench.scoring_code import strip_code
+
+PLAYERS = {"one": 1.0, "two": 2.0, "three": 3.0}
+
+
+@dataclass(frozen=True)
+class Counting(Game):
+    """Scores are numbers that players are, times a factor."""
+
+    factor: float
+
+    scored_by: ClassVar[tuple[str, ...]] = ("nep.bench.game",)
+
+    def describe(self):
+        return {"factor": self.factor}
+
+    def tell(self):
+        return {"title": "Counting", "units": ["a"]}
+
+    def play(self, players):
+        return {name: self.factor * value for name, value in players.items()}
+
+
+class Together(Counting):
+    plays_together = True
+
+    def play(self, players):
+        return {name: len(players) for name in players}
+
+
+def play(path, game=Counting(2.0), players=PLAYERS, **options):  # noqa: B008
+    return play_all({"game": game}, lambda game: players, path, **options)
+
+
+def test_what_has_been_played_stays(tmp_path, capsys):
+    path = tmp_path / "table.json"
+    assert play(path).scores == {"game": {"one": 2.0, "two": 4.0, "three": 6.0}}
+    found = json.loads(path.read_text())
+    assert found["about"] == {"game": {"title": "Counting", "units": ["a"]}}
+    found["scores"]["game"]["one"] = 77.0
+    path.write_text(json.dumps(found))
+    capsys.readouterr()
+    assert play(path, players={**PLAYERS, "four": 4.0}).scores["game"]["one"] == 77.0
+    assert capsys.readouterr().out == "game: four\n"
+    with pytest.raises(ValueError, match="got others for game"):
+        play(path, Counting(3.0))
+
+
+def test_scores_of_other_code_are_played_again(tmp_path, capsys):
+    path = tmp_path / "table.json"
+    play(path)
+    found = json.loads(path.read_text())
+    found["scores"]["game"]["one"], found["code"]["game"] = 77.0, "0" * 64
+    path.write_text(json.dumps(found))
+    assert play(path).scores["game"]["one"] == 2.0
+    assert "game is scored by other code than in " in capsys.readouterr().out
+    del found["code"]  # an older file, which is taken as it is
+    path.write_text(json.dumps(found))
+    assert play(path).scores["game"]["one"] == 77.0
+
+
+def test_of_code_only_what_it_computes_counts():
+    code = 'def f(x):\n    """Say."""\n    return x  # why\n'
+    assert strip_code(code) == strip_code("def f(x):\n    return (x)\n")
+    assert strip_code(code) != strip_code("def f(x):\n    return -x\n")
+
+
+def test_commands_that_share_a_file_lose_nothing(tmp_path):
+    path = tmp_path / "table.json"
+    first, second = (ScoreCache.load(path, {"game": 1}, {"net": "abc"}) for _ in range(2))
+    first.keep("game", {"one": 1.0, "net": 0.5}, "now")
+    second.keep("game", {"two": 2.0}, "now")
+    assert json.loads(path.read_text())["scores"] == {"game": {"two": 2.0, "one": 1.0, "net": 0.5}}
+    third = ScoreCache.load(path, {"game": 1}, {"net": "abcd"})  # another network by now
+    third.keep("game", {"net": 0.7}, "now")
+    assert json.loads(path.read_text())["scores"]["game"]["net"] == 0.7
+    second.keep("game", {"three": 3.0}, "now")  # which holds the scores of the network before
+    assert ScoreCache.load(path, {"game": 1}, {}).scores["game"].keys() == {
+        "one", "two", "three", "net",
+    }  # fmt: skip
+
+
+def test_players_are_played_together_where_a_game_says_so(tmp_path):
+    assert play(tmp_path / "a.json", Together(1.0)).scores["game"] == dict.fromkeys(PLAYERS, 3)
+
+
+@pytest.mark.slow
+def test_workers_give_the_same_file(tmp_path):
+    play(tmp_path / "a.json")
+    play(tmp_path / "b.json", workers=2)
+    assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
+
+
+def test_suites_are_commands(capsys):
+    assert main(["--help"]) == 0
+    assert [line.strip() for line in capsys.readouterr().out.splitlines()[2:]] == [*SUITES]
+    assert main(["nothing"]) == 2
+    assert "suite must be one of any_home, recorded" in capsys.readouterr().err
+    assert main([]) == 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("suite", SUITES)
+def test_every_suite_has_help(suite, python):
+    import subprocess
+
+    done = subprocess.run([python, "-m", "nep.bench", suite, "--help"], capture_output=True)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"usage: python -m " in done.stdout
