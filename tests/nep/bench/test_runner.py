@@ -1,4 +1,4 @@
-"""The runner: who has played does not play again, whoever writes the file, wherever it is played."""
+"""The runner: who has played does not play again, whoever writes the file, and wherever."""
 
 import json
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ class Together(Counting):
         return {name: len(players) for name in players}
 
 
-def play(path, game=Counting(2.0), players=PLAYERS, **options):  # noqa: B008
+def play(path, game=Counting(2.0), players=PLAYERS, **options):
     return play_all({"game": game}, lambda game: players, path, **options)
 
 
