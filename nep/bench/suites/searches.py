@@ -16,11 +16,12 @@ from nep.bench.lived_homes import list_lived_homes
 from nep.bench.robot_life import LifeGame, LivedHome
 from nep.bench.runner import Report, Suite
 from nep.bench.score_cache import ScoreCache
-from nep.bench.search_orders import COLUMNS, MOST_LOOKS, SEARCHERS, WITHIN, search_all
+from nep.bench.search_orders import COLUMNS, MOST_LOOKS, SEARCHERS, TOLD, WITHIN, search_all
 from nep.bench.table_options import add_table_options, describe_made
 from nep.players.contestants import Checkpoint
 from nep.report.tables import Difference, format_difference, join_table
 from nep.robot.finder import ObjectFinder
+from sgm.belief import Detector
 from sgm.checks import check_at_least, check_at_most, check_shares
 from sgm.finder.finder import Finder
 from simulator.policies.registry import find_policy
@@ -45,12 +46,16 @@ stood still, and each look missed the thing with {miss_rate:.0%}, independently.
 finder; all searches of a row meet the same misses.
 
 - *greedy*: asks `finder.rank`, goes to the likeliest place, `note_absent`, and again.
+- *greedy, told*: the same with a finder that is given the detector as it is,
+  `Detector({miss_rate:g}, repeated_share=0)`: its belief is right, and no other order has a better
+  next look. The others expect that a part of the misses is repeated, as it is of real ones.
 - *search*: `finder.search` with `give_up_at=1`, so that it ends as late as the others.
 - *search, gives up*: `finder.search` as it is, with `give_up_at=0.9`.
 - *everywhere first*: as *greedy*, and no place again before all others.
 
 Cells: share found within {within} looks / share found / mean looks, found or not, with {most} looks
-at most. *Looks*: those of *search* by those of *greedy*; {bound:.0%} at most is the aim.
+at most. *Looks by*: those of *search* by those of *greedy* and of *greedy, told*; {bound:.0%} at
+most is the aim.
 Differences are *search* minus *greedy*, over homes, with 95 % intervals; less looks are better."""
 
 
@@ -65,10 +70,14 @@ class SearchGame(LifeGame):
     ) -> dict[str, dict[str, float]]:
         """Search with what makes a finder, and the name of an order of looks."""
         questions = list(self.live(self.asked["searches"]).ask(1, asks_moved=0.0))
-        finders = {make: make() for make, _ in players.values()}
+        miss_rate = self.asked["miss_rate"]
+        finders = {(make, who == TOLD): make() for make, who in players.values()}
+        for (_, is_told), finder in finders.items():
+            if is_told:
+                finder.detector = Detector(miss_rate, repeated_share=0.0)
         return {
             name: search_all(
-                finders[make], SEARCHERS[who], questions, self.asked["miss_rate"], self.home.seed
+                finders[make, who == TOLD], SEARCHERS[who], questions, miss_rate, self.home.seed
             )
             for name, (make, who) in players.items()
         }
@@ -132,14 +141,16 @@ def make_tables(played: ScoreCache, groups: Mapping[str, Sequence[str]], called:
             means = {who: values.mean(axis=0) for who, values in own.items()}
             cells = ["{:.3f} / {:.3f} / {:.2f}".format(*mean) for mean in means.values()]
             looks = COLUMNS.index("looks")
-            share = means["search"][looks] / means["greedy"][looks]
+            shares = [means["search"][looks] / means[who][looks] for who in ("greedy", TOLD)]
             delta = (own["search"] - own["greedy"]).T  # (3, H)
             differences = [
                 format_difference(Difference.of(delta[COLUMNS.index(name)], units), form)
                 for name, form in (("within", ".3f"), ("looks", ".2f"))
             ]
-            rows.append([finder, *cells, f"{share:.3f}", *differences])
-        header = ["finder", *SEARCHERS, "looks", f"within {WITHIN} [95 %]", "looks [95 %]"]
+            by = [f"{share:.3f}" for share in shares]
+            rows.append([finder, *cells, *by, *differences])
+        by = ["looks by greedy", "looks by greedy, told"]
+        header = ["finder", *SEARCHERS, *by, f"within {WITHIN} [95 %]", "looks [95 %]"]
         title = f"## {_GROUPS[group].format(called=called)} ({len(set(units))})"
         parts.append(f"{title}\n\n{join_table(header, rows).strip()}")
     return "\n\n".join(parts)

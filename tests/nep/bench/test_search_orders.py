@@ -4,6 +4,7 @@ import pytest
 
 from nep.bench.robot_life import FinderQuestion
 from nep.bench.search_orders import MOST_LOOKS, SEARCHERS, search_all
+from sgm.belief import Detector
 from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
@@ -38,6 +39,17 @@ def test_searchers_differ_in_when_they_come_back():
     assert list_looks("search", 2) == [0, 0]
     assert len(set(list_looks("search", 24))) == 8
     assert len(list_looks("search", 100)) == 24  # three a place
+
+
+def test_a_search_is_greedy_where_looks_are_independent_and_cost_the_same():
+    """Then the best gain per cost is the likeliest place, and both know the same."""
+    looks = {}
+    for who in ("greedy", "search"):
+        finder = Finder(Bayesian(), Detector(0.25, repeated_share=0.0))
+        steps = SEARCHERS[who](finder, make_memory(), "mug")
+        looks[who] = [next(steps) for _ in range(9)]
+    assert looks["greedy"] == looks["search"]
+    assert looks["greedy"] != list_looks("greedy", 9)  # of one that expects repeated misses
 
 
 @pytest.mark.parametrize("who", SEARCHERS)
