@@ -7,7 +7,7 @@
 #   make test | make quick                   all tests | those that are not slow
 #   make check | make bench                  ruff and mypy | benchmarks
 #   make fuzz                                changed files, odd calls and options, kills, threads, forged requests (minutes)
-#   make docs                                pages of the API, built from the docstrings
+#   make docs                                the site: guides, API, commands, results; then open site/index.html
 #   make core-wheel                          the package `sgm` for robots, into dist/
 #   make fit PYTHON=/path/to/python3.11      choose the Python that .venv is made from
 
@@ -69,7 +69,8 @@ fuzz: $(EXTRAS)
 	$(PY) tests/fuzz $(ARGS)
 
 docs: $(EXTRAS)
-	$(PY) docs/make_api.py $(ARGS)
+	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --quiet $(ARGS)
+	@echo "built site/index.html"
 
 core-wheel: $(STAMP)
 	@rm -rf core/build dist/scene_graph_memory_core-*  # setuptools takes along what was built before

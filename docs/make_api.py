@@ -1,50 +1,52 @@
-"""Builds the API pages from docstrings, as a static site: `make docs`. A warning is an error."""
+"""Pages of the API: one for each folder with code, from the docstrings of its modules."""
 
 from __future__ import annotations
 
-import argparse
-import importlib
-import pkgutil
-import warnings
-from collections.abc import Iterator
+import ast
 from pathlib import Path
 
-import pdoc
-import pdoc.render
-
-PACKAGES = ("sgm", "nep", "simulator", "datamodules")
+PACKAGES = ("sgm", "simulator", "datamodules", "nep")
+FOLDER = "reference/api"
 
 
-def list_modules() -> Iterator[str]:
-    """List all modules but the command lines of packages, which run when they are imported."""
+def list_modules(root: Path) -> dict[str, list[str]]:
+    """List the modules of each folder by dotted name; command lines are left out."""
+    folders: dict[str, list[str]] = {}
     for package in PACKAGES:
-        yield package
-        folders = importlib.import_module(package).__path__
-        for module in pkgutil.walk_packages(folders, f"{package}."):
-            if not module.name.endswith("__main__"):
-                yield module.name
+        for init in sorted((root / package).rglob("__init__.py")):
+            folder = ".".join(init.parent.relative_to(root).parts)
+            files = sorted(init.parent.glob("*.py"))
+            own = [file.stem for file in files if not file.stem.startswith("__")]
+            folders[folder] = [f"{folder}.{name}" for name in own]
+    return folders
 
 
-def main() -> None:
-    """Write the site."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("site"), help="folder of the site")
-    out = parser.parse_args().out
-    warnings.simplefilter("error")
-    # pdoc finds the modules of packages without `__all__` by itself, and only of those.
-    warnings.filterwarnings("ignore", message="The module specification")
-    # torch_geometric 2.8 compiles with torch.jit.script when imported; torch 2.13 deprecated that.
-    warnings.filterwarnings("ignore", message=".torch.jit.script. is deprecated")
-    import nep
-    import sgm
-
-    for package in (sgm, nep):  # names are loaded when first used, and pdoc shows what is loaded
-        for name in package.__all__:
-            getattr(package, name)
-    pdoc.render.configure(docformat="google", show_source=False)
-    pdoc.pdoc(*list_modules(), output_directory=out)
-    print(f"{out / 'index.html'}: {len(list(out.rglob('*.html')))} pages")
+def make_api_pages(root: Path) -> dict[str, str]:
+    """Return the text of each page by its path in the site."""
+    pages = {}
+    for folder, modules in list_modules(root).items():
+        about = ast.get_docstring(
+            ast.parse((root / folder.replace(".", "/") / "__init__.py").read_text("utf-8"))
+        )
+        text = [f"# {folder}", about or "", *list_names(root, folder)]
+        text += [f"::: {module}" for module in modules]
+        pages[f"{FOLDER}/{folder}.md"] = "\n\n".join(text) + "\n"
+    return pages
 
 
-if __name__ == "__main__":
-    main()
+def list_names(root: Path, folder: str) -> list[str]:
+    """Return a list of what a package hands on, with links to where it is described."""
+    tree = ast.parse((root / folder.replace(".", "/") / "__init__.py").read_text("utf-8"))
+    found = {}
+    for node in ast.walk(tree):
+        if (
+            isinstance(node, ast.ImportFrom)
+            and node.module
+            and node.module.split(".")[0] in PACKAGES
+        ):
+            for alias in node.names:
+                found[alias.asname or alias.name] = f"{node.module}.{alias.name}"
+    rows = [
+        f"- [`{name}`][{target}]" for name, target in sorted(found.items()) if name[0].isupper()
+    ]
+    return ["Names to import from here:", "\n".join(rows)] if rows else []

@@ -108,7 +108,7 @@ class FitCLI(LightningCLI):
         parser.add_argument(
             "--log",
             type=str | None,
-            help="Log of a robot's memory that the data were made of (docs/robot.md): best.ckpt is "
+            help="Log of a robot's memory that the data were made of (docs/robot/learn.md): best.ckpt is "
             "the start, unless the best epoch answers better what the latest looks of it showed.",
         )
         parser.add_argument(

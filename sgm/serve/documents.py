@@ -1,4 +1,4 @@
-"""OpenAPI, a page for people and the tables of docs/serve.md, all from the declared calls."""
+"""OpenAPI, a page for people and the tables of docs/reference/calls.md, all from the declared calls."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def describe_rule(schema: Any) -> str:
 
 
 def make_tables() -> str:
-    """Return the part of docs/serve.md that lists every call, in Markdown."""
+    """Return the part of docs/reference/calls.md that lists every call, in Markdown."""
     lines = []
     shapes: dict[str, Any] = {}
     for call in CALLS:

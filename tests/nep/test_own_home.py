@@ -22,7 +22,7 @@ def week(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def network(week, tmp_path_factory):
-    """The three commands of docs/robot.md."""
+    """The three commands of docs/robot/learn.md."""
     _, folder = week
     traces = [str(folder / "home" / name) for name in ("train", "val", "test")]
     assert trace(["from-log", str(folder / "looks.jsonl"), "--out", str(folder / "home")]) == 0

@@ -60,7 +60,7 @@ _RECORDED = "plays of {called}, with the household prior,"
 _T_INTERVAL = " (t, as there are fewer than ten)"
 _LEARNT = {
     ADAPTED: ", `adapted` to the log of the first days (`finder.adapt`)",
-    TUNED: ", `fine-tuned` on it ([docs/robot.md](../docs/robot.md#your-own-home))",
+    TUNED: ", `fine-tuned` on it ([docs/robot/learn.md](../docs/robot/learn.md#your-own-home))",
 }
 
 
@@ -87,7 +87,7 @@ class OwnHomeGame(LifeGame):
 
 
 def tune(source: str, log: Path, folder: Path) -> Path:
-    """Fine-tune a network on a log, as docs/robot.md says, and return the exported folder."""
+    """Fine-tune a network on a log, as docs/robot/learn.md says, and return the exported folder."""
     parts = {name: str(folder / "home" / name) for name in ("train", "val", "test")}
     trace(["from-log", str(log), "--out", str(folder / "home")])
     fit.main(

@@ -25,7 +25,7 @@ def make_home_of_places(number):
 
 
 def search(home, finder, thing, **arguments):
-    """Look as docs/robot.md does, until it is found or given up; return the search."""
+    """Look as docs/robot/search.md does, until it is found or given up; return the search."""
     looking = finder.search(home.memory, thing, **arguments)
     while (look := looking.next()) is not None:
         if looking.seen(home.look(look.place.furniture)):

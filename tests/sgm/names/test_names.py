@@ -1,4 +1,4 @@
-"""What a question is taken for: the table of docs/robot.md, rule by rule."""
+"""What a question is taken for: the table of docs/robot/names.md, rule by rule."""
 
 import re
 from pathlib import Path
@@ -13,7 +13,7 @@ SEEN = (
     "salt shaker", "sneakers", "Anna's keys", "knife", "scissors", "desk lamp",
 )  # fmt: skip
 TYPES = ("mug", "remote control", "cell phone", "salt shaker", "kettle", "desk lamp", "knife")
-PAGE = Path(__file__).resolve().parents[3].joinpath("docs", "robot.md").read_text("utf-8")
+PAGE = Path(__file__).resolve().parents[3].joinpath("docs", "robot", "names.md").read_text("utf-8")
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""docs/serve.md: the schema of every call, and the code that it shows."""
+"""docs/serve.md: the code that it shows; docs/reference/calls.md: the schema of every call."""
 
 import os
 import re
@@ -12,7 +12,9 @@ from sgm.serve.documents import make_tables
 
 from .conftest import open_service, run_server
 
-PAGE = (Path(__file__).parents[3] / "docs" / "serve.md").read_text("utf-8")
+DOCS = Path(__file__).parents[3] / "docs"
+PAGE = (DOCS / "serve.md").read_text("utf-8")
+CALLS = (DOCS / "reference" / "calls.md").read_text("utf-8")
 
 
 def find_code(language):
@@ -21,7 +23,7 @@ def find_code(language):
 
 
 def test_the_page_has_the_schema_of_every_call():
-    shown = PAGE.partition("<!-- calls -->\n")[2].partition("<!-- end -->")[0]
+    shown = CALLS.partition("<!-- calls -->\n")[2].partition("<!-- end -->")[0]
     assert shown == f"\n{make_tables()}", "Write it again: python -m sgm.serve.documents"
 
 

@@ -1,0 +1,73 @@
+"""Pages of the commands, from their parsers."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import io
+import os
+import re
+from collections.abc import Callable, Iterator
+from unittest import mock
+
+FOLDER = "reference/commands"
+# What is run as `python -m NAME`, by the module that holds its `main`.
+COMMANDS = {
+    "sgm.serve": "sgm.serve.__main__",
+    "simulator.collect": "simulator.collect",
+    "simulator.trace": "simulator.trace.__main__",
+    "simulator.priors": "simulator.priors.__main__",
+    "simulator.test_sets": "simulator.test_sets.__main__",
+    "simulator.realism": "simulator.realism.__main__",
+    "simulator.igridson": "simulator.igridson.command",
+    "simulator.robot_home": "simulator.robot_home.command",
+    "simulator.text.train": "simulator.text.train.__main__",
+    "nep.fit": "nep.fit",
+    "nep.evaluate": "nep.evaluate",
+    "nep.compare": "nep.compare",
+    "nep.export": "nep.export",
+    "nep.view": "nep.view.__main__",
+    "nep.reproduce": "nep.reproduce",
+    "nep.recorded": "nep.recorded",
+    "nep.any_home": "nep.any_home",
+    "nep.own_home": "nep.own_home",
+    "nep.elsewhere": "nep.elsewhere.__main__",
+    "nep.searches": "nep.searches",
+    "nep.temporal": "nep.temporal",
+    "nep.claims": "nep.claims",
+    "nep.headlines": "nep.headlines",
+    "nep.igridson": "nep.igridson",
+}
+
+
+def make_command_pages() -> dict[str, str]:
+    """Return the text of each page by its path in the site."""
+    return {f"{FOLDER}/{name}.md": make_page(name) for name in COMMANDS}
+
+
+def make_page(name: str) -> str:
+    """Return the page of a command: its help, and that of its subcommands."""
+    main = importlib.import_module(COMMANDS[name]).main
+    text = [f"# python -m {name}"]
+    for words, written in list_helps(main):
+        if words:
+            text.append(f"## {' '.join(words)}")
+        text.append(f"```text\n{written.rstrip()}\n```")
+    return "\n\n".join(text) + "\n"
+
+
+def list_helps(
+    main: Callable[[list[str]], object], words: tuple[str, ...] = ()
+) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Yield the help of a command and of each of its subcommands."""
+    out = io.StringIO()
+    with (
+        mock.patch.dict(os.environ, {"COLUMNS": "100", "TERM": "dumb", "NO_COLOR": "1"}),
+        contextlib.redirect_stdout(out),
+        contextlib.suppress(SystemExit),
+    ):
+        main([*words, "--help"])
+    yield words, out.getvalue()
+    if f"{' '.join(words)} COMMAND ...".lstrip() in out.getvalue():
+        for name in re.findall(r"^  ([a-z-]+)  +", out.getvalue(), re.MULTILINE):
+            yield from list_helps(main, (*words, name))

@@ -1,0 +1,69 @@
+"""`make docs` builds the site: every module and command is in it, and nothing of elsewhere."""
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+# What a browser would fetch by itself: scripts, style sheets, pictures, fonts.
+FETCHED = re.compile(r"<(?:script|link|img|iframe)\b[^>]*?\b(?:src|href)=[\"']?(https?:[^\"' >]+)")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory, python):
+    """The site, built as `make docs` does: a warning is an error."""
+    for package in ("mkdocs_jupyter", "mkdocstrings_handlers.python", "material"):
+        pytest.importorskip(package, reason=f"{package} is not installed: extra docs")
+    folder = tmp_path_factory.mktemp("site")
+    done = subprocess.run(
+        [python, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(folder)],
+        cwd=ROOT, env={"PYTHONPATH": str(ROOT), "PATH": "", "HOME": str(folder)},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder
+
+
+@pytest.mark.slow
+def test_every_module_and_command_has_its_place(site):
+    missing = []
+    for package in ("sgm", "nep", "simulator", "datamodules"):
+        for path in (ROOT / package).rglob("*.py"):
+            module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+            if path.stem in ("__init__", "__main__"):
+                continue
+            folder = module.rpartition(".")[0]
+            page = (site / "reference" / "api" / f"{folder}.html").read_text("utf-8")
+            missing += [module] if f'id="{module}"' not in page else []
+    assert missing == []
+    api = (site / "reference" / "api" / "sgm.html").read_text("utf-8")
+    for name in ("ObjectFinder", "SceneGraphMemory", "Bayesian"):
+        assert f">{name}<" in api
+    play = (site / "reference" / "commands" / "simulator.robot_home.html").read_text("utf-8")
+    assert "--looks_per_step" in play
+
+
+@pytest.mark.slow
+def test_nothing_is_fetched_from_elsewhere(site):
+    pages = list(site.rglob("*.html"))
+    assert len(pages) > 120
+    foreign = {url for page in pages for url in FETCHED.findall(page.read_text("utf-8"))}
+    foreign = {url for url in foreign if "squidfunk" not in url}  # a link of the footer
+    assert foreign == set()
+    styles = "".join(path.read_text("utf-8") for path in site.rglob("*.css"))
+    assert re.findall(r"url\([\"']?https?:", styles) == []
+    assert (site / "search" / "search_index.js").is_file()
+    assert (site / "assets" / "iframe-worker.js").is_file()
+
+
+@pytest.mark.slow
+def test_results_notebooks_and_linked_files_are_in_the_site(site):
+    assert (site / "results" / "table_1.html").is_file()
+    assert "05" in (site / "notebooks" / "05_your_own_home.html").name
+    belief = (site / "concepts" / "belief.html").read_text("utf-8")
+    assert "<math" in belief
+    assert "$$" not in belief
+    guide = (site / "any_home.html").read_text("utf-8")
+    assert 'href="source/nep/configs/any_home.yaml.html"' in guide
