@@ -18,25 +18,23 @@ COMMANDS = {
     "simulator.trace": "simulator.trace.__main__",
     "simulator.priors": "simulator.priors.__main__",
     "simulator.test_sets": "simulator.test_sets.__main__",
-    "simulator.realism": "simulator.realism.__main__",
     "simulator.igridson": "simulator.igridson.command",
     "simulator.robot_home": "simulator.robot_home.command",
-    "simulator.text.train": "simulator.text.train.__main__",
     "nep.fit": "nep.fit",
     "nep.evaluate": "nep.evaluate",
     "nep.compare": "nep.compare",
     "nep.export": "nep.export",
     "nep.view": "nep.view.__main__",
     "nep.reproduce": "nep.reproduce",
-    "nep.recorded": "nep.recorded",
-    "nep.any_home": "nep.any_home",
-    "nep.own_home": "nep.own_home",
-    "nep.elsewhere": "nep.elsewhere.__main__",
-    "nep.searches": "nep.searches",
     "nep.temporal": "nep.temporal",
-    "nep.claims": "nep.claims",
     "nep.headlines": "nep.headlines",
     "nep.igridson": "nep.igridson",
+    "nep.bench": "nep.bench.__main__",
+    "tools.priors": "tools.priors.__main__",
+    "tools.text_training": "tools.text_training.__main__",
+    "tools.realism": "tools.realism.__main__",
+    "tools.names": "tools.names.__main__",
+    "tools.claims": "tools.claims.__main__",
 }
 
 
@@ -68,6 +66,6 @@ def list_helps(
     ):
         main([*words, "--help"])
     yield words, out.getvalue()
-    if f"{' '.join(words)} COMMAND ...".lstrip() in out.getvalue():
-        for name in re.findall(r"^  ([a-z-]+)  +", out.getvalue(), re.MULTILINE):
-            yield from list_helps(main, (*words, name))
+    if re.search(r"(COMMAND|SUITE) \.\.\.$", out.getvalue(), re.MULTILINE) and not words:
+        for name in re.findall(r"^  ([a-z_-]+)(?:  .*)?$", out.getvalue(), re.MULTILINE):
+            yield from list_helps(main, (name,))
