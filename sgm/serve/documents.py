@@ -1,4 +1,4 @@
-"""OpenAPI, a page for people and the tables of docs/reference/calls.md, all from the declared calls."""
+"""OpenAPI, a page for people and docs/reference/calls.md, all from the declared calls."""
 
 from __future__ import annotations
 
