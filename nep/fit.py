@@ -109,7 +109,8 @@ class FitCLI(LightningCLI):
             "--log",
             type=str | None,
             help="Log of a robot's memory that the data were made of (docs/robot/learn.md): "
-            "best.ckpt is the start, unless the best epoch answers better what the latest looks of it showed.",
+            "best.ckpt is the start, unless the best epoch answers better what the latest looks "
+            "of it showed.",
         )
         parser.add_argument(
             "--threads", type=PositiveInt | None, help="CPU threads; null for all cores."
