@@ -13,9 +13,9 @@ import numpy as np
 from _measure import Benchmark, Measure, run
 
 from nep.view.answers import Desk
-from nep.view.stage import Judges, Stage
+from nep.view.page_state import Judges, Stage
 from simulator import PriorGraph, SceneGraphMemory, Sighting
-from simulator.replay.still import StillMemory
+from simulator.replay.still_memory import StillMemory
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:

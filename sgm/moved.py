@@ -13,6 +13,9 @@ MOVED = {
     "nep.claims": "tools.claims",
     "nep.kinds": "nep.bench",
     "nep.paper.claims": "tools.claims.plan",
+    "nep.view.stage": "nep.view.page_state",
+    "sgm.compiled.others": "sgm.compiled.companions",
+    "sgm.evidence.expected": "sgm.evidence.expected_places",
     "sgm.names.names_report": "tools.names",
     "simulator.arrays": "sgm.arrays",
     "simulator.checks": "sgm.checks",
@@ -27,9 +30,11 @@ MOVED = {
     "simulator.memory.words": "sgm.names.words",
     "simulator.messages": "sgm.messages",
     "simulator.policies.adaptive": "sgm.policies.adaptive",
+    "simulator.policies.belief": "simulator.policies.filter_belief",
     "simulator.policies.exploring": "sgm.policies.exploring",
     "simulator.policies.heuristics": "sgm.policies.heuristics",
     "simulator.policies.last_seen": "sgm.policies.last_seen",
+    "simulator.policies.look_log": "simulator.policies.filter_looks",
     "simulator.policies.persistence": "sgm.policies.persistence",
     "simulator.policies.policy": "sgm.policies.policy",
     "simulator.policies.probabilities": "sgm.policies.probabilities",
@@ -40,6 +45,7 @@ MOVED = {
     "simulator.priors.tables": "sgm.prior.tables",
     "simulator.priors.sources": "tools.priors",
     "simulator.realism": "tools.realism",
+    "simulator.replay.still": "simulator.replay.still_memory",
     "simulator.robot": "sgm.finder",
     "simulator.robot.belief": "sgm.belief",
     "simulator.robot.evidence": "sgm.finder.reasons",
@@ -47,6 +53,8 @@ MOVED = {
     "simulator.text.alike": "sgm.text.alike",
     "simulator.text.train": "tools.text_training",
     "simulator.text.vectors": "sgm.text.vectors",
+    "simulator.world.abstract.ways": "simulator.world.abstract.home_habits",
+    "simulator.world.routine.kinds": "simulator.world.routine.activity_kinds",
 }
 
 

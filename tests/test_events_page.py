@@ -52,11 +52,11 @@ def test_the_table_names_every_file_and_column():
     from dataclasses import fields
 
     from simulator.events.files import EVENTS, MANIFEST, NODES, QUESTIONS
-    from simulator.events.table import Events, Nodes, Questions
+    from simulator.events.table import EventQuestions, Events, Nodes
 
     for name in (EVENTS, NODES, QUESTIONS, MANIFEST):
         assert f"| `{name}` |" in PAGE
     rows = {line.split("`")[1]: line for line in PAGE.splitlines() if line.startswith("| `")}
-    for name, columns in ((EVENTS, Events), (NODES, Nodes), (QUESTIONS, Questions)):
+    for name, columns in ((EVENTS, Events), (NODES, Nodes), (QUESTIONS, EventQuestions)):
         for column in fields(columns):
             assert f"`{column.name}`" in rows[name], (name, column.name)

@@ -1,5 +1,6 @@
 """Import directions: the order of packages and folders, no circles, and no heavy packages."""
 
+import ast
 import itertools
 import json
 import re
@@ -63,6 +64,11 @@ SGM_OPTIONAL = {
     "sgm/text/spacy_encoder.py": {"spacy"},
     "sgm/text/tok2vec.py": {"safetensors"},
 }
+# Names of files and folders that say nothing from outside.
+NO_NAMES = (
+    "base", "common", "expected", "helpers", "kinds", "misc", "others", "stage", "still", "utils",
+    "ways",
+)  # fmt: skip
 HEAVY = LEARNING | {"matplotlib", "minigrid", "rich", "spacy", "tensorboard"}
 
 
@@ -185,6 +191,22 @@ def find_external(package: str) -> dict[str, set[str]]:
         for module, file in list_modules().items()
         if module.partition(".")[0] == package
     }
+
+
+def test_names_of_classes_are_unique_over_all_packages():
+    defined: dict[str, list[str]] = {}
+    for module, file in list_modules().items():
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                defined.setdefault(node.name, []).append(module)
+    assert len(defined) > 300, "classes must have been found"
+    assert {name: own for name, own in defined.items() if len(own) > 1} == {}
+
+
+@pytest.mark.parametrize("word", NO_NAMES)
+def test_files_and_folders_say_what_is_in_them(word):
+    names = {part for name in list_modules() for part in name.split(".")}
+    assert word not in names
 
 
 def test_sgm_imports_numpy_and_numba_alone():

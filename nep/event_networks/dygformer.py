@@ -10,7 +10,7 @@ from torch import Tensor, nn
 from torch_geometric.nn import TemporalEncoding
 
 from nep.event_networks.network import PairDecoder, TemporalNetwork
-from nep.event_networks.stream import MESSAGE_DIM, Asked
+from nep.event_networks.stream import MESSAGE_DIM, StreamQuestions
 from sgm.checks import check_at_least
 
 
@@ -55,7 +55,7 @@ class DyGFormer(TemporalNetwork):
         )
         self.decode = PairDecoder(units)
 
-    def forward(self, asked: Asked) -> Tensor:
+    def forward(self, asked: StreamQuestions) -> Tensor:
         """Return logits of all places, (Q, F)."""
         stream, width = self.stream, self.units
         things, places = stream.find_things(asked.thing), stream.find_places(asked.home)

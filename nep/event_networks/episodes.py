@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nep.event_networks.stream import Asked, NewEvents
+from nep.event_networks.stream import NewEvents, StreamQuestions
 from sgm.arrays.relations import sum_relations
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
@@ -20,7 +20,7 @@ from simulator.world.streams import Streams
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class LookEvents:
     """Events of one look in each of some homes.
 
     Attributes:
@@ -35,7 +35,7 @@ class Look:
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class EpisodeQuestions:
     """Questions that were asked at once, in each home one.
 
     Attributes:
@@ -44,13 +44,13 @@ class Question:
         num_things: things that were known when they were asked.
     """
 
-    asked: Asked
+    asked: StreamQuestions
     answers: np.ndarray
     num_things: int
 
 
 @dataclass(frozen=True, slots=True)
-class Episode:
+class EventEpisode:
     """What happened in homes that were played together, in order.
 
     Attributes:
@@ -64,7 +64,7 @@ class Episode:
     furniture_label: np.ndarray
     thing_home: np.ndarray
     thing_label: np.ndarray
-    happened: tuple[Look | Question, ...]
+    happened: tuple[LookEvents | EpisodeQuestions, ...]
 
 
 def record_episodes(
@@ -73,32 +73,36 @@ def record_episodes(
     num_steps: int,
     policy: str = "bayesian",
     task: str = "predict_location",
-) -> list[Episode]:
+) -> list[EventEpisode]:
     """Let a policy play a task, and keep what happened; one episode for each group of homes."""
     episodes = []
     for group in source.list_groups(streams.homes):
         homes = source.make(streams.select(group.homes))
         game = find_task(task)(homes, make_policy(policy, homes))
         memory = game.rollout.memory
-        happened: list[Look | Question] = []
+        happened: list[LookEvents | EpisodeQuestions] = []
 
         def note_answer(
-            answer: Answer, memory: MemoryBatch = memory, kept: list[Look | Question] = happened
+            answer: Answer,
+            memory: MemoryBatch = memory,
+            kept: list[LookEvents | EpisodeQuestions] = happened,
         ) -> None:
             asked = make_asked(memory, answer.queries)
-            kept.append(Question(asked, answer.answers.copy(), len(memory.objects)))
+            kept.append(EpisodeQuestions(asked, answer.answers.copy(), len(memory.objects)))
 
         def note_change(
-            change: Change, memory: MemoryBatch = memory, kept: list[Look | Question] = happened
+            change: Change,
+            memory: MemoryBatch = memory,
+            kept: list[LookEvents | EpisodeQuestions] = happened,
         ) -> None:
-            kept.append(Look(make_events(memory, change), len(memory.objects), memory.time))
+            kept.append(LookEvents(make_events(memory, change), len(memory.objects), memory.time))
 
         game.on_answer, game.rollout.on_change = note_answer, note_change
         for _ in game.run(num_steps):
             pass
         objects = memory.objects
         episodes.append(
-            Episode(
+            EventEpisode(
                 tuple(memory.labels), memory.furniture_label.copy(), objects["home"].copy(),
                 objects["label"].copy(), tuple(happened),
             )
@@ -106,11 +110,11 @@ def record_episodes(
     return episodes
 
 
-def make_asked(memory: MemoryBatch, queries: Queries) -> Asked:
+def make_asked(memory: MemoryBatch, queries: Queries) -> StreamQuestions:
     """Return questions as networks read them."""
     prior = sum_relations(queries.prior).astype(np.float32)
     is_place = memory.is_furniture[queries.home]
-    return Asked(queries.home.copy(), queries.object.copy(), prior, is_place, memory.time)
+    return StreamQuestions(queries.home.copy(), queries.object.copy(), prior, is_place, memory.time)
 
 
 def make_events(memory: MemoryBatch, change: Change) -> NewEvents:
@@ -126,6 +130,6 @@ def make_events(memory: MemoryBatch, change: Change) -> NewEvents:
     )  # fmt: skip
 
 
-def list_labels(episodes: Sequence[Episode]) -> list[str]:
+def list_labels(episodes: Sequence[EventEpisode]) -> list[str]:
     """Return every label of some episodes once."""
     return list(dict.fromkeys(label for own in episodes for label in own.labels))

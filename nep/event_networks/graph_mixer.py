@@ -10,7 +10,7 @@ from torch import Tensor, nn
 from torch_geometric.nn.models.graph_mixer import LinkEncoder, NodeEncoder
 
 from nep.event_networks.network import PairDecoder, TemporalNetwork
-from nep.event_networks.stream import MESSAGE_DIM, Asked
+from nep.event_networks.stream import MESSAGE_DIM, StreamQuestions
 
 
 class GraphMixer(TemporalNetwork):
@@ -35,7 +35,7 @@ class GraphMixer(TemporalNetwork):
         self.join = nn.Linear(2 * units, units)
         self.decode = PairDecoder(units)
 
-    def forward(self, asked: Asked) -> Tensor:
+    def forward(self, asked: StreamQuestions) -> Tensor:
         """Return logits of all places, (Q, F)."""
         stream = self.stream
         things, places = stream.find_things(asked.thing), stream.find_places(asked.home)

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from nep.event_networks.stream import MESSAGE_DIM, Asked, EventStream
+from nep.event_networks.stream import MESSAGE_DIM, EventStream, StreamQuestions
 from sgm.checks import check_at_least, check_shares
 
 TEXT_DIM = 96
@@ -69,7 +69,7 @@ class TemporalNetwork(nn.Module, ABC):
         return self.read_text.weight.dtype
 
     @abstractmethod
-    def forward(self, asked: Asked) -> Tensor:
+    def forward(self, asked: StreamQuestions) -> Tensor:
         """Return the logits of all places, (Q, F); those of columns that are no place are open."""
 
     def note(self, numbers: np.ndarray) -> None:
@@ -115,7 +115,7 @@ class PairDecoder(nn.Module):
         )
 
     def forward(
-        self, thing: Tensor, place: Tensor, asked: Asked, more: Tensor | None = None
+        self, thing: Tensor, place: Tensor, asked: StreamQuestions, more: Tensor | None = None
     ) -> Tensor:
         """Return logits (Q, F) of things (Q, D) or (Q, F, D) and places (Q, F, D)."""
         if thing.dim() == 2:

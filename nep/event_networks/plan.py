@@ -15,7 +15,7 @@ import torch
 
 from nep.bench.home_games import list_simulated
 from nep.bench.task_game import TaskGame
-from nep.event_networks.episodes import Episode, record_episodes
+from nep.event_networks.episodes import EventEpisode, record_episodes
 from nep.event_networks.files import TrainedNetwork
 from nep.event_networks.policy import EventPolicy
 from nep.event_networks.registry import make_network
@@ -104,7 +104,7 @@ class Workshop:
     kinds: Mapping[str, TaskGame]
     sources: Mapping[str, HomeSource]
     on_unit: Callable[[str], None] = print
-    _episodes: dict[tuple[str, str], list[Episode]] = field(default_factory=dict)
+    _episodes: dict[tuple[str, str], list[EventEpisode]] = field(default_factory=dict)
 
     def tune(self, entry: Entry) -> dict[str, Any]:
         """Return the settings of a network, chosen in the validation homes."""
@@ -193,7 +193,7 @@ class Workshop:
         sizes = self.sizes
         return {"numbers": [sizes.train_homes, sizes.val_homes, sizes.train_steps]}
 
-    def _record(self, kind: str, split: str) -> list[Episode]:
+    def _record(self, kind: str, split: str) -> list[EventEpisode]:
         """Return recorded episodes; the policy `bayesian` looks, as for `nep.fit`."""
         if (kind, split) not in self._episodes:
             count = self.sizes.train_homes if split == "train" else self.sizes.val_homes

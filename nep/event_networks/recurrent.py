@@ -9,7 +9,7 @@ import torch
 from torch import Tensor, nn
 
 from nep.event_networks.network import PairDecoder, TemporalNetwork
-from nep.event_networks.stream import MESSAGE_DIM, Asked
+from nep.event_networks.stream import MESSAGE_DIM, StreamQuestions
 
 
 class RecurrentPerThing(TemporalNetwork):
@@ -28,7 +28,7 @@ class RecurrentPerThing(TemporalNetwork):
         self.dropout = nn.Dropout(dropout)
         self.decode = PairDecoder(units, more=units + 2)
 
-    def forward(self, asked: Asked) -> Tensor:
+    def forward(self, asked: StreamQuestions) -> Tensor:
         """Return logits of all places, (Q, F)."""
         stream = self.stream
         things, places = stream.find_things(asked.thing), stream.find_places(asked.home)

@@ -38,7 +38,7 @@ class NewEvents:
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class StreamQuestions:
     """Q questions, each with all places of its home as candidates.
 
     Attributes:

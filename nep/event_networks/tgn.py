@@ -11,7 +11,7 @@ from torch_geometric.nn import TransformerConv
 from torch_geometric.nn.models.tgn import IdentityMessage, MeanAggregator, TGNMemory
 
 from nep.event_networks.network import PairDecoder, TemporalNetwork
-from nep.event_networks.stream import MESSAGE_DIM, Asked, EventStream
+from nep.event_networks.stream import MESSAGE_DIM, EventStream, StreamQuestions
 
 
 class _GrowingMemory(TGNMemory):
@@ -93,7 +93,7 @@ class TGN(TemporalNetwork):
             torch.from_numpy(src.copy()), torch.from_numpy(dst.copy()), time, known
         )
 
-    def forward(self, asked: Asked) -> Tensor:
+    def forward(self, asked: StreamQuestions) -> Tensor:
         """Return logits of all places, (Q, F)."""
         stream = self.stream
         self.memory.grow(stream.num_nodes)

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from nep.event_networks.episodes import Episode, Look
+from nep.event_networks.episodes import EventEpisode, LookEvents
 from nep.event_networks.network import TemporalNetwork
 from nep.event_networks.stream import EventStream
 from nep.model.loss import listwise_loss
@@ -38,7 +38,7 @@ class Validation:
 
 def train_network(
     network: TemporalNetwork,
-    episodes: Sequence[Episode],
+    episodes: Sequence[EventEpisode],
     *,
     sightings_alone: bool,
     epochs: int,
@@ -85,7 +85,7 @@ def train_network(
 
 @torch.no_grad()
 def validate(
-    network: TemporalNetwork, episodes: Sequence[Episode], sightings_alone: bool
+    network: TemporalNetwork, episodes: Sequence[EventEpisode], sightings_alone: bool
 ) -> Validation:
     """Answer the questions of recorded episodes."""
     guesses, ranks, shares = [], [], []
@@ -111,7 +111,7 @@ def validate(
 
 def play_episode(
     network: TemporalNetwork,
-    episode: Episode,
+    episode: EventEpisode,
     sightings_alone: bool,
     on_answer: Callable[[Tensor, np.ndarray, np.ndarray], None],
 ) -> None:
@@ -128,12 +128,12 @@ def play_episode(
     for happened in episode.happened:
         known = slice(0, happened.num_things)
         stream.know_things(episode.thing_home[known], episode.thing_label[known])
-        if isinstance(happened, Look):
+        if isinstance(happened, LookEvents):
             network.note(stream.append(happened.events, happened.time))
         else:
             logits = network(happened.asked)
             on_answer(logits, happened.asked.is_place, happened.answers)
 
 
-def _count_questions(episode: Episode) -> int:
-    return sum(not isinstance(happened, Look) for happened in episode.happened)
+def _count_questions(episode: EventEpisode) -> int:
+    return sum(not isinstance(happened, LookEvents) for happened in episode.happened)

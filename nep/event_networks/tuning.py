@@ -7,7 +7,7 @@ from typing import Any
 
 import torch
 
-from nep.event_networks.episodes import Episode
+from nep.event_networks.episodes import EventEpisode
 from nep.event_networks.registry import make_network
 from nep.event_networks.training import train_network, validate
 
@@ -19,8 +19,8 @@ _UNPRUNED = 2  # first trials that run to their end, to compare with
 def tune(
     name: str,
     sightings_alone: bool,
-    train: Sequence[Episode],
-    val: Sequence[Episode],
+    train: Sequence[EventEpisode],
+    val: Sequence[EventEpisode],
     num_trials: int,
     epochs: int,
 ) -> dict[str, Any]:

@@ -53,7 +53,7 @@ class _Nodes:
 
 
 @dataclass(slots=True)
-class Summary:
+class HomerSummary:
     """What was read and what was left out, for the command line."""
 
     num_days: int
@@ -72,7 +72,7 @@ class Summary:
         return "\n".join(lines)
 
 
-def read_homer(folder: Path, furniture_labels: Collection[str] = ()) -> tuple[Trace, Summary]:
+def read_homer(folder: Path, furniture_labels: Collection[str] = ()) -> tuple[Trace, HomerSummary]:
     """Read a household: `common_data.json` with `train/NNN.pt` and `test/NNN.pt`, or HOMER+.
 
     What lies in an object is at that object's place; a room that holds things itself has a place
@@ -214,7 +214,7 @@ def _clean(names: Sequence[str]) -> list[str]:
     return [re.sub(r"^food ", "", name.replace("_", " ").lower().strip()) for name in names]
 
 
-def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Summary]:
+def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, HomerSummary]:
     """Put places, rooms and events together."""
     places = [np.stack([_find_places(nodes, row) for row in day.parent]) for day in days]
     objects = np.flatnonzero(nodes.is_object)
@@ -225,7 +225,7 @@ def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Su
             f"household must hold an object at a place, got none in {folder}. Check it."
         )
     room_of = {int(node): _find_room(nodes, days[0].parent[0], int(node)) for node in used}
-    summary = Summary(len(days), 0, 0)
+    summary = HomerSummary(len(days), 0, 0)
     for outside in [key for key, room in room_of.items() if room < 0]:
         summary.left_out["in no room"][nodes.names[outside]] += 1
         del room_of[outside]

@@ -23,7 +23,7 @@ READINGS_VERSION = 1  # raise it when a reading gives other numbers
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class LikelihoodReading:
     """A way to score a ranking of all furniture.
 
     Attributes:
@@ -57,26 +57,26 @@ def _get_relevance(answer: Answer) -> np.ndarray:
 
 
 # By name: the first is ours (docs/design.md, ruling 17).
-READINGS: Mapping[str, Reading] = {
-    "home": Reading(
+READINGS: Mapping[str, LikelihoodReading] = {
+    "home": LikelihoodReading(
         "its row of T over the home", lambda s, answer, _: compute_ndcg(s, _get_relevance(answer))
     ),
-    "reach": Reading(
+    "reach": LikelihoodReading(
         "its row of T where the object can go",
         lambda s, answer, reach: compute_ndcg(s, _get_relevance(answer) * reach),
     ),
-    "moved": Reading(
+    "moved": LikelihoodReading(
         "its row of T but where it is now",
         lambda s, answer, _: compute_ndcg(s, _get_relevance(answer) * ~answer.answers),
     ),
-    "here": Reading(
+    "here": LikelihoodReading(
         "1 where it is now, else 0", lambda s, answer, _: compute_ndcg(s, answer.answers * 1.0)
     ),
-    "listed": Reading(
+    "listed": LikelihoodReading(
         "its row of T over the home, places without an opinion left out",
         lambda s, answer, _: compute_listed_ndcg(s, _get_relevance(answer)),
     ),
-    "moved_listed": Reading(
+    "moved_listed": LikelihoodReading(
         "its row of T but where it is now, places without an opinion left out",
         lambda s, answer, _: compute_listed_ndcg(s, _get_relevance(answer) * ~answer.answers),
     ),

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from sgm.finder.object_finder import ObjectFinder as FinderWithoutTorch
+from sgm.finder import object_finder
 from sgm.finder.object_finder import Trained
 from sgm.network.network import Network, has_onnx
 
 
-class ObjectFinder(FinderWithoutTorch):
+class TrainedObjectFinder(object_finder.ObjectFinder):
     """Answers where an object is, from a `SceneGraphMemory` alone; see `sgm.ObjectFinder`.
 
     Torch is loaded for a checkpoint, and for an exported network that reads a graph.
@@ -40,3 +40,6 @@ class ObjectFinder(FinderWithoutTorch):
                 "knows the rules of simulated homes. Train without, or take the shipped 'heat'."
             )
         return NEPPolicy(model.module.eval(), model.builder, asks_moved=asks_moved)
+
+
+ObjectFinder = TrainedObjectFinder  # as users import it

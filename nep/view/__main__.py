@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from nep.view.answers import Desk
+from nep.view.page_state import Judges
 from nep.view.saved_page import save_page
 from nep.view.server import DEFAULT_PORT, start
 from nep.view.sources import PLAYED, WEEK, list_options, open_source
-from nep.view.stage import Judges
 from sgm.checks import check_at_least
 from simulator.command_line import add_home_arguments, make_parser, one_line_errors, parse, pick
 from simulator.home_options import HomeOptions

@@ -10,8 +10,8 @@ from typing import Any
 
 from nep.view.history_figure import make_history
 from nep.view.map_figure import MapContent, View, make_map
-from nep.view.stage import Judges, Stage
-from nep.view.texts import Table, tell_ranking, tell_search
+from nep.view.page_state import Judges, Stage
+from nep.view.texts import TextTable, tell_ranking, tell_search
 from sgm.finder.search_plan import plan_search
 from simulator.drawing.history import History
 from simulator.replay.story import Story
@@ -22,7 +22,7 @@ _PLANNED = 5  # places of a search plan
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class ShownAnswer:
     """What one judge says.
 
     Attributes:
@@ -32,7 +32,7 @@ class Answer:
     """
 
     figure: dict[str, Any]
-    tables: tuple[Table, ...] = ()
+    tables: tuple[TextTable, ...] = ()
     problem: str = ""
 
 
@@ -55,7 +55,7 @@ class Desk:
         view: View | None = None,
         selected: int | None = None,
         story: Story | None = None,
-    ) -> Answer:
+    ) -> ShownAnswer:
         """Ask one judge, and draw what it says.
 
         Args:
@@ -73,7 +73,7 @@ class Desk:
         story = story or self.stage.story
         memory = story.memory_at(step)
         ranking, search, problem = None, None, ""
-        tables: list[Table] = []
+        tables: list[TextTable] = []
         true_places: list[int] = []
         if asked:
             try:
@@ -101,7 +101,7 @@ class Desk:
             selected=selected,
             view=view,
         )
-        return Answer(make_map(content), tuple(tables), problem)
+        return ShownAnswer(make_map(content), tuple(tables), problem)
 
     def trace(self, description: str, judge: str | None, step: int) -> dict[str, Any]:
         """Return the figure of the history of a thing, with a line at a step.

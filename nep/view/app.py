@@ -13,7 +13,7 @@ from nep.view.answers import Desk
 from nep.view.inputs import MOST_BYTES, NOBODY, Inputs, list_options
 from nep.view.map_figure import View
 from nep.view.style import PAGE
-from nep.view.texts import Table, tell_furniture, tell_step
+from nep.view.texts import TextTable, tell_furniture, tell_step
 from simulator.replay.story import Story
 
 _HOSTS = ("127.0.0.1", "localhost")
@@ -314,7 +314,7 @@ _EMPTY = {
 }
 
 
-def _make_table(table: Table) -> html.Div:
+def _make_table(table: TextTable) -> html.Div:
     parts: list[Any] = [
         html.H3(table.title),
         html.Table(

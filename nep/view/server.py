@@ -10,9 +10,9 @@ from threading import Thread
 from typing import TYPE_CHECKING
 
 from nep.view.answers import Desk
-from nep.view.stage import Judges, Stage
+from nep.view.page_state import Judges, Stage
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from simulator.replay.still import StillMemory
+from simulator.replay.still_memory import StillMemory
 
 if TYPE_CHECKING:
     from werkzeug.serving import BaseWSGIServer

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from nep.view.stage import Stage
+from nep.view.page_state import Stage
 from sgm.memory.look_log import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
@@ -14,7 +14,7 @@ from sgm.prior.prior_graph import load_prior
 from simulator.home_options import SOURCES, HomeOptions
 from simulator.replay.record import record_run
 from simulator.replay.replay import Replay
-from simulator.replay.still import StillMemory
+from simulator.replay.still_memory import StillMemory
 from simulator.trace.trace import find_traces
 
 WEEK = "routine"  # a simulated week with people

@@ -19,7 +19,7 @@ _MOST_NAMED = 12  # in a line
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """A table in words.
 
     Attributes:
@@ -40,7 +40,7 @@ def escape_label(text: str) -> str:
     return escape(text, quote=False)
 
 
-def tell_ranking(ranking: Ranking, who: str) -> Table:
+def tell_ranking(ranking: Ranking, who: str) -> TextTable:
     """List the likeliest places with the reasons, and *elsewhere*."""
     rows = [
         (f"{place.probability:.1%}", f"{place.name}, {_spell(place.relation)}", place.why)
@@ -50,17 +50,17 @@ def tell_ranking(ranking: Ranking, who: str) -> Table:
     if len(ranking) > MOST_PLACES:
         rows.append((f"{left:.1%}", f"{len(ranking) - MOST_PLACES} other places", ""))
     rows.append((f"{ranking.elsewhere:.1%}", "elsewhere", "at no place that the memory knows"))
-    return Table(f"{ranking.resolution}, says {who}", ("", "place", "why"), tuple(rows))
+    return TextTable(f"{ranking.resolution}, says {who}", ("", "place", "why"), tuple(rows))
 
 
-def tell_search(search: SearchPlan) -> Table:
+def tell_search(search: SearchPlan) -> TextTable:
     """List the looks of a plan in order."""
     rows = tuple(
         (str(number), look.place.name, f"{look.place.probability:.0%}", f"{look.cost:.1f}")
         for number, look in enumerate(search, 1)
     )
     note = f"found with {search.found:.0%}, expected cost {search.expected_cost:.1f}"
-    return Table("Search plan", ("", "look at", "", "cost"), rows, note)
+    return TextTable("Search plan", ("", "look at", "", "cost"), rows, note)
 
 
 def tell_step(story: Story, memory: SceneGraphMemory, step: int) -> list[str]:
@@ -78,7 +78,7 @@ def tell_step(story: Story, memory: SceneGraphMemory, step: int) -> list[str]:
     return lines or ["nothing was seen or asked"]
 
 
-def tell_furniture(story: Story, memory: SceneGraphMemory, furniture: int) -> list[Table]:
+def tell_furniture(story: Story, memory: SceneGraphMemory, furniture: int) -> list[TextTable]:
     """Say what was seen at a furniture node, when, and what was missed."""
     node = memory.furniture_ids.index(furniture)
     edges, time = memory.batch.edges, memory.time
@@ -102,11 +102,11 @@ def tell_furniture(story: Story, memory: SceneGraphMemory, furniture: int) -> li
         (story.get_time(look.step), _tell_look(look)) for look in looks[: -MOST_LOOKS - 1 : -1]
     )
     return [
-        Table(
+        TextTable(
             memory.describe(furniture), ("object", "", "last seen", "steps ago", "seen in looks"),
             things, more,
         ),
-        Table(f"{len(looks)} looks, the latest first", ("when", "what"), told),
+        TextTable(f"{len(looks)} looks, the latest first", ("when", "what"), told),
     ]  # fmt: skip
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from sgm.arrays.padded import sum_rows
 from sgm.belief.corrections import CORRECTIONS
-from sgm.evidence.expected import Expected
+from sgm.evidence.expected_places import Expected
 from sgm.evidence.object_counts import (
     ObjectCounts,
     compute_hour,

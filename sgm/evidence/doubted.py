@@ -8,7 +8,7 @@ import numpy as np
 
 from sgm.belief import Belief
 from sgm.evidence.adaptive_filter import compute_destinations
-from sgm.evidence.expected import Expected
+from sgm.evidence.expected_places import Expected
 from sgm.evidence.object_counts import ObjectCounts
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries

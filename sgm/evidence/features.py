@@ -9,7 +9,7 @@ import numpy as np
 from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED, follow_prior, trust_prior
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
-from sgm.evidence.expected import Expected
+from sgm.evidence.expected_places import Expected
 from sgm.evidence.place_features import PLACE_GROUPS
 from sgm.evidence.question import Question
 from sgm.evidence.question_features import QUESTION_GROUPS

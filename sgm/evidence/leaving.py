@@ -6,7 +6,7 @@ import numpy as np
 
 from sgm.arrays.grouped import compute_rank_in_group
 from sgm.evidence.adaptive_filter import Rates, compute_destinations, compute_left
-from sgm.evidence.expected import Expected
+from sgm.evidence.expected_places import Expected
 from sgm.evidence.object_counts import ObjectCounts, compute_hours_per_step
 from sgm.memory.home_history import NUM_LOOKS_KEPT
 from sgm.memory.memory_batch import MemoryBatch

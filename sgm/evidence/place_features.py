@@ -12,7 +12,7 @@ import numpy as np
 
 from sgm.evidence.adaptive_filter import weigh_hours
 from sgm.evidence.columns import PLACE_GROUP_COLUMNS
-from sgm.evidence.expected import share_out
+from sgm.evidence.expected_places import share_out
 from sgm.evidence.object_counts import compute_hour
 from sgm.evidence.question import FILTERS, Question
 

@@ -15,7 +15,7 @@ from sgm.evidence.adaptive_filter import (
     compute_destinations,
     weigh_hour,
 )
-from sgm.evidence.expected import Expected
+from sgm.evidence.expected_places import Expected
 from sgm.evidence.object_counts import ObjectCounts, compute_hours_per_step
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -110,7 +110,7 @@ class Question:
             queries: what is asked.
             asks_moved: share of the questions that are about what has just moved.
         """
-        from sgm.compiled.others import gather_others  # loads numba
+        from sgm.compiled.companions import gather_others  # loads numba
 
         home, objects, edges = queries.home, memory.objects, memory.edges
         counts = ObjectCounts.gather(memory, queries)

@@ -35,7 +35,7 @@ class ThingName:
         return cls(str(data["description"]), str(data.get("id", "")))
 
 
-class Corrections(ABC):
+class MemoryCorrections(ABC):
     """The part of `SceneGraphMemory` that is told things, rather than shown them.
 
     Things are named as people name them, or by the id of a tracker: a name must mean one thing.

@@ -18,7 +18,7 @@ from sgm.layout.furniture import Furniture, read_position
 from sgm.layout.layout import Layout, read_map_id
 from sgm.memory.asking import Asked, Scorer
 from sgm.memory.clock import Clock
-from sgm.memory.corrections import Corrections
+from sgm.memory.corrections import MemoryCorrections
 from sgm.memory.coverage import read_coverage, read_share
 from sgm.memory.frame_watch import FrameWatch
 from sgm.memory.home_view import list_home, list_rows
@@ -53,7 +53,7 @@ if TYPE_CHECKING:  # pandas is an extra
     from pandas import DataFrame
 
 
-class SceneGraphMemory(Corrections):
+class SceneGraphMemory(MemoryCorrections):
     """One graph that holds everything ever observed in a home.
 
     Object nodes are told apart by the words of their description, and one description may be

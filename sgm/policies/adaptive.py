@@ -13,7 +13,7 @@ from sgm.evidence.adaptive_filter import (
     compute_beliefs,
     compute_destinations,
 )
-from sgm.evidence.expected import Expected
+from sgm.evidence.expected_places import Expected
 from sgm.evidence.object_counts import ObjectCounts
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries

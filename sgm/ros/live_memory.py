@@ -20,7 +20,7 @@ _MOST_SHOWN = 20  # places of a belief that are drawn
 
 
 @dataclass(frozen=True, slots=True)
-class NextLook:
+class NextPose:
     """Where to go and look.
 
     Attributes:
@@ -115,15 +115,15 @@ class LiveMemory:
         """Rank the places where a thing may be."""
         return self._finder.rank(self.memory, description, k=k)
 
-    def find_next(self, description: str, at: tuple[float, float] | None = None) -> NextLook:
+    def find_next(self, description: str, at: tuple[float, float] | None = None) -> NextPose:
         """Return where to look next for a thing, from a position or from anywhere."""
         search = self._finder.search(self.memory, description, start=at)
         look = search.next()
         if look is None:
-            return NextLook(-1, "", (0.0, 0.0), 0.0, 0.0, search.outcome)
+            return NextPose(-1, "", (0.0, 0.0), 0.0, 0.0, search.outcome)
         furniture = look.place.furniture
         (x, y), yaw = self.find_stand(furniture)
-        return NextLook(
+        return NextPose(
             furniture, look.place.name, (x, y), yaw, look.place.probability,
             f"look at {look.place.name}, {look.place.probability:.0%}",
         )  # fmt: skip

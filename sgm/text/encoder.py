@@ -14,7 +14,7 @@ WIDTH = 96
 RMS = 0.5  # root mean square of the entries of a vector
 
 
-class Encoder(Protocol):
+class TextEncoder(Protocol):
     """Turns texts in lower case into vectors."""
 
     @property

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from sgm.messages import shorten
-from sgm.text.encoder import RMS, WIDTH, Encoder, FloatArray
+from sgm.text.encoder import RMS, WIDTH, FloatArray, TextEncoder
 from sgm.text.spacy_encoder import PAPER_PIPELINE, load_spacy
 from sgm.text.tok2vec import ENCODER_FILE, load_tok2vec
 
@@ -107,7 +107,7 @@ def is_text_known(pipeline: object) -> bool:
     return pipeline in (None, PAPER_PIPELINE) or (isinstance(pipeline, str) and pipeline in _LOADED)
 
 
-def _load_encoder(pipeline: str | Path) -> Encoder:
+def _load_encoder(pipeline: str | Path) -> TextEncoder:
     """Load an encoder: by numpy where a folder has the file for it, else by spaCy."""
     file = Path(pipeline) / ENCODER_FILE
     if pipeline != PAPER_PIPELINE and file.is_file():

@@ -17,8 +17,8 @@ MOST_CERTAIN = 0.95  # a look is no more certain to find an object than this
 LEAST_POSSIBLE = 0.02
 MOST_EXPECTED = 3.0  # no more objects than so many are expected at a place
 
-# The arrays of `simulator.policies.look_log.Chains`: number of each key's newest entry, number of
-# the oldest entry kept, then `at`, `value`, `share` and `previous` of the entries kept.
+# The arrays of `simulator.policies.filter_looks.Chains`: number of each key's newest entry, number
+# of the oldest entry kept, then `at`, `value`, `share` and `previous` of the entries kept.
 ChainArrays = tuple[np.ndarray, int, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from sgm.files import read_file, read_json, write_whole
 from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten, shorten_text
-from simulator.events.table import KINDS, Events, EventTable, Nodes, Questions
+from simulator.events.table import KINDS, EventQuestions, Events, EventTable, Nodes
 
 MANIFEST = "events.json"
 EVENTS, NODES, QUESTIONS = "events.csv", "nodes.csv", "questions.csv"
@@ -25,7 +25,7 @@ _MOST_BYTES = 1 << 32  # of a file
 _SHARES = ("coverage", "confidence")
 _NODE_COLUMNS = ("node", *(row.name for row in fields(Nodes)))
 _EVENT_COLUMNS = tuple(row.name for row in fields(Events))
-_QUESTION_COLUMNS = tuple(row.name for row in fields(Questions))
+_QUESTION_COLUMNS = tuple(row.name for row in fields(EventQuestions))
 
 
 def save_events(table: EventTable, folder: str | Path, settings: Mapping[str, Any]) -> list[str]:
@@ -103,7 +103,7 @@ def load_events(folder: str | Path) -> EventTable:
     _check_ids(np.array([p for row in places for p in row], dtype=np.int64), num_nodes, "places",
                path)  # fmt: skip
     seconds = manifest["step_seconds"]
-    questions = Questions(home, time, look, thing, places)
+    questions = EventQuestions(home, time, look, thing, places)
     return EventTable(Events(**columns), node_rows, questions, seconds)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sgm.memory.change import Change
-from simulator.events.table import PLACE, THING, Events, EventTable, Nodes, Questions
+from simulator.events.table import PLACE, THING, EventQuestions, Events, EventTable, Nodes
 from simulator.tasks.answer import Answer
 from simulator.tasks.task import Task
 from simulator.world.sensing import Observation
@@ -73,7 +73,7 @@ class EventRecorder:
             )
             chosen = np.flatnonzero(asked[:, 0] == home)
             _, time, look, thing = asked[chosen].T
-            questions = Questions(
+            questions = EventQuestions(
                 np.full(len(time), number), time, look, new_id[thing],
                 tuple(self._places[row] for row in chosen),
             )  # fmt: skip

@@ -71,7 +71,7 @@ Rows = TypeVar("Rows", Events, Nodes)
 
 
 @dataclass(frozen=True, slots=True)
-class Questions:
+class EventQuestions:
     """Q questions of the task, with their true answers: what a network learns and is scored on.
 
     Attributes:
@@ -106,7 +106,7 @@ class EventTable:
 
     events: Events
     nodes: Nodes
-    questions: Questions
+    questions: EventQuestions
     step_seconds: float | None = None
 
     @property
@@ -156,7 +156,7 @@ class EventTable:
         events = replace(events, thing=new_id[events.thing], place=new_id[events.place])
         own = np.flatnonzero(is_question)
         asked = self.questions
-        questions = Questions(
+        questions = EventQuestions(
             asked.home[own], asked.time[own], asked.look[own], new_id[asked.thing[own]],
             tuple(tuple(int(new_id[place]) for place in asked.places[row]) for row in own),
         )  # fmt: skip
@@ -197,7 +197,7 @@ class EventTable:
             }
         )
         asked = [part.questions for part in parts]
-        questions = Questions(
+        questions = EventQuestions(
             np.concatenate([own.home for own in asked]),
             np.concatenate([own.time for own in asked]),
             np.concatenate([own.look for own in asked]),
@@ -209,7 +209,7 @@ class EventTable:
             ),
         )
         by_time = np.lexsort((questions.look, questions.home, questions.time))
-        questions = Questions(
+        questions = EventQuestions(
             questions.home[by_time], questions.time[by_time], questions.look[by_time],
             questions.thing[by_time], tuple(questions.places[row] for row in by_time),
         )  # fmt: skip

@@ -29,8 +29,8 @@ from simulator.igridson.scene import (
     WALL,
     WALL_TEXT,
     Color,
-    Scene,
-    Thing,
+    GridScene,
+    GridThing,
     mix,
 )
 
@@ -84,7 +84,7 @@ class HomePicture:
         self._labels = [self._wrap(piece.label, piece.width) for piece in layout.furniture]
         self._ground = self._draw_ground()
 
-    def draw(self, scene: Scene) -> np.ndarray:
+    def draw(self, scene: GridScene) -> np.ndarray:
         """Draw a scene, uint8 (height, width, 3)."""
         image = self._ground.copy()
         pen = ImageDraw.Draw(image)
@@ -115,7 +115,7 @@ class HomePicture:
         self._draw_legend(pen)
         return image
 
-    def _draw_furniture(self, pen: ImageDraw.ImageDraw, scene: Scene) -> None:
+    def _draw_furniture(self, pen: ImageDraw.ImageDraw, scene: GridScene) -> None:
         margin = 0.04
         for index, (piece, lines) in enumerate(
             zip(self.layout.furniture, self._labels, strict=True)
@@ -142,7 +142,7 @@ class HomePicture:
                 x, y = piece.column + piece.width / 2, piece.row + LABEL_TOP + LINE * (turn + 0.5)
                 self._write(pen, x, y, line, LABEL_SIZE)
 
-    def _draw_trail(self, pen: ImageDraw.ImageDraw, scene: Scene) -> None:
+    def _draw_trail(self, pen: ImageDraw.ImageDraw, scene: GridScene) -> None:
         pale = mix(AGENT, PAPER, 0.45)
         points = [((x + 0.5) * self._scale, (y + 0.5) * self._scale) for x, y in scene.trail]
         if len(points) > 1:
@@ -150,9 +150,9 @@ class HomePicture:
         for x, y in scene.trail[:1]:
             self._draw_disc(pen, x + 0.5, y + 0.5, 0.12, fill=pale)
 
-    def _draw_things(self, pen: ImageDraw.ImageDraw, scene: Scene) -> None:
+    def _draw_things(self, pen: ImageDraw.ImageDraw, scene: GridScene) -> None:
         """Draw the objects cell by cell; where they do not fit, write how many more there are."""
-        by_cell: dict[tuple[int, int], list[Thing]] = {}
+        by_cell: dict[tuple[int, int], list[GridThing]] = {}
         for thing in scene.things:
             by_cell.setdefault(thing.cell, []).append(thing)
         stars = []
@@ -190,7 +190,7 @@ class HomePicture:
                 )
         return spots
 
-    def _draw_thing(self, pen: ImageDraw.ImageDraw, x: float, y: float, thing: Thing) -> None:
+    def _draw_thing(self, pen: ImageDraw.ImageDraw, x: float, y: float, thing: GridThing) -> None:
         if thing.is_inside:
             edge = mix(thing.color, TEXT, 0.25)
             self._draw_disc(pen, x, y, GLYPH, fill=PAPER, outline=edge, width=2)
@@ -198,7 +198,7 @@ class HomePicture:
             edge = mix(thing.color, TEXT, 0.5)
             self._draw_disc(pen, x, y, GLYPH, fill=thing.color, outline=edge, width=1)
 
-    def _draw_agent(self, pen: ImageDraw.ImageDraw, scene: Scene) -> None:
+    def _draw_agent(self, pen: ImageDraw.ImageDraw, scene: GridScene) -> None:
         x, y = scene.position[0] + 0.5, scene.position[1] + 0.5
         self._draw_disc(pen, x, y, 0.36, fill=AGENT, outline=PAPER, width=2)
         ahead_x, ahead_y = DIRECTIONS[scene.direction]
@@ -213,7 +213,7 @@ class HomePicture:
         ]
         pen.polygon(corners, fill=PAPER)
 
-    def _draw_caption(self, pen: ImageDraw.ImageDraw, scene: Scene) -> None:
+    def _draw_caption(self, pen: ImageDraw.ImageDraw, scene: GridScene) -> None:
         columns, rows = self.layout.size
         self._write(pen, 0.3, rows + 0.55, scene.title, TITLE_SIZE, anchor="lm")
         self._write(pen, columns - 0.3, rows + 0.55, scene.note, NOTE_SIZE, anchor="rm")
@@ -238,7 +238,7 @@ class HomePicture:
                 box, radius = self._box(x - 0.16, y - 0.16, 0.32, 0.32), 0.05 * self._scale
                 pen.rounded_rectangle(box, radius, FURNITURE, color, width=3 * _SMOOTH)
             else:
-                self._draw_thing(pen, x, y, Thing((0, 0), kind == "inside", NEUTRALS[0], False))
+                self._draw_thing(pen, x, y, GridThing((0, 0), kind == "inside", NEUTRALS[0], False))
             self._write(pen, x + 0.34, y, text, NOTE_SIZE, anchor="lm")
             x += 0.95 + self._measure(text, NOTE_SIZE)
 

@@ -26,8 +26,8 @@ from simulator.igridson.find_object import make_homes
 from simulator.igridson.layout import GridLayout
 from simulator.igridson.layout_file import load_layout
 from simulator.igridson.navigation import DIRECTIONS, Routes
-from simulator.igridson.placement import Placement
-from simulator.igridson.scene import Scene, list_things
+from simulator.igridson.placement import GridPlacement
+from simulator.igridson.scene import GridScene, list_things
 from simulator.policies import Bayesian, Policy
 from simulator.tasks.rollout import Rollout
 from simulator.tasks.search import Search
@@ -289,13 +289,13 @@ class IGridsonEnv(MiniGridEnv):
         ]
         return np.column_stack([known, *where]).astype(np.float32)
 
-    def get_scene(self) -> Scene:
+    def get_scene(self) -> GridScene:
         """Return what a picture of this moment shows."""
         things = list_things(self.homes, self.placement, int(self.search.codes[0]))
         if not self.shows_all:
             at = self.layout.furniture_at
             things = tuple(t for t in things if at[t.cell[1], t.cell[0]] in self.looked_at)
-        return Scene(
+        return GridScene(
             position=self.position,
             direction=int(self.agent_dir),
             things=things,
@@ -373,7 +373,7 @@ class IGridsonEnv(MiniGridEnv):
     def _sample_home(self, home_seed: int) -> None:
         homes = make_homes(self._prior, self.layout, Streams(home_seed, "test", [0]))
         self.rollout = Rollout(homes, self._policy(homes))
-        self.placement = Placement(self.layout, self.homes)
+        self.placement = GridPlacement(self.layout, self.homes)
         self._num_queries = 0
         self._pose = (self.layout.start, 0)
         self._wants_new_home = False

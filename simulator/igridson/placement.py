@@ -8,7 +8,7 @@ from simulator.igridson.layout import GridLayout
 from simulator.world.homes import Homes
 
 
-class Placement:
+class GridPlacement:
     """The cells of the objects of one home.
 
     An object that arrives at a furniture node takes its emptiest cell (the first of these) and

@@ -8,7 +8,7 @@ import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS
 from simulator.drawing import colours
-from simulator.igridson.placement import Placement
+from simulator.igridson.placement import GridPlacement
 from simulator.world.homes import Homes
 
 Color = tuple[int, int, int]
@@ -45,7 +45,7 @@ COLOR_WORDS: dict[str, Color] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Thing:
+class GridThing:
     """An object as a picture shows it.
 
     Attributes:
@@ -62,7 +62,7 @@ class Thing:
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class GridScene:
     """What one picture shows.
 
     Attributes:
@@ -78,7 +78,7 @@ class Scene:
 
     position: tuple[int, int]
     direction: int
-    things: tuple[Thing, ...] = ()
+    things: tuple[GridThing, ...] = ()
     trail: tuple[tuple[int, int], ...] = ()
     looked_at: tuple[int, ...] = ()
     is_found: bool = False
@@ -87,7 +87,7 @@ class Scene:
     note: str = ""
 
 
-def list_things(homes: Homes, placement: Placement, asked_code: int) -> tuple[Thing, ...]:
+def list_things(homes: Homes, placement: GridPlacement, asked_code: int) -> tuple[GridThing, ...]:
     """List the objects of the first home as pictures show them."""
     things = []
     for slot in np.flatnonzero(homes.is_present[0]):
@@ -97,7 +97,7 @@ def list_things(homes: Homes, placement: Placement, asked_code: int) -> tuple[Th
         neutral = NEUTRALS[int(homes.object_type[0, slot]) % len(NEUTRALS)]
         x, y = placement.cell[slot]
         things.append(
-            Thing(
+            GridThing(
                 cell=(int(x), int(y)),
                 is_inside=int(homes.object_place[0, slot]) % NUM_RELATIONS == 0,
                 color=named[0] if named else neutral,

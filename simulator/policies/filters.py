@@ -11,7 +11,7 @@ from sgm.arrays.relations import NUM_RELATIONS, sum_relations
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from simulator.policies.belief import Rules, Subjects
+from simulator.policies.filter_belief import Rules, Subjects
 from simulator.policies.place_filter import PlaceFilter
 from simulator.world.homes import Homes
 from simulator.world.source import TRUE_PLACE_WEIGHTS, TRUE_TRANSITIONS

@@ -11,12 +11,12 @@ from sgm.arrays.padded import sum_rows
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from simulator.policies.belief import AsOf, Belief, Rules, Subjects
+from simulator.policies.filter_belief import AsOf, FilterBelief, Rules, Subjects
 from simulator.policies.filters import PriorFilter
 
 
 @dataclass(slots=True)
-class HomeBelief(Belief):
+class HomeBelief(FilterBelief):
     """What `HomeFilter` believes about each subject.
 
     Attributes:
@@ -57,7 +57,7 @@ class HomeFilter(PriorFilter):
     Source: paper appendix A, "Sampling noise"; docs/design.md, rulings 5 and 6.
     """
 
-    belief_type: ClassVar[type[Belief]] = HomeBelief
+    belief_type: ClassVar[type[FilterBelief]] = HomeBelief
     num_basis: ClassVar[int] = 3  # the prior, where the type was seen, where the object was
 
     def reset(self, memory: MemoryBatch) -> None:
@@ -127,7 +127,7 @@ class HomeFilter(PriorFilter):
         )
 
     def advance(
-        self, belief: Belief, as_of: AsOf, now: int, subjects: Subjects, rules: Rules
+        self, belief: FilterBelief, as_of: AsOf, now: int, subjects: Subjects, rules: Rules
     ) -> None:
         """Carry beliefs on to a time, in place, with the looks and questions until then."""
         from simulator.compiled.filters import follow_home  # loads numba

@@ -15,10 +15,10 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.policies.policy import Policy, mask_furniture
 from sgm.prior.prior_graph import PriorGraph
-from simulator.policies.belief import AsOf, Belief, CompiledRules, Rules, Subjects
+from simulator.policies.filter_belief import AsOf, CompiledRules, FilterBelief, Rules, Subjects
+from simulator.policies.filter_looks import FilterLooks
 from simulator.policies.inventory import Inventory
 from simulator.policies.kept_beliefs import KeptBeliefs
-from simulator.policies.look_log import LookLog
 from simulator.world.rules import HomeRules
 
 _ROWS_AT_ONCE = 8192  # beliefs that are carried on together: some 30 MB
@@ -37,7 +37,7 @@ class PlaceFilter(Policy):
 
     The belief about an object is brought up to date when it is asked for, from where it was when
     it was last asked for. Looks are kept in a log that is cut when it has grown too long
-    (`LookLog.max_length`): then every belief is carried on to where the log is cut. No question
+    (`FilterLooks.max_length`): then every belief is carried on to where the log is cut. No question
     and no step costs more in a long life than in a short one.
 
     Attributes:
@@ -46,7 +46,7 @@ class PlaceFilter(Policy):
     """
 
     looks_counted = 1.0
-    belief_type: ClassVar[type[Belief]] = Belief
+    belief_type: ClassVar[type[FilterBelief]] = FilterBelief
     num_basis: ClassVar[int] = 1
 
     def __init__(
@@ -81,10 +81,10 @@ class PlaceFilter(Policy):
         # What objects stay in when they move, their room or home, (H, F).
         stays_in_room = np.array([not config.cross_room_moves for config in configs])
         self._room = np.where(stays_in_room[:, None], memory.furniture_room, 0).astype(np.int64)
-        self._log = LookLog(num_homes, num_types + 1)
+        self._log = FilterLooks(num_homes, num_types + 1)
         names = self.belief_type.get_names()
         self._kept = KeptBeliefs(names, memory.num_furniture, self.num_basis)
-        self._base: Belief | None = None  # at the start of the log; None at t = 0
+        self._base: FilterBelief | None = None  # at the start of the log; None at t = 0
         self._num_based = 0  # objects in it; the subjects of `_list_unknown` come after them
 
     def observe(self, memory: MemoryBatch, change: Change) -> None:
@@ -100,7 +100,7 @@ class PlaceFilter(Policy):
         belief = self.follow(memory, queries)
         return mask_furniture(memory, queries, belief.last + belief.others)
 
-    def follow(self, memory: MemoryBatch, queries: Queries) -> Belief:
+    def follow(self, memory: MemoryBatch, queries: Queries) -> FilterBelief:
         """Return what is believed about the objects asked for, (Q, F).
 
         A belief goes on from where it was, unless what it was computed from has changed between
@@ -122,7 +122,7 @@ class PlaceFilter(Policy):
 
     def _resume(
         self, memory: MemoryBatch, subjects: Subjects, rules: Rules, basis: np.ndarray
-    ) -> tuple[Belief, AsOf]:
+    ) -> tuple[FilterBelief, AsOf]:
         """Return beliefs to go on from, and of when they are; their bases go into `basis`."""
         rows = self._kept.find(subjects.object)
         entries = self._kept.take(rows)
@@ -143,7 +143,7 @@ class PlaceFilter(Policy):
             belief.put(new, self.start(subjects.take(new), rules.take(new), basis[new]))
         return belief, as_of
 
-    def start(self, subjects: Subjects, rules: Rules, basis: np.ndarray) -> Belief:
+    def start(self, subjects: Subjects, rules: Rules, basis: np.ndarray) -> FilterBelief:
         """Return the belief at the start of the log.
 
         Args:
@@ -157,16 +157,16 @@ class PlaceFilter(Policy):
         is_known = (subjects.object >= 0) & (subjects.object < self._num_based)
         return self._base.take(np.where(is_known, subjects.object, unknown))
 
-    def start_from_rules(self, rules: Rules) -> Belief:
+    def start_from_rules(self, rules: Rules) -> FilterBelief:
         """Return the belief at t = 0, before any look."""
-        return Belief(np.zeros(rules.initial.shape), rules.initial.copy())
+        return FilterBelief(np.zeros(rules.initial.shape), rules.initial.copy())
 
     def compute_basis(self, memory: MemoryBatch, subjects: Subjects) -> np.ndarray:
         """Return all that beliefs depend on besides looks and questions, (Q, B, F)."""
         return subjects.moves[:, None].copy()
 
     def advance(
-        self, belief: Belief, as_of: AsOf, now: int, subjects: Subjects, rules: Rules
+        self, belief: FilterBelief, as_of: AsOf, now: int, subjects: Subjects, rules: Rules
     ) -> None:
         """Carry beliefs on to a time, in place, with the looks and questions until then."""
         from simulator.compiled.filters import follow_places  # loads numba
@@ -233,7 +233,7 @@ class PlaceFilter(Policy):
         self._base, self._num_based = base, num_objects
         self._log.drop(cutoff)
 
-    def _compute_base(self, memory: MemoryBatch, rows: np.ndarray, cutoff: int) -> Belief:
+    def _compute_base(self, memory: MemoryBatch, rows: np.ndarray, cutoff: int) -> FilterBelief:
         """Return what is believed at the time where the log is cut.
 
         Args:

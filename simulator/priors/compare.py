@@ -14,7 +14,7 @@ PlaceKey = tuple[str | None, str, str, str]  # room, furniture, object, relation
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class PriorComparison:
     """Differences between two prior graphs A and B.
 
     Attributes:
@@ -38,7 +38,7 @@ class Comparison:
     placement_differences: list[tuple[float, str]]
 
 
-def compare_priors(a: PriorGraph, b: PriorGraph) -> Comparison:
+def compare_priors(a: PriorGraph, b: PriorGraph) -> PriorComparison:
     """Compare two prior graphs.
 
     Both correlations are over what either graph has, a missing entry counting as 0; placements only
@@ -53,7 +53,7 @@ def compare_priors(a: PriorGraph, b: PriorGraph) -> Comparison:
         key=lambda key: tuple(map(str, key)),
     )
     parts_a, parts_b = _find_parts(a, places_a), _find_parts(b, places_b)
-    return Comparison(
+    return PriorComparison(
         furniture_correlation=compute_rank_correlation(
             np.array([furniture_a.get(key, 0.0) for key in furniture]),
             np.array([furniture_b.get(key, 0.0) for key in furniture]),

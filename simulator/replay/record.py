@@ -14,7 +14,7 @@ from sgm.memory.sighting import RELATIONS
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.policies import make_policy
 from simulator.replay.replay import Replay
-from simulator.replay.story import Question
+from simulator.replay.story import PastQuestion
 from simulator.replay.truth import TruthRecorder
 from simulator.tasks.answer import Answer
 from simulator.tasks.registry import find_task
@@ -44,7 +44,7 @@ class RunRecorder:
             )
         self._rollout = task.rollout
         self._lines = [_describe_start(self._homes)]
-        self._questions: list[Question] = []
+        self._questions: list[PastQuestion] = []
         self._truth = TruthRecorder(self._homes)
         task.rollout.on_look = self._note_look
         task.on_answer = self._note_answer
@@ -86,7 +86,7 @@ class RunRecorder:
         keys = self._rollout.memory.objects["key"][answer.queries.object]
         for key, choice, is_right in zip(keys, answer.choice, answer.is_correct, strict=True):
             self._questions.append(
-                Question(
+                PastQuestion(
                     self._rollout.memory.time, self._homes.object_descriptions.text(int(key)),
                     int(choice), bool(is_right),
                 )

@@ -16,7 +16,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.time_steps import MAX_TIME
 from sgm.prior.prior_graph import PriorGraph
 from simulator.drawing.floor_plan import FloorPlan
-from simulator.replay.story import PastLook, Question, Story
+from simulator.replay.story import PastLook, PastQuestion, Story
 from simulator.replay.truth import TruePlaces
 
 _KEEP_EVERY = 64  # lines between memories that are kept, to go on from
@@ -37,7 +37,7 @@ class Replay(Story):
         prior: PriorGraph | None = None,
         clock: Clock | None = None,
         truth: TruePlaces | None = None,
-        questions: Sequence[Question] = (),
+        questions: Sequence[PastQuestion] = (),
         plan: FloorPlan | None = None,
     ) -> None:
         """Take over a log.

@@ -42,7 +42,7 @@ class PastLook:
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class PastQuestion:
     """What a robot was asked for in a run.
 
     Attributes:
@@ -75,7 +75,7 @@ class Story(ABC):
     first_step: int
     num_steps: int
     looks: tuple[PastLook, ...] = ()
-    questions: tuple[Question, ...] = ()
+    questions: tuple[PastQuestion, ...] = ()
     truth: TruePlaces | None = None
     plan: FloorPlan | None = None
     clock: Clock | None = None

@@ -30,7 +30,7 @@ Name = tuple[str, ...]  # of a thing: `read_name` of what it is called
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class LoggedLook:
     """What was seen at a piece of furniture, or that one thing was not.
 
     Attributes:
@@ -51,7 +51,7 @@ class Look:
 
 
 @dataclass(slots=True)
-class Thing:
+class LoggedThing:
     """One object of the trace.
 
     Attributes:
@@ -167,7 +167,7 @@ class _LogReader:
     """Follows the layout through a log, and gathers the looks."""
 
     def __init__(self, clock: Clock | None) -> None:
-        self.looks: list[Look] = []
+        self.looks: list[LoggedLook] = []
         self.descriptions: dict[Name, str] = {}  # as first written
         self._clock = clock  # the earliest; the trace begins when its step 0 was
         self._step_seconds = DEFAULT_STEP_SECONDS
@@ -301,7 +301,7 @@ class _LogReader:
         hidden: frozenset[Name] = frozenset(),
     ) -> None:
         shares = split_coverage(coverage)
-        self.looks.append(Look(self._time_s, place, shares, seen, sought, hidden))
+        self.looks.append(LoggedLook(self._time_s, place, shares, seen, sought, hidden))
 
     def _forget(self, forgotten: Name) -> None:
         for look in self.looks:
@@ -314,10 +314,10 @@ class _Things:
     def __init__(self, descriptions: Mapping[Name, str]) -> None:
         self.events: list[Event] = []
         self._descriptions = descriptions
-        self._things: dict[Name, list[Thing]] = defaultdict(list)
+        self._things: dict[Name, list[LoggedThing]] = defaultdict(list)
         self._num_called = Counter[str]()
 
-    def see(self, time_s: float, looks: Sequence[Look]) -> None:
+    def see(self, time_s: float, looks: Sequence[LoggedLook]) -> None:
         """Take over all looks of one time step.
 
         Args:
@@ -338,8 +338,8 @@ class _Things:
         self,
         time_s: float,
         name: Name,
-        things: list[Thing],
-        looks: Sequence[Look],
+        things: list[LoggedThing],
+        looks: Sequence[LoggedLook],
         seen: Mapping[int, Sequence[int]],
     ) -> None:
         """Let things go that looks at their places did not show."""
@@ -373,20 +373,20 @@ class _Things:
                     away = things[-1:]
                 self._put(time_s, away[0], place, relation)
 
-    def _make(self, name: Name) -> Thing:
+    def _make(self, name: Name) -> LoggedThing:
         description = self._descriptions[name]
         called = get_label(description)
         self._num_called[called] += 1
         number = self._num_called[called]
-        return Thing(called if number == 1 else f"{called} {number}", description)
+        return LoggedThing(called if number == 1 else f"{called} {number}", description)
 
-    def _put(self, time_s: float, thing: Thing, place: int, relation: int) -> None:
+    def _put(self, time_s: float, thing: LoggedThing, place: int, relation: int) -> None:
         is_new = (thing.place, thing.relation) != (place, relation)
         thing.place, thing.relation, thing.time_s, thing.unseen = place, relation, time_s, 0.0
         if is_new:
             self._note(time_s, thing)
 
-    def _note(self, time_s: float, thing: Thing) -> None:
+    def _note(self, time_s: float, thing: LoggedThing) -> None:
         self.events.append(
             Event(time_s, thing.name, thing.description, thing.place, thing.relation)
         )

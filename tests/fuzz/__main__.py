@@ -105,7 +105,7 @@ def run_cases(kind: str, first: int, count: int, root: Path, results: Connection
         root: an empty folder; `said` in it gets what is printed.
         results: where it goes to, as (seed, outcome, text); the outcome is "" before a case.
     """
-    from kinds import TARGETS
+    from registry import TARGETS
 
     said = os.open(root / "said", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     os.dup2(said, 1)
@@ -163,7 +163,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of the first case")
     parser.add_argument("--kinds", nargs="+", default=KINDS, choices=KINDS)
     options = parser.parse_args()
-    import kinds  # noqa: F401  # what all cases need
+    import registry  # noqa: F401  # what all cases need
 
     findings: list[str] = []
     for kind in options.kinds:

@@ -16,8 +16,8 @@ from dash import Dash
 
 from nep.view.answers import Desk
 from nep.view.app import make_app
-from nep.view.stage import Judges, Stage
-from simulator.replay.still import StillMemory
+from nep.view.page_state import Judges, Stage
+from simulator.replay.still_memory import StillMemory
 
 Rng = np.random.Generator
 # A good value of each input, by the end of its name.

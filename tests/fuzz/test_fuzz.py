@@ -92,7 +92,7 @@ def test_a_fault_is_found(use, outcome, monkeypatch):
         change=lambda folder, rng: (folder / "case").touch(),
         use=lambda folder: use(folder) if (folder / "case").exists() else None,
     )
-    monkeypatch.setitem(sys.modules, "kinds", SimpleNamespace(TARGETS={"odd": target}))
+    monkeypatch.setitem(sys.modules, "registry", SimpleNamespace(TARGETS={"odd": target}))
     counts, findings = Counter(), []
     seed, last = 7, 9
     while seed < last:

@@ -32,7 +32,7 @@ _OUTSIDE = 40  # of so many 95 % intervals, one lies above what is true by chanc
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class NetworkComparison:
     """A network with messages minus NEP-MLP, under the same conditions.
 
     Attributes:
@@ -57,7 +57,7 @@ class NetworkSections:
     def __init__(self, scores: ClaimsScores) -> None:
         """Take what was played."""
         self._scores = scores
-        self._compared: list[Comparison] = []
+        self._compared: list[NetworkComparison] = []
 
     def make_orders(self) -> tuple[str, Any]:
         """HEAT before GCN before MLP: all trainings."""
@@ -231,7 +231,7 @@ class NetworkSections:
             )
             difference = compute_difference(first, second)
             if worse == "mlp":
-                self._compared.append(Comparison(where, better, difference))
+                self._compared.append(NetworkComparison(where, better, difference))
             claim = Claim(LOCATION["on"], ORDER[better], ORDER[worse], difference)
             found.append((len(seeds), claim))
         return found
@@ -267,7 +267,7 @@ def _make_switch_row(
     title: str,
     changed: Mapping[str, ScoreSummary | None],
     plain: Mapping[str, ScoreSummary | None],
-    compared: list[Comparison],
+    compared: list[NetworkComparison],
 ) -> list[str]:
     """Make the cells of a change; comparisons with NEP-MLP are appended to `compared`."""
     row = [title]
@@ -283,7 +283,7 @@ def _make_switch_row(
         if own is None or base is None or not {name, "mlp"} & changed.keys():
             row.append("")
             continue
-        compared.append(Comparison(title, name, compute_difference(own, base)))
+        compared.append(NetworkComparison(title, name, compute_difference(own, base)))
         row.append(format_difference(compared[-1].difference, ".3f"))
     return row
 

@@ -1,7 +1,7 @@
 """What people use where, by kind of activity: read from BEHAVIOR's definitions.
 
 `python -m tools.priors activities --out FILE` writes the table that
-`simulator.world.routine.kinds` loads; the package `bddl` is needed for that alone.
+`simulator.world.routine.activity_kinds` loads; the package `bddl` is needed for that alone.
 """
 
 from __future__ import annotations

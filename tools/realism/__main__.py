@@ -18,7 +18,7 @@ from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.source import SampledSource
 from tools.realism.measures import MEASURES
 from tools.realism.report import (
-    Column,
+    RealismColumn,
     draw_behaviour,
     list_outside,
     make_table,
@@ -75,7 +75,7 @@ def report(config: RealismConfig) -> str:
         homes = measure_source(source, len(names), config.days, config.seed)
         recorded = dict(zip(names, homes, strict=True))
     simulated = [
-        Column(name, tuple(measure_source(SampledSource(home=home), *counts)))
+        RealismColumn(name, tuple(measure_source(SampledSource(home=home), *counts)))
         for name, home in (
             ("routine, 48 objects", _SMALL_SIZE),
             ("routine, 192 objects", _PAPER_SIZE),

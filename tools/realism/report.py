@@ -20,7 +20,7 @@ _HOUR = 3600.0
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
+class RealismColumn:
     """What was measured of some homes of one kind.
 
     Attributes:
@@ -70,7 +70,7 @@ def list_outside(recorded: Sequence[Behaviour], means: Mapping[str, float]) -> l
     ]
 
 
-def make_table(recorded: Mapping[str, Behaviour], simulated: Sequence[Column]) -> str:
+def make_table(recorded: Mapping[str, Behaviour], simulated: Sequence[RealismColumn]) -> str:
     """Return a Markdown table: a row per measure, recorded homes first.
 
     Simulated homes have their mean with the standard deviation over homes; a mean outside the
@@ -90,7 +90,7 @@ def make_table(recorded: Mapping[str, Behaviour], simulated: Sequence[Column]) -
 
 
 def draw_behaviour(
-    recorded: Mapping[str, Behaviour], simulated: Sequence[Column], called: str
+    recorded: Mapping[str, Behaviour], simulated: Sequence[RealismColumn], called: str
 ) -> Figure:
     """Draw every measure: a dot per recorded home, and mean and spread of the simulated ones.
 

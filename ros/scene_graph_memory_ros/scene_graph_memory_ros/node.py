@@ -20,7 +20,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from sgm import Bayesian, Finder, ObjectFinder, SceneGraphMemory
 from sgm.ros import HomeMap, LiveMemory
-from sgm.ros.live_memory import BeliefMarker, NextLook
+from sgm.ros.live_memory import BeliefMarker, NextPose
 
 # Parameters and what they are if nobody says.
 PARAMETERS: dict[str, Any] = {
@@ -146,7 +146,7 @@ class MemoryNode(Node):
         found = self._live.feed.transforms.find(*self._frames, now)
         return None if found is None else (float(found[0][0, 3]), float(found[0][1, 3]))
 
-    def _make_pose(self, look: NextLook) -> PoseStamped:
+    def _make_pose(self, look: NextPose) -> PoseStamped:
         pose = PoseStamped()
         pose.header.frame_id = self._frames[0]
         pose.header.stamp = self.get_clock().now().to_msg()

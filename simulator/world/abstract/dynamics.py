@@ -22,7 +22,7 @@ class AbstractDynamics(AbstractRules):
     then they go back to a usual place, or stay. In some homes nearly everything is used and in
     others little, things of a name are kept together or not, a few places hold nearly all or each
     holds its share: what differs between homes is drawn for each of them within wide bounds
-    (`simulator.world.abstract.ways`). So what can be learnt in many of them is how to follow
+    (`simulator.world.abstract.home_habits`). So what can be learnt in many of them is how to follow
     things, not what things are. Nothing comes or goes.
     """
 

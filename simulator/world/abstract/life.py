@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from sgm.memory.clock import HOUR_SECONDS
+from simulator.world.abstract.home_habits import MOST_ACTIVITIES, MOST_STAGES, Ways, draw_ways
 from simulator.world.abstract.rules import AbstractRules
-from simulator.world.abstract.ways import MOST_ACTIVITIES, MOST_STAGES, Ways, draw_ways
 from simulator.world.dynamics import Life
 from simulator.world.sampled_state import SampledState
 

@@ -10,8 +10,12 @@ import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS
 from simulator.world.dynamics import Life
+from simulator.world.routine.activity_kinds import (
+    compute_object_weights,
+    compute_spot_weights,
+    load_kinds,
+)
 from simulator.world.routine.carried import add_carried, choose_carried
-from simulator.world.routine.kinds import compute_object_weights, compute_spot_weights, load_kinds
 from simulator.world.routine.occasions import ROLES
 from simulator.world.routine.rules import RoutineRules
 from simulator.world.sampled_state import SampledState

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from simulator.world.routine.kinds import load_kinds
+from simulator.world.routine.activity_kinds import load_kinds
 
 ROLES = ("works away", "works at home", "stays at home")
 

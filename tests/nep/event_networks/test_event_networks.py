@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import torch
 
-from nep.event_networks.episodes import Look, Question, record_episodes
+from nep.event_networks.episodes import EpisodeQuestions, LookEvents, record_episodes
 from nep.event_networks.files import TrainedNetwork
 from nep.event_networks.policy import EventPolicy
 from nep.event_networks.registry import NETWORKS, make_network
-from nep.event_networks.stream import NUM_KEPT, Asked, EventStream, NewEvents
+from nep.event_networks.stream import NUM_KEPT, EventStream, NewEvents, StreamQuestions
 from nep.event_networks.training import play_episode, train_network, validate
 from nep.event_networks.tuning import tune
 from simulator.policies import make_policy
@@ -97,8 +97,8 @@ def test_sightings_alone_drop_what_was_not_seen():
 def test_episodes_hold_what_happened_in_order(episodes):
     (episode,) = episodes
     kinds = [type(happened) for happened in episode.happened]
-    assert kinds == [Question, Look] * 6
-    times = [h.time if isinstance(h, Look) else h.asked.time for h in episode.happened]
+    assert kinds == [EpisodeQuestions, LookEvents] * 6
+    times = [h.time if isinstance(h, LookEvents) else h.asked.time for h in episode.happened]
     assert times == sorted(times)
     question = episode.happened[0]
     assert question.answers.shape == (3, 8)
@@ -161,7 +161,7 @@ def test_the_mixer_gets_the_latest_link_first(monkeypatch):
 
     monkeypatch.setattr(type(network.link), "forward", listen)
     prior = np.full((1, 2), 0.5, np.float32)
-    network(Asked(np.zeros(1, int), np.zeros(1, int), prior, np.ones((1, 2), bool), 4))
+    network(StreamQuestions(np.zeros(1, int), np.zeros(1, int), prior, np.ones((1, 2), bool), 4))
     # places 0 (looked at in step 2) and 1 (in 1 and 3), then the thing
     assert heard == [([0, 1, 1, 2, 2, 2], [2, 3, 1, 3, 2, 1])]
 

@@ -11,7 +11,7 @@ from nep.model.module import NEPModule
 from nep.players.policy import NEPPolicy
 from sgm.evidence.adaptive_filter import follow_prior, trust_prior
 from sgm.evidence.columns import QUESTION_COLUMNS
-from sgm.evidence.expected import Expected
+from sgm.evidence.expected_places import Expected
 from sgm.evidence.features import compute_features
 from sgm.network.sharing import share_answers
 from sgm.policies.probabilities import compute_probabilities

@@ -6,7 +6,7 @@ import threading
 import pytest
 
 from nep.view.answers import Desk
-from nep.view.stage import Judges, Stage
+from nep.view.page_state import Judges, Stage
 from sgm.memory.look_log import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting

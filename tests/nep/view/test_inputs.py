@@ -11,9 +11,9 @@ pytest.importorskip("dash", reason="dash is not installed: pip install .[view]")
 
 from nep.view.answers import Desk
 from nep.view.app import make_app
-from nep.view.stage import Judges, Stage
+from nep.view.page_state import Judges, Stage
 from simulator import SceneGraphMemory, Sighting
-from simulator.replay.still import StillMemory
+from simulator.replay.still_memory import StillMemory
 
 PATH = "/_dash-update-component"
 

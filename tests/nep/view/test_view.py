@@ -17,14 +17,14 @@ import pytest
 from nep.view.__main__ import main
 from nep.view.answers import Desk
 from nep.view.map_figure import MOST_DOTS, MapContent, find_outer_corners, make_map
+from nep.view.page_state import Judges, Stage
 from nep.view.saved_page import save_page
-from nep.view.stage import Judges, Stage
 from nep.view.texts import tell_furniture, tell_ranking, tell_step
 from sgm.finder.finder import Finder
 from sgm.layout.box import Box
 from simulator import Bayesian, SceneGraphMemory, Sighting
 from simulator.drawing import FloorPlan
-from simulator.replay.still import StillMemory
+from simulator.replay.still_memory import StillMemory
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -174,7 +174,7 @@ def test_bad_input_is_one_line(arguments, message, tmp_path, monkeypatch, capsys
 def test_a_page_is_saved(source, log, monkeypatch, capsys):
     pytest.importorskip("plotly", reason="plotly is not installed: pip install .[view]")
     monkeypatch.chdir(log.parent)
-    monkeypatch.setattr("nep.view.stage.list_shipped", list)  # no seconds for torch
+    monkeypatch.setattr("nep.view.page_state.list_shipped", list)  # no seconds for torch
     main([source, "--ask", "red mug", "milk", "--save", "page.html"])
     text = Path("page.html").read_text("utf-8")
     assert "counter top in kitchen" in text
@@ -252,7 +252,7 @@ def test_show_follows_a_memory_of_a_program():
 
 def test_a_week_with_people_is_played(monkeypatch, tmp_path):
     pytest.importorskip("plotly", reason="plotly is not installed: pip install .[view]")
-    monkeypatch.setattr("nep.view.stage.list_shipped", list)  # no seconds for torch
+    monkeypatch.setattr("nep.view.page_state.list_shipped", list)  # no seconds for torch
     page = tmp_path / "page.html"
     main(["routine", "--steps", "6", "--save", str(page), "--home.furniture_per_room", "2"])
     text = page.read_text("utf-8")

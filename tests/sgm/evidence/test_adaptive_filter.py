@@ -14,7 +14,7 @@ from sgm.evidence.adaptive_filter import (
     follow_prior,
     trust_prior,
 )
-from sgm.evidence.expected import Expected
+from sgm.evidence.expected_places import Expected
 from sgm.evidence.object_counts import ObjectCounts
 from sgm.evidence.question import FILTERS
 from sgm.policies.adaptive import Adaptive

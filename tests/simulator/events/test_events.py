@@ -12,7 +12,7 @@ import pytest
 from simulator.collect import main
 from simulator.events import EventRecorder, EventTable, collect_events, load_events, save_events
 from simulator.events.files import save_tgb
-from simulator.events.table import PLACE, Events, Nodes, Questions
+from simulator.events.table import PLACE, EventQuestions, Events, Nodes
 from simulator.policies import make_policy
 from simulator.tasks.registry import TASKS
 from simulator.world.config import HomeConfig
@@ -33,7 +33,7 @@ def table() -> EventTable:
 
 
 def assert_equal(one: EventTable, two: EventTable) -> None:
-    for part, rows in (("events", Events), ("nodes", Nodes), ("questions", Questions)):
+    for part, rows in (("events", Events), ("nodes", Nodes), ("questions", EventQuestions)):
         for row in fields(rows):
             mine, other = (getattr(getattr(own, part), row.name) for own in (one, two))
             if row.name == "places":
@@ -197,7 +197,7 @@ def test_tgb_columns_by_hand(tmp_path):
     )  # fmt: skip
     text = np.array(["shelf", "fridge", "mug"], object)
     nodes = Nodes(np.zeros(3, int), ints([0, 0, 1]), text, text, text)
-    table = EventTable(events, nodes, Questions(*(np.zeros(0, int) for _ in range(4)), ()))
+    table = EventTable(events, nodes, EventQuestions(*(np.zeros(0, int) for _ in range(4)), ()))
     names = save_tgb(table, tmp_path, "thgl-homes")
     assert names == ["thgl-homes_edgelist.csv", "thgl-homes_nodetype.csv"]
     edges, types = ((tmp_path / name).read_text().splitlines() for name in names)

@@ -7,7 +7,7 @@ from gymnasium.utils.env_checker import check_env
 from simulator.igridson.agent import GridAgent
 from simulator.igridson.env import GridAction
 from simulator.igridson.find_object import Searcher
-from simulator.igridson.placement import Placement
+from simulator.igridson.placement import GridPlacement
 from simulator.policies import make_policy
 from simulator.tasks.rollout import make_memory
 
@@ -73,7 +73,7 @@ def test_objects_that_do_not_move_keep_their_cells(make_env):
 def test_objects_spread_over_the_cells_of_their_furniture(make_env):
     env = make_env()
     env.reset(seed=4)
-    fresh = Placement(env.layout, env.homes)
+    fresh = GridPlacement(env.layout, env.homes)
     for furniture, piece in enumerate(env.layout.furniture):
         cells = fresh.cell[fresh.furniture == furniture]
         counts = [(cells == cell).all(axis=1).sum() for cell in piece.cells]

@@ -15,8 +15,8 @@ from simulator.igridson.scene import (
     BELIEF,
     FOUND,
     FURNITURE,
-    Scene,
-    Thing,
+    GridScene,
+    GridThing,
     list_things,
     mix,
 )
@@ -73,7 +73,7 @@ def test_room_names_stand_in_walls_without_doors(picture):
 
 
 def test_size_and_caption(picture):
-    scene = Scene(position=(11, 4), direction=0)
+    scene = GridScene(position=(11, 4), direction=0)
     frame = picture.draw(scene)
     assert frame.shape == (round((14 + CAPTION) * 40), 22 * 40, 3)
     assert frame.dtype == np.uint8
@@ -85,7 +85,7 @@ def test_size_and_caption(picture):
 def test_belief_colours_furniture(picture):
     belief = np.zeros(21)
     belief[[2, 5]] = 1.0, 0.25
-    frame = picture.draw(Scene(position=(11, 4), direction=0, belief=belief))
+    frame = picture.draw(GridScene(position=(11, 4), direction=0, belief=belief))
     half = mix(FURNITURE, BELIEF, 0.5)  # the shade is the square root
     assert count(crop(picture, frame, 2), BELIEF) > 1000
     assert count(crop(picture, frame, 5), half) > 2000
@@ -93,7 +93,7 @@ def test_belief_colours_furniture(picture):
 
 
 def test_looked_at_and_found_are_marked(picture):
-    scene = Scene(position=(11, 4), direction=0, looked_at=(3, 8))
+    scene = GridScene(position=(11, 4), direction=0, looked_at=(3, 8))
     frame = picture.draw(scene)
     assert count(crop(picture, frame, 3), AGENT) > 50
     assert count(crop(picture, frame, 8), AGENT) > 50
@@ -105,19 +105,19 @@ def test_looked_at_and_found_are_marked(picture):
 
 def test_the_agent_is_where_it_is(picture):
     for position, direction in (((11, 4), 0), ((5, 3), 3)):
-        frame = picture.draw(Scene(position=position, direction=direction))
+        frame = picture.draw(GridScene(position=position, direction=direction))
         x, y = position
         assert count(frame[y * 40 : y * 40 + 40, x * 40 : x * 40 + 40], AGENT) > 200
 
 
 def test_every_object_asked_for_gets_a_star_even_in_a_crowd(picture):
     cell = picture.layout.furniture[6].cells[0]  # a chair of one cell
-    crowd = tuple(Thing(cell, False, (58, 112, 214), False) for _ in range(15))
+    crowd = tuple(GridThing(cell, False, (58, 112, 214), False) for _ in range(15))
     frame = picture.draw(
-        Scene((11, 4), 0, things=(*crowd, Thing(cell, False, (0, 0, 0), is_asked=True)))
+        GridScene((11, 4), 0, things=(*crowd, GridThing(cell, False, (0, 0, 0), is_asked=True)))
     )
     assert count(crop(picture, frame, 6), ASKED) > 20
-    frame = picture.draw(Scene((11, 4), 0, things=crowd))
+    frame = picture.draw(GridScene((11, 4), 0, things=crowd))
     assert count(crop(picture, frame, 6), ASKED) == 0
 
 

@@ -3,11 +3,11 @@ import pytest
 
 from sgm.memory.change import Change
 from simulator.policies import make_policy
-from simulator.policies.belief import Rules
+from simulator.policies.filter_belief import Rules
+from simulator.policies.filter_looks import FilterLooks
 from simulator.policies.filters import Ceiling, PriorFilter
 from simulator.policies.home_filter import HomeFilter
 from simulator.policies.kept_beliefs import KeptBeliefs
-from simulator.policies.look_log import LookLog
 from simulator.policies.place_filter import PlaceFilter
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
@@ -358,7 +358,7 @@ def test_a_cut_log_and_kept_beliefs_change_nothing(make_default_homes):
 @pytest.mark.slow
 def test_a_long_life_costs_no_more_than_a_short_one(make_tiny_homes, monkeypatch):
     """What a filter keeps: the log, beliefs of the objects, and nothing that grows with time."""
-    monkeypatch.setattr(LookLog, "max_length", 64)
+    monkeypatch.setattr(FilterLooks, "max_length", 64)
     homes = make_tiny_homes(2)
     for name in ("prior_filter", "home_filter", "ceiling"):
         policy = make_policy(name, homes)

@@ -8,7 +8,7 @@ from simulator.compiled.filters import (
     update_instance_noise,
 )
 from simulator.policies import make_policy
-from simulator.policies.belief import Subjects
+from simulator.policies.filter_belief import Subjects
 from simulator.policies.home_filter import HomeFilter
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout

@@ -5,7 +5,7 @@ import pytest
 
 from sgm.policies.probabilities import compute_probabilities
 from simulator.policies import POLICIES, make_policy
-from simulator.policies.look_log import LookLog
+from simulator.policies.filter_looks import FilterLooks
 from simulator.policies.place_filter import PlaceFilter
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig
@@ -56,7 +56,7 @@ def play(name, prior, numbers):
 
 
 FILTERS = [name for name, policy in POLICIES.items() if issubclass(policy, PlaceFilter)]
-CASES = [(name, LookLog.max_length) for name in POLICIES] + [(name, 8) for name in FILTERS]
+CASES = [(name, FilterLooks.max_length) for name in POLICIES] + [(name, 8) for name in FILTERS]
 
 
 @pytest.mark.slow
@@ -64,7 +64,7 @@ CASES = [(name, LookLog.max_length) for name in POLICIES] + [(name, 8) for name 
 def test_answers_do_not_depend_on_who_shares_the_batch(
     default_prior, monkeypatch, name, max_length
 ):
-    monkeypatch.setattr(LookLog, "max_length", max_length)  # short: cut several times
+    monkeypatch.setattr(FilterLooks, "max_length", max_length)  # short: cut several times
     together = play(name, default_prior, range(len(CONFIGS)))
     for number in range(len(CONFIGS)):
         alone = play(name, default_prior, [number])

@@ -21,7 +21,7 @@ from simulator import (
 )
 from simulator.replay.record import record_run
 from simulator.replay.replay import Replay
-from simulator.replay.still import StillMemory
+from simulator.replay.still_memory import StillMemory
 from simulator.trace.from_log import make_trace
 from simulator.world.routine.dynamics import RoutineDynamics
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sgm.prior.prior_graph import PriorGraph
-from simulator.world.routine.kinds import (
+from simulator.world.routine.activity_kinds import (
     compute_object_weights,
     compute_spot_weights,
     load_kinds,

@@ -10,7 +10,7 @@ from simulator.world.source import SampledSource
 from tools.realism import MEASURES, follow_homes, measure_behaviour
 from tools.realism.__main__ import main
 from tools.realism.measures import NOT_THERE, OUT
-from tools.realism.report import Column, list_outside, make_table, measure_source
+from tools.realism.report import RealismColumn, list_outside, make_table, measure_source
 
 # Seven hours, 5:00 to 11:00, of three objects.
 HOURS = np.arange(5, 12)
@@ -77,10 +77,12 @@ def test_homes_are_refused_that_cannot_be_measured():
 
 def test_a_mean_outside_the_spread_is_marked():
     recorded = {"a": measure_behaviour(AT, HOURS), "b": measure_behaviour(AT[:2], HOURS)}
-    still = Column("still", (measure_behaviour(AT[2:], HOURS),))
+    still = RealismColumn("still", (measure_behaviour(AT[2:], HOURS),))
     assert "ever_moves" in list_outside(list(recorded.values()), still.compute_means())
     assert (
-        list_outside(list(recorded.values()), Column("same", (recorded["a"],)).compute_means())
+        list_outside(
+            list(recorded.values()), RealismColumn("same", (recorded["a"],)).compute_means()
+        )
         == []
     )
     lines = make_table(recorded, [still]).splitlines()
@@ -95,7 +97,7 @@ def test_routines_are_as_regular_as_the_recorded_homes_that_we_know():
     # The spread of five households of HOMER, as results/realism.md says it, with a margin: these
     # are few homes and days.
     rules = HomeConfig(furniture_per_room=6, objects_per_furniture=2, dynamics=RoutineDynamics())
-    homes = Column("routine", tuple(measure_source(SampledSource(home=rules), 12, 30, 2)))
+    homes = RealismColumn("routine", tuple(measure_source(SampledSource(home=rules), 12, 30, 2)))
     means = homes.compute_means()
     assert 0.025 < means["changes_per_hour"] < 0.06
     assert 0.82 < means["at_usual"] < 0.89

@@ -9,7 +9,7 @@ from sgm.prior.prior_graph import PriorGraph
 from simulator.tasks.rollout import make_memory
 from simulator.world.abstract import life
 from simulator.world.abstract.dynamics import AbstractDynamics
-from simulator.world.abstract.ways import Ways, draw_ways
+from simulator.world.abstract.home_habits import Ways, draw_ways
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.mixture import Mixture
 from simulator.world.mixture.source import MixtureSource

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from simulator.compiled.filters import list_entries
-from simulator.policies.look_log import Chains, LookLog
+from simulator.policies.filter_looks import Chains, FilterLooks
 
 
 def list_values(chains, key, since=0):
@@ -54,7 +54,7 @@ def look(log, time, home, furniture, objects=()):
 
 
 def test_the_log_is_cut_before_the_newest_step():
-    log = LookLog(2, 3)
+    log = FilterLooks(2, 3)
     log.max_length = 8
     for time in range(1, 8):
         assert log.find_cutoff(time) is None
@@ -74,7 +74,7 @@ def test_the_log_is_cut_before_the_newest_step():
 
 
 def test_many_looks_in_a_step_stay_until_it_has_passed():
-    log = LookLog(1, 3)
+    log = FilterLooks(1, 3)
     log.max_length = 8
     look(log, 1, 0, 0)
     for number in range(20):
@@ -87,7 +87,7 @@ def test_many_looks_in_a_step_stay_until_it_has_passed():
 
 
 def test_a_question_counts_once_a_step():
-    log = LookLog(1, 3)
+    log = FilterLooks(1, 3)
     for time, objects in ((1, [0, 4]), (1, [4, 70]), (2, [4])):
         log.add_questions(time, np.array(objects))
     times = log.questions.arrays[2]

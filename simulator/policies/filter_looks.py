@@ -73,7 +73,7 @@ def _make_entries() -> Table:
     return Table({"at": np.int64, "value": np.int64, "share": np.float64, "previous": np.int64})
 
 
-class LookLog:
+class FilterLooks:
     """The looks at H homes since `start`, what they saw, and what was asked for.
 
     A round is one call of `add_looks`: at most one look in each home. Rounds are numbered from 0

@@ -62,7 +62,7 @@ class Rules:
 
 
 @dataclass(slots=True)
-class Belief:
+class FilterBelief:
     """What a filter believes about each subject.
 
     Attributes:
@@ -83,11 +83,11 @@ class Belief:
         """Every column by its name, (Q, F) each."""
         return {name: getattr(self, name) for name in self.get_names()}
 
-    def take(self, rows: np.ndarray) -> Belief:
+    def take(self, rows: np.ndarray) -> FilterBelief:
         """Return a copy of rows (n,)."""
         return type(self)(**{name: column[rows] for name, column in self.columns.items()})
 
-    def put(self, rows: np.ndarray, some: Belief) -> None:
+    def put(self, rows: np.ndarray, some: FilterBelief) -> None:
         """Replace rows (n,) by those of another belief."""
         for name, column in some.columns.items():
             getattr(self, name)[rows] = column

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sgm.evidence.expected import Expected
+from sgm.evidence.expected_places import Expected
 from sgm.prior.place_prior import PlacePrior
 from sgm.prior.prior_graph import PriorGraph
 from sgm.text.alike import WIDTH, Alike, weigh
