@@ -15,6 +15,7 @@ from sgm.layout.box import Box
 from sgm.layout.furniture import read_open_cost
 from sgm.layout.layout import Layout, read_map_id
 from sgm.memory.clock import Clock
+from sgm.memory.corrections import ThingName
 from sgm.memory.coverage import parse_coverage
 from sgm.memory.log_lock import LogLock
 from sgm.memory.memory_content import MemoryContent
@@ -50,6 +51,7 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {
     "transform": ("angle", "shift", "map_id"),
 }
 _OPTIONAL = ("id", "by")  # of the thing; who said it
+_IDS = ("room", "furniture", "was_at")
 
 
 @dataclass(frozen=True, slots=True)
@@ -299,15 +301,30 @@ def _read_line(data: Any) -> LogLine:
     elif kind in STATEMENTS:
         if not LEAST_CONFIDENCE <= float(values["confidence"]) <= 1:
             raise ValueError(f"confidence {shorten(values['confidence'])}")
+    elif kind == "merge":
+        values["other"] = ThingName.from_json(values["other"])
     elif kind == "transform":
         values["angle"], values["shift"] = float(values["angle"]), tuple(values["shift"])
+    if kind != "start":
+        _check_ids(kind, values)
     if kind in ("furniture", "move"):
+        position = values["position"]
+        values["position"] = None if position is None else tuple(position)
         box = data.get("box")
         values["box"] = None if box is None else Box.from_json(box)
         values["open_cost"] = read_open_cost(data.get("open_cost"))
     if "coverage" in values:
         values["coverage"] = parse_coverage(values["coverage"])
     return LogLine(kind, time, values)
+
+
+def _check_ids(kind: str, values: Mapping[str, Any]) -> None:
+    """Check that rooms and furniture are named by numbers; a statement may name none."""
+    for name in _IDS:
+        number = values.get(name)
+        may_lack = number is None and kind in STATEMENTS
+        if name in values and not may_lack and type(number) is not int:
+            raise ValueError(f"{name} {shorten(number)}")
 
 
 def _is_time(value: Any) -> bool:

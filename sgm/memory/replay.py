@@ -109,10 +109,9 @@ class Replayer:
         elif line.kind == "furniture":
             self._add(values["furniture"], values["label"], values["room"], values)
         elif line.kind == "move":
-            position = values["position"]
             memory.move_furniture(
                 self.furniture[values["furniture"]], self._rooms[values["room"]],
-                None if position is None else tuple(position), values.get("box"),
+                values["position"], values.get("box"),
             )  # fmt: skip
         elif line.kind == "remove_room":
             self._remove_room(values["room"])
@@ -147,7 +146,7 @@ class Replayer:
         if kind == "rename":
             memory._rename(own, values["name"], by)
         elif kind == "merge":
-            memory._merge(own, ThingName.from_json(values["other"]), by)
+            memory._merge(own, values["other"], by)
         elif kind == "split":
             memory._split(own, by)
         else:
@@ -204,11 +203,9 @@ class Replayer:
         self.memory.step(max(line.time - self.memory.time, 0))
 
     def _add(self, number: int, label: str, room: int, values: Mapping[str, Any]) -> None:
-        position = values["position"]
         self.furniture[number] = self.memory.add_furniture(
-            label, self._rooms[room], values["description"],
-            None if position is None else tuple(position), values.get("box"),
-            values.get("open_cost"),
+            label, self._rooms[room], values["description"], values["position"],
+            values.get("box"), values.get("open_cost"),
         )  # fmt: skip
 
     def _remove_room(self, number: int) -> None:

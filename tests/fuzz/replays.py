@@ -102,8 +102,10 @@ def change_log(path: Path, rng: Rng) -> None:
     for _ in range(int(rng.integers(1, 4))):
         at, kind = int(rng.integers(len(lines))), rng.integers(6)
         number = int(STEPS[int(rng.integers(len(STEPS)))])
-        is_plain = lines[at].startswith('{"kind') and len(lines[at]) < 10_000  # not nested before
-        line = json.loads(lines[at]) if is_plain else {}
+        try:
+            line = json.loads(lines[at]) if len(lines[at]) < 10_000 else {}
+        except (ValueError, RecursionError):  # it was nested before
+            line = {}
         if kind == 0:
             line = {"kind": "step", "time": number, "num_steps": number}
             lines.append(json.dumps(line))

@@ -1,9 +1,12 @@
 """A memory that is made again from its log."""
 
+import json
 import warnings
+from contextlib import suppress
 
 import pytest
 
+from sgm.layout.box import Box
 from sgm.memory.look_log import read_log
 from sgm.memory.replay import replay
 from sgm.memory.sighting import Sighting
@@ -65,3 +68,62 @@ def test_a_log_of_no_whole_line_is_refused(tmp_path, content):
         lines = read_log(path)
     with pytest.raises(ValueError, match=r"log must have a line, got none"):
         list(replay(lines))
+
+
+def _log_of_every_kind(path):
+    memory = SceneGraphMemory(log=path)
+    kitchen = memory.add_room("kitchen")
+    fridge = memory.add_furniture("fridge", kitchen, None, (1, 2), open_cost=2.0)
+    table = memory.add_furniture("table", kitchen, box=Box((1, 2, 0.5), (0.6, 1.2, 1), 0.3, "door"))
+    seen = [Sighting("mug", "in", 0.9, id="a"), Sighting("mug", "in", id="b")]
+    memory.observe(fridge, seen, {"in": 0.5, "onTop": 1}, ["vase"])
+    memory.observe(table, [Sighting("plate", owner="anna", embedding=(1.0, 0.0))], 0.5)
+    memory.note_absent(table, "spoon")
+    memory.query("spoon")
+    memory.step(2)
+    memory.note_moved("spoon", table, by="anna")
+    memory.picked_up("plate")
+    memory.put_down("plate", fridge, "in")
+    memory.rename("spoon", "tea spoon")
+    memory.merge("a", "b")
+    memory.split("b")
+    memory.transform(0.3, (1, 2), "map 2")
+    memory.move_furniture(table, kitchen, (1.0, 2.0))
+    memory.forget("plate")
+    memory.remove_furniture(table)
+    memory.remove_room(kitchen)
+
+
+def _list_paths(value, path=()):
+    if path:
+        yield path
+    items = value.items() if isinstance(value, dict) else enumerate(value)
+    for name, one in items:
+        yield from _list_paths(one if isinstance(one, dict | list) else (), (*path, name))
+
+
+def _put(value, path, new):
+    if not path:
+        return new
+    value = value.copy()
+    value[path[0]] = _put(value[path[0]], path[1:], new)
+    return value
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("odd", [None, True, 10**30, 1e999, "x", [], {"a": []}])
+def test_an_odd_value_anywhere_is_understood_or_refused_in_a_line(tmp_path, odd):
+    path = tmp_path / "looks.jsonl"
+    _log_of_every_kind(path)
+    lines = path.read_text().splitlines()
+    num_refused = 0
+    for at, text in enumerate(lines):
+        line = json.loads(text)
+        for place in _list_paths(line):
+            changed = json.dumps(_put(line, place, odd))
+            path.write_text("\n".join([*lines[:at], changed, *lines[at + 1 :]]) + "\n")
+            num_refused += 1
+            with suppress(ValueError):  # and nothing else
+                list(replay(read_log(path)))
+                num_refused -= 1
+    assert num_refused > 50
