@@ -8,8 +8,7 @@ import torch
 from torch import Tensor
 from torch_geometric.nn import HEATConv as PyGHEATConv
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES
-from nep.layers.flat_graph import FlatGraph
+from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
 from nep.layers.heat import HEATConv
 
 
@@ -44,13 +43,13 @@ class PyGLayer(torch.nn.Module):
             theirs.lin.weight.copy_(torch.cat([ours.message_node, message_edge]).t())
             theirs.lin.bias.copy_(ours.bias)
 
-    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor) -> Tensor:
+    def forward(self, batch: Batch, node: Tensor, edge: Tensor) -> Tensor:
         """Convolve once: (N, in_units), (E, edge_units) -> (N, heads * out_units)."""
         return self.theirs(
             node,
-            torch.stack([graph.edge_src, graph.edge_dst]),
-            torch.repeat_interleave(torch.tensor(graph.node_counts)),
-            torch.repeat_interleave(torch.tensor(graph.edge_counts)),
+            torch.stack([batch.edge_src, batch.edge_dst]),
+            torch.repeat_interleave(torch.tensor(batch.node_counts)),
+            torch.repeat_interleave(torch.tensor(batch.edge_counts)),
             edge,
         )
 
@@ -61,7 +60,7 @@ class PyGLayer(torch.nn.Module):
         return blocks.diagonal(dim1=1, dim2=2).transpose(1, 2).flatten(1)
 
 
-def compute_difference(ours: HEATConv, graph: FlatGraph, node: Tensor, edge: Tensor) -> float:
+def compute_difference(ours: HEATConv, batch: Batch, node: Tensor, edge: Tensor) -> float:
     """Compare both layers: outputs where edges enter, and gradients of nodes and edges.
 
     In float64: the order of a sum over thousands of edges does not pass for a difference.
@@ -70,11 +69,11 @@ def compute_difference(ours: HEATConv, graph: FlatGraph, node: Tensor, edge: Ten
         The largest difference of any number.
     """
     theirs = PyGLayer(ours).double()
-    entered, _ = graph.find_entered()
+    entered, _ = batch.find_entered()
     found = []
     for layer in (deepcopy(ours).double(), theirs):
         node, edge = (value.detach().double().requires_grad_() for value in (node, edge))
-        out = layer(graph, node, edge)
+        out = layer(batch, node, edge)
         if layer is theirs:
             out = theirs.take_shares(out)
         out = out.index_select(0, entered)

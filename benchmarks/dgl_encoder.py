@@ -23,7 +23,6 @@ from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from nep.encoders import DGLHGT, HGT
 from nep.encoders.encoder import Encoder
-from nep.layers.flat_graph import FlatGraph
 from simulator.collect import CollectConfig, collect
 
 
@@ -36,22 +35,20 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
         collect(config, Path(folder), progress=False)
         dataset = SnapshotDataset(Path(folder), builder)
     order = np.random.default_rng(0).permutation(len(dataset))[:size]
-    graph = FlatGraph.from_batch(dataset.__getitems__(order.tolist()))
-    single = builder.build_arrays(dataset.take(order[:1]))
-    node, single_node = torch.randn(graph.num_nodes, 64), torch.randn(len(single.label), 64)
+    batch = dataset.__getitems__(order.tolist())
+    single = dataset.take(order[:1])
+    node, single_node = (
+        torch.randn(batch.num_nodes, 64),
+        torch.randn(builder.build(single).num_nodes, 64),
+    )
     dgl_encoder, our_encoder = DGLHGT(), HGT()
 
     def train(encoder: Encoder) -> None:
-        encoder(graph, node, None).sum().backward()
+        encoder(batch, node, None).sum().backward()
 
     def play(encoder: Encoder) -> None:
-        flat = (
-            FlatGraph.from_batch(single.make_batch())
-            if encoder.reads_heterograph
-            else FlatGraph.from_arrays(single)
-        )
         with torch.inference_mode():
-            encoder(flat, single_node, None)
+            encoder(builder.build(single), single_node, None)
 
     def measure() -> tuple[float, dict[str, float]]:
         theirs, ours = (_time(train, each, repeats) for each in (dgl_encoder, our_encoder))
@@ -65,7 +62,7 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
             "ours_ms_single": ours_single,
         }
 
-    return measure, f"{size} snapshots, {graph.num_nodes} nodes, {graph.num_edges} edges"
+    return measure, f"{size} snapshots, {batch.num_nodes} nodes, {batch.num_edges} edges"
 
 
 def _time(work: Callable[[Encoder], None], encoder: Encoder, repeats: int) -> float:

@@ -32,10 +32,10 @@ import torch
 from _measure import Benchmark, Measure, run
 from torch import Tensor, nn
 
+from datamodules.batch import Batch
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
-from nep.layers.flat_graph import FlatGraph
 from nep.layers.heat import HEATConv
 from nep.layers.segment import attend
 from simulator.collect import CollectConfig, collect
@@ -57,10 +57,10 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
         collect(config, Path(folder), progress=False)
         dataset = SnapshotDataset(Path(folder), GraphBuilder(FeatureConfig(), num_hops=1))
     order = np.random.default_rng(0).permutation(len(dataset))
-    graph = FlatGraph.from_batch(dataset.__getitems__(order[: 5 if tiny else 100].tolist()))
+    batch = dataset.__getitems__(order[: 5 if tiny else 100].tolist())
     torch.manual_seed(0)
     node, edge = (
-        torch.randn(count, UNITS).requires_grad_() for count in (graph.num_nodes, graph.num_edges)
+        torch.randn(count, UNITS).requires_grad_() for count in (batch.num_nodes, batch.num_edges)
     )
     layers: dict[str, nn.Module] = {"ours": make_layer(2)}
     try:
@@ -68,13 +68,13 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
     except PackageNotFoundError:
         beside = "PyTorch Geometric is not installed (extra `bench`)"
     else:
-        layers |= _make_theirs(graph, node, edge)
+        layers |= _make_theirs(batch, node, edge)
     repeats = 1 if tiny else 10
 
     def measure() -> tuple[float, dict[str, float]]:
         seconds = time_in_turn(
             {
-                name: (partial(layer, graph, node, edge), [node, edge, *layer.parameters()])
+                name: (partial(layer, batch, node, edge), [node, edge, *layer.parameters()])
                 for name, layer in layers.items()
             },
             repeats,
@@ -84,14 +84,14 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
             if theirs in seconds:
                 for way, part in enumerate(("forward", "backward")):
                     figures[f"{name}_{part}"] = seconds[theirs][way] / seconds[ours][way]
-        figures["dgl_ratio"] = compare_dgl(graph, node, repeats)
+        figures["dgl_ratio"] = compare_dgl(batch, node, repeats)
         return sum(seconds["ours"]) * 1000, figures
 
-    size = f"{graph.num_nodes} nodes, {graph.num_edges} edges, {UNITS} units, 2 heads; {beside}"
+    size = f"{batch.num_nodes} nodes, {batch.num_edges} edges, {UNITS} units, 2 heads; {beside}"
     return measure, size
 
 
-def _make_theirs(graph: FlatGraph, node: Tensor, edge: Tensor) -> dict[str, nn.Module]:
+def _make_theirs(batch: Batch, node: Tensor, edge: Tensor) -> dict[str, nn.Module]:
     """Make layers of both with one head, and theirs with two.
 
     Raises:
@@ -100,7 +100,7 @@ def _make_theirs(graph: FlatGraph, node: Tensor, edge: Tensor) -> dict[str, nn.M
     from _pyg import PyGLayer, compute_difference  # here, since it need not be installed
 
     for heads in (1, 2):
-        difference = compute_difference(make_layer(heads), graph, node, edge)
+        difference = compute_difference(make_layer(heads), batch, node, edge)
         if difference > _TOLERANCE:
             raise RuntimeError(
                 f"layers must differ by at most {_TOLERANCE}, got {difference} with {heads} heads. "
@@ -110,19 +110,19 @@ def _make_theirs(graph: FlatGraph, node: Tensor, edge: Tensor) -> dict[str, nn.M
     return {"one": one, "pyg_one": PyGLayer(one), "pyg_two": PyGLayer(make_layer(2))}
 
 
-def compare_dgl(graph: FlatGraph, node: Tensor, repeats: int) -> float:
+def compare_dgl(batch: Batch, node: Tensor, repeats: int) -> float:
     """Divide the time of DGL's kernel by that of `attend`, forwards and backwards."""
     import dgl  # after `datamodules`, without which it writes a file into the user's home
 
-    entered, entry = graph.find_entered()
+    entered, entry = batch.find_entered()
     values = node.detach().requires_grad_()
-    attention = torch.rand(graph.num_edges, 2, requires_grad=True)
+    attention = torch.rand(batch.num_edges, 2, requires_grad=True)
     bipartite = dgl.heterograph(
-        {("node", "to", "entered"): (graph.edge_src, entry)},
-        num_nodes_dict={"node": graph.num_nodes, "entered": len(entered)},
+        {("node", "to", "entered"): (batch.edge_src, entry)},
+        num_nodes_dict={"node": batch.num_nodes, "entered": len(entered)},
     )
     kernels: dict[str, Callable[[], Tensor]] = {
-        "ours": lambda: attend(attention, values, graph.edge_src, entry, len(entered)),
+        "ours": lambda: attend(attention, values, batch.edge_src, entry, len(entered)),
         "dgl": lambda: dgl.ops.u_mul_e_sum(
             bipartite, values.unflatten(1, (2, -1)), attention.unsqueeze(2)
         ),

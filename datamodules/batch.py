@@ -1,85 +1,154 @@
-"""The batch of snapshots that the models read, and the names of its graph schema."""
+"""The batch of snapshots that models read: flat arrays, and the graph of a library on request."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import dgl
 import torch
 from torch import Tensor
 
+from datamodules.dgl_graph import make_graph, read_graph
+from simulator.snapshots.graph import (
+    EDGE_TYPES,
+    ENTERING,
+    FURNITURE,
+    NODE_TYPES,
+    OBJECT_UP,
+    QUERY_EDGE_TYPES,
+    RELATIONS,
+)
+
 if TYPE_CHECKING:
     from torch_geometric.data import HeteroData
 
-NODE_TYPES = ("house", "floor", "room", "furniture", "object")
-RELATIONS = ("in", "contains", "onTop", "under")
-EDGE_TYPES = (
-    ("house", "contains", "floor"),
-    ("floor", "in", "house"),
-    ("floor", "contains", "room"),
-    ("room", "in", "floor"),
-    ("room", "contains", "furniture"),
-    ("furniture", "in", "room"),
-    ("furniture", "contains", "object"),
-    ("object", "in", "furniture"),
-    ("object", "onTop", "furniture"),
-    ("furniture", "under", "object"),
-)
-# The edge types that enter each node type: the columns of its `degrees`.
-ENTERING = {
-    ntype: tuple(etype for etype in EDGE_TYPES if etype[2] == ntype) for ntype in NODE_TYPES
-}
-MAX_ENTERING = 3
-QUERY_EDGE_TYPES = (("object", "in", "furniture"), ("object", "onTop", "furniture"))
-
-TEXT_DIM = 96
-NODE_TEMPORAL_DIM = 4
-EDGE_FEATURE_DIM = 9
+__all__ = ["EDGE_TYPES", "ENTERING", "NODE_TYPES", "QUERY_EDGE_TYPES", "RELATIONS", "Batch"]
 
 
-@dataclass(frozen=True, slots=True)
-class SGMBatch:
-    """B scene graph memory snapshots as one heterogeneous graph.
+@dataclass(frozen=True)
+class Batch:
+    """B scene graph memory snapshots: nodes of all types in one row of ids, edges in one list.
 
-    Query order: the edges of (object, in, furniture) with `query` >= 0 in edge order, then those of
-    (object, onTop, furniture). Models give one logit per query edge in this order.
+    Ten relations times a handful of kernels cost more than the arithmetic at the size of a scene
+    graph, so all types lie in the same arrays and layers use index operations on them. Nodes lie in
+    the order of `NODE_TYPES`, edges in the order of `EDGE_TYPES`, each type contiguous and snapshot
+    by snapshot. The graph may be pruned to the k-hop in-neighbourhood of the query edges' end
+    nodes. Query edges ascend; models give one logit for each, in this order.
 
     Attributes:
-        graph: has all of `NODE_TYPES` and `EDGE_TYPES`, empty ones included. It knows its
-            snapshots as a graph of `dgl.batch` does: `batch_num_nodes`, `dgl.unbatch` and DGL's
-            readouts work; nodes and edges of each type lie snapshot by snapshot. It may be pruned
-            to the k-hop in-neighbourhood of the query edges' end nodes. Node data of every type:
-            `label` int64 (N,), row of `text`; `temporal` float32 (N, 4), scaled: time since
-            observed, times observed, time since moved, move frequency, (N, 0) for a model that
-            reads none; `snapshot` int64 (N,), 0..B-1; `degree` float32 (N,), in-degree before
-            pruning, and `degrees` float32 (N, 3), the same by edge type: the types of `ENTERING`
-            for the node type, in that order; 0 for a model without convolutions. Edge data of
-            every type: `feature` float32 (E, 9), scaled: cosine, time since observed, time since
-            changed, times observed, times true, frequency true, times changed, last state, prior;
-            then, if the model reads them, 5 belief and 8 clock features (`FeatureConfig`). Edge
-            data of `QUERY_EDGE_TYPES` also: `query` int64 (E,), the snapshot 0..B-1 whose query
-            edge it is, or -1; `target` float32 (E,), 1 or 0 for query edges whose truth is known,
-            else nan; and, where the task says how relevant a place is, `relevance` float32 (E,) of
-            the place of each query edge.
-        text: float32 (L, 96), one text vector per label; (L, 0) for a model that reads none.
+        node_counts: number of nodes per node type, 5 of them.
+        edge_counts: number of edges per edge type, 10 of them.
+        label: row of `text` of each node, int64 (N,).
+        node_feature: features of each node (`FEATURES`), float32 (N, 4 or more); (N, 0) for a model
+            that reads none.
+        degrees: in-degree before pruning by edge type, the types of `ENTERING` for the node's own,
+            float32 (N, 3); 0 for a model without convolutions.
+        node_snapshot: 0..B-1, ascending within each node type, int64 (N,).
+        furniture_index: place within its home of each furniture node, int64 (NF,).
+        edge_src, edge_dst: node ids, int64 (E,).
+        edge_feature: features of each edge (`FEATURES`), float32 (E, 9 or more).
+        query_edge: edge id of each query edge, int64 (Q,).
+        query_snapshot: whose query edge it is, 0..B-1, int64 (Q,).
+        query_target: 1 or 0, nan where the truth is unknown, float32 (Q,).
+        query_relevance: how relevant its place is, float32 (Q,); None where the task does not say.
+        evidence: what the memory says about each furniture node, with `FeatureConfig.evidence`,
+            float32 (NF, EVIDENCE_DIM), else None.
+        question: what it says about each question, float32 (B, QUESTION_DIM), or None.
+        text: one text vector per label, float32 (L, 96); (L, 0) for a model that reads none.
         num_snapshots: B.
-        question: what the memory says about each question, float32 (B, QUESTION_DIM), with
-            `features.evidence`; then furniture nodes have `evidence`, float32 (N, EVIDENCE_DIM).
 
     Source: paper section 4.2, appendix B.
     """
 
-    graph: dgl.DGLGraph
+    node_counts: tuple[int, ...]
+    edge_counts: tuple[int, ...]
+    label: Tensor
+    node_feature: Tensor
+    degrees: Tensor
+    node_snapshot: Tensor
+    furniture_index: Tensor
+    edge_src: Tensor
+    edge_dst: Tensor
+    edge_feature: Tensor
+    query_edge: Tensor
+    query_snapshot: Tensor
+    query_target: Tensor
+    query_relevance: Tensor | None
+    evidence: Tensor | None
+    question: Tensor | None
     text: Tensor
     num_snapshots: int
-    question: Tensor | None = None
+
+    @classmethod
+    def from_graph(
+        cls, graph: dgl.DGLGraph, text: Tensor, num_snapshots: int, question: Tensor | None = None
+    ) -> Batch:
+        """Take a batch from a DGL graph, such as an edited one of another batch.
+
+        Args:
+            graph: with the schema and data of `Batch.graph`.
+            text: see `Batch`.
+            num_snapshots: B.
+            question: see `Batch`.
+
+        Raises:
+            ValueError: if the graph's node or edge types are not those of the schema.
+        """
+        parts = read_graph(graph)
+        batch = cls(**parts, text=text, num_snapshots=num_snapshots, question=question)
+        batch.__dict__["graph"] = graph
+        return batch
+
+    @cached_property
+    def graph(self) -> dgl.DGLGraph:
+        """The batch as a heterogeneous DGL graph, made when it is first read.
+
+        It has all of `NODE_TYPES` and `EDGE_TYPES`, empty ones included, and knows its snapshots as
+        a graph of `dgl.batch` does: `batch_num_nodes`, `dgl.unbatch` and DGL's readouts work.
+
+        Node data of every type are `label`, `temporal` (`node_feature`), `degree`, `degrees` and
+        `snapshot`, as the attributes of the batch; of furniture also `index` and, where it is
+        there, `evidence`. Edge data of every type are `feature`; of `QUERY_EDGE_TYPES` also
+        `query`, the snapshot whose query edge it is, or -1; `target`, 1 or 0 for query edges whose
+        truth is known, else nan; and, where the task says it, `relevance` of the place of each
+        query edge.
+        """
+        graph = make_graph(
+            self.node_counts,
+            self.edge_counts,
+            (self.edge_src, self.edge_dst),
+            self.num_snapshots,
+            {
+                "label": self.label, "temporal": self.node_feature, "degree": self.degree,
+                "degrees": self.degrees, "snapshot": self.node_snapshot,
+            },
+            {"feature": self.edge_feature},
+        )  # fmt: skip
+        furniture = graph.nodes["furniture"].data
+        furniture["index"] = self.furniture_index
+        if self.evidence is not None:
+            furniture["evidence"] = self.evidence
+        for name, values, other in (
+            ("query", self.query_snapshot, -1),
+            ("target", self.query_target, torch.nan),
+            ("relevance", self.query_relevance, 0),
+        ):
+            if values is None:
+                continue
+            whole = values.new_full((self.num_edges,), other)
+            whole = whole.index_copy(0, self.query_edge, values).split(self.edge_counts)
+            for etype in QUERY_EDGE_TYPES:
+                graph.edges[etype].data[name] = whole[EDGE_TYPES.index(etype)]
+        return graph
 
     def to_pyg(self) -> HeteroData:
         """Return the batch as PyTorch Geometric's `HeteroData`, extra `events`.
 
-        Nodes, edges and their data keep their names; `edge_index` has source and destination, and
-        `batch` of every node type is the snapshot of each node, by which PyG pools.
+        Nodes, edges and their data have the names that they have in `graph`; `edge_index` has
+        source and destination, and `batch` of every node type is the snapshot of each node, by
+        which PyG pools.
 
         Raises:
             ModuleNotFoundError: if torch_geometric is not installed.
@@ -103,11 +172,89 @@ class SGMBatch:
             data.question = self.question
         return data
 
-    def to(self, device: Any, **kwargs: Any) -> SGMBatch:
-        """Copy the batch to a device; keyword arguments are those of `dgl.DGLGraph.to`."""
-        return replace(
-            self,
-            graph=self.graph.to(device, **kwargs),
-            text=self.text.to(device, **kwargs),
-            question=None if self.question is None else self.question.to(device, **kwargs),
-        )
+    def to(self, device: torch.device, dtype: torch.dtype | None = None) -> Batch:
+        """Copy the tensors to a device; on the same device it is this batch.
+
+        A DGL graph that was made already stays where it is: moving it takes a build of DGL for the
+        device, which only an encoder that reads it needs.
+
+        Args:
+            device: where to.
+            dtype: of all floating-point tensors; None to keep theirs.
+        """
+        stays = self.label.device == device
+        if stays and dtype in (None, self.node_feature.dtype):
+            return self
+        tensors: dict[str, Any] = {
+            field.name: value.to(device, dtype if value.is_floating_point() else None)
+            for field in fields(self)
+            if isinstance(value := getattr(self, field.name), Tensor)
+            and (value.is_floating_point() or not stays)
+        }
+        moved = replace(self, **tensors)
+        if "graph" in self.__dict__:
+            moved.__dict__["graph"] = self.graph
+        return moved
+
+    @property
+    def num_nodes(self) -> int:
+        """N."""
+        return sum(self.node_counts)
+
+    @property
+    def num_edges(self) -> int:
+        """E."""
+        return sum(self.edge_counts)
+
+    @property
+    def degree(self) -> Tensor:
+        """In-degree of each node before pruning, (N,)."""
+        return self.degrees.sum(dim=1)
+
+    @property
+    def furniture(self) -> slice:
+        """The furniture nodes among all."""
+        first = sum(self.node_counts[:FURNITURE])
+        return slice(first, first + self.node_counts[FURNITURE])
+
+    @property
+    def query_furniture(self) -> Tensor:
+        """Place within the home that each query edge leads to, int64 (Q,)."""
+        return self.furniture_index[self.edge_dst[self.query_edge] - self.furniture.start]
+
+    @property
+    def query_relation(self) -> Tensor:
+        """Relation of each query edge: 0 "in", 1 "onTop", int64 (Q,)."""
+        return (self.query_edge >= sum(self.edge_counts[: OBJECT_UP.stop - 1])).long()
+
+    def find_entered(self) -> tuple[Tensor, Tensor]:
+        """Find the nodes that edges enter, (R,), and which of them each edge enters, (E,)."""
+        is_entered = self.edge_dst.new_zeros(self.num_nodes).index_fill_(0, self.edge_dst, 1)
+        number = is_entered.cumsum(0) - 1
+        return is_entered.nonzero().squeeze(1), number.index_select(0, self.edge_dst)
+
+    def repeat_per_edge_type(self, values: Tensor) -> Tensor:
+        """Give each edge the row of its edge type: (10, ...) -> (E, ...)."""
+        return _repeat_blocks(values, self.edge_counts)
+
+    def repeat_per_node_type(self, values: Tensor) -> Tensor:
+        """Give each node the row of its node type: (5, ...) -> (N, ...)."""
+        return _repeat_blocks(values, self.node_counts)
+
+    def project_per_node_type(
+        self, node: Tensor, weight: Tensor, bias: Tensor | None = None
+    ) -> Tensor:
+        """Multiply each node by the matrix of its type: (N, C), (5, C, D), (5, D) -> (N, D)."""
+        rows = enumerate(node.split(self.node_counts))
+        # of a single home two blocks are empty; one stays, since all may be
+        blocks = [(number, block) for number, block in rows if len(block) or not number]
+        if bias is None:
+            return torch.cat([block @ weight[number] for number, block in blocks])
+        return torch.cat([torch.addmm(bias[n], block, weight[n]) for n, block in blocks])
+
+
+def _repeat_blocks(values: Tensor, counts: tuple[int, ...]) -> Tensor:
+    # The backward of expand is a sum per block, that of repeat_interleave a slow scatter. Of a
+    # single home most blocks are empty: they are left out but for one, since all may be empty.
+    blocks = [(row, count) for row, count in enumerate(counts) if count or not row]
+    return torch.cat([values[row].expand(count, *values.shape[1:]) for row, count in blocks])

@@ -1,12 +1,18 @@
-"""Node and edge features of appendix B, from the raw counters of snapshots."""
+"""Features of nodes, edges, places and questions: one entry each, which all that reads them reads.
+
+Batches are filled by what is declared in `FEATURES`, networks take their widths from it, the data
+module has recorded what an entry needs, and docs/data.md lists it.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
+from datamodules.feature_rows import EdgeRows
 from sgm.evidence.columns import (
     PLACE_COLUMNS,
     PLACE_GROUP_COLUMNS,
@@ -16,22 +22,58 @@ from sgm.evidence.columns import (
 from sgm.memory.clock import DAY_SECONDS, compute_week_seconds
 from sgm.memory.columns import NEVER
 from sgm.messages import shorten
-from simulator.snapshots.snapshots import Snapshots
 
 # Paper appendix B: average number of nodes (200) or edges (500) over ten times the steps (100).
 NODE_SCALE = 200 / (100 * 10.0)
 EDGE_SCALE = 500 / (100 * 10.0)
-
-# Columns of `compute_belief_features` and of `compute_clock_features`.
-BELIEF_DIM = 5
-CLOCK_DIM = 8
-EVIDENCE_DIM, QUESTION_DIM = len(PLACE_COLUMNS), len(QUESTION_COLUMNS)
+TEXT_DIM = 96
 
 # Raise it when the meaning or order of features changes: checkpoints state theirs.
 FEATURE_SCHEMA_VERSION = 1
 
+# Their columns are always there, and zero where the group is off.
+PAPER_GROUPS = ("temporal", "semantic", "prior")
+
+Of = Literal["node", "furniture", "edge", "object edge", "query edge", "place", "question"]
+# The arrays of a batch that hold features, and what each of them holds features of.
+TABLES: dict[str, tuple[Of, ...]] = {
+    "node": ("node", "furniture"),
+    "edge": ("edge", "object edge", "query edge"),
+    "place": ("place",),
+    "question": ("question",),
+}
+
 
 @dataclass(frozen=True, slots=True)
+class Feature:
+    """One or more columns of a batch.
+
+    Attributes:
+        name: what it is.
+        group: the switch of `FeatureConfig` that it belongs to.
+        of: of what: "node", furniture and objects; "furniture"; "edge"; "object edge", between an
+            object and furniture; "query edge"; "place", furniture nodes beside their own features,
+            and "question", both for the embedding of evidence. It is 0 for other nodes or edges.
+        compute: returns it for `NodeRows` (of places, too), `EdgeRows` or `QuestionRows`, (n,) or
+            (n, width).
+        width: number of columns.
+        layout: of an "edge" that joins no object; None for what is computed for these, too.
+        recorded: the extra of a collection that it is computed from, if any.
+        reads_others: whether it depends on what else is in a memory than the object asked for and
+            its edges; if no feature does, a network without convolutions is given these alone.
+    """
+
+    name: str
+    group: str
+    of: Of
+    compute: Callable[[Any], np.ndarray]
+    width: int = 1
+    layout: float | None = 0.0
+    recorded: str | None = None
+    reads_others: bool = False
+
+
+@dataclass(frozen=True)
 class FeatureConfig:
     """Which groups of features the model sees; a group that is off is all zeros.
 
@@ -91,89 +133,66 @@ class FeatureConfig:
                     "Choose among these."
                 )
 
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Groups of `FEATURES` that are on, in their order."""
+        return tuple(name for name in _GROUPS if getattr(self, name))
 
-def compute_furniture_temporal(snapshots: Snapshots, furniture: np.ndarray) -> np.ndarray:
-    """Return (time since observed, times observed, 0, 0) of some furniture, float32 (n, 4).
-
-    Furniture does not move: the two features about moving are zero.
-    """
-    time = snapshots.time[snapshots.furniture_snapshot[furniture]]
-    since = _compute_since(time, snapshots.furniture_last_observed[furniture])
-    features = np.zeros((len(since), 4), dtype=np.float32)
-    features[:, 0] = since * NODE_SCALE
-    features[:, 1] = snapshots.furniture_num_observed[furniture] * NODE_SCALE
-    return features
+    @property
+    def extra_groups(self) -> tuple[str, ...]:
+        """Those of them beyond the paper's, which have columns only where they are on."""
+        return tuple(name for name in self.groups if name not in PAPER_GROUPS)
 
 
-def compute_object_temporal(snapshots: Snapshots, objects: np.ndarray) -> np.ndarray:
-    """Return the temporal features of some object nodes, float32 (n, 4).
-
-    Time since observed, times observed, time since it was seen to have moved, and the share of
-    its observations (after the first) that found it moved; times are scaled.
-    """
-    time = snapshots.time[snapshots.object_snapshot[objects]]
-    num_observed = snapshots.object_num_observed[objects]
-    num_moved = snapshots.object_num_moved[objects]
-    features = np.empty((len(objects), 4), dtype=np.float32)
-    features[:, 0] = _compute_since(time, snapshots.object_last_observed[objects]) * NODE_SCALE
-    features[:, 1] = num_observed * NODE_SCALE
-    features[:, 2] = _compute_since(time, snapshots.object_last_moved[objects]) * NODE_SCALE
-    features[:, 3] = num_moved / np.maximum(num_observed - 1, 1)
-    return features
-
-
-def compute_edge_features(
-    snapshots: Snapshots, edges: np.ndarray, cosine: np.ndarray
-) -> np.ndarray:
-    """Return the features of some remembered edges, float32 (n, 9).
-
-    Cosine, time since observed, time since the state was seen to change, times observed, times
-    true, share true, times changed, last state, prior; times and counts are scaled.
+def list_columns(table: str, groups: Collection[str]) -> list[tuple[Feature, slice]]:
+    """List the features of an array of a batch, with their columns.
 
     Args:
-        snapshots: the snapshots.
-        edges: edge numbers, (n,).
-        cosine: of the text vectors of each edge's two nodes, (n,).
+        table: one of `TABLES`.
+        groups: those beyond the paper's that are on; others have no columns.
     """
-    time = snapshots.time[snapshots.object_snapshot[snapshots.edge_object[edges]]]
-    num_observed = snapshots.edge_num_observed[edges]
-    num_true = snapshots.edge_num_true[edges]
-    features = np.empty((len(edges), 9), dtype=np.float32)
-    features[:, 0] = cosine
-    features[:, 1] = _compute_since(time, snapshots.edge_last_observed[edges]) * EDGE_SCALE
-    features[:, 2] = _compute_since(time, snapshots.edge_last_changed[edges]) * EDGE_SCALE
-    features[:, 3] = num_observed * EDGE_SCALE
-    features[:, 4] = num_true * EDGE_SCALE
-    features[:, 5] = num_true / num_observed
-    features[:, 6] = snapshots.edge_num_changed[edges] * EDGE_SCALE
-    features[:, 7] = snapshots.edge_is_true[edges]
-    features[:, 8] = snapshots.edge_prior[edges]
-    return features
+    columns, first = [], 0
+    for feature in FEATURES:
+        if feature.of in TABLES[table] and feature.group in {*PAPER_GROUPS, *groups}:
+            columns.append((feature, slice(first, first + feature.width)))
+            first += feature.width
+    return columns
 
 
-def compute_hypothetical_features(
-    time: np.ndarray, prior: np.ndarray, cosine: np.ndarray
-) -> np.ndarray:
-    """Return the features of edges that were never observed, float32 (n, 9)."""
-    features = np.zeros((len(time), 9), dtype=np.float32)
-    features[:, 0] = cosine
-    features[:, 1] = time * EDGE_SCALE
-    features[:, 2] = time * EDGE_SCALE
-    features[:, 8] = prior
-    return features
+def check_groups(groups: Collection[str]) -> None:
+    """Check names of groups beyond the paper's.
 
-
-def compute_layout_features(prob: np.ndarray, cosine: np.ndarray) -> np.ndarray:
-    """Return the features of edges between house, floor, rooms and furniture, float32 (n, 9).
-
-    The layout is known and never changes: always true, with no history.
+    Raises:
+        ValueError: if there is no such group.
     """
-    features = np.zeros((len(prob), 9), dtype=np.float32)
-    features[:, 0] = cosine
-    features[:, 5] = 1
-    features[:, 7] = 1
-    features[:, 8] = prob
-    return features
+    known = [name for name in _GROUPS if name not in PAPER_GROUPS]
+    for name in groups:
+        if name not in known:
+            raise ValueError(
+                f"groups of features must be some of {', '.join(known)}, got {shorten(name)}. "
+                "Choose among these."
+            )
+
+
+def count_columns(table: str, groups: Collection[str] = ()) -> int:
+    """Count the columns that `list_columns` lists."""
+    return sum(feature.width for feature, _ in list_columns(table, groups))
+
+
+def list_recorded(config: FeatureConfig) -> list[str]:
+    """List the extras that a collection must hold for the features that are on."""
+    on = (feature.recorded for feature in FEATURES if feature.group in config.groups)
+    return list(dict.fromkeys(name for name in on if name is not None))
+
+
+def describe_features() -> str:
+    """Return `FEATURES` as a table in Markdown."""
+    lines = ["| feature | of | columns | switch |", "| --- | --- | ---: | --- |"]
+    for feature in FEATURES:
+        lines.append(
+            f"| {feature.name} | {feature.of} | {feature.width} | `features.{feature.group}` |"
+        )
+    return "\n".join(lines)
 
 
 def compute_belief_features(belief: np.ndarray) -> np.ndarray:
@@ -215,28 +234,6 @@ def compute_clock_features(
     return np.concatenate([now, seen], axis=1).astype(np.float32)
 
 
-def take_evidence(snapshots: Snapshots, config: FeatureConfig) -> tuple[np.ndarray, np.ndarray]:
-    """Return what the memory says about places (NF, EVIDENCE_DIM) and questions (B, QUESTION_DIM).
-
-    Columns of groups that are switched off are zero.
-
-    Raises:
-        ValueError: if the snapshots hold no evidence.
-    """
-    if "evidence" not in snapshots.extras:
-        raise ValueError(
-            "snapshots must hold evidence for `features.evidence`, got none. Collect with "
-            "`--evidence true`, or switch the feature off."
-        )
-    place, question = snapshots.extras["evidence"], snapshots.question_extras["evidence"]
-    if config.evidence_without:
-        place, question = (
-            values * [name.partition(".")[0] not in config.evidence_without for name in columns]
-            for values, columns in ((place, PLACE_COLUMNS), (question, QUESTION_COLUMNS))
-        )
-    return place.astype(np.float32), question.astype(np.float32)
-
-
 def require_clock(clock: np.ndarray | None) -> np.ndarray:
     """Return the clocks of homes, which all must have one.
 
@@ -255,14 +252,9 @@ def require_clock(clock: np.ndarray | None) -> np.ndarray:
     return clock
 
 
-def drop_features(edge: np.ndarray, config: FeatureConfig) -> None:
-    """Zero the groups of features of edges, (E, 9), that are switched off, in place."""
-    if not config.temporal:
-        edge[:, 1:8] = 0
-    if not config.semantic:
-        edge[:, 0] = 0
-    if not config.prior:
-        edge[:, 8] = 0
+def _compute_clock(edges: EdgeRows) -> np.ndarray:
+    clock = require_clock(edges.snapshots.clock)[edges.snapshot]
+    return compute_clock_features(clock, edges.time, edges.take("last_true", NEVER))
 
 
 def _compute_circles(week_seconds: np.ndarray) -> np.ndarray:
@@ -274,6 +266,79 @@ def _compute_circles(week_seconds: np.ndarray) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def _compute_since(time: np.ndarray, stamp: np.ndarray) -> np.ndarray:
-    """Return the time since a stamp; since the start for what has never happened."""
-    return np.where(stamp == NEVER, time, time - stamp)
+FEATURES = (
+    Feature(
+        "time since observed, scaled", "temporal", "node",
+        lambda nodes: nodes.since("last_observed") * NODE_SCALE,
+        reads_others=True,
+    ),
+    Feature(
+        "times observed, scaled", "temporal", "node",
+        lambda nodes: nodes.take("num_observed") * NODE_SCALE,
+        reads_others=True,
+    ),
+    Feature(
+        "time since it was seen to have moved, scaled", "temporal", "node",
+        lambda nodes: nodes.since("last_moved") * NODE_SCALE,
+        reads_others=True,
+    ),
+    Feature(
+        "share of observations, after the first, that found it moved", "temporal", "node",
+        lambda nodes: nodes.take("num_moved") / np.maximum(nodes.take("num_observed") - 1, 1),
+        reads_others=True,
+    ),
+    Feature(
+        "cosine of the text vectors of its nodes", "semantic", "edge",
+        lambda edges: edges.cosine, layout=None,
+    ),
+    Feature(
+        "time since observed, scaled", "temporal", "edge",
+        lambda edges: edges.since("last_observed") * EDGE_SCALE,
+    ),
+    Feature(
+        "time since its state was seen to change, scaled", "temporal", "edge",
+        lambda edges: edges.since("last_changed") * EDGE_SCALE,
+    ),
+    Feature(
+        "times observed, scaled", "temporal", "edge",
+        lambda edges: edges.take("num_observed") * EDGE_SCALE,
+    ),
+    Feature(
+        "times true, scaled", "temporal", "edge", lambda edges: edges.take("num_true") * EDGE_SCALE
+    ),
+    Feature(
+        "share of observations in which it was true", "temporal", "edge",
+        lambda edges: edges.take("num_true") / np.maximum(edges.take("num_observed"), 1),
+        layout=1.0,
+    ),
+    Feature(
+        "times changed, scaled", "temporal", "edge",
+        lambda edges: edges.take("num_changed") * EDGE_SCALE,
+    ),
+    Feature(
+        "whether it was true when last observed", "temporal", "edge",
+        lambda edges: edges.take("is_true"), layout=1.0,
+    ),
+    Feature("prior", "prior", "edge", lambda edges: edges.prior, layout=None),
+    Feature(
+        "belief of `HomeFilter` (`compute_belief_features`)", "belief", "query edge",
+        lambda edges: compute_belief_features(edges.extra("belief")),
+        width=5, recorded="belief",
+    ),
+    Feature(
+        "hour and day, now and when last seen there (`compute_clock_features`)", "clock",
+        "object edge", _compute_clock, width=8,
+    ),
+    Feature(
+        "what the memory says about it (`sgm.evidence`)", "evidence", "place",
+        lambda places: places.extra("evidence"), width=len(PLACE_COLUMNS), recorded="evidence",
+    ),
+    Feature(
+        "what the memory says about it (`sgm.evidence`)", "evidence", "question",
+        lambda questions: questions.extra("evidence"), width=len(QUESTION_COLUMNS),
+        recorded="evidence",
+    ),
+)  # fmt: skip
+_GROUPS = tuple(dict.fromkeys(feature.group for feature in FEATURES))
+NODE_FEATURE_DIM, EDGE_FEATURE_DIM = count_columns("node"), count_columns("edge")
+EVIDENCE_DIM, QUESTION_DIM = len(PLACE_COLUMNS), len(QUESTION_COLUMNS)

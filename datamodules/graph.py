@@ -1,39 +1,38 @@
-"""Snapshots to the graph of a batch, built once per batch."""
+"""Snapshots to a batch."""
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
-from datamodules.batch import MAX_ENTERING, NODE_TEMPORAL_DIM, TEXT_DIM, SGMBatch
+import numpy as np
+import torch
+
+from datamodules.batch import Batch
+from datamodules.feature_rows import EdgeRows, LayoutRows, NodeRows, QuestionRows
 from datamodules.features import (
-    BELIEF_DIM,
-    CLOCK_DIM,
+    TABLES,
+    TEXT_DIM,
+    Feature,
     FeatureConfig,
-    compute_belief_features,
-    compute_clock_features,
-    compute_edge_features,
-    compute_furniture_temporal,
-    compute_hypothetical_features,
-    compute_layout_features,
-    compute_object_temporal,
-    drop_features,
-    require_clock,
-    take_evidence,
+    count_columns,
+    list_columns,
 )
-from datamodules.graph_arrays import GraphArrays
-from datamodules.object_edges import ObjectEdges
-from datamodules.pairs import FIRST_OBJECT_TYPE, OBJECT_UP, Pairs
+from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.memory.candidates import propose_rows, sample_places
-from sgm.memory.columns import NEVER
+from simulator.snapshots.graph import (
+    FIRST_OBJECT_TYPE,
+    FURNITURE,
+    MAX_ENTERING,
+    OBJECT,
+    OBJECT_UP,
+    SnapshotGraph,
+)
 from sgm.text import load_text
 from simulator.snapshots.snapshots import Snapshots, forget, forget_absence
 
 
 class GraphBuilder:
-    """Turns snapshots into batches for a model.
-
-    Concatenates arrays, offsets ids and builds one graph: no object per snapshot, node or edge.
-    """
+    """Turns snapshots into batches for a model: no object per snapshot, node or edge."""
 
     def __init__(self, config: FeatureConfig, num_hops: int | None = None, seed: int = 0) -> None:
         """Load the text vectors.
@@ -53,91 +52,141 @@ class GraphBuilder:
         # No tensors: those made while a network plays, in inference mode, cannot be trained on.
         self._table = (np.zeros((0, TEXT_DIM), np.float32), np.zeros((0, 0), np.float32))
 
-    def build(self, snapshots: Snapshots) -> SGMBatch:
-        """Build the batch of B snapshots."""
-        return self.build_arrays(snapshots).make_batch()
+    def build(self, snapshots: Snapshots) -> Batch:
+        """Build the batch of B snapshots.
 
-    def build_arrays(self, snapshots: Snapshots) -> GraphArrays:
-        """Build the same as flat arrays: for a single home, a DGL graph takes longer to make."""
+        Raises:
+            ValueError: if they do not hold what a feature is computed from.
+        """
         if not self.config.memory:
             snapshots = forget(snapshots)
         if not self.config.absence:
             snapshots = forget_absence(snapshots)
         text, cosine = self._get_text(snapshots.labels)
         is_all = self.config.candidates == "all"
-        edges = ObjectEdges.from_snapshots(snapshots, self._propose(snapshots), is_all)
-        pairs = Pairs.from_snapshots(snapshots, edges)
-        kept = pairs.keep_all() if self.num_hops is None else pairs.keep_hops(edges, self.num_hops)
-        node = np.flatnonzero(kept.nodes)
-        first_node = np.searchsorted(node, pairs.first_node).tolist()
-        src, dst, pair, first_edge = pairs.list_edges(kept)
-
-        _, _, _, furniture, objects, _ = pairs.first_node.tolist()
-        place = node[first_node[3] : first_node[4]] - furniture
-        temporal = np.zeros((len(node), NODE_TEMPORAL_DIM * self.config.temporal), dtype=np.float32)
-        if self.config.temporal:
-            temporal[first_node[3] : first_node[4]] = compute_furniture_temporal(snapshots, place)
-            temporal[first_node[4] :] = compute_object_temporal(
-                snapshots, node[first_node[4] :] - objects
+        graph = SnapshotGraph.from_snapshots(snapshots, self._propose(snapshots), is_all)
+        is_kept, pair, is_up, first_edge = graph.list_edges(self.num_hops)
+        node, number_of_node = np.flatnonzero(is_kept), np.cumsum(is_kept) - 1
+        first_node = np.searchsorted(node, graph.first_node)
+        furniture, objects = (
+            NodeRows(snapshots, name, node[start:end] - graph.first_node[kind])
+            for name, kind, start, end in (
+                ("furniture", FURNITURE, *first_node[FURNITURE : FURNITURE + 2]),
+                ("object", OBJECT, *first_node[OBJECT : OBJECT + 2]),
             )
-        num_layout = first_edge[FIRST_OBJECT_TYPE]
-        number = pairs.object_edge[pair[num_layout:] - pairs.num_layout]
-        feature = _compute_features(
-            snapshots,
-            edges,
-            number,
-            pair[:num_layout] - pairs.first_pair[2],
-            cosine[pairs.label[src], pairs.label[dst]],
         )
-        drop_features(feature, self.config)
+        child, parent = graph.child[pair], graph.parent[pair]
+        src, dst = np.where(is_up, child, parent), np.where(is_up, parent, child)
+        edge_cosine = cosine[graph.label[src], graph.label[dst]]
+        num_layout = int(first_edge[FIRST_OBJECT_TYPE])
+        joined = pair[num_layout:] - graph.num_layout
+        edges = EdgeRows(
+            snapshots,
+            graph.remembered[joined],
+            graph.furniture[joined],
+            graph.is_on_top[joined],
+            edge_cosine[num_layout:],
+        )
+        upward = slice(*first_edge[[OBJECT_UP.start, OBJECT_UP.stop]].tolist())
+        is_asked = graph.is_query[joined[upward.start - num_layout : upward.stop - num_layout]]
+        query_edge = np.flatnonzero(is_asked) + upward.start
 
-        upward = slice(first_edge[OBJECT_UP.start], first_edge[OBJECT_UP.stop])
-        candidate = number[upward.start - num_layout : upward.stop - num_layout]
-        is_query = np.flatnonzero(edges.is_query[candidate])
-        query_edge, candidate = is_query + upward.start, candidate[is_query]
-        asked, furniture_row = edges.snapshot[candidate], edges.furniture[candidate]
-        target = np.full(len(candidate), np.nan, dtype=np.float32)
+        asked = edges.furniture[query_edge - num_layout]
+        target = np.full(len(asked), np.nan, dtype=np.float32)
         if snapshots.answers is not None:
-            target[:] = snapshots.answers[furniture_row]
+            target[:] = snapshots.answers[asked]
         relevance = snapshots.extras.get("relevance")
-        if relevance is not None:
-            relevance = relevance[furniture_row].astype(np.float32)
-        if self.config.belief:
-            feature = _append_belief(snapshots, feature, query_edge, furniture_row)
-        if self.config.clock:
-            feature = _append_clock(snapshots, feature, edges, number)
-        evidence = question = None
-        if self.config.evidence:
-            evidence, question = take_evidence(snapshots, self.config)
-            evidence = evidence[place]
-        number_of_node = np.cumsum(kept.nodes) - 1
         degrees = np.zeros((len(node), MAX_ENTERING), dtype=np.float32)
         if self.num_hops != 0:
-            degrees = pairs.compute_degrees()[node]
-        first_furniture, node_snapshot = snapshots.first_furniture, pairs.snapshot[node]
-        return GraphArrays(
-            first_node=first_node,
-            first_edge=first_edge.tolist(),
-            label=pairs.label[node],
-            temporal=temporal,
-            degree=np.einsum("nd->n", degrees),  # three columns: `sum` takes a call a node
-            degrees=degrees,
-            node_snapshot=node_snapshot,
-            furniture_index=place - first_furniture[node_snapshot[first_node[3] : first_node[4]]],
-            edge_src=number_of_node[src],
-            edge_dst=number_of_node[dst],
-            edge_feature=feature,
-            query_edge=query_edge,
-            query_snapshot=asked,
-            query_furniture=furniture_row - first_furniture[asked],
-            query_relation=edges.relation[candidate],
-            query_target=target,
-            query_relevance=relevance,
-            evidence=evidence,
-            question=question,
-            text=text,
+            degrees = graph.compute_degrees()[node]
+        node_snapshot = graph.snapshot[node]
+        arrays = {
+            "label": graph.label[node],
+            "node_feature": self._compute_nodes(first_node, furniture, objects),
+            "degrees": degrees,
+            "node_snapshot": node_snapshot,
+            "furniture_index": furniture.rows - snapshots.first_furniture[furniture.snapshot],
+            "edge_src": number_of_node[src],
+            "edge_dst": number_of_node[dst],
+            "edge_feature": self._compute_edges(
+                edges, query_edge, edge_cosine, _read_prob(snapshots, graph, pair[:num_layout])
+            ),
+            "query_edge": query_edge,
+            "query_snapshot": graph.snapshot[dst[query_edge]],
+            "query_target": target,
+            "query_relevance": None if relevance is None else relevance[asked].astype(np.float32),
+            "evidence": self._compute_evidence("place", furniture, len(furniture.rows)),
+            "question": self._compute_evidence(
+                "question", QuestionRows(snapshots), snapshots.num_snapshots
+            ),
+            "text": text,
+        }
+        return Batch(
+            node_counts=tuple(np.diff(first_node).tolist()),
+            edge_counts=tuple(np.diff(first_edge).tolist()),
             num_snapshots=snapshots.num_snapshots,
+            **{name: _as_tensor(values) for name, values in arrays.items()},
         )
+
+    def _compute_nodes(
+        self, first_node: np.ndarray, furniture: NodeRows, objects: NodeRows
+    ) -> np.ndarray:
+        """Compute the features of all nodes, float32 (N, D); (N, 0) if none of them are on."""
+        columns = self._list("node")
+        width = count_columns("node", self.config.groups) if columns else 0
+        values = np.zeros((first_node[-1], width), dtype=np.float32)
+        parts = (values[slice(*first_node[kind : kind + 2])] for kind in (FURNITURE, OBJECT))
+        for rows, part in zip((furniture, objects), parts, strict=True):
+            for feature, where in columns:
+                if feature.of in ("node", rows.kind):
+                    part[:, where] = _as_columns(feature.compute(rows))
+        return values
+
+    def _compute_edges(
+        self, edges: EdgeRows, query_edge: np.ndarray, cosine: np.ndarray, prob: np.ndarray
+    ) -> np.ndarray:
+        """Compute the features of all edges, those of the layout first, float32 (E, D).
+
+        Args:
+            edges: those that join objects.
+            query_edge: which of all edges are query edges.
+            cosine: of the text vectors of all edges' nodes, (E,).
+            prob: prior of the edges of the layout.
+        """
+        num_layout = len(prob)
+        values = np.zeros((len(cosine), count_columns("edge", self.config.groups)), np.float32)
+        layout = LayoutRows(cosine[:num_layout], prob)
+        for feature, where in self._list("edge"):
+            if feature.of == "query edge":
+                asked = edges.select(query_edge - num_layout)
+                values[query_edge, where] = _as_columns(feature.compute(asked))
+                continue
+            values[num_layout:, where] = _as_columns(feature.compute(edges))
+            if feature.of == "edge":
+                known = feature.compute(layout) if feature.layout is None else feature.layout
+                values[:num_layout, where] = _as_columns(known)
+        return values
+
+    def _compute_evidence(
+        self, table: str, rows: NodeRows | QuestionRows, count: int
+    ) -> np.ndarray | None:
+        """Compute what the memory says of places or questions, (n, D); None if that is off."""
+        columns = self._list(table)
+        if not columns:
+            return None
+        values = np.zeros((count, count_columns(table, self.config.groups)), dtype=np.float32)
+        names = {"place": PLACE_COLUMNS, "question": QUESTION_COLUMNS}[table]
+        for feature, where in columns:
+            values[:, where] = _as_columns(feature.compute(rows))
+            if feature.group == "evidence":
+                without = self.config.evidence_without
+                values[:, where] *= [name.partition(".")[0] not in without for name in names]
+        return values
+
+    def _list(self, table: str) -> list[tuple[Feature, slice]]:
+        """List the features of an array that are on, with their columns."""
+        groups = self.config.groups
+        return [entry for entry in list_columns(table, groups) if entry[0].group in groups]
 
     def _get_text(self, labels: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
         """Return the text table (L, 96) or (L, 0) and the cosine of every pair (L, L)."""
@@ -152,7 +201,8 @@ class GraphBuilder:
     @property
     def reads_asked_alone(self) -> bool:
         """Whether what else is in a memory than the objects asked for makes no difference."""
-        return self.num_hops == 0 and not self.config.temporal
+        read = (feature for table in TABLES for feature, _ in self._list(table))
+        return self.num_hops == 0 and not any(feature.reads_others for feature in read)
 
     @property
     def text_name(self) -> str:
@@ -175,80 +225,17 @@ class GraphBuilder:
         )
 
 
-def _compute_features(
-    snapshots: Snapshots,
-    edges: ObjectEdges,
-    number: np.ndarray,
-    layout: np.ndarray,
-    cosine: np.ndarray,
-) -> np.ndarray:
-    """Compute the features of all edges, those of the layout first, float32 (E, 9).
-
-    Args:
-        snapshots: the snapshots.
-        edges: the object edges.
-        number: which of them each edge is that is none of the layout.
-        layout: row of the furniture node that each edge of the layout joins to its room; negative
-            for edges between rooms, floor and home, which are certain.
-        cosine: of the text vectors of each edge's two nodes, (E,).
-    """
-    features = np.empty((len(cosine), 9), dtype=np.float32)
-    prob = np.where(layout < 0, 1.0, snapshots.furniture_prob[np.maximum(layout, 0)])
-    first = len(layout)
-    features[:first] = compute_layout_features(prob, cosine[:first])
-    is_remembered = number < edges.num_remembered
-    rows, chosen = np.flatnonzero(is_remembered) + first, number[is_remembered]
-    features[rows] = compute_edge_features(snapshots, chosen, cosine[rows])
-    is_hypothetical = ~is_remembered
-    rows, chosen = np.flatnonzero(is_hypothetical) + first, number[is_hypothetical]
-    prior = snapshots.query_prior[edges.furniture[chosen], edges.relation[chosen]]
-    features[rows] = compute_hypothetical_features(
-        snapshots.time[edges.snapshot[chosen]], prior, cosine[rows]
-    )
-    return features
+def _read_prob(snapshots: Snapshots, graph: SnapshotGraph, pairs: np.ndarray) -> np.ndarray:
+    """Return the prior of edges of the layout; those between rooms, floor and home are certain."""
+    furniture = pairs - graph.first_pair[2]
+    return np.where(furniture < 0, 1.0, snapshots.furniture_prob[np.maximum(furniture, 0)])
 
 
-def _append_belief(
-    snapshots: Snapshots,
-    feature: np.ndarray,
-    query_edge: np.ndarray,
-    furniture_row: np.ndarray,
-) -> np.ndarray:
-    """Append the belief features of query edges, zero for other edges, (E, 9) -> (E, 14).
-
-    Raises:
-        ValueError: if the snapshots hold no belief.
-    """
-    if "belief" not in snapshots.extras:
-        raise ValueError(
-            "snapshots must hold a belief for `features.belief`, got none. Collect with "
-            "`--belief`, or switch the feature off."
-        )
-    columns = np.zeros((len(feature), BELIEF_DIM), dtype=np.float32)
-    columns[query_edge] = compute_belief_features(snapshots.extras["belief"][furniture_row])
-    return np.concatenate([feature, columns], axis=1)
+def _as_columns(values: np.ndarray | float) -> np.ndarray:
+    """Return values (n,) as a column; a number stands for all rows."""
+    values = np.asarray(values)
+    return values if values.ndim == 2 else values.reshape(-1, 1)
 
 
-def _append_clock(
-    snapshots: Snapshots, feature: np.ndarray, edges: ObjectEdges, number: np.ndarray
-) -> np.ndarray:
-    """Append the clock features of edges of objects, zero for the layout, (E, D) -> (E, D + 8).
-
-    Args:
-        snapshots: the snapshots.
-        feature: of all edges, those of the layout first.
-        edges: the object edges.
-        number: which of them each edge is that is none of the layout.
-
-    Raises:
-        ValueError: if it is not known of every snapshot what time it was.
-    """
-    clock = require_clock(snapshots.clock)
-    never = np.full(len(edges.snapshot) - edges.num_remembered, NEVER)
-    last_true = np.concatenate([snapshots.edge_last_true, never])[number]
-    snapshot = edges.snapshot[number]
-    columns = np.zeros((len(feature), CLOCK_DIM), dtype=np.float32)
-    columns[len(feature) - len(number) :] = compute_clock_features(
-        clock[snapshot], snapshots.time[snapshot], last_true
-    )
-    return np.concatenate([feature, columns], axis=1)
+def _as_tensor(values: np.ndarray | None) -> Any:
+    return None if values is None else torch.from_numpy(values)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from torch.utils.data import Dataset
 
-from datamodules.batch import SGMBatch
+from datamodules.batch import Batch
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_tables import SnapshotTables
 from sgm.arrays.grouped import compute_starts, number_keys
@@ -19,8 +19,8 @@ from simulator.snapshots.shards import load_manifest, load_shard
 from simulator.snapshots.snapshots import Snapshots
 
 
-class SnapshotDataset(Dataset[SGMBatch]):
-    """The snapshots of one or more collections; item lists become one `SGMBatch` each.
+class SnapshotDataset(Dataset[Batch]):
+    """The snapshots of one or more collections; item lists become one `Batch` each.
 
     Shards are read and checked once, when the dataset is made, and copied into `SnapshotTables`:
     temporary files that are mapped into memory. Any snapshot is read from there, in any order, so
@@ -72,11 +72,11 @@ class SnapshotDataset(Dataset[SGMBatch]):
     def __len__(self) -> int:
         return len(self._tables)
 
-    def __getitem__(self, index: int) -> SGMBatch:
+    def __getitem__(self, index: int) -> Batch:
         """Return a batch of one snapshot."""
         return self.__getitems__([index])
 
-    def __getitems__(self, indices: Sequence[int]) -> SGMBatch:
+    def __getitems__(self, indices: Sequence[int]) -> Batch:
         """Return several snapshots as one batch."""
         return self._builder.build(self.take(np.asarray(indices)))
 

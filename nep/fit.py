@@ -10,7 +10,6 @@ import sys
 import warnings
 from collections.abc import Sequence
 from copy import deepcopy
-from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
@@ -41,6 +40,7 @@ from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, check_resumable, load_trained
 from nep.players.starting_point import make_settings, take_weights
 from nep.robot.comparison import compare_in_log
+from nep.setting_groups import list_groups, name_groups
 from sgm.memory.look_log import read_log
 from sgm.messages import shorten, shorten_text
 from sgm.network.retired import RETIRED, drop_retired
@@ -75,6 +75,7 @@ class FitCLI(LightningCLI):
             model_class: what is trained; a subclass of one's own may have further arguments.
             data_class: what it is trained on, likewise.
         """
+        self.groups = {"model": list_groups(model_class), "data": list_groups(data_class)}
         super().__init__(
             model_class,
             data_class,
@@ -118,11 +119,7 @@ class FitCLI(LightningCLI):
         for name in sorted(RETIRED):  # configs of earlier versions have them
             parser.add_argument(f"--model.{name}", type=float | None, help=argparse.SUPPRESS)
         parser.add_lightning_class_args(OnlineEvaluation, "online")
-        # What null stands for, so that --print_config shows every switch.
-        parser.set_defaults({"data.features": asdict(FeatureConfig())})
-        parser.link_arguments("data.features", "model.belief", compute_fn=_has_belief)
-        parser.link_arguments("data.features", "model.clock", compute_fn=_has_clock)
-        parser.link_arguments("data.features", "model.evidence", compute_fn=_has_evidence)
+        parser.link_arguments("data.features", "model.reads", compute_fn=_list_groups)
         parser.link_arguments("model.num_hops", "data.num_hops", apply_on="instantiate")
 
     def parse_arguments(self, parser: LightningArgumentParser, args: ArgsType) -> None:
@@ -131,7 +128,8 @@ class FitCLI(LightningCLI):
             args = sys.argv[1:]
         if isinstance(args, list):
             try:
-                args = normalise(parser, find_configs(args), prefix="data.")
+                args = name_groups(find_configs(args), self.groups)
+                args = normalise(parser, args, prefix="data.source.")
                 args = [*_list_settings(args), *args]
                 self.config = parser.parse_args(args)
                 self.config.pop("base")  # what it says has been taken over
@@ -246,21 +244,11 @@ def _list_settings(args: Sequence[str]) -> list[str]:
     return [f"--config={json.dumps(make_settings(load_trained(name)))}" for name in sources[-1:]]
 
 
-def _has_belief(features: Namespace | FeatureConfig | None) -> bool:
-    return _is_on("belief", features)
-
-
-def _has_clock(features: Namespace | FeatureConfig | None) -> bool:
-    return _is_on("clock", features)
-
-
-def _has_evidence(features: Namespace | FeatureConfig | None) -> bool:
-    return _is_on("evidence", features)
-
-
-def _is_on(name: str, features: Namespace | FeatureConfig | None) -> bool:
-    settings = getattr(features, "init_args", features)  # unless they are an instance already
-    return settings is not None and bool(getattr(settings, name))
+def _list_groups(features: Namespace | FeatureConfig) -> list[str]:
+    """List the groups of features beyond the paper's that are on."""
+    if isinstance(features, Namespace):
+        features = FeatureConfig(**features.as_dict())
+    return list(features.extra_groups)
 
 
 def find_classes(args: Sequence[str]) -> tuple[list[str], dict[str, Any]]:

@@ -8,9 +8,8 @@ import dgl
 import torch
 from torch import Tensor
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES
+from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
 from nep.encoders.encoder import Encoder
-from nep.layers.flat_graph import FlatGraph
 
 EdgeType = tuple[str, str, str]
 
@@ -20,14 +19,12 @@ class DGLEncoder(Encoder):
 
     A subclass defines `forward_graph`, `num_hops` and `uses_edges`, and keeps each argument of its
     constructor as an attribute of the same name, as every encoder does (docs/research.md has an
-    example). Where speed matters, write against `FlatGraph` instead: benchmarks/dgl_encoder.py
-    compares the two.
+    example). Where speed matters, write against the arrays of `Batch` instead:
+    benchmarks/dgl_encoder.py compares the two.
 
     Args:
         units: D, width of the node and edge embeddings, in and out.
     """
-
-    reads_heterograph = True
 
     @abstractmethod
     def forward_graph(
@@ -36,8 +33,8 @@ class DGLEncoder(Encoder):
         """Encode the nodes.
 
         Args:
-            graph: the heterograph of `SGMBatch`, with its node and edge data; what is written to it
-                is gone afterwards.
+            graph: `Batch.graph`, with its node and edge data; what is written to it is gone
+                afterwards.
             node: embedded nodes of every node type, (N, D) each: float32 while training, float64
                 when it is asked (`nep.players.policy`), as are the columns of the graph.
             edge: embedded edges of every edge type, (E, D) each; empty unless `uses_edges`.
@@ -46,17 +43,17 @@ class DGLEncoder(Encoder):
             (N, D) for each node type; the nodes of a type that is left out stay as they are.
         """
 
-    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
+    def forward(self, batch: Batch, node: Tensor, edge: Tensor | None) -> Tensor:
         """Hand the batch to `forward_graph`: (N, D), (E, D) -> (N, D)."""
-        heterograph = _move(graph.heterograph, node.device)
+        heterograph = _take_graph(batch, node.device)
         # DGL has no kernels for bfloat16 on a CPU.
         dtype = torch.float32 if node.dtype.itemsize < 4 else node.dtype
         with heterograph.local_scope(), torch.autocast(node.device.type, enabled=False):
             _convert(heterograph, dtype)
-            nodes = dict(zip(NODE_TYPES, node.to(dtype).split(graph.node_counts), strict=True))
+            nodes = dict(zip(NODE_TYPES, node.to(dtype).split(batch.node_counts), strict=True))
             edges = {}
             if edge is not None:
-                edges = dict(zip(EDGE_TYPES, edge.to(dtype).split(graph.edge_counts), strict=True))
+                edges = dict(zip(EDGE_TYPES, edge.to(dtype).split(batch.edge_counts), strict=True))
             encoded = self.forward_graph(heterograph, nodes, edges)
         return torch.cat([encoded.get(ntype, nodes[ntype]) for ntype in NODE_TYPES])
 
@@ -71,22 +68,16 @@ def _convert(graph: dgl.DGLGraph, dtype: torch.dtype) -> None:
                 data[name] = column.to(dtype)
 
 
-def _move(graph: dgl.DGLGraph | None, device: torch.device) -> dgl.DGLGraph:
-    """Return the graph on the device of the network.
+def _take_graph(batch: Batch, device: torch.device) -> dgl.DGLGraph:
+    """Return the graph of a batch on the device of the network.
 
     Raises:
-        ValueError: if there is none, or this build of DGL does not reach the device.
+        ValueError: if this build of DGL does not reach the device.
     """
-    if graph is None:
-        raise ValueError(
-            "batch of an encoder written with DGL must have its heterograph, got none. Make it "
-            "with FlatGraph.from_batch, not from_arrays."
-        )
-    if graph.device == device:
-        return graph
     try:
-        return graph.to(device)
-    except (dgl.DGLError, RuntimeError) as error:
+        graph = batch.graph
+        return graph if graph.device == device else graph.to(device)
+    except (dgl.DGLError, LookupError, RuntimeError) as error:
         raise ValueError(
             f"device of an encoder written with DGL must be one that DGL was built for, got "
             f"{device}. Install such a build of DGL, or train with --trainer.accelerator cpu."

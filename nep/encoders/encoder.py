@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from torch import Tensor, nn
 
-from nep.layers.flat_graph import FlatGraph
+from datamodules.batch import Batch
 from sgm.checks import check_at_least
 
 
@@ -31,16 +31,16 @@ class Encoder(nn.Module, ABC):
             prunes the graph to this.
         uses_edges: whether `forward` reads the edge embeddings; if not, only query edges are
             embedded.
-        reads_heterograph: whether `forward` reads `FlatGraph.heterograph` (`DGLEncoder`), which is
-            not made for a single home unless it is needed.
         implied: arguments that files from before they existed do not say, and what they were then;
             only where that is not the default.
+        joined: arguments that files of earlier versions have one by one, by the name of the one
+            that holds them all.
     """
 
     num_hops: int
     uses_edges: bool
-    reads_heterograph: bool = False
     implied: ClassVar[Mapping[str, Any]] = {}
+    joined: ClassVar[Mapping[str, tuple[str, ...]]] = {}
 
     def __init__(self, units: int, members: int = 1) -> None:
         super().__init__()
@@ -49,11 +49,11 @@ class Encoder(nn.Module, ABC):
         self.members = members
 
     @abstractmethod
-    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
+    def forward(self, batch: Batch, node: Tensor, edge: Tensor | None) -> Tensor:
         """Encode the nodes.
 
         Args:
-            graph: the batch.
+            batch: the batch.
             node: (N, D) or (N, M, D), embedded nodes: float32 while training, float64 when it is
                 asked (`nep.players.policy`); new tensors take its type (`node.new_zeros`).
             edge: (E, D) or (E, M, D), embedded edges, None unless `uses_edges`.
@@ -61,6 +61,20 @@ class Encoder(nn.Module, ABC):
         Returns:
             As `node`; only the rows of the query edges' ends are read.
         """
+
+    @classmethod
+    def read_arguments(cls, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        """Return arguments of the constructor as a file has them, of this version or an earlier."""
+        known = inspect.signature(cls).parameters
+        found = {name: value for name, value in cls.implied.items() if name in known}
+        found |= arguments
+        for name, parts in cls.joined.items():
+            if name in known and all(part in found for part in parts):
+                found[name] = [found.pop(part) for part in parts]
+        return {
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in found.items()
+        }
 
     def config(self) -> dict[str, Any]:
         """What builds this encoder again: its class path and arguments, plain data only.
@@ -80,7 +94,10 @@ class Encoder(nn.Module, ABC):
                 )
         return {
             "class_path": class_path,
-            "init_args": {name: getattr(self, name) for name in names},
+            "init_args": {
+                name: list(value) if isinstance(value := getattr(self, name), tuple) else value
+                for name in names
+            },
         }
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
+from datamodules.batch import Batch
 from nep.encoders.encoder import Encoder, check_num_convolutions
 from nep.layers.alike import AlikeConv
-from nep.layers.flat_graph import FlatGraph
 from nep.layers.gcn import GCNConv
 
 
@@ -50,9 +50,9 @@ class GCN(Encoder):
         )
         self.exchange = AlikeConv(units) if alike else None
 
-    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
+    def forward(self, batch: Batch, node: Tensor, edge: Tensor | None) -> Tensor:
         """Convolve `num_convolutions` times: (N, D) -> (N, D)."""
         for convolution in self.convolutions:
-            convolved = torch.relu(convolution(graph, node))
+            convolved = torch.relu(convolution(batch, node))
             node = node + convolved if self.residual else convolved
-        return node if self.exchange is None else self.exchange(graph, node)
+        return node if self.exchange is None else self.exchange(batch, node)

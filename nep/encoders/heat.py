@@ -7,9 +7,9 @@ from typing import ClassVar
 import torch
 from torch import Tensor, nn
 
+from datamodules.batch import Batch
 from nep.encoders.encoder import Encoder, check_num_convolutions
 from nep.layers.alike import AlikeConv
-from nep.layers.flat_graph import FlatGraph
 from nep.layers.heat import HEATConv, Sharing
 
 
@@ -21,8 +21,7 @@ class HEAT(Encoder):
         heads: attention heads of each convolution.
         num_convolutions: the paper's appendix has 1.
         residual: whether a convolution's input is added to its output, after the ReLU.
-        edge_type_units: width of the edge type embedding.
-        edge_attribute_units: width of the edge attribute embedding.
+        edge_units: widths of the embeddings of edge types and of edge attributes.
         root_weight: whether a convolution adds the node's own transformed features. Attention runs
             over a node's neighbours and never over itself: with neither this nor `residual`, the
             two ends of a query edge lose their own label and history.
@@ -37,6 +36,7 @@ class HEAT(Encoder):
 
     uses_edges = True
     implied: ClassVar = {"root_weight": False}
+    joined: ClassVar = {"edge_units": ("edge_type_units", "edge_attribute_units")}
 
     def __init__(
         self,
@@ -44,8 +44,7 @@ class HEAT(Encoder):
         heads: int = 1,
         num_convolutions: int = 1,
         residual: bool = False,
-        edge_type_units: int = 16,
-        edge_attribute_units: int = 16,
+        edge_units: tuple[int, int] = (16, 16),
         root_weight: bool = True,
         sharing: Sharing = "softmax",
         alike: bool = False,
@@ -55,8 +54,7 @@ class HEAT(Encoder):
         self.heads = heads
         self.num_convolutions = num_convolutions
         self.residual = residual
-        self.edge_type_units = edge_type_units
-        self.edge_attribute_units = edge_attribute_units
+        self.edge_units = tuple(edge_units)
         self.root_weight = root_weight
         self.sharing = sharing
         self.alike = alike
@@ -67,8 +65,7 @@ class HEAT(Encoder):
                 units,
                 units,
                 heads,
-                edge_type_units,
-                edge_attribute_units,
+                *edge_units,
                 root_weight=root_weight,
                 sharing=sharing,
             )
@@ -76,9 +73,9 @@ class HEAT(Encoder):
         )
         self.exchange = AlikeConv(units) if alike else None
 
-    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
+    def forward(self, batch: Batch, node: Tensor, edge: Tensor | None) -> Tensor:
         """Convolve `num_convolutions` times: (N, D), (E, D) -> (N, D)."""
         for convolution in self.convolutions:
-            convolved = torch.relu(convolution(graph, node, edge))
+            convolved = torch.relu(convolution(batch, node, edge))
             node = node + convolved if self.residual else convolved
-        return node if self.exchange is None else self.exchange(graph, node)
+        return node if self.exchange is None else self.exchange(batch, node)

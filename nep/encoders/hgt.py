@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from torch import Tensor, nn
 
+from datamodules.batch import Batch
 from nep.encoders.encoder import Encoder, check_num_convolutions
-from nep.layers.flat_graph import FlatGraph
 from nep.layers.hgt import HGTConv
 
 
@@ -30,8 +30,8 @@ class HGT(Encoder):
         self.num_hops = num_convolutions
         self.convolutions = nn.ModuleList(HGTConv(units, heads) for _ in range(num_convolutions))
 
-    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
+    def forward(self, batch: Batch, node: Tensor, edge: Tensor | None) -> Tensor:
         """Convolve `num_convolutions` times: (N, D) -> (N, D)."""
         for convolution in self.convolutions:
-            node = convolution(graph, node)
+            node = convolution(batch, node)
         return node

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from torch import Tensor
 
+from datamodules.batch import Batch
 from nep.encoders.encoder import Encoder
-from nep.layers.flat_graph import FlatGraph
 
 
 class MLP(Encoder):
@@ -23,6 +23,6 @@ class MLP(Encoder):
     def __init__(self, units: int = 64) -> None:
         super().__init__(units)
 
-    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
+    def forward(self, batch: Batch, node: Tensor, edge: Tensor | None) -> Tensor:
         """Return `node`, (N, units)."""
         return node

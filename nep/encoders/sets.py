@@ -5,9 +5,9 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
+from datamodules.batch import Batch
 from nep.encoders.encoder import Encoder, check_num_convolutions
 from nep.layers.ensemble_linear import make_linear, split_members
-from nep.layers.flat_graph import FlatGraph
 from nep.layers.gelu import gelu
 from nep.layers.segment import segment_max, segment_sum
 
@@ -45,17 +45,17 @@ class Sets(Encoder):
         )
         self.update = nn.ModuleList(make_linear(units, units, members) for _ in rounds)
 
-    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor | None) -> Tensor:
+    def forward(self, batch: Batch, node: Tensor, edge: Tensor | None) -> Tensor:
         """Encode the furniture nodes, (N, M, units) -> (N, M, units)."""
-        places = graph.furniture
+        places = batch.furniture
         first = hidden = node[places]
-        snapshot = graph.node_snapshot[places]
+        snapshot = batch.node_snapshot[places]
         ones = hidden.new_ones(len(hidden), 1)
-        size = segment_sum(ones, snapshot, graph.num_snapshots).clamp(min=1)
+        size = segment_sum(ones, snapshot, batch.num_snapshots).clamp(min=1)
         for own, shared, update in zip(self.own, self.shared, self.update, strict=True):
             columns = hidden.flatten(1)  # (NF, M units)
-            mean = segment_sum(columns, snapshot, graph.num_snapshots) / size
-            most = segment_max(columns, snapshot, graph.num_snapshots)
+            mean = segment_sum(columns, snapshot, batch.num_snapshots) / size
+            most = segment_max(columns, snapshot, batch.num_snapshots)
             both = [split_members(pooled, self.members) for pooled in (mean, most)]
             pooled = shared(torch.cat(both, dim=-1))  # (B, M, units)
             hidden = gelu(own(hidden) + pooled.index_select(0, snapshot))

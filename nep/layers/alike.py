@@ -5,8 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-from datamodules.batch import EDGE_TYPES
-from nep.layers.flat_graph import FlatGraph
+from datamodules.batch import EDGE_TYPES, Batch
 from nep.layers.segment import segment_sum
 
 _ROOM_EDGES = EDGE_TYPES.index(("room", "contains", "furniture"))
@@ -32,14 +31,14 @@ class AlikeConv(nn.Module):
         super().__init__()
         self.weight = nn.Linear(units, units)
 
-    def forward(self, graph: FlatGraph, node: Tensor) -> Tensor:
+    def forward(self, batch: Batch, node: Tensor) -> Tensor:
         """Add what the like of each candidate has: (N, units) -> (N, units)."""
-        first = sum(graph.edge_counts[:_ROOM_EDGES])
-        rows = slice(first, first + graph.edge_counts[_ROOM_EDGES])
-        room = torch.arange(graph.num_nodes, device=node.device)  # of its own, if it has no room
-        room = room.index_copy(0, graph.edge_dst[rows], graph.edge_src[rows])
-        place = graph.edge_dst.index_select(0, graph.query_edge).unique()  # (F,)
-        kind = room[place] * len(graph.text) + graph.label[place]
+        first = sum(batch.edge_counts[:_ROOM_EDGES])
+        rows = slice(first, first + batch.edge_counts[_ROOM_EDGES])
+        room = torch.arange(batch.num_nodes, device=node.device)  # of its own, if it has no room
+        room = room.index_copy(0, batch.edge_dst[rows], batch.edge_src[rows])
+        place = batch.edge_dst.index_select(0, batch.query_edge).unique()  # (F,)
+        kind = room[place] * len(batch.text) + batch.label[place]
         kinds, group = kind.unique(return_inverse=True)
         size = group.bincount(minlength=len(kinds))[group].unsqueeze(1)  # (F, 1)
         own = node.index_select(0, place)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-from nep.layers.flat_graph import FlatGraph
+from datamodules.batch import Batch
 from nep.layers.segment import segment_sum
 
 
@@ -33,11 +33,11 @@ class GCNConv(nn.Module):
         self.bias = nn.Parameter(torch.zeros(out_units))
         nn.init.xavier_uniform_(self.weight.weight)
 
-    def forward(self, graph: FlatGraph, node: Tensor) -> Tensor:
+    def forward(self, batch: Batch, node: Tensor) -> Tensor:
         """Convolve once.
 
         Args:
-            graph: the batch.
+            batch: the batch.
             node: (N, in_units).
 
         Returns:
@@ -45,10 +45,10 @@ class GCNConv(nn.Module):
         """
         # The edge weight is a product of a part of the source and a part of the destination:
         # scaling the nodes before and after the sum needs no weight per edge.
-        degree = graph.degree if self.normalize else torch.zeros_like(graph.degree)
+        degree = batch.degree if self.normalize else torch.zeros_like(batch.degree)
         scale = (degree + 1.0).rsqrt().unsqueeze(1)  # (N, 1)
         scaled = self.weight(node) * scale
         incoming = segment_sum(
-            scaled.index_select(0, graph.edge_src), graph.edge_dst, graph.num_nodes
+            scaled.index_select(0, batch.edge_src), batch.edge_dst, batch.num_nodes
         )
         return (incoming + scaled) * scale + self.bias

@@ -8,8 +8,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES
-from nep.layers.flat_graph import FlatGraph
+from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
 from nep.layers.heads import check_heads
 from nep.layers.segment import segment_softmax, segment_sum
 
@@ -60,38 +59,38 @@ class HANConv(nn.Module):
             bound = math.sqrt(6.0 / (2 * head_units + 1))
             nn.init.uniform_(weight, -bound, bound)
 
-    def forward(self, graph: FlatGraph, node: Tensor) -> Tensor:
+    def forward(self, batch: Batch, node: Tensor) -> Tensor:
         """Convolve once.
 
         Args:
-            graph: the batch.
+            batch: the batch.
             node: (N, units).
 
         Returns:
             (N, units).
         """
-        hidden = graph.project_per_node_type(node, self.node_weight, self.node_bias).unflatten(
+        hidden = batch.project_per_node_type(node, self.node_weight, self.node_bias).unflatten(
             1, (self.heads, -1)
         )  # (N, K, d)
         # One segment per destination and edge type that occur together, P of them.
-        counts = torch.tensor(graph.edge_counts, device=graph.edge_dst.device)
+        counts = torch.tensor(batch.edge_counts, device=batch.edge_dst.device)
         etype = torch.repeat_interleave(counts)  # (E,)
-        pair, segment = (graph.edge_dst * len(EDGE_TYPES) + etype).unique(return_inverse=True)
+        pair, segment = (batch.edge_dst * len(EDGE_TYPES) + etype).unique(return_inverse=True)
         pair_dst = pair // len(EDGE_TYPES)
 
-        message = hidden.index_select(0, graph.edge_src)  # (E, K, d)
-        logits = (message * _per_edge(graph, self.attend_src)).sum(dim=2) + (
-            hidden.index_select(0, graph.edge_dst) * _per_edge(graph, self.attend_dst)
+        message = hidden.index_select(0, batch.edge_src)  # (E, K, d)
+        logits = (message * _per_edge(batch, self.attend_src)).sum(dim=2) + (
+            hidden.index_select(0, batch.edge_dst) * _per_edge(batch, self.attend_dst)
         ).sum(dim=2)  # (E, K)
         attention = segment_softmax(
             F.leaky_relu(logits, self.negative_slope), segment, len(pair)
         ).unsqueeze(2)
         z = torch.relu(segment_sum((attention * message).flatten(1), segment, len(pair)))  # (P, D)
         weight = self.semantic_query(torch.tanh(self.semantic(z)))  # (P, 1)
-        weight = segment_softmax(weight, pair_dst, graph.num_nodes)
-        return segment_sum(weight * z, pair_dst, graph.num_nodes)
+        weight = segment_softmax(weight, pair_dst, batch.num_nodes)
+        return segment_sum(weight * z, pair_dst, batch.num_nodes)
 
 
-def _per_edge(graph: FlatGraph, values: Tensor) -> Tensor:
+def _per_edge(batch: Batch, values: Tensor) -> Tensor:
     """Give each edge the rows of its edge type: (10, K, d) -> (E, K, d)."""
-    return graph.repeat_per_edge_type(values.flatten(1)).unflatten(1, values.shape[1:])
+    return batch.repeat_per_edge_type(values.flatten(1)).unflatten(1, values.shape[1:])

@@ -9,14 +9,15 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES
-from nep.layers.flat_graph import FlatGraph
+from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
 from nep.layers.heads import check_heads
 from nep.layers.segment import attend, segment_softmax, segment_sum
 from sgm.messages import shorten
 
 # How the neighbours of a node share its attention.
 Sharing = Literal["softmax", "sigmoid"]
+
+_NEGATIVE_SLOPE = 0.2  # of every LeakyReLU
 
 
 class HEATConv(nn.Module):
@@ -49,7 +50,6 @@ class HEATConv(nn.Module):
         heads: number of attention heads, each giving `out_units / heads` units.
         edge_type_units: width of the edge type embedding.
         edge_attribute_units: width of the edge attribute embedding.
-        negative_slope: of every LeakyReLU.
         root_weight: whether the node's own :math:`h_i` is added.
         sharing: "softmax" or "sigmoid".
 
@@ -69,7 +69,6 @@ class HEATConv(nn.Module):
         heads: int,
         edge_type_units: int,
         edge_attribute_units: int,
-        negative_slope: float = 0.2,
         root_weight: bool = False,
         sharing: Sharing = "softmax",
     ) -> None:
@@ -84,7 +83,6 @@ class HEATConv(nn.Module):
         self.sharing = sharing
         head_units = out_units // heads
         self.heads = heads
-        self.negative_slope = negative_slope
         self.node_weight = nn.Parameter(torch.empty(len(NODE_TYPES), in_units, out_units))  # M
         self.node_bias = nn.Parameter(torch.zeros(len(NODE_TYPES), out_units))  # c
         self.edge_type = nn.Parameter(torch.empty(len(EDGE_TYPES), edge_type_units))  # T
@@ -118,47 +116,47 @@ class HEATConv(nn.Module):
         for part in (self.message_node, self.message_edge):
             nn.init.uniform_(part, *_glorot_range(out_units + edge_units, head_units))
 
-    def forward(self, graph: FlatGraph, node: Tensor, edge: Tensor) -> Tensor:
+    def forward(self, batch: Batch, node: Tensor, edge: Tensor) -> Tensor:
         """Convolve once.
 
         Args:
-            graph: the batch.
+            batch: the batch.
             node: (N, in_units).
             edge: (E, edge_units).
 
         Returns:
             (N, out_units).
         """
-        message, logit_src, logit_dst = self._project_nodes(graph, node)
-        attribute = F.leaky_relu(self.edge_attribute(edge), self.negative_slope)  # (E, A)
-        logit_type = F.leaky_relu(self.edge_type, self.negative_slope) @ self.attend_edge_type
+        message, logit_src, logit_dst = self._project_nodes(batch, node)
+        attribute = F.leaky_relu(self.edge_attribute(edge), _NEGATIVE_SLOPE)  # (E, A)
+        logit_type = F.leaky_relu(self.edge_type, _NEGATIVE_SLOPE) @ self.attend_edge_type
         logits = (
-            logit_dst.index_select(0, graph.edge_dst)
-            + logit_src.index_select(0, graph.edge_src)
-            + graph.repeat_per_edge_type(logit_type)
+            logit_dst.index_select(0, batch.edge_dst)
+            + logit_src.index_select(0, batch.edge_src)
+            + batch.repeat_per_edge_type(logit_type)
             + attribute @ self.attend_edge_attribute
         )  # (E, K)
         # A batch that was pruned has edges into one node in six: sums are made for those alone.
-        entered, entry = graph.find_entered()  # (R,), (E,)
-        logits = F.leaky_relu(logits, self.negative_slope)
+        entered, entry = batch.find_entered()  # (R,), (E,)
+        logits = F.leaky_relu(logits, _NEGATIVE_SLOPE)
         if self.sharing == "softmax":
             attention = segment_softmax(logits, entry, len(entered))  # (E, K)
         else:
             attention = logits.sigmoid()
-        node_sum = attend(attention, message, graph.edge_src, entry, len(entered))  # (R, out_units)
+        node_sum = attend(attention, message, batch.edge_src, entry, len(entered))  # (R, out_units)
         edge_sum = segment_sum(
             (attention.unsqueeze(2) * attribute.unsqueeze(1)).flatten(1), entry, len(entered)
         ).unflatten(1, (self.heads, -1))  # (R, K, A)
         edge_part = torch.einsum("rka,kau->rku", edge_sum, self.message_edge).flatten(1)
-        own = self.bias.expand(graph.num_nodes, -1)
+        own = self.bias.expand(batch.num_nodes, -1)
         if self.root_weight:
-            own = own + graph.project_per_node_type(node, self.node_weight, self.node_bias)
+            own = own + batch.project_per_node_type(node, self.node_weight, self.node_bias)
         return own.index_add(0, entered, node_sum + edge_part)
 
-    def _project_nodes(self, graph: FlatGraph, node: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    def _project_nodes(self, batch: Batch, node: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Messages (N, out_units), attention logits as source and as destination (N, K)."""
         readout = torch.cat([self.message_node, self.attend_src, self.attend_dst], dim=1)
-        projected = graph.project_per_node_type(
+        projected = batch.project_per_node_type(
             node, self.node_weight @ readout, self.node_bias @ readout
         )  # (N, out_units + 2 K)
         message, logit_src, logit_dst = projected.split(

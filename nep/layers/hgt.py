@@ -7,8 +7,7 @@ import math
 import torch
 from torch import Tensor, nn
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES
-from nep.layers.flat_graph import FlatGraph
+from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
 from nep.layers.heads import check_heads
 from nep.layers.segment import segment_softmax, segment_sum
 
@@ -61,45 +60,45 @@ class HGTConv(nn.Module):
             bound = math.sqrt(3.0 / head_units)
             nn.init.uniform_(weight, -bound, bound)
 
-    def forward(self, graph: FlatGraph, node: Tensor) -> Tensor:
+    def forward(self, batch: Batch, node: Tensor) -> Tensor:
         """Convolve once.
 
         Args:
-            graph: the batch.
+            batch: the batch.
             node: (N, units).
 
         Returns:
             (N, units).
         """
-        query = graph.project_per_node_type(node, self.query).unflatten(
+        query = batch.project_per_node_type(node, self.query).unflatten(
             1, (self.heads, -1)
         )  # (N, K, d)
-        key, message = self._gather(graph, node)  # (E, K, d), twice
+        key, message = self._gather(batch, node)  # (E, K, d), twice
         scale = self.importance / math.sqrt(query.shape[2])  # (10, K)
-        logits = (key * query.index_select(0, graph.edge_dst)).sum(dim=2)
+        logits = (key * query.index_select(0, batch.edge_dst)).sum(dim=2)
         attention = segment_softmax(
-            logits * graph.repeat_per_edge_type(scale), graph.edge_dst, graph.num_nodes
+            logits * batch.repeat_per_edge_type(scale), batch.edge_dst, batch.num_nodes
         )  # (E, K)
         incoming = segment_sum(
-            (attention.unsqueeze(2) * message).flatten(1), graph.edge_dst, graph.num_nodes
+            (attention.unsqueeze(2) * message).flatten(1), batch.edge_dst, batch.num_nodes
         )
-        share = torch.sigmoid(graph.repeat_per_node_type(self.skip.unsqueeze(1)))  # (N, 1)
+        share = torch.sigmoid(batch.repeat_per_node_type(self.skip.unsqueeze(1)))  # (N, 1)
         return (
-            share * graph.project_per_node_type(torch.relu(incoming), self.output)
+            share * batch.project_per_node_type(torch.relu(incoming), self.output)
             + (1 - share) * node
         )
 
-    def _gather(self, graph: FlatGraph, node: Tensor) -> tuple[Tensor, Tensor]:
+    def _gather(self, batch: Batch, node: Tensor) -> tuple[Tensor, Tensor]:
         """Keys and messages of every edge, each (E, K, d)."""
-        key = graph.project_per_node_type(node, self.key).unflatten(1, (self.heads, -1))
-        value = graph.project_per_node_type(node, self.value).unflatten(1, (self.heads, -1))
-        key_blocks = dict(zip(NODE_TYPES, key.split(graph.node_counts), strict=True))
-        value_blocks = dict(zip(NODE_TYPES, value.split(graph.node_counts), strict=True))
+        key = batch.project_per_node_type(node, self.key).unflatten(1, (self.heads, -1))
+        value = batch.project_per_node_type(node, self.value).unflatten(1, (self.heads, -1))
+        key_blocks = dict(zip(NODE_TYPES, key.split(batch.node_counts), strict=True))
+        value_blocks = dict(zip(NODE_TYPES, value.split(batch.node_counts), strict=True))
         first = {
-            ntype: sum(graph.node_counts[:position]) for position, ntype in enumerate(NODE_TYPES)
+            ntype: sum(batch.node_counts[:position]) for position, ntype in enumerate(NODE_TYPES)
         }
         keys, messages = [], []
-        sources = graph.edge_src.split(graph.edge_counts)
+        sources = batch.edge_src.split(batch.edge_counts)
         for position, ((ntype, _, _), source) in enumerate(zip(EDGE_TYPES, sources, strict=True)):
             local = source - first[ntype]
             sent = torch.einsum("nkd,kdo->nko", key_blocks[ntype], self.attend[position])

@@ -2,64 +2,63 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from datamodules.batch import (
-    EDGE_FEATURE_DIM,
-    EDGE_TYPES,
-    NODE_TEMPORAL_DIM,
-    NODE_TYPES,
-    RELATIONS,
-    TEXT_DIM,
-)
-from datamodules.features import BELIEF_DIM, CLOCK_DIM
+from datamodules.batch import EDGE_TYPES, NODE_TYPES, RELATIONS, Batch
+from datamodules.features import NODE_FEATURE_DIM, TEXT_DIM, count_columns
 from nep.layers.ensemble_linear import make_linear, split_members
-from nep.layers.flat_graph import FlatGraph
 
 
 class NodeEmbedding(nn.Module):
-    """Two ReLU layers over [text vector (96), temporal features (4), node type one-hot (5)].
+    """Two ReLU layers over [text (96), features (4), node type one-hot (5), more features].
 
-    Features that are switched off count as zeros. Where nodes are many, the text and type parts of
-    the first layer are computed once per pair of type and label and gathered: equal to
-    concatenating the 105 features of every node, without making them.
+    The last are those of groups beyond the paper's. Features that are switched off count as zeros.
+    Where nodes are many, the text and type parts of the first layer are computed once per pair of
+    type and label and gathered: equal to concatenating the 105 features of every node, without
+    making them.
 
     Args:
         units: width of both layers, for each member of an ensemble.
+        reads: groups of features beyond the paper's that are on.
         members: M, see `Encoder`.
 
     Source: paper appendices B and C.
     """
 
-    def __init__(self, units: int, members: int = 1) -> None:
+    def __init__(self, units: int, reads: Collection[str] = (), members: int = 1) -> None:
         super().__init__()
-        num_features = TEXT_DIM + NODE_TEMPORAL_DIM + len(NODE_TYPES)
+        num_features = TEXT_DIM + len(NODE_TYPES) + count_columns("node", reads)
         self.members = members
         self.first = nn.Linear(num_features, members * units)
         self.second = make_linear(units, units, members)
 
-    def forward(self, graph: FlatGraph) -> Tensor:
+    def forward(self, batch: Batch) -> Tensor:
         """Embed all nodes: (N, units), or (N, M, units) of several members."""
-        weights = self.first.weight.split([TEXT_DIM, NODE_TEMPORAL_DIM, len(NODE_TYPES)], dim=1)
-        text_weight, temporal_weight, type_weight = weights
+        sizes = [TEXT_DIM, NODE_FEATURE_DIM, len(NODE_TYPES)]
+        sizes.append(self.first.weight.shape[1] - sum(sizes))
+        text_weight, feature_weight, type_weight, more = self.first.weight.split(sizes, dim=1)
         of_type = type_weight.t()  # (5, M units)
-        if not graph.text.shape[1] and not graph.temporal.shape[1]:  # nodes of a type are alike
-            return graph.repeat_per_node_type(self._embed(of_type + self.first.bias))
-        text_weight = text_weight[:, : graph.text.shape[1]]
-        if graph.num_nodes < len(of_type) * len(graph.text):  # of a single home
-            text = graph.text.index_select(0, graph.label)  # often fewer than there are labels
+        if not batch.text.shape[1] and not batch.node_feature.shape[1]:  # nodes of a type are alike
+            return batch.repeat_per_node_type(self._embed(of_type + self.first.bias))
+        text_weight = text_weight[:, : batch.text.shape[1]]
+        if batch.num_nodes < len(of_type) * len(batch.text):  # of a single home
+            text = batch.text.index_select(0, batch.label)  # often fewer than there are labels
             known = F.linear(text, text_weight, self.first.bias)  # (N, M units)
-            known = known + graph.repeat_per_node_type(of_type)
+            known = known + batch.repeat_per_node_type(of_type)
         else:
-            text = F.linear(graph.text, text_weight, self.first.bias)  # (L, M units)
+            text = F.linear(batch.text, text_weight, self.first.bias)  # (L, M units)
             table = (of_type.unsqueeze(1) + text).flatten(0, 1)  # (5 L, M units)
-            blocks = enumerate(graph.label.split(graph.node_counts))
+            blocks = enumerate(batch.label.split(batch.node_counts))
             row = torch.cat([label + ntype * len(text) for ntype, label in blocks])  # (N,)
             known = table.index_select(0, row)
-        temporal_weight = temporal_weight[:, : graph.temporal.shape[1]]
-        return self._embed(torch.addmm(known, graph.temporal, temporal_weight.t()))
+        if more.shape[1]:
+            feature_weight = torch.cat([feature_weight, more], dim=1)
+        feature_weight = feature_weight[:, : batch.node_feature.shape[1]]
+        return self._embed(torch.addmm(known, batch.node_feature, feature_weight.t()))
 
     def _embed(self, hidden: Tensor) -> Tensor:
         """Finish what the first layer has summed up, in place: (n, M units) -> (n, M, units)."""
@@ -68,12 +67,11 @@ class NodeEmbedding(nn.Module):
 
 
 class EdgeEmbedding(nn.Module):
-    """Two layers over [edge features (9 to 22), relation one-hot (4)], ReLU after each.
+    """Two layers over [edge features (9 or more), relation one-hot (4)], ReLU after each.
 
     Args:
         units: width of both layers, for each member of an ensemble.
-        belief: whether edges carry the 5 belief features.
-        clock: whether edges carry the 8 clock features.
+        reads: groups of features beyond the paper's that are on.
         members: M, see `Encoder`.
 
     Source: paper appendices B and C.
@@ -81,23 +79,19 @@ class EdgeEmbedding(nn.Module):
 
     relation: Tensor
 
-    def __init__(
-        self, units: int, belief: bool = False, clock: bool = False, members: int = 1
-    ) -> None:
+    def __init__(self, units: int, reads: Collection[str] = (), members: int = 1) -> None:
         super().__init__()
-        num_features = EDGE_FEATURE_DIM + BELIEF_DIM * belief + CLOCK_DIM * clock
+        num_features = count_columns("edge", reads) + len(RELATIONS)
         self.members = members
-        self.first = nn.Linear(num_features + len(RELATIONS), members * units)
+        self.first = nn.Linear(num_features, members * units)
         self.second = make_linear(units, units, members)
         one_hot = torch.eye(len(RELATIONS))
         relation = torch.stack([one_hot[RELATIONS.index(name)] for _, name, _ in EDGE_TYPES])
         self.register_buffer("relation", relation, persistent=False)  # (10, 4)
 
-    def forward(self, graph: FlatGraph, edges: Tensor | None = None) -> Tensor:
+    def forward(self, batch: Batch, edges: Tensor | None = None) -> Tensor:
         """Embed all edges, (E, units) or (E, M, units), or only `edges`, int64 (n,)."""
-        features = torch.cat(
-            [graph.edge_feature, graph.repeat_per_edge_type(self.relation)], dim=1
-        )  # (E, 13 to 26)
+        features = torch.cat([batch.edge_feature, batch.repeat_per_edge_type(self.relation)], dim=1)
         if edges is not None:
             features = features.index_select(0, edges)
         hidden = split_members(F.relu(self.first(features), inplace=True), self.members)

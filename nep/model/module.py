@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Sequence
+from importlib import import_module
+from io import BytesIO
+from typing import Any
 
 import lightning.pytorch as pl
 import torch
@@ -11,13 +14,20 @@ from torch import Tensor
 from torchmetrics import MetricCollection
 from torchmetrics.classification import BinaryAUROC, BinaryAveragePrecision
 
-from datamodules.batch import SGMBatch
+from datamodules.batch import Batch
+from datamodules.features import check_groups
 from nep.encoders.encoder import Encoder
-from nep.layers.flat_graph import FlatGraph
 from nep.model.hits_at_1 import HitsAtOne
 from nep.model.loss import balanced_bce, listwise_loss, relevance_loss
 from nep.model.node_edge_predictor import NodeEdgePredictor
-from sgm.checks import check_at_least, check_shares
+from nep.model.settings import (
+    LossConfig,
+    NetworkConfig,
+    OptimiserConfig,
+    PlayingConfig,
+    flatten_settings,
+    group_settings,
+)
 
 
 class NEPModule(pl.LightningModule):
@@ -28,23 +38,14 @@ class NEPModule(pl.LightningModule):
 
     Args:
         encoder: message passing between embedding and fusion, one of `nep.encoders` or your own.
-        transformer: whether the query edges of a snapshot attend to each other.
-        transformer_layers: encoder layers of that attention.
-        transformer_heads: heads of each layer.
-        feed_forward_units: hidden width of each layer's feed-forward network.
-        dropout: probability in those layers.
-        learning_rate: of Adam.
-        schedule: "constant", or "cosine": the rate falls to zero over the training.
-        listwise_weight: how much `listwise_loss` weighs beside the paper's loss.
-        listwise_best: its `best`: of several right places, the one with the greatest share counts.
-        paper_loss: whether the paper's loss is there at all.
-        belief: whether edges carry the belief features; follows `data.features.belief`.
-        clock: whether edges carry the clock features; follows `data.features.clock`.
-        evidence: whether furniture carries evidence; follows `data.features.evidence`.
-        clock_dropout: share of the training questions whose evidence hides the clock.
-        prior_share: share of a filter of the prior in the answers, see `NEPPolicy`.
-        learns_asked: whether it learns from questions of tasks and from those about anything
-            (`simulator.tasks.ask_anything`), and reads which it is.
+        network: what it is made of besides.
+        loss: what the training minimises.
+        optimiser: how.
+        playing: what is done with its answers.
+        reads: groups of features beyond the paper's that it reads; follows `data.features`.
+
+    Raises:
+        ValueError: if there is no such group.
 
     Source: paper section 4.3 and appendix C.
     """
@@ -52,74 +53,28 @@ class NEPModule(pl.LightningModule):
     def __init__(
         self,
         encoder: Encoder,
-        transformer: bool = True,
-        transformer_layers: int = 2,
-        transformer_heads: int = 2,
-        feed_forward_units: int = 64,
-        dropout: float = 0.1,
-        learning_rate: float = 1e-4,
-        schedule: Literal["constant", "cosine"] = "constant",
-        listwise_weight: float = 0.0,
-        listwise_best: bool = False,
-        paper_loss: bool = True,
-        belief: bool = False,
-        clock: bool = False,
-        evidence: bool = False,
-        clock_dropout: float = 0.5,
-        prior_share: float = 0.0,
-        learns_asked: bool = False,
+        network: NetworkConfig = NetworkConfig(),
+        loss: LossConfig = LossConfig(),
+        optimiser: OptimiserConfig = OptimiserConfig(),
+        playing: PlayingConfig = PlayingConfig(),
+        reads: Sequence[str] = (),
     ) -> None:
         super().__init__()
-        check_at_least(0, learning_rate=learning_rate, listwise_weight=listwise_weight)
-        check_at_least(
-            1,
-            transformer_layers=transformer_layers,
-            transformer_heads=transformer_heads,
-            feed_forward_units=feed_forward_units,
-        )
-        check_shares(dropout=dropout, clock_dropout=clock_dropout, prior_share=prior_share)
+        check_groups(reads)
+        settings = {"network": network, "loss": loss, "optimiser": optimiser, "playing": playing}
         self.save_hyperparameters(
             {
                 "encoder": encoder.config(),
-                "transformer": transformer,
-                "transformer_layers": transformer_layers,
-                "transformer_heads": transformer_heads,
-                "feed_forward_units": feed_forward_units,
-                "dropout": dropout,
-                "learning_rate": learning_rate,
-                "schedule": schedule,
-                "listwise_weight": listwise_weight,
-                "listwise_best": listwise_best,
-                "paper_loss": paper_loss,
-                "belief": belief,
-                "clock": clock,
-                "evidence": evidence,
-                "clock_dropout": clock_dropout,
-                "prior_share": prior_share,
-                "learns_asked": learns_asked,
+                **flatten_settings(settings),
+                "reads": list(reads),
                 # Lightning's name for what turns the plain encoder entry back into an encoder
                 "_instantiator": "lightning.pytorch.cli.instantiate_module",
             }
         )
-        self.learning_rate = learning_rate
-        self.schedule = schedule
-        self.listwise_weight = listwise_weight
-        self.listwise_best = listwise_best
-        self.paper_loss = paper_loss
-        self.prior_share = prior_share
-        self.learns_asked = learns_asked
-        self.predictor = NodeEdgePredictor(
-            encoder,
-            transformer=transformer,
-            transformer_layers=transformer_layers,
-            transformer_heads=transformer_heads,
-            feed_forward_units=feed_forward_units,
-            dropout=dropout,
-            belief=belief,
-            clock=clock,
-            evidence=evidence,
-            clock_dropout=clock_dropout,
-        )
+        self.loss = loss
+        self.optimiser = optimiser
+        self.playing = playing
+        self.predictor = NodeEdgePredictor(encoder, network, reads)
         # The curve of the training metric is binned: an exact one would keep every training edge.
         self.train_metrics = MetricCollection(
             {"auroc": BinaryAUROC(thresholds=200)}, prefix="train/"
@@ -130,20 +85,36 @@ class NEPModule(pl.LightningModule):
         )
         self.val_hits_at_1 = HitsAtOne()
 
+    @classmethod
+    def load_from_checkpoint(cls, checkpoint_path: Any, *args: Any, **kwargs: Any) -> NEPModule:
+        """Load a checkpoint as Lightning does, of version 0.1 too."""
+        content = torch.load(checkpoint_path, "cpu", weights_only=True)
+        settings = group_settings(content[cls.CHECKPOINT_HYPER_PARAMS_KEY])
+        encoder = settings["encoder"]
+        module, _, name = encoder["class_path"].rpartition(".")
+        encoder_class: type[Encoder] = getattr(import_module(module), name)
+        arguments = encoder_class.read_arguments(encoder["init_args"])
+        settings["encoder"] = {**encoder, "init_args": arguments}
+        content[cls.CHECKPOINT_HYPER_PARAMS_KEY] = settings
+        buffer = BytesIO()
+        torch.save(content, buffer)
+        buffer.seek(0)
+        return super().load_from_checkpoint(buffer, *args, **kwargs)
+
     @property
     def num_hops(self) -> int:
         """How many hops of neighbours of the query edges the model reads."""
         return self.predictor.encoder.num_hops
 
-    def forward(self, batch: SGMBatch) -> Tensor:
+    def forward(self, batch: Batch) -> Tensor:
         """Score the query edges: logits (Q,) in query order."""
         return self.predictor(batch)
 
-    def training_step(self, batch: SGMBatch, batch_idx: int) -> Tensor:
+    def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
         """Loss of one batch; updates the training metrics."""
         return self._step(batch, "train", self.train_metrics, self.train_hits_at_1)
 
-    def validation_step(self, batch: SGMBatch, batch_idx: int) -> Tensor:
+    def validation_step(self, batch: Batch, batch_idx: int) -> Tensor:
         """Loss of one batch; updates the validation metrics."""
         return self._step(batch, "val", self.val_metrics, self.val_hits_at_1)
 
@@ -158,8 +129,8 @@ class NEPModule(pl.LightningModule):
     def configure_optimizers(self) -> OptimizerLRScheduler:
         """Adam, as in the paper; with a cosine schedule if asked for."""
         # Fused: one call for the fifty small parameters instead of ten calls for each.
-        optimizer = torch.optim.Adam(self.parameters(), lr=self.learning_rate, fused=True)
-        if self.schedule == "constant":
+        optimizer = torch.optim.Adam(self.parameters(), lr=self.optimiser.learning_rate, fused=True)
+        if self.optimiser.schedule == "constant":
             return optimizer
         num_steps = int(self.trainer.estimated_stepping_batches)
         schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, num_steps)
@@ -170,22 +141,21 @@ class NEPModule(pl.LightningModule):
 
     def _step(
         self,
-        batch: SGMBatch,
+        batch: Batch,
         stage: str,
         metrics: MetricCollection,
         hits_at_1: HitsAtOne,
     ) -> Tensor:
-        # Plain tensors go to any device, a DGL graph only where DGL was built for it.
-        graph = FlatGraph.from_batch(batch).to(self.device)
-        of_members = self.predictor.score_members(graph)
-        losses = [self._compute_loss(graph, logits) for logits in of_members.unbind(dim=1)]
+        batch = batch.to(self.device)
+        of_members = self.predictor.score_members(batch)
+        losses = [self._compute_loss(batch, logits) for logits in of_members.unbind(dim=1)]
         loss = torch.stack(losses).mean()
-        known = ~graph.query_target.isnan()
+        known = ~batch.query_target.isnan()
         if known.any():
-            target = graph.query_target[known]
-            known_logits = self.predictor.join_answers(graph, of_members.detach())[known]
+            target = batch.query_target[known]
+            known_logits = self.predictor.join_answers(batch, of_members.detach())[known]
             metrics.update(known_logits, target.long())
-            hits_at_1.update(known_logits, target, graph.query_snapshot[known])
+            hits_at_1.update(known_logits, target, batch.query_snapshot[known])
         self.log(
             f"{stage}/loss",
             loss,
@@ -200,21 +170,21 @@ class NEPModule(pl.LightningModule):
         self.log(f"{stage}/hits_at_1", hits_at_1, prog_bar=True)
         self.log_dict(metrics)
 
-    def _compute_loss(self, graph: FlatGraph, logits: Tensor) -> Tensor:
+    def _compute_loss(self, batch: Batch, logits: Tensor) -> Tensor:
         """Return the loss of the answers, or of the relevance of places where it is given."""
-        if graph.query_relevance is not None:
+        if batch.query_relevance is not None:
             return relevance_loss(
-                logits, graph.query_relevance, graph.query_snapshot, graph.num_snapshots
+                logits, batch.query_relevance, batch.query_snapshot, batch.num_snapshots
             )
         loss = logits.sum() * 0
-        if self.paper_loss:
-            loss = balanced_bce(logits, graph.query_target)
-        if self.listwise_weight:
-            loss = loss + self.listwise_weight * listwise_loss(
+        if self.loss.paper_loss:
+            loss = balanced_bce(logits, batch.query_target)
+        if self.loss.listwise_weight:
+            loss = loss + self.loss.listwise_weight * listwise_loss(
                 logits,
-                graph.query_target,
-                graph.query_snapshot,
-                graph.num_snapshots,
-                self.listwise_best,
+                batch.query_target,
+                batch.query_snapshot,
+                batch.num_snapshots,
+                self.loss.listwise_best,
             )
         return loss

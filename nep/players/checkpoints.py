@@ -12,15 +12,14 @@ from safetensors import SafetensorError
 from safetensors.torch import load as load_tensors
 from safetensors.torch import save as save_tensors
 
-from datamodules.batch import (
+from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
+from datamodules.features import (
     EDGE_FEATURE_DIM,
-    EDGE_TYPES,
-    NODE_TEMPORAL_DIM,
-    NODE_TYPES,
-    QUERY_EDGE_TYPES,
+    FEATURE_SCHEMA_VERSION,
+    NODE_FEATURE_DIM,
     TEXT_DIM,
+    FeatureConfig,
 )
-from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep.model.module import NEPModule
 from nep.players.onnx_export import is_exportable, make_onnx
@@ -324,7 +323,7 @@ def make_schema(builder: GraphBuilder | None = None) -> dict[str, Any]:
         "edge_types": [list(etype) for etype in EDGE_TYPES],
         "query_edge_types": [list(etype) for etype in QUERY_EDGE_TYPES],
         "text_dim": TEXT_DIM,
-        "node_temporal_dim": NODE_TEMPORAL_DIM,
+        "node_temporal_dim": NODE_FEATURE_DIM,
         "edge_feature_dim": EDGE_FEATURE_DIM,
         **text,
     }

@@ -8,8 +8,8 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from datamodules.batch import NODE_TEMPORAL_DIM, NODE_TYPES, RELATIONS, TEXT_DIM
-from datamodules.features import FeatureConfig
+from datamodules.batch import NODE_TYPES, RELATIONS
+from datamodules.features import NODE_FEATURE_DIM, TEXT_DIM, FeatureConfig, list_columns
 from nep.encoders import MLP, Sets
 from nep.layers.ensemble_linear import EnsembleLinear
 from nep.model.evidence_embedding import MOST_DEVIATIONS
@@ -21,17 +21,15 @@ from sgm.network.network import INPUTS, OUTPUT
 _OPSET, _IR_VERSION = 20, 9  # the first with Gelu; ONNX Runtime reads them from 1.17 on
 _FAR = 1e30  # above every logit: what is subtracted where there is no place
 _GRID = 2.0**30  # means over places are of whole numbers of 1 / _GRID, equal in any order
-_PRIOR = 8  # column of the edge features
-_WANTED = {
-    "memory": True, "absence": True, "temporal": False, "semantic": False, "candidates": "all",
-    "belief": False, "clock": False, "evidence": True, "text_pipeline": None,
-}  # fmt: skip
+(_PRIOR,) = (rows.start for feature, rows in list_columns("edge", ()) if feature.group == "prior")
+_WANTED = {"memory": True, "absence": True, "candidates": "all", "text_pipeline": None}
 
 
 def is_exportable(module: NEPModule, features: FeatureConfig) -> bool:
     """Tell whether a network reads evidence and the prior of places, and compares them as a set."""
     return (
         all(getattr(features, name) == value for name, value in _WANTED.items())
+        and {*features.groups, "prior"} == {"evidence", "prior"}
         and type(module.predictor.encoder) in (MLP, Sets)
         and module.predictor.query_attention is None
     )
@@ -223,7 +221,7 @@ def _embed_node(predictor: NodeEdgePredictor, node_type: str, member: int) -> Te
     """Return the embedding of nodes of a type, which have neither text nor counters, (D,)."""
     embedding, members = predictor.node_embedding, predictor.encoder.members
     weight, bias = _take(embedding.first, member, members)
-    row = TEXT_DIM + NODE_TEMPORAL_DIM + NODE_TYPES.index(node_type)
+    row = TEXT_DIM + NODE_FEATURE_DIM + NODE_TYPES.index(node_type)
     first = torch.relu(_add(bias, weight[row]))
     weight, bias = _take(embedding.second, member)
     return torch.relu(_add(bias, first @ weight))

@@ -10,7 +10,6 @@ import numpy as np
 import torch
 
 from datamodules.graph import GraphBuilder
-from nep.layers.flat_graph import FlatGraph
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.checkpoints import checksum_trained, load_trained
@@ -37,10 +36,10 @@ class NEPPolicy(Policy):
     computes in float64, and its logits are rounded to six decimals.
 
     A network with evidence may share its answers with who goes by the prior, whatever was seen
-    before the last sighting (`NEPModule.prior_share`, `follow_prior`): the probability of a place
-    is then (1 - share) times the network's plus share times that one's. A network that has seen a
-    thing at three places for weeks is too sure of them where people live. The share is up to ten
-    times as great where the prior has told well where things are (`Features.follow_prior`).
+    before the last sighting (`PlayingConfig.prior_share`, `follow_prior`): the probability of a
+    place is then (1 - share) times the network's plus share times that one's. A network that has
+    seen a thing at three places for weeks is too sure of them where people live. The share is up to
+    ten times as great where the prior has told well where things are (`Features.follow_prior`).
 
     Asked again in a time step, it says what it said first and, by Bayes' rule, what looks have
     shown since (`StepAnswers`): where people live, asking the network anew took a tenth more looks.
@@ -160,23 +159,20 @@ class NEPPolicy(Policy):
         snapshots = take_snapshots(
             memory, queries, None, extras, question_extras, asked_alone=alone
         )
-        arrays = self._builder.build_arrays(snapshots)
-        if predictor.encoder.reads_heterograph:
-            graph = FlatGraph.from_batch(arrays.make_batch())
-        else:  # a DGL graph of a single home takes longer to make than to read
-            graph = FlatGraph.from_arrays(arrays)
-        graph = graph.to(next(predictor.parameters()).device, torch.float64)
-        logits = predictor.score(graph).cpu().numpy().round(CORRECTIONS.decimals)
+        batch = self._builder.build(snapshots)
+        places = (batch.query_snapshot, batch.query_furniture, batch.query_relation)
+        batch = batch.to(next(predictor.parameters()).device, torch.float64)
+        logits = predictor(batch).cpu().numpy().round(CORRECTIONS.decimals)
         scores = np.full((len(queries.home), memory.num_furniture, 2), -np.inf)
-        scores[arrays.query_snapshot, arrays.query_furniture, arrays.query_relation] = logits
+        scores[tuple(place.numpy() for place in places)] = logits
         if evidence is None:
             return scores
-        corrected = TASKS_ASK_MOVED if self._module.learns_asked else self._asks_moved
-        return mix_answers(scores, evidence, self._module.prior_share, corrected)
+        corrected = TASKS_ASK_MOVED if self._module.playing.learns_asked else self._asks_moved
+        return mix_answers(scores, evidence, self._module.playing.prior_share, corrected)
 
     def _read_asked(self) -> float:
         """Return the share of questions about what has just moved that its features are for."""
-        return self._asks_moved if self._module.learns_asked else TASKS_ASK_MOVED
+        return self._asks_moved if self._module.playing.learns_asked else TASKS_ASK_MOVED
 
     def _take_predictor(self) -> NodeEdgePredictor:
         """Return the network in float64, as it was at the last reset or first question."""

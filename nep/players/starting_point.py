@@ -8,20 +8,19 @@ from typing import Any
 
 from datamodules.graph import GraphBuilder
 from nep.model.module import NEPModule
+from nep.model.settings import group_settings
 from nep.players.checkpoints import TrainedModel
 
 # What belongs to a training, and not to the network that comes out of it; the features say the rest
-_NOT_TAKEN = (
-    "learning_rate", "schedule", "listwise_weight", "listwise_best", "paper_loss", "dropout",
-    "clock_dropout", "belief", "clock", "evidence", "_instantiator",
-)  # fmt: skip
+_NOT_TAKEN = ("dropout", "clock_dropout")
 
 
 def make_settings(start: TrainedModel) -> dict[str, Any]:
     """Return the part of a config of `nep.fit` by which a network is made like another."""
-    hyperparameters = dict(start.module.hparams)
+    settings = group_settings(start.module.hparams)
+    network = {name: value for name, value in settings["network"].items() if name not in _NOT_TAKEN}
     return {
-        "model": {name: value for name, value in hyperparameters.items() if name not in _NOT_TAKEN},
+        "model": {**{name: settings[name] for name in ("encoder", "playing")}, "network": network},
         "data": {"features": asdict(start.builder.config)},
     }
 

@@ -15,6 +15,7 @@ from torch import Tensor
 from datamodules.features import FeatureConfig
 from nep.encoders import Encoder
 from nep.model.module import NEPModule
+from nep.model.settings import GROUPS, group_settings
 from sgm.messages import shorten, shorten_text
 from sgm.network.retired import drop_retired
 from sgm.text import PAPER_PIPELINE, is_text_known
@@ -45,16 +46,19 @@ def build_network(
     arguments.pop("_instantiator", None)  # names a function that would import the encoder
     encoder = arguments.pop("encoder")
     encoder_class = _find_encoder(encoder["class_path"], where)
-    known = inspect.signature(encoder_class).parameters
-    implied = {name: value for name, value in encoder_class.implied.items() if name in known}
-    encoder_arguments = {**implied, **encoder.get("init_args", {})}
+    encoder_arguments = encoder_class.read_arguments(encoder.get("init_args", {}))
+    grouped = group_settings(arguments)
     sizes = [max(t.shape, default=0) for t in weights.values() if t.numel()]
     highest = max([_UNUSED, len(weights), *sizes])
-    for function, values in ((NEPModule, arguments), (encoder_class, encoder_arguments)):
-        _check_arguments(function, values, highest, where)
+    for cls, values in [
+        (encoder_class, encoder_arguments),
+        *((cls, grouped[name]) for name, cls in GROUPS.items()),
+    ]:
+        _check_arguments(cls, values, highest, where)
 
     def build() -> NEPModule:
-        return NEPModule(encoder_class(**encoder_arguments), **arguments)
+        settings = {name: cls(**grouped[name]) for name, cls in GROUPS.items()}
+        return NEPModule(encoder_class(**encoder_arguments), **(grouped | settings))
 
     try:
         with torch.device("meta"):
@@ -123,7 +127,8 @@ def _check_arguments(
                 f"hyper-parameter {name} must be a value like {shorten(default)}, got "
                 f"{shorten(value)} in {where}. Train again, or export again."
             )
-        if type(value) is int and abs(value) > highest:
+        numbers = value if type(value) is tuple else (value,)
+        if any(type(each) is int and abs(each) > highest for each in numbers):
             raise ValueError(
                 f"hyper-parameter {name} must be at most {highest}, as large as the weights, got "
                 f"{shorten(value)} in {where}. Train again, or export again."
@@ -134,6 +139,8 @@ def _is_like(value: Any, default: Any) -> bool:
     """Tell whether a value is of the kind of a default; one that is None says nothing."""
     if type(default) is float:
         return type(value) in (int, float) and abs(value) <= sys.float_info.max
+    if type(default) is tuple and default and type(value) is tuple:
+        return len(value) == len(default) and all(map(_is_like, value, default))
     return not isinstance(default, (bool, int, str, tuple)) or type(value) is type(default)
 
 

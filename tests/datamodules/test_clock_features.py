@@ -11,6 +11,7 @@ import torch
 from datamodules.batch import EDGE_TYPES
 from datamodules.features import FeatureConfig, compute_clock_features
 from datamodules.graph import GraphBuilder
+from datamodules.settings import CollectionConfig, HomesConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from datamodules.snapshot_dataset import SnapshotDataset
 
@@ -88,8 +89,9 @@ def write_trace(folder: Path, start: str | None, num_hours: int = 30) -> Path:
     return folder
 
 
-def make_datamodule(tmp_path, features=None, **changes) -> SGMDataModule:
-    return SGMDataModule(str(tmp_path / "data"), features=features, workers=1, **changes)
+def make_datamodule(tmp_path, features=FeatureConfig(), **homes) -> SGMDataModule:
+    collection = CollectionConfig(str(tmp_path / "data"), workers=1)
+    return SGMDataModule(HomesConfig(**homes), collection, features)
 
 
 @pytest.mark.slow

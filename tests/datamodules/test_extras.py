@@ -69,7 +69,7 @@ def test_a_collection_without_belief_is_what_it_was(tmp_path):
             found = getattr(with_belief, field.name)
             np.testing.assert_array_equal(found, getattr(without, field.name))
     builder = GraphBuilder(FeatureConfig(belief=True))
-    with pytest.raises(ValueError, match=r"must hold a belief .* got none. .*`--belief`"):
+    with pytest.raises(ValueError, match=r"must hold belief .* got none. .*`--belief true`"):
         builder.build(without)
 
 

@@ -6,14 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from datamodules.batch import (
-    EDGE_TYPES,
-    NODE_TEMPORAL_DIM,
-    NODE_TYPES,
-    QUERY_EDGE_TYPES,
-    TEXT_DIM,
-)
-from datamodules.features import FeatureConfig
+from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
+from datamodules.features import NODE_FEATURE_DIM, TEXT_DIM, FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 
@@ -217,7 +211,7 @@ def test_a_group_that_is_off_is_zero_and_the_others_stay(
     assert off.text.shape[1] == (TEXT_DIM if switch != "semantic" else 0)
     for ntype in NODE_TYPES:
         width = off.graph.nodes[ntype].data["temporal"].shape[1]
-        assert width == (NODE_TEMPORAL_DIM if switch != "temporal" else 0)
+        assert width == (NODE_FEATURE_DIM if switch != "temporal" else 0)
 
 
 def test_without_memory_there_is_the_layout_and_the_question(hand_written):

@@ -10,15 +10,8 @@ import numpy as np
 import pytest
 import torch
 
-from datamodules.batch import (
-    EDGE_FEATURE_DIM,
-    EDGE_TYPES,
-    NODE_TEMPORAL_DIM,
-    NODE_TYPES,
-    QUERY_EDGE_TYPES,
-    TEXT_DIM,
-    SGMBatch,
-)
+from datamodules.batch import EDGE_TYPES, ENTERING, NODE_TYPES, QUERY_EDGE_TYPES, Batch
+from datamodules.features import EDGE_FEATURE_DIM, NODE_FEATURE_DIM, TEXT_DIM
 
 NUM_LABELS = 12
 
@@ -28,7 +21,7 @@ torch.set_num_threads(1)
 
 def make_batch(
     seed: int, num_snapshots: int = 3, num_furniture: int = 5, num_objects: int = 8
-) -> SGMBatch:
+) -> Batch:
     """Snapshots with the house, floor, 2 rooms, furniture, objects, and one query object each.
 
     Node n of a type belongs to snapshot n // (nodes of the type per snapshot). All labels,
@@ -78,14 +71,14 @@ def make_batch(
     )
     for ntype in NODE_TYPES:
         count = graph.num_nodes(ntype)
-        degree = torch.zeros(count)
-        for etype in EDGE_TYPES:
-            if etype[2] == ntype:
-                degree += graph.in_degrees(etype=etype)
+        degrees = torch.zeros(count, 3)
+        for column, etype in enumerate(ENTERING[ntype]):
+            degrees[:, column] = graph.in_degrees(etype=etype)
         graph.nodes[ntype].data["label"] = torch.from_numpy(rng.integers(NUM_LABELS, size=count))
-        graph.nodes[ntype].data["temporal"] = _uniform(rng, count, NODE_TEMPORAL_DIM)
-        graph.nodes[ntype].data["degree"] = degree
+        graph.nodes[ntype].data["temporal"] = _uniform(rng, count, NODE_FEATURE_DIM)
+        graph.nodes[ntype].data["degrees"] = degrees
         graph.nodes[ntype].data["snapshot"] = torch.arange(count) // per_snapshot[ntype]
+    graph.nodes["furniture"].data["index"] = torch.arange(num_furniture).repeat(num_snapshots)
     for etype in EDGE_TYPES:
         graph.edges[etype].data["feature"] = _uniform(rng, graph.num_edges(etype), EDGE_FEATURE_DIM)
     for etype in QUERY_EDGE_TYPES:
@@ -94,7 +87,7 @@ def make_batch(
         graph.edges[etype].data["query"] = query
         graph.edges[etype].data["target"] = torch.where(query >= 0, target, torch.nan)
     text = torch.from_numpy(np.random.default_rng(0).random((NUM_LABELS, TEXT_DIM), np.float32))
-    return SGMBatch(graph=graph, text=text, num_snapshots=num_snapshots)
+    return Batch.from_graph(graph, text, num_snapshots)
 
 
 def _uniform(rng: np.random.Generator, rows: int, columns: int) -> torch.Tensor:
@@ -102,16 +95,16 @@ def _uniform(rng: np.random.Generator, rows: int, columns: int) -> torch.Tensor:
 
 
 @pytest.fixture
-def random_batch() -> Callable[..., SGMBatch]:
+def random_batch() -> Callable[..., Batch]:
     """`make_batch`."""
     return make_batch
 
 
 @pytest.fixture
-def take_snapshot() -> Callable[[SGMBatch, int], SGMBatch]:
+def take_snapshot() -> Callable[[Batch, int], Batch]:
     """Cut one snapshot out of a batch of `make_batch`."""
 
-    def take(batch: SGMBatch, snapshot: int) -> SGMBatch:
+    def take(batch: Batch, snapshot: int) -> Batch:
         graph = batch.graph
         nodes = {}
         for ntype in NODE_TYPES:
@@ -123,22 +116,22 @@ def take_snapshot() -> Callable[[SGMBatch, int], SGMBatch]:
             part.edges[etype].data["query"] = torch.where(query >= 0, 0, -1)
         for ntype in NODE_TYPES:
             part.nodes[ntype].data["snapshot"].zero_()
-        return SGMBatch(graph=part, text=batch.text, num_snapshots=1)
+        return Batch.from_graph(part, batch.text, 1)
 
     return take
 
 
 @pytest.fixture
-def edit_edges() -> Callable[..., SGMBatch]:
+def edit_edges() -> Callable[..., Batch]:
     """Rebuild a batch with other edges: `edit(etype, src, dst) -> mask of edges to keep`."""
 
-    def edit(batch: SGMBatch, keep: Callable[[Any, torch.Tensor, torch.Tensor], Any]) -> SGMBatch:
+    def edit(batch: Batch, keep: Callable[[Any, torch.Tensor, torch.Tensor], Any]) -> Batch:
         graph = batch.graph
         chosen = {}
         for etype in EDGE_TYPES:
             src, dst = graph.edges(etype=etype)
             chosen[etype] = torch.nonzero(keep(etype, src, dst)).squeeze(1)
         part = dgl.edge_subgraph(graph, chosen, relabel_nodes=False, store_ids=False)
-        return SGMBatch(graph=part, text=batch.text, num_snapshots=batch.num_snapshots)
+        return Batch.from_graph(part, batch.text, batch.num_snapshots)
 
     return edit

@@ -8,14 +8,15 @@ import pytest
 import torch
 
 from datamodules.features import FeatureConfig
+from datamodules.settings import CollectionConfig, HomesConfig, LoadingConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep import Clock, ObjectFinder, SceneGraphMemory, Sighting, evaluate, export, fit
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.encoders import MLP
-from nep.layers.flat_graph import FlatGraph
 from nep.model.hits_at_1 import HitsAtOne
 from nep.model.loss import balanced_bce
 from nep.model.module import NEPModule
+from nep.model.settings import NetworkConfig
 from nep.players.checkpoints import load_config, load_trained
 from sgm.network.shipped import PRETRAINED
 
@@ -50,17 +51,18 @@ def homes(tmp_path_factory) -> dict[str, list[str]]:
 def train_and_score(data: SGMDataModule, clock: bool) -> float:
     """Return how often a small network is right about the validation home."""
     torch.manual_seed(1)
-    module = NEPModule(MLP(units=32), transformer=False, clock=clock)
+    module = NEPModule(
+        MLP(units=32), network=NetworkConfig(transformer=False), reads=["clock"] * clock
+    )
     optimizer = torch.optim.Adam(module.parameters(), lr=1e-2)
     for batch in list(data.train_dataloader()) * 40:
         optimizer.zero_grad()
-        balanced_bce(module(batch), FlatGraph.from_batch(batch).query_target).backward()
+        balanced_bce(module(batch), batch.query_target).backward()
         optimizer.step()
     hits = HitsAtOne()
     for batch in data.val_dataloader():
-        graph = FlatGraph.from_batch(batch)
         with torch.no_grad():
-            hits.update(module(batch), graph.query_target, graph.query_snapshot)
+            hits.update(module(batch), batch.query_target, batch.query_snapshot)
     return float(hits.compute())
 
 
@@ -70,9 +72,12 @@ def test_a_home_that_follows_the_clock_is_predicted_better_with_one(homes, tmp_p
     scores = {}
     for clock in (False, True):
         data = SGMDataModule(
-            str(tmp_path), batch_size=64, features=FeatureConfig(clock=clock), num_hops=0,
-            policy="random", workers=1, step_seconds=4 * HOUR, **homes,
-        )  # fmt: skip
+            HomesConfig(step_seconds=4 * HOUR, **homes),
+            CollectionConfig(str(tmp_path), policy="random", workers=1),
+            FeatureConfig(clock=clock),
+            LoadingConfig(batch_size=64),
+            num_hops=0,
+        )
         data.prepare_data()
         data.setup()
         scores[clock] = train_and_score(data, clock)
@@ -92,7 +97,7 @@ def checkpoint(homes, tmp_path_factory) -> Path:
          "--trainer.logger=false", "--online.policies=[bayesian, ceiling]",
          "--trainer.log_every_n_steps=1"]
     )  # fmt: skip
-    assert cli.model.hparams["clock"]
+    assert cli.model.hparams["reads"] == ["clock"]
     online = next(row for row in cli.trainer.callbacks if isinstance(row, OnlineEvaluation))
     assert set(online.scores) == {"bayesian", "NEP-MLP"}  # nobody knows the dynamics for a ceiling
     assert online.scores["NEP-MLP"].values.shape == (1, 89)  # all that was recorded
@@ -156,4 +161,4 @@ def test_a_network_without_a_clock_needs_none(tmp_path):
     config = load_config(tmp_path)
     del config["features"]["clock"], config["model"]["clock"]
     (tmp_path / "config.json").write_text(json.dumps(config), encoding="utf-8")
-    assert not load_trained(tmp_path).module.hparams["clock"]
+    assert not load_trained(tmp_path).module.hparams["reads"]

@@ -1,7 +1,5 @@
 """Encoders written with DGL: equal to ours for equal weights, and clear where DGL cannot go."""
 
-from dataclasses import replace
-
 import dgl
 import pytest
 import torch
@@ -11,7 +9,6 @@ from datamodules.batch import EDGE_TYPES, NODE_TYPES
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep.encoders import DGLHGT, HGT, DGLEncoder
-from nep.layers.flat_graph import FlatGraph
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.policy import NEPPolicy
@@ -44,15 +41,14 @@ def copy_weights(ours: HGT, theirs: DGLHGT, graph: dgl.DGLGraph) -> None:
 def test_dgl_hgt_equals_ours(random_batch, num_convolutions):
     torch.manual_seed(0)
     batch = random_batch(0)
-    graph = FlatGraph.from_batch(batch)
     ours, theirs = (make(16, 4, num_convolutions) for make in (HGT, DGLHGT))
     with torch.no_grad():
         for convolution in ours.convolutions:
             convolution.importance.uniform_(0.5, 2)
             convolution.skip.normal_()
     copy_weights(ours, theirs, batch.graph)
-    node = torch.randn(graph.num_nodes, 16)
-    found, expected = theirs(graph, node, None), ours(graph, node, None)
+    node = torch.randn(batch.num_nodes, 16)
+    found, expected = theirs(batch, node, None), ours(batch, node, None)
     assert (expected - node).abs().max() > 0.1
     torch.testing.assert_close(found, expected, rtol=1e-5, atol=1e-5)
 
@@ -104,16 +100,16 @@ def test_what_is_left_out_stays(random_batch):
             assert edge == {}
             return {"furniture": node["furniture"] * 2}
 
-    graph = FlatGraph.from_batch(random_batch(0))
+    graph = random_batch(0)
     node = torch.randn(graph.num_nodes, 4)
     factor = (Furniture(4)(graph, node, None) / node).split(graph.node_counts)
     assert [float(part.mean().round()) for part in factor] == [1, 1, 1, 2, 1]
 
 
-def test_a_graph_that_was_never_made_is_named(random_batch):
-    graph = replace(FlatGraph.from_batch(random_batch(0)), heterograph=None)
-    with pytest.raises(ValueError, match=r"must have its heterograph, got none\. Make it with"):
-        NodeEdgePredictor(DGLHGT(16)).score(graph)
+def test_where_dgl_does_not_go_is_named(random_batch):
+    batch = random_batch(0).to(torch.device("meta"))
+    with pytest.raises(ValueError, match=r"must be one that DGL was built for, got meta\. Install"):
+        NodeEdgePredictor(DGLHGT(16)).to("meta")(batch)
 
 
 def test_bad_heads_are_named():

@@ -4,9 +4,9 @@ import pytest
 import torch
 
 from nep.encoders import HEAT
-from nep.layers.flat_graph import FlatGraph
 from nep.model.loss import balanced_bce
 from nep.model.node_edge_predictor import NodeEdgePredictor
+from nep.model.settings import NetworkConfig
 
 # Loss and, per part, the norm of the gradient, from the plain code that concatenated all features,
 # padded each snapshot to the longest and summed over all nodes.
@@ -23,9 +23,9 @@ NORMS = {
 def test_loss_and_gradients_of_the_first_step(random_batch):
     torch.manual_seed(0)
     encoder = HEAT(16, heads=2, residual=True, root_weight=False)
-    model = NodeEdgePredictor(encoder, dropout=0.0)
-    graph = FlatGraph.from_batch(random_batch(0, num_snapshots=40, num_furniture=9))
-    loss = balanced_bce(model.score(graph), graph.query_target)
+    model = NodeEdgePredictor(encoder, network=NetworkConfig(dropout=0.0))
+    graph = random_batch(0, num_snapshots=40, num_furniture=9)
+    loss = balanced_bce(model(graph), graph.query_target)
     loss.backward()
     squares = dict.fromkeys(NORMS, 0.0)
     for name, parameter in model.named_parameters():

@@ -6,7 +6,6 @@ import pytest
 import torch
 from torch import nn
 
-from nep.layers.flat_graph import FlatGraph
 from nep.layers.heat import HEATConv
 
 pytest.importorskip("torch_geometric", reason="torch_geometric is not installed: extra bench")
@@ -31,7 +30,7 @@ def test_equal_for_equal_weights(heads, root_weight, beside, random_batch):
     )
     for constant in (layer.bias, layer.node_bias):
         nn.init.normal_(constant)  # zero at first, which would hide it
-    graph = FlatGraph.from_batch(random_batch(0))
+    graph = random_batch(0)
     node, edge = torch.randn(graph.num_nodes, 6), torch.randn(graph.num_edges, 5)
     assert beside.compute_difference(layer, graph, node, edge) < 1e-10
     with torch.no_grad():  # the comparison sees a weight that differs
@@ -46,10 +45,9 @@ def test_they_differ_where_no_edge_enters(beside, random_batch, edit_edges):
     layer = HEATConv(6, 8, 5, 1, edge_type_units=3, edge_attribute_units=4)
     nn.init.normal_(layer.bias)
     batch = edit_edges(random_batch(0), lambda etype, src, dst: dst != 0)
-    graph = FlatGraph.from_batch(batch)
-    node, edge = torch.randn(graph.num_nodes, 6), torch.randn(graph.num_edges, 5)
-    lonely = torch.ones(graph.num_nodes, dtype=torch.bool)
-    lonely[graph.edge_dst] = False
+    node, edge = torch.randn(batch.num_nodes, 6), torch.randn(batch.num_edges, 5)
+    lonely = torch.ones(batch.num_nodes, dtype=torch.bool)
+    lonely[batch.edge_dst] = False
     assert lonely.sum() >= 5  # the first node of each type
-    assert torch.equal(layer(graph, node, edge)[lonely], layer.bias.expand(lonely.sum(), -1))
-    assert not beside.PyGLayer(layer)(graph, node, edge)[lonely].any()
+    assert torch.equal(layer(batch, node, edge)[lonely], layer.bias.expand(lonely.sum(), -1))
+    assert not beside.PyGLayer(layer)(batch, node, edge)[lonely].any()

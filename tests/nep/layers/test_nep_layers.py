@@ -13,7 +13,6 @@ from torch import nn
 from datamodules.batch import EDGE_TYPES, NODE_TYPES
 from nep.layers.alike import AlikeConv
 from nep.layers.dropout import ByteDropout
-from nep.layers.flat_graph import FlatGraph
 from nep.layers.gcn import GCNConv
 from nep.layers.han import HANConv
 from nep.layers.heat import HEATConv
@@ -185,7 +184,7 @@ def make_features(graph, seed=0):
 
 def test_layer_equals_the_published_formula(layer_and_loop, random_batch):
     layer, loop = layer_and_loop
-    graph = FlatGraph.from_batch(random_batch(0))
+    graph = random_batch(0)
     node, edge = make_features(graph)
     want = loop(layer, graph, node.numpy(), edge.numpy())
     got = layer(graph, node, edge).detach().numpy()
@@ -197,7 +196,7 @@ def test_node_without_edges_and_graph_without_edges_are_finite(
 ):
     layer, _ = layer_and_loop
     for keep in (lambda etype, src, dst: src < 0, lambda etype, src, dst: dst != 0):
-        graph = FlatGraph.from_batch(edit_edges(random_batch(0), keep))
+        graph = edit_edges(random_batch(0), keep)
         node, edge = make_features(graph)
         node.requires_grad_()
         out = layer(graph, node, edge)
@@ -208,7 +207,7 @@ def test_node_without_edges_and_graph_without_edges_are_finite(
 
 def test_gradient_reaches_every_parameter(layer_and_loop, random_batch):
     layer, _ = layer_and_loop
-    graph = FlatGraph.from_batch(random_batch(0))
+    graph = random_batch(0)
     layer(graph, *make_features(graph)).square().sum().backward()
     for name, parameter in layer.named_parameters():
         assert parameter.grad.abs().sum() > 0, name
@@ -217,7 +216,7 @@ def test_gradient_reaches_every_parameter(layer_and_loop, random_batch):
 def test_gradients_of_heat_match_finite_differences(random_batch):
     torch.manual_seed(0)
     layer = HEATConv(IN, 4, EDGE, 2, 3, 4).double()
-    graph = FlatGraph.from_batch(random_batch(0, num_snapshots=1, num_furniture=2, num_objects=2))
+    graph = random_batch(0, num_snapshots=1, num_furniture=2, num_objects=2)
     node, edge = (x.double().requires_grad_() for x in make_features(graph))
     assert torch.autograd.gradcheck(lambda n, e: layer(graph, n, e), (node, edge))
 
@@ -247,7 +246,7 @@ def test_hgt_equals_dgl(random_batch):
         theirs.relation_pri[head].data = ours.importance.data[:, head].contiguous()
     theirs.skip.data = ours.skip.data
     theirs.linear_a = Activated(theirs.linear_a)
-    graph = FlatGraph.from_batch(random_batch(3))
+    graph = random_batch(3)
     node = torch.randn(graph.num_nodes, 8)
     ntype, etype = (torch.from_numpy(types) for types in list_types(graph))
     flat = dgl.graph((graph.edge_src, graph.edge_dst), num_nodes=graph.num_nodes)
@@ -260,23 +259,22 @@ def test_alike_furniture_hears_the_mean_of_its_like(random_batch):
     # One snapshot: places 0, 2 and 4 in one room, 1 and 3 in the other; place 4 has another label,
     # so that 0 and 2 are alike, and 1 and 3.
     batch = random_batch(0, num_snapshots=1)
-    batch.graph.nodes["furniture"].data["label"][:] = torch.tensor([0, 0, 0, 0, 1])
-    graph = FlatGraph.from_batch(batch)
+    batch.label[batch.furniture] = torch.tensor([0, 0, 0, 0, 1])
     layer = AlikeConv(IN)
     nn.init.eye_(layer.weight.weight)
     nn.init.constant_(layer.weight.bias, 0.5)
-    node, _ = make_features(graph)
+    node, _ = make_features(batch)
     want = node.clone()
-    place = node[graph.furniture]
-    want[graph.furniture][:4] += torch.relu(place[[2, 3, 0, 1]] + 0.5)
-    torch.testing.assert_close(layer(graph, node), want)
+    place = node[batch.furniture]
+    want[batch.furniture][:4] += torch.relu(place[[2, 3, 0, 1]] + 0.5)
+    torch.testing.assert_close(layer(batch, node), want)
     # A third of one kind: each hears the mean of the two others.
-    batch.graph.nodes["furniture"].data["label"][4] = 0
-    got = layer(FlatGraph.from_batch(batch), node)[graph.furniture][4]
+    batch.label[batch.furniture.start + 4] = 0
+    got = layer(batch, node)[batch.furniture][4]
     torch.testing.assert_close(got, place[4] + torch.relu((place[0] + place[2]) / 2 + 0.5))
     # A place that nobody asks about takes no part.
-    asked = torch.isin(graph.edge_dst[graph.query_edge], torch.tensor([graph.furniture.start + 4]))
-    fewer = replace(graph, query_edge=graph.query_edge[~asked])
+    asked = torch.isin(batch.edge_dst[batch.query_edge], torch.tensor([batch.furniture.start + 4]))
+    fewer = replace(batch, query_edge=batch.query_edge[~asked])
     torch.testing.assert_close(layer(fewer, node), want)
 
 

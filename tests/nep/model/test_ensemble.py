@@ -7,21 +7,23 @@ import torch
 
 from datamodules.features import EVIDENCE_DIM, QUESTION_DIM
 from nep.encoders import GCN, Sets
-from nep.layers.flat_graph import FlatGraph
 from nep.layers.segment import segment_softmax, segment_sum
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
+from nep.model.settings import LossConfig, NetworkConfig
 
 MEMBERS, UNITS = 3, 8
 
 
 def make(members):
-    return NodeEdgePredictor(Sets(UNITS, members=members), transformer=False, evidence=True)
+    return NodeEdgePredictor(
+        Sets(UNITS, members=members), network=NetworkConfig(transformer=False), reads=["evidence"]
+    )
 
 
 @pytest.fixture
 def graph(random_batch):
-    flat = FlatGraph.from_batch(random_batch(3))
+    flat = random_batch(3)
     generator = torch.Generator().manual_seed(1)
     num_places = flat.furniture.stop - flat.furniture.start
     return replace(
@@ -36,7 +38,7 @@ def ensemble(graph):
     torch.manual_seed(0)
     model = make(MEMBERS)
     with torch.no_grad():
-        model.train().score(graph)  # so that the scales of columns are not those of the beginning
+        model.train()(graph)  # so that the scales of columns are not those of the beginning
     return model.eval()
 
 
@@ -61,7 +63,7 @@ def test_each_member_answers_as_it_would_alone(ensemble, graph):
     found = ensemble.score_members(graph)
     assert found.shape == (len(graph.query_edge), MEMBERS)
     for member in range(MEMBERS):
-        alone = take_out(ensemble, member).score(graph)
+        alone = take_out(ensemble, member)(graph)
         torch.testing.assert_close(found[:, member], alone)
     assert (found[:, 0] - found[:, 1]).abs().max() > 1e-3
 
@@ -69,7 +71,7 @@ def test_each_member_answers_as_it_would_alone(ensemble, graph):
 def test_the_answer_is_the_mean_of_their_probabilities(ensemble, graph):
     of_members = ensemble.score_members(graph)
     expected = segment_softmax(of_members, graph.query_snapshot, graph.num_snapshots).mean(dim=1)
-    found = ensemble.score(graph).exp()
+    found = ensemble(graph).exp()
     torch.testing.assert_close(found, expected)
     total = segment_sum(found.unsqueeze(1), graph.query_snapshot, graph.num_snapshots)
     torch.testing.assert_close(total, torch.ones_like(total))
@@ -78,7 +80,7 @@ def test_the_answer_is_the_mean_of_their_probabilities(ensemble, graph):
 def test_a_single_network_answers_with_its_logits(graph):
     torch.manual_seed(0)
     model = make(1).eval()
-    assert torch.equal(model.score(graph), model.score_members(graph)[:, 0])
+    assert torch.equal(model(graph), model.score_members(graph)[:, 0])
 
 
 def test_what_no_member_expects_is_finite(ensemble, graph):
@@ -98,12 +100,13 @@ def test_a_members_loss_trains_that_member_alone(ensemble, graph):
 
 def test_the_loss_is_the_mean_of_the_members(random_batch, monkeypatch):
     module = NEPModule(
-        Sets(UNITS, members=MEMBERS), transformer=False, paper_loss=False, listwise_weight=1.0
+        Sets(UNITS, members=MEMBERS),
+        network=NetworkConfig(transformer=False),
+        loss=LossConfig(paper_loss=False, listwise_weight=1.0),
     )
     batch = random_batch(3)
-    flat = FlatGraph.from_batch(batch)
-    each = module.predictor.score_members(flat)
-    expected = sum(module._compute_loss(flat, logits) for logits in each.unbind(1)) / MEMBERS
+    each = module.predictor.score_members(batch)
+    expected = sum(module._compute_loss(batch, logits) for logits in each.unbind(1)) / MEMBERS
     monkeypatch.setattr(module, "log", lambda *args, **options: None)
     torch.testing.assert_close(module.training_step(batch, 0), expected)
 

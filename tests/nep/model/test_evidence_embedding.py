@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 import torch
 
-from datamodules.features import EVIDENCE_DIM, QUESTION_DIM, FeatureConfig, take_evidence
+from datamodules.features import EVIDENCE_DIM, QUESTION_DIM, FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from nep.encoders import Sets
-from nep.layers.flat_graph import FlatGraph
 from nep.layers.segment import segment_max
 from nep.model.evidence_embedding import EvidenceEmbedding
 from nep.model.module import NEPModule
+from nep.model.settings import LossConfig, NetworkConfig
 from nep.players.policy import NEPPolicy
 from sgm.evidence.adaptive_filter import FilterSettings
 from sgm.evidence.columns import PLACE_COLUMNS
@@ -60,7 +60,7 @@ def test_collected_evidence_is_what_a_live_memory_says(dataset):
 
 
 def test_every_furniture_node_has_one_query_edge(dataset):
-    graph = FlatGraph.from_batch(dataset.__getitems__(range(36)))
+    graph = dataset.__getitems__(range(36))
     first = graph.furniture.start
     ends = graph.edge_dst[graph.query_edge] - first
     assert sorted(ends.tolist()) == list(range(36 * 12))
@@ -70,24 +70,25 @@ def test_every_furniture_node_has_one_query_edge(dataset):
 def test_of_two_remembered_relations_the_truer_one_is_asked(dataset):
     """Both "in" and "onTop" at one place: the query edge is the one with more sightings."""
     snapshots = dataset.take(np.arange(36))
-    arrays = GraphBuilder(FEATURES, num_hops=0).build_arrays(snapshots)
+    batch = GraphBuilder(FEATURES, num_hops=0).build(snapshots)
     own = snapshots.query_object[snapshots.object_snapshot[snapshots.edge_object]]
     own = np.flatnonzero(own == snapshots.edge_object)
     num_true = np.full((len(snapshots.furniture_label), 2), -1)
     num_true[snapshots.edge_furniture[own], snapshots.edge_relation[own]] = snapshots.edge_num_true[
         own
     ]
-    row = snapshots.first_furniture[arrays.query_snapshot] + arrays.query_furniture
+    row = snapshots.first_furniture[batch.query_snapshot] + batch.query_furniture.numpy()
     is_seen = num_true[row].max(axis=1) >= 0
     best = num_true[row].argmax(axis=1)
     assert is_seen.any()
-    np.testing.assert_array_equal(arrays.query_relation[is_seen], best[is_seen])
+    np.testing.assert_array_equal(batch.query_relation[is_seen], best[is_seen])
 
 
 def test_groups_that_are_off_are_zero(dataset):
     snapshots = dataset.take(np.arange(36))
     config = FeatureConfig(evidence=True, evidence_without=("filters", "trust"))
-    place, question = take_evidence(snapshots, config)
+    batch = GraphBuilder(config).build(snapshots)
+    place, question = batch.evidence.numpy(), batch.question.numpy()
     is_off = np.array([name.startswith("filters.") for name in PLACE_COLUMNS])
     assert not place[:, is_off].any()
     assert place[:, ~is_off].any()
@@ -104,12 +105,12 @@ def test_evidence_is_asked_for_by_name(dataset):
 
 
 def make_graph(dataset, batch=range(36)):
-    return FlatGraph.from_batch(dataset.__getitems__(list(batch)))
+    return dataset.__getitems__(list(batch))
 
 
 def test_a_batch_without_evidence_is_refused(random_batch):
     with pytest.raises(ValueError, match=r"batch must hold evidence .* got none"):
-        EvidenceEmbedding(8)(FlatGraph.from_batch(random_batch(0)))
+        EvidenceEmbedding(8)(random_batch(0))
 
 
 def test_columns_are_standardised_by_what_training_showed(dataset):
@@ -135,13 +136,15 @@ def test_hidden_clocks_are_homes_without_one(dataset):
 
 def test_a_network_plays_as_it_scores_what_was_collected(dataset):
     torch.manual_seed(0)
-    module = NEPModule(Sets(units=16), transformer=False, evidence=True).eval()
+    module = NEPModule(
+        Sets(units=16), network=NetworkConfig(transformer=False), reads=["evidence"]
+    ).eval()
     policy = NEPPolicy(module, GraphBuilder(FEATURES, num_hops=0))
     scores = []
     play(None, lambda memory, answer: scores.append(policy.scores(memory, answer.queries)))
     with torch.no_grad():
         graph = make_graph(dataset)
-        logits = module.predictor.score(graph)
+        logits = module.predictor(graph)
     place = graph.edge_dst[graph.query_edge] - graph.furniture.start
     stored = torch.zeros(36 * 12).index_copy_(0, place, logits)
     found = np.stack(scores, axis=1).reshape(-1)
@@ -151,7 +154,9 @@ def test_a_network_plays_as_it_scores_what_was_collected(dataset):
 def test_who_asks_for_anything_is_answered_as_bayes_rule_says_in_part(dataset):
     """By hand: .4 of ln b / b', the adaptive filter without and with half of them just moved."""
     torch.manual_seed(0)
-    module = NEPModule(Sets(units=16), transformer=False, evidence=True).eval()
+    module = NEPModule(
+        Sets(units=16), network=NetworkConfig(transformer=False), reads=["evidence"]
+    ).eval()
     policy = NEPPolicy(module, GraphBuilder(FEATURES, num_hops=0))
     assert policy.for_questions(0.5) is policy
     gained = []
@@ -177,14 +182,17 @@ def test_who_asks_for_anything_is_answered_as_bayes_rule_says_in_part(dataset):
 def test_it_learns_which_place_is_true(dataset):
     torch.manual_seed(0)
     module = NEPModule(
-        Sets(units=16), transformer=False, evidence=True, paper_loss=False, listwise_weight=1.0
+        Sets(units=16),
+        network=NetworkConfig(transformer=False),
+        loss=LossConfig(paper_loss=False, listwise_weight=1.0),
+        reads=["evidence"],
     )
     torch.nn.init.zeros_(module.predictor.evidence_embedding.shortcut.weight)
     graph = make_graph(dataset)
     optimizer = torch.optim.Adam(module.parameters(), lr=1e-2)
     losses = []
     for _ in range(150):
-        loss = module._compute_loss(graph, module.predictor.score(graph))
+        loss = module._compute_loss(graph, module.predictor(graph))
         optimizer.zero_grad()
         loss.backward()
         optimizer.step()
@@ -195,11 +203,13 @@ def test_it_learns_which_place_is_true(dataset):
 
 def test_an_untrained_network_answers_what_the_filter_believes(dataset):
     torch.manual_seed(0)
-    module = NEPModule(Sets(units=16), transformer=False, evidence=True).eval()
+    module = NEPModule(
+        Sets(units=16), network=NetworkConfig(transformer=False), reads=["evidence"]
+    ).eval()
     torch.nn.init.zeros_(module.predictor.head[-1].weight)
     graph = make_graph(dataset)
     with torch.no_grad():
-        logits = module.predictor.score(graph)
+        logits = module.predictor(graph)
     place = graph.edge_dst[graph.query_edge] - graph.furniture.start
     belief = graph.evidence[:, PLACE_COLUMNS.index("filters.log_belief_asked")]
     torch.testing.assert_close(logits, belief[place])

@@ -10,13 +10,13 @@ import torch
 from torch import nn
 from torch.nn import functional as F
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, RELATIONS
+from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, RELATIONS, Batch
 from nep.encoders import DGLHGT, GCN, HAN, HEAT, HGT, MLP, Sets
-from nep.layers.flat_graph import FlatGraph
 from nep.model.embedding import EdgeEmbedding, NodeEmbedding
 from nep.model.loss import balanced_bce
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.model.query_attention import QueryAttention
+from nep.model.settings import NetworkConfig
 
 ENCODERS = {
     "mlp": lambda: MLP(16),
@@ -42,7 +42,7 @@ def encoder(request):
 
 def get_query(batch):
     """Snapshot of each query edge, in query order."""
-    return FlatGraph.from_batch(batch).query_snapshot
+    return batch.query_snapshot
 
 
 def test_node_and_edge_order_change_nothing(encoder, random_batch):
@@ -74,7 +74,7 @@ def test_node_and_edge_order_change_nothing(encoder, random_batch):
         order = edge_order[etype]
         positions.append(rank[order][is_query[order]])
         offset += int(is_query.sum())
-    got = model(replace(batch, graph=shuffled))
+    got = model(Batch.from_graph(shuffled, batch.text, batch.num_snapshots))
     torch.testing.assert_close(got, model(batch)[torch.cat(positions)], rtol=1e-4, atol=1e-5)
 
 
@@ -95,7 +95,7 @@ def test_a_snapshot_without_query_edges_changes_nothing(encoder, random_batch):
     for etype in QUERY_EDGE_TYPES:
         query = batch.graph.edges[etype].data["query"]
         batch.graph.edges[etype].data["query"] = torch.where(query == 1, -1, query)
-    got = model(batch)
+    got = model(Batch.from_graph(batch.graph, batch.text, batch.num_snapshots))
     torch.testing.assert_close(got, want, rtol=1e-4, atol=1e-5)
     got.sum().backward()
     assert all(p.grad is None or p.grad.isfinite().all() for p in model.parameters())
@@ -105,7 +105,9 @@ def test_no_query_edge_at_all(encoder, random_batch):
     batch = random_batch(6)
     for etype in QUERY_EDGE_TYPES:
         batch.graph.edges[etype].data["query"][:] = -1
-    logits = NodeEdgePredictor(encoder)(batch)
+    logits = NodeEdgePredictor(encoder)(
+        Batch.from_graph(batch.graph, batch.text, batch.num_snapshots)
+    )
     assert logits.shape == (0,)
     assert balanced_bce(logits, torch.zeros(0)).item() == 0
 
@@ -120,7 +122,7 @@ def test_an_empty_edge_type_is_fine(encoder, random_batch, edit_edges):
 def test_gradient_reaches_every_parameter(encoder, random_batch):
     model = NodeEdgePredictor(encoder)
     batch = random_batch(8, num_snapshots=8)
-    balanced_bce(model(batch), FlatGraph.from_batch(batch).query_target).backward()
+    balanced_bce(model(batch), batch.query_target).backward()
     for name, parameter in model.named_parameters():
         assert parameter.grad is not None, name
         assert parameter.grad.abs().sum() > 0, name
@@ -129,17 +131,16 @@ def test_gradient_reaches_every_parameter(encoder, random_batch):
 @pytest.mark.slow
 def test_overfits_ten_graphs(encoder, random_batch):
     # targets are random, so only the features of each edge's own neighbourhood can explain them
-    model = NodeEdgePredictor(encoder, dropout=0.0)
+    model = NodeEdgePredictor(encoder, network=NetworkConfig(dropout=0.0))
     batch = random_batch(9, num_snapshots=10)
-    graph = FlatGraph.from_batch(batch)
     optimiser = torch.optim.Adam(model.parameters(), lr=3e-3)
     for _ in range(300):
-        loss = balanced_bce(model.score(graph), graph.query_target)
+        loss = balanced_bce(model(batch), batch.query_target)
         optimiser.zero_grad()
         loss.backward()
         optimiser.step()
     assert loss.item() < 0.02
-    assert ((model.score(graph) > 0) == graph.query_target.bool()).all()
+    assert ((model(batch) > 0) == batch.query_target.bool()).all()
 
 
 def test_output_depends_on_exactly_the_hops_it_declares(encoder, random_batch):
@@ -149,20 +150,20 @@ def test_output_depends_on_exactly_the_hops_it_declares(encoder, random_batch):
     batch = random_batch(10, num_snapshots=1)
     before = model(batch)
     for ntype, distance in hops.items():
-        changed = random_batch(10, num_snapshots=1)
-        changed.graph.nodes[ntype].data["temporal"] += 1.0
+        rows = torch.repeat_interleave(torch.tensor(batch.node_counts)) == NODE_TYPES.index(ntype)
+        changed = replace(batch, node_feature=batch.node_feature + rows.unsqueeze(1))
         assert (model(changed) != before).any().item() == (distance <= encoder.num_hops), ntype
 
 
 def test_transformer_false_scores_each_query_edge_on_its_own(random_batch):
     torch.manual_seed(0)
     for transformer in (True, False):
-        model = NodeEdgePredictor(MLP(16), transformer=transformer).eval()
+        model = NodeEdgePredictor(MLP(16), network=NetworkConfig(transformer=transformer)).eval()
         batch = random_batch(11, num_snapshots=1)
         before = model(batch)
-        edge = batch.graph.edges[QUERY_EDGE_TYPES[0]].data
-        edge["feature"][edge["query"] >= 0] += 1.0  # another's features, as seen from onTop edges
-        num_in = int((edge["query"] >= 0).sum())
+        inside = batch.query_edge[batch.query_relation == 0]
+        batch.edge_feature[inside] += 1.0  # another's features, as seen from onTop edges
+        num_in = len(inside)
         others_changed = (model(batch)[num_in:] != before[num_in:]).any().item()
         assert others_changed == transformer
         assert (model.query_attention is not None) == transformer
@@ -195,7 +196,6 @@ def test_attention_equals_torch_and_ignores_padding():
 def test_embeddings_equal_concatenated_features(random_batch):
     torch.manual_seed(0)
     batch = random_batch(12)
-    graph = FlatGraph.from_batch(batch)
     node, edge = NodeEmbedding(16), EdgeEmbedding(16)
 
     def apply(module, features):
@@ -216,7 +216,7 @@ def test_embeddings_equal_concatenated_features(random_batch):
         ]
     )
     assert wide_node.shape[1] == 105
-    torch.testing.assert_close(node(graph), apply(node, wide_node))
+    torch.testing.assert_close(node(batch), apply(node, wide_node))
 
     wide_edge = []
     for etype in EDGE_TYPES:
@@ -224,14 +224,14 @@ def test_embeddings_equal_concatenated_features(random_batch):
         relation = torch.full((len(feature),), RELATIONS.index(etype[1]))
         wide_edge.append(torch.cat([feature, F.one_hot(relation, 4).float()], dim=1))
     want = apply(edge, torch.cat(wide_edge))
-    torch.testing.assert_close(edge(graph), want)
-    torch.testing.assert_close(edge(graph, graph.query_edge), want[graph.query_edge])
+    torch.testing.assert_close(edge(batch), want)
+    torch.testing.assert_close(edge(batch, batch.query_edge), want[batch.query_edge])
 
 
-@pytest.mark.parametrize("without", [("text",), ("temporal",), ("text", "temporal")])
+@pytest.mark.parametrize("without", [("text",), ("node_feature",), ("text", "node_feature")])
 def test_node_features_that_are_off_count_as_zeros(random_batch, without):
     torch.manual_seed(0)
-    graph = FlatGraph.from_batch(random_batch(12))
+    graph = random_batch(12)
     node = NodeEmbedding(16)
     zeros = {name: torch.zeros_like(getattr(graph, name)) for name in without}
     empty = {name: values[:, :0] for name, values in zeros.items()}
@@ -240,15 +240,14 @@ def test_node_features_that_are_off_count_as_zeros(random_batch, without):
 
 def test_query_order_is_that_of_the_batch(random_batch):
     batch = random_batch(13)
-    graph = FlatGraph.from_batch(batch)
     want = []
     for etype in QUERY_EDGE_TYPES:
         data = batch.graph.edges[etype].data
         want += data["target"][data["query"] >= 0].tolist()
-    assert graph.query_target.tolist() == want
-    first = {"object": graph.num_nodes - graph.node_counts[4]}
-    query_src = graph.edge_src[graph.query_edge] - first["object"]
-    assert (query_src // 8 == graph.query_snapshot).all()  # 8 objects per snapshot
+    assert batch.query_target.tolist() == want
+    first = {"object": batch.num_nodes - batch.node_counts[4]}
+    query_src = batch.edge_src[batch.query_edge] - first["object"]
+    assert (query_src // 8 == batch.query_snapshot).all()  # 8 objects per snapshot
     assert (query_src % 8 == 0).all()  # the first of them is asked for
 
 
@@ -256,7 +255,7 @@ def test_a_graph_of_another_schema_is_refused(random_batch):
     batch = random_batch(0)
     part = dgl.edge_type_subgraph(batch.graph, [("object", "in", "furniture")])
     with pytest.raises(ValueError, match=r"node types of a batch must be .* empty types included"):
-        FlatGraph.from_batch(replace(batch, graph=part))
+        Batch.from_graph(part, batch.text, batch.num_snapshots)
 
 
 @pytest.mark.parametrize(
@@ -268,7 +267,10 @@ def test_a_graph_of_another_schema_is_refused(random_batch):
         (lambda: HGT(16, heads=0), "got 0 heads for 16 units"),
         (lambda: HGT(16, num_convolutions=0), "num_convolutions must be at least 1, got 0"),
         (lambda: HAN(16, heads=3), "got 3 heads for 16 units"),
-        (lambda: NodeEdgePredictor(MLP(16), transformer_heads=3), "got 3 heads for width 32"),
+        (
+            lambda: NodeEdgePredictor(MLP(16), network=NetworkConfig(transformer_heads=3)),
+            "got 3 heads for width 32",
+        ),
     ],
 )
 def test_bad_sizes_are_named(build, message):

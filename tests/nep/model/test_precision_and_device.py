@@ -11,8 +11,8 @@ from torch.utils._pytree import tree_flatten, tree_map
 from torch.utils.data import DataLoader
 
 from nep.encoders import DGLHGT, GCN, HAN, HEAT, HGT, MLP
-from nep.layers.flat_graph import FlatGraph
 from nep.model.module import NEPModule
+from nep.model.settings import LossConfig, NetworkConfig
 
 OURS = {"mlp": MLP, "gcn": GCN, "heat": HEAT, "hgt": HGT, "han": HAN}
 DEVICE = torch.device("meta")  # stands for a GPU: the numbers are there, in `DeviceTensor.content`
@@ -22,7 +22,9 @@ DEVICE = torch.device("meta")  # stands for a GPU: the numbers are there, in `De
 def test_a_step_of_training_in_bfloat16(random_batch, encoder):
     batches = [random_batch(seed) for seed in range(3)]
     torch.manual_seed(0)
-    module = NEPModule(encoder(16), dropout=0.0, listwise_weight=1.0)
+    module = NEPModule(
+        encoder(16), network=NetworkConfig(dropout=0.0), loss=LossConfig(listwise_weight=1.0)
+    )
     with torch.no_grad():
         expected = module(batches[0])
         with torch.autocast("cpu", torch.bfloat16):
@@ -141,19 +143,21 @@ def test_nothing_is_made_on_another_device(random_batch, monkeypatch, encoder, n
     """Forward, loss and backward on the device give what they give on the CPU."""
     torch.manual_seed(0)
     batch = random_batch(0, num_snapshots)
-    module = NEPModule(OURS[encoder](16), dropout=0.0, listwise_weight=1.0)
+    module = NEPModule(
+        OURS[encoder](16), network=NetworkConfig(dropout=0.0), loss=LossConfig(listwise_weight=1.0)
+    )
 
     def compute(graph):
-        loss = module._compute_loss(graph, module.predictor.score(graph))
+        loss = module._compute_loss(graph, module.predictor(graph))
         loss.backward()
         return loss
 
-    expected = compute(FlatGraph.from_batch(batch)).detach()
+    expected = compute(batch).detach()
     gradients = [parameter.grad for parameter in module.parameters()]
     monkeypatch.setattr(torch, "tensor", make_tensor)
     with Factories():
         move(module)
-        graph = FlatGraph.from_batch(batch).to(DEVICE)
+        graph = batch.to(DEVICE)
         assert {type(getattr(graph, name)) for name in ("label", "edge_src", "text")} == {
             DeviceTensor
         }

@@ -11,6 +11,7 @@ from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep.encoders import GCN, HEAT, MLP, Sets
 from nep.model.module import NEPModule
+from nep.model.settings import NetworkConfig, PlayingConfig
 from nep.players.calibration import Calibration
 from nep.players.checkpoints import TrainedModel, save_exported
 from nep.players.contestants import load_player
@@ -34,10 +35,15 @@ SMALL = SampledSource(home=HomeConfig(furniture_per_room=4, objects_per_furnitur
 DECIMALS = 6
 
 
-def make_model(encoder, features=FEATURES, **options) -> TrainedModel:
+def make_model(encoder, features=FEATURES, prior_share=0.0) -> TrainedModel:
     """A network with weights, means and variances drawn at random."""
     torch.manual_seed(0)
-    module = NEPModule(encoder, transformer=False, evidence=True, **options).eval()
+    module = NEPModule(
+        encoder,
+        NetworkConfig(transformer=False),
+        playing=PlayingConfig(prior_share),
+        reads=features.extra_groups,
+    ).eval()
     for name, buffer in module.predictor.named_buffers():
         if name.endswith("running_mean"):
             buffer.normal_()
@@ -90,24 +96,24 @@ def test_the_shipped_network_answers_as_in_torch(source, task):
 
 
 @pytest.mark.parametrize(
-    ("encoder", "features", "options"),
+    ("encoder", "features", "prior_share"),
     [
-        (partial(Sets, 16, 1, 2), FEATURES, {}),
-        (partial(Sets, 16, 3), FEATURES, {"prior_share": 0.3}),
-        (partial(MLP, 16), FEATURES, {}),
+        (partial(Sets, 16, 1, 2), FEATURES, 0.0),
+        (partial(Sets, 16, 3), FEATURES, 0.3),
+        (partial(MLP, 16), FEATURES, 0.0),
         (
             partial(Sets, 16),
             FeatureConfig(
                 temporal=False, semantic=False, prior=False, candidates="all", evidence=True,
                 evidence_without=("hours", "hour", "others"),
             ),
-            {"prior_share": 0.2},
+            0.2,
         ),
     ],
     ids=["ensemble", "single", "no rounds", "without some features"],
 )  # fmt: skip
-def test_networks_of_every_shape_answer_as_in_torch(encoder, features, options, tmp_path):
-    model = make_model(encoder(), features, **options)
+def test_networks_of_every_shape_answer_as_in_torch(encoder, features, prior_share, tmp_path):
+    model = make_model(encoder(), features, prior_share)
     save_exported(tmp_path, model, {})
     check_equal(NEPPolicy(model.module, model.builder), NetworkPolicy.load(tmp_path), SMALL)
 
@@ -147,7 +153,7 @@ def test_a_network_that_has_learnt_what_is_asked_is_not_corrected(learns, tmp_pa
 def test_what_reads_more_than_evidence_is_not_exported(encoder, changes, tmp_path):
     (tmp_path / ONNX).write_bytes(b"of another network")
     features = {"temporal": False, "semantic": False, "candidates": "all", "evidence": True}
-    model = make_model(encoder, FeatureConfig(**features | changes), clock="clock" in changes)
+    model = make_model(encoder, FeatureConfig(**features | changes))
     assert not is_exportable(model.module, model.builder.config)
     save_exported(tmp_path, model, {})
     assert not (tmp_path / ONNX).exists()
@@ -155,7 +161,9 @@ def test_what_reads_more_than_evidence_is_not_exported(encoder, changes, tmp_pat
 
 
 def test_what_attends_among_query_edges_is_not_exported():
-    assert not is_exportable(NEPModule(MLP(), transformer=True, evidence=True), FEATURES)
+    assert not is_exportable(
+        NEPModule(MLP(), network=NetworkConfig(transformer=True), reads=["evidence"]), FEATURES
+    )
     assert not is_exportable(NEPModule(HEAT()), FeatureConfig())
 
 

@@ -8,6 +8,7 @@ from datamodules.features import FeatureConfig, compute_belief_features
 from datamodules.graph import GraphBuilder
 from nep.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.model.module import NEPModule
+from nep.model.settings import NetworkConfig
 from nep.players.policy import NEPPolicy
 from sgm.evidence.adaptive_filter import follow_prior, trust_prior
 from sgm.evidence.columns import QUESTION_COLUMNS
@@ -130,7 +131,7 @@ def test_without_memory_looks_change_no_score():
     home = HomeConfig(furniture_per_room=4)
     for remembers in (False, True):
         torch.manual_seed(0)
-        module = NEPModule(GCN(), transformer=False)
+        module = NEPModule(GCN(), network=NetworkConfig(transformer=False))
         policy = NEPPolicy(module, GraphBuilder(FeatureConfig(memory=remembers), module.num_hops))
         scores = []
         for looks in (0, 1):
@@ -147,30 +148,28 @@ def test_without_memory_looks_change_no_score():
 def test_a_network_that_reads_a_belief_follows_it_online(monkeypatch):
     """The columns that the network sees are those of a filter that plays beside it."""
     torch.manual_seed(0)
-    module = NEPModule(MLP(units=8), belief=True)
+    module = NEPModule(MLP(units=8), reads=["belief"])
     home = HomeConfig(furniture_per_room=4)
     homes = SampledHomes(PriorGraph.default(), home, Streams(0, "val", range(2)))
     builder = GraphBuilder(FeatureConfig(belief=True), 0)
     policy = NEPPolicy(module, builder).play_in(homes)
     believer = make_policy("home_filter", homes)
-    seen, build = [], builder.build_arrays
-    monkeypatch.setattr(
-        builder, "build_arrays", lambda taken: seen.append(build(taken)) or seen[-1]
-    )
+    seen, build = [], builder.build
+    monkeypatch.setattr(builder, "build", lambda taken: seen.append(build(taken)) or seen[-1])
     rollout = Rollout(homes, policy)
     believer.reset(rollout.memory)
     rollout.on_change = lambda change: believer.observe(rollout.memory, change)
     for step in predict_locations(rollout, 6):
         believed = believer.follow(rollout.memory, step.queries).stack()
-        arrays = seen[-1]
-        expected = compute_belief_features(believed[arrays.query_snapshot, arrays.query_furniture])
-        found = arrays.edge_feature[arrays.query_edge, 9:]
+        batch = seen[-1]
+        expected = compute_belief_features(believed[batch.query_snapshot, batch.query_furniture])
+        found = batch.edge_feature[batch.query_edge, 9:]
         np.testing.assert_allclose(found, expected, atol=1e-6)
     assert len(seen) == 6
 
 
 def test_a_network_that_reads_a_belief_needs_the_rules():
-    module = NEPModule(MLP(units=8), belief=True)
+    module = NEPModule(MLP(units=8), reads=["belief"])
     policy = NEPPolicy(module, GraphBuilder(FeatureConfig(belief=True), 0))
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", [0]))
     with pytest.raises(ValueError, match="must hold a belief"):

@@ -207,7 +207,7 @@ def test_bad_input_is_refused(finder, home, tmp_path):
         ValueError, match=r"an exported folder or one of any_home, heat, got 'teah'"
     ):
         ObjectFinder.load("teah")
-    module = NEPModule(HEAT(), belief=True)
+    module = NEPModule(HEAT(), reads=["belief"])
     model = TrainedModel(module, GraphBuilder(FeatureConfig(belief=True)))
     with pytest.raises(ValueError, match=r"must read the memory alone, got one with features\.bel"):
         ObjectFinder(model)

@@ -1,0 +1,181 @@
+"""Settings of the data module, with their defaults and checks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import Any
+
+from datamodules.features import FeatureConfig, list_recorded
+from sgm.checks import check_at_least
+from simulator.collect import CollectConfig
+from simulator.home_options import HomeOptions, MakeSource
+from simulator.world.config import HomeConfig
+from simulator.world.source import HomeSource, SampledSource
+
+
+@dataclass(frozen=True)
+class HomesConfig:
+    """Which homes are trained and validated in.
+
+    Attributes:
+        homes: where homes come from: gets the prior and the rules, as the class of a source does.
+        also_homes: further sources with the same words, as many homes of each of which are trained
+            on, too, in all tasks.
+        val_homes: the same for validation; None for other homes of the same source.
+        home: rules of the homes.
+        prior: a shipped prior, "default" or "household", or a file; None for the default.
+        trace: train in all recorded homes and steps of these traces, or folders of traces
+            (docs/traces.md), by their own rules, instead of `homes`; `num_homes`, `steps`,
+            `num_val_homes` are then what was recorded.
+        val_trace: the same for validation; other homes than `trace`.
+        step_seconds: length of a step of recorded homes; None for an hour, or what they were
+            simulated with.
+        by_day: whether each recorded day is a home of its own, with an empty memory at first.
+        replays: how often each recorded home is played, every time with other looks and questions.
+    """
+
+    homes: MakeSource = SampledSource
+    also_homes: list[MakeSource] | None = None
+    val_homes: MakeSource | None = None
+    home: HomeConfig = field(default_factory=HomeConfig)
+    prior: str | None = None
+    trace: list[str] | None = None
+    val_trace: list[str] | None = None
+    step_seconds: float | None = None
+    by_day: bool = False
+    replays: int = 1
+
+    def __post_init__(self) -> None:
+        """Check that recorded homes are there for training and for validation.
+
+        Raises:
+            ValueError: if they are for one of them alone.
+        """
+        if (self.trace is None) != (self.val_trace is None):
+            raise ValueError(
+                "trace and val_trace must come together, and step_seconds and by_day with them,"
+                f" got trace {self.trace} and val_trace {self.val_trace}. Name folders for both."
+            )
+
+    def make(self) -> tuple[HomeSource, HomeSource, list[HomeSource]]:
+        """Make the sources of training and validation homes, and those that are trained on, too.
+
+        Raises:
+            ValueError: if a file cannot be read or is malformed, an option is out of range, or the
+                same recorded homes are to train on and to validate on.
+        """
+        trace = None if self.trace is None else tuple(self.trace)
+        options = HomeOptions(
+            self.homes, self.home, self.prior, trace, self.step_seconds, self.by_day, self.replays
+        )
+        source = val_source = options.make()
+        if self.val_trace is not None or self.val_homes is not None:
+            val_source = replace(
+                options,
+                homes=self.val_homes or self.homes,
+                trace=None if self.val_trace is None else tuple(self.val_trace),
+            ).make()
+        also = [replace(options, homes=own, trace=None).make() for own in self.also_homes or ()]
+        source.check_disjoint(val_source)
+        return source, val_source, also
+
+
+@dataclass(frozen=True)
+class CollectionConfig:
+    """How memories are collected in these homes.
+
+    Attributes:
+        data_dir: folder that holds the collections.
+        num_homes: training homes.
+        steps: time steps per home; `predict_location` takes one snapshot a step,
+            `relative_likelihood` five, `find_object` one per look.
+        num_val_homes: validation homes.
+        policy: the policy that collects.
+        task: the task it plays.
+        also_policies: further policies that collect, each in as many other homes; of a trained
+            network, `nep.players.policy:NEPPolicy=FILE`.
+        also_tasks: further tasks, played in as many other homes, whose snapshots are trained on,
+            too.
+        relevance: learn the relevance of each place instead of where the object is, for a task that
+            knows it (`relative_likelihood`); the other tasks stay what they are.
+        seed: of homes and collection, and of the shuffling.
+        workers: processes for collecting; None for one per core.
+    """
+
+    data_dir: str = "data"
+    num_homes: int = 100
+    steps: int = 100
+    num_val_homes: int = 20
+    policy: str = "bayesian"
+    task: str = "predict_location"
+    also_policies: list[str] | None = None
+    also_tasks: list[str] | None = None
+    relevance: bool = False
+    seed: int = 0
+    workers: int | None = None
+
+    def make(
+        self, homes: HomesConfig, features: FeatureConfig
+    ) -> tuple[CollectConfig, CollectConfig, list[CollectConfig]]:
+        """Say what to collect to train on, to validate on, and to train on, too.
+
+        Raises:
+            ValueError: if a count or a name is out of range, or as `HomesConfig.make`.
+        """
+        source, val_source, also = homes.make()
+        train = CollectConfig(
+            homes=source,
+            num_homes=source.num_homes or self.num_homes,
+            steps=source.num_steps or self.steps,
+            policy=self.policy,
+            task=self.task,
+            seed=self.seed,
+            relevance=self.relevance,
+        )
+        recorded: dict[str, Any] = dict.fromkeys(list_recorded(features), True)
+        train = replace(train, **recorded)
+        val = replace(
+            train,
+            homes=val_source,
+            split="val",
+            num_homes=val_source.num_homes or self.num_val_homes,
+            steps=val_source.num_steps or self.steps,
+        )
+        return train, val, list(self._list_all(train, [source, *also]))[1:]
+
+    def _list_all(self, train: CollectConfig, sources: list[HomeSource]) -> Iterator[CollectConfig]:
+        """List all collections that are trained on; the first is `train`."""
+        policies = (self.policy, *(self.also_policies or ()))
+        tasks = (self.task, *(self.also_tasks or ()))
+        for source in sources:
+            for number, (policy, task) in enumerate(product(policies, tasks)):
+                yield replace(
+                    train, homes=source, policy=policy, task=task, seed=self.seed + number
+                )
+
+
+@dataclass(frozen=True)
+class LoadingConfig:
+    """How memories are read.
+
+    Attributes:
+        batch_size: snapshots per batch.
+        train_snapshots: train on so many of the snapshots, drawn once by `seed`, where there are
+            more; None for all.
+        val_snapshots: the same for validation.
+    """
+
+    batch_size: int = 100
+    train_snapshots: int | None = None
+    val_snapshots: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        check_at_least(
+            1,
+            batch_size=self.batch_size,
+            train_snapshots=self.train_snapshots,
+            val_snapshots=self.val_snapshots,
+        )

@@ -1,0 +1,132 @@
+"""Settings of a network, its training and its answers, with their defaults and checks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any, Literal
+
+from sgm.checks import check_at_least, check_shares
+
+
+@dataclass(frozen=True)
+class NetworkConfig:
+    """What a Node Edge Predictor is made of beside its encoder.
+
+    Attributes:
+        transformer: whether the query edges of a snapshot attend to each other.
+        transformer_layers: encoder layers of that attention.
+        transformer_heads: heads of each layer.
+        feed_forward_units: hidden width of each layer's feed-forward network.
+        dropout: probability in those layers; PyTorch's default, which the paper keeps.
+        clock_dropout: share of the training questions whose evidence hides the clock, see
+            `EvidenceEmbedding`.
+    """
+
+    transformer: bool = True
+    transformer_layers: int = 2
+    transformer_heads: int = 2
+    feed_forward_units: int = 64
+    dropout: float = 0.1
+    clock_dropout: float = 0.5
+
+    def __post_init__(self) -> None:
+        """Check the sizes and shares."""
+        check_at_least(
+            1,
+            transformer_layers=self.transformer_layers,
+            transformer_heads=self.transformer_heads,
+            feed_forward_units=self.feed_forward_units,
+        )
+        check_shares(dropout=self.dropout, clock_dropout=self.clock_dropout)
+
+
+@dataclass(frozen=True)
+class LossConfig:
+    """What a training minimises.
+
+    Attributes:
+        paper_loss: whether the paper's loss is there at all.
+        listwise_weight: how much `listwise_loss` weighs beside it.
+        listwise_best: its `best`: of several right places, the one with the greatest share counts.
+    """
+
+    paper_loss: bool = True
+    listwise_weight: float = 0.0
+    listwise_best: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the weight."""
+        check_at_least(0, listwise_weight=self.listwise_weight)
+
+
+@dataclass(frozen=True)
+class OptimiserConfig:
+    """How a training minimises it.
+
+    Attributes:
+        learning_rate: of Adam.
+        schedule: "constant", or "cosine": the rate falls to zero over the training.
+    """
+
+    learning_rate: float = 1e-4
+    schedule: Literal["constant", "cosine"] = "constant"
+
+    def __post_init__(self) -> None:
+        """Check the rate."""
+        check_at_least(0, learning_rate=self.learning_rate)
+
+
+@dataclass(frozen=True)
+class PlayingConfig:
+    """What is done with the answers of a network when it plays.
+
+    Attributes:
+        prior_share: share of a filter of the prior in them, see `NEPPolicy`.
+        learns_asked: whether it has learnt from questions of tasks and from those about anything
+            (`simulator.tasks.ask_anything`), and is told which it is.
+    """
+
+    prior_share: float = 0.0
+    learns_asked: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the share."""
+        check_shares(prior_share=self.prior_share)
+
+
+# By the name that they have as an argument of `NEPModule`.
+GROUPS: Mapping[str, type[Any]] = {
+    "network": NetworkConfig,
+    "loss": LossConfig,
+    "optimiser": OptimiserConfig,
+    "playing": PlayingConfig,
+}
+_FLAGS = ("belief", "clock", "evidence")  # what files of version 0.1 say instead of `reads`
+
+
+def flatten_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return arguments of `NEPModule` as files have them: each setting under its own name."""
+    flat: dict[str, Any] = {}
+    for name, value in settings.items():
+        flat |= asdict(value) if name in GROUPS else {name: value}
+    return flat
+
+
+def group_settings(flat: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a file says as arguments of `NEPModule`, those of a group as a dictionary.
+
+    Files of version 0.1 have a flag for each group of features beyond the paper's.
+
+    Raises:
+        TypeError: if a flag is none, or `reads` is no list.
+    """
+    rest = dict(flat)
+    flags = {name: rest.pop(name) for name in _FLAGS if name in rest}
+    reads = rest.setdefault("reads", [name for name, is_on in flags.items() if is_on])
+    if not isinstance(reads, list) or {type(flag) for flag in flags.values()} - {bool}:
+        raise TypeError("groups of features are no names")
+    for group, cls in GROUPS.items():
+        names = [field.name for field in fields(cls) if field.name in rest]
+        rest[group] = {name: rest.pop(name) for name in names}
+    return rest
