@@ -145,14 +145,14 @@ class FeatureConfig:
 
 
 def list_columns(table: str, groups: Collection[str]) -> list[tuple[Feature, slice]]:
-    """List the features of an array of a batch, with their columns.
+    """List the features of an array of a batch, the paper's first, with their columns.
 
     Args:
         table: one of `TABLES`.
         groups: those beyond the paper's that are on; others have no columns.
     """
     columns, first = [], 0
-    for feature in FEATURES:
+    for feature in sorted(FEATURES, key=lambda feature: feature.group not in PAPER_GROUPS):
         if feature.of in TABLES[table] and feature.group in {*PAPER_GROUPS, *groups}:
             columns.append((feature, slice(first, first + feature.width)))
             first += feature.width

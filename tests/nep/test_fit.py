@@ -59,9 +59,9 @@ def test_packaged_configs_build_the_papers_setting(name, num_hops, folder):
     assert cli.model.num_hops == num_hops
     assert cli.config_init.data.builder.num_hops == num_hops
     assert cli.model.predictor.encoder.units == 64
-    assert cli.model.learning_rate == 1e-4
+    assert cli.model.optimiser.learning_rate == 1e-4
     assert cli.trainer.max_epochs == 25
-    assert cli.datamodule.batch_size == 100
+    assert cli.datamodule.loading.batch_size == 100
 
 
 # A resumed run writes to a folder of its own, and lightning says so.
@@ -141,7 +141,7 @@ def test_a_variant_changes_its_encoder_alone(config, arguments, folder):
     cli = FitCLI(["--config", f"{config}.yaml", "--config", "homes_400.yaml"])
     found = cli.model.predictor.encoder.config()["init_args"]
     assert found | arguments == found
-    assert cli.model.learning_rate == 1e-4
+    assert cli.model.optimiser.learning_rate == 1e-4
     assert (cli.datamodule.train_config.num_homes, cli.trainer.max_epochs) == (400, 6)
 
 
@@ -163,7 +163,7 @@ def test_a_change_is_put_after_the_config_of_an_encoder(config, folder):
     ).model
     packaged["init_args"] |= {"num_convolutions": 2, "alike": True}
     assert model.predictor.encoder.config() == packaged
-    assert (model.num_hops, model.learning_rate) == (2, 1e-3)
+    assert (model.num_hops, model.optimiser.learning_rate) == (2, 1e-3)
 
 
 def test_a_file_here_goes_before_the_packaged_one(folder):
@@ -184,7 +184,7 @@ def test_a_config_builds_on_another(folder):
     assert cli.datamodule.train_config.steps == 7
     assert cli.datamodule.train_config.num_homes == 3
     assert cli.datamodule.builder.config.belief
-    assert cli.config.data.batch_size == 100  # paper.yaml
+    assert cli.config.data.loading.batch_size == 100  # paper.yaml
     assert cli.config.trainer.logger.init_args.save_dir == "runs"
     assert cli.config.trainer.logger.init_args.name == "heat_plus"
     assert "base" not in cli.config
@@ -220,7 +220,7 @@ def test_settings_of_earlier_versions_are_ignored_and_named(folder):
         cli = FitCLI(["--config=any_home.yaml", "--config=old.yaml", "--model.hours_share=0.7"])
     said = [str(one.message) for one in caught if one.category is UserWarning]
     assert any("filter_share 0.3 and hours_share 0.7 in the config" in text for text in said)
-    assert cli.model.prior_share == 0.05
+    assert cli.model.playing.prior_share == 0.05
     assert "filter_share" not in cli.config.model
     assert "hours_share" not in cli.model.hparams
 

@@ -54,6 +54,12 @@ def apply_diff(folder: Path, text: str) -> None:
     path.write_text(content, "utf-8")
 
 
+def test_a_feature_is_an_entry_in_one_file():
+    """Of a node, an edge and a query edge alike."""
+    diffs = [text for language, text in RECIPES["A feature"] if language == "diff"]
+    assert [text.split()[1] for text in diffs] == ["datamodules/features.py"]
+
+
 def follow(folder: Path, python: str, language: str, text: str) -> str:
     """Do what one block says; returns what its commands print."""
     if language == "diff":

@@ -8,7 +8,7 @@ from datamodules.features import FeatureConfig, compute_belief_features
 from datamodules.graph import GraphBuilder
 from nep.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.model.module import NEPModule
-from nep.model.settings import NetworkConfig
+from nep.model.settings import NetworkConfig, PlayingConfig
 from nep.players.policy import NEPPolicy
 from sgm.evidence.adaptive_filter import follow_prior, trust_prior
 from sgm.evidence.columns import QUESTION_COLUMNS
@@ -223,8 +223,8 @@ def test_the_shipped_network_shares_its_answers_with_the_prior(lift, trust, monk
     memory = rollout.memory
     objects = memory.objects
     queries = memory.query(*(objects[name] for name in ("home", "key", "label", "type")))
-    for share in (policy._module.prior_share, 0.0):
-        policy._module.prior_share = share
+    for share in (policy._module.playing.prior_share, 0.0):
+        policy._module.playing = PlayingConfig(share)
         scores = policy.score_places(memory, queries).max(axis=2)
         found[share] = compute_probabilities(scores, "logits")
     asked = compute_features(memory, queries).asked

@@ -44,7 +44,7 @@ def test_settings_of_a_checkpoint_are_dropped_too():
     settings = {**trained.hparams, **FORMER}
     with pytest.warns(UserWarning, match=LINE):
         module = build_network(settings, trained.state_dict(), "old.ckpt")
-    assert module.prior_share == 0.05
+    assert module.playing.prior_share == 0.05
 
 
 @pytest.mark.filterwarnings("error")

@@ -1,0 +1,128 @@
+"""What `FEATURES` declares is what batches, networks, collections and the docs have."""
+
+from pathlib import Path
+
+import pytest
+
+from datamodules import features
+from datamodules.feature_rows import EdgeRows, NodeRows
+from datamodules.features import (
+    EDGE_FEATURE_DIM,
+    FEATURES,
+    NODE_FEATURE_DIM,
+    PAPER_GROUPS,
+    TABLES,
+    Feature,
+    FeatureConfig,
+    check_groups,
+    count_columns,
+    describe_features,
+    list_columns,
+    list_recorded,
+)
+from datamodules.graph import GraphBuilder
+from datamodules.settings import CollectionConfig, HomesConfig
+from datamodules.snapshot_dataset import SnapshotDataset
+from nep.encoders import MLP
+from nep.model.module import NEPModule
+from nep.model.settings import NetworkConfig
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_the_docs_list_them():
+    """Put what `datamodules.features.describe_features()` returns into docs/data.md."""
+    assert describe_features() in (ROOT / "docs" / "data.md").read_text("utf-8")
+
+
+def test_columns_of_the_paper_come_first_and_others_where_they_are_on():
+    assert (NODE_FEATURE_DIM, EDGE_FEATURE_DIM) == (4, 9)
+    assert count_columns("edge", ["belief"]) == 9 + 5
+    assert count_columns("edge", ["clock", "belief"]) == 9 + 5 + 8
+    for table in TABLES:
+        columns = list_columns(table, ["belief", "clock", "evidence"])
+        starts = [rows.start for _, rows in columns]
+        assert starts == [0, *(rows.stop for _, rows in columns[:-1])][: len(columns)]
+        extra = [feature.group not in PAPER_GROUPS for feature, _ in columns]
+        assert extra == sorted(extra)
+
+
+def test_switches_say_what_is_recorded_and_read():
+    assert list_recorded(FeatureConfig()) == []
+    config = FeatureConfig(belief=True, evidence=True, clock=True, prior=False)
+    assert list_recorded(config) == ["belief", "evidence"]
+    assert config.extra_groups == ("belief", "clock", "evidence")
+    assert "prior" not in config.groups
+    train, val, _ = CollectionConfig(num_homes=1).make(HomesConfig(), config)
+    assert train.belief
+    assert val.evidence
+    assert not train.relevance
+
+
+def test_a_group_that_there_is_not_is_named():
+    with pytest.raises(ValueError, match="must be some of belief, clock, evidence, got 'smell'"):
+        NEPModule(MLP(units=4), reads=["smell"])
+    with pytest.raises(ValueError, match="got 'temporal'"):  # the paper's need no name
+        check_groups(["temporal"])
+
+
+class OffConfig(FeatureConfig):
+    own = False
+
+
+class OwnConfig(FeatureConfig):
+    own = True
+
+
+@pytest.fixture
+def own_features(monkeypatch):
+    """Each number its own: of furniture, edges of objects and query edges."""
+
+    def count_rows(nodes: NodeRows):
+        return nodes.rows + 1
+
+    def count_places(edges: EdgeRows):
+        return edges.furniture + 1
+
+    added = (
+        Feature("one", "own", "furniture", count_rows),
+        Feature("two", "own", "object edge", count_places),
+        Feature("three", "own", "query edge", lambda edges: -count_places(edges)),
+    )
+    monkeypatch.setattr(features, "FEATURES", (*added, *FEATURES))
+    monkeypatch.setattr(features, "_GROUPS", ("own", *features._GROUPS))
+    return OwnConfig()
+
+
+def test_an_entry_is_all_that_a_feature_takes(own_features, collection):
+    """It is computed for the rows that it is of, zero elsewhere, and a network reads it."""
+    batch = SnapshotDataset(collection, GraphBuilder(own_features)).__getitems__(range(6))
+    plain = SnapshotDataset(collection, GraphBuilder(OffConfig())).__getitems__(range(6))
+    assert batch.node_feature[:, :4].equal(plain.node_feature)
+    assert batch.edge_feature[:, :9].equal(plain.edge_feature)
+    one = batch.node_feature[:, 4]
+    assert one[batch.furniture].tolist() == list(range(1, batch.node_counts[3] + 1))
+    assert not one[: batch.furniture.start].any()
+    assert not one[batch.furniture.stop :].any()
+    two, three = batch.edge_feature[:, 9:].unbind(dim=1)
+    first_joined = sum(batch.edge_counts[:6])
+    assert not two[:first_joined].any()
+    assert (two[first_joined:] > 0).all()
+    place = batch.edge_dst[batch.query_edge] - batch.furniture.start + 1
+    assert three[batch.query_edge].equal(-place.float())
+    assert int((three != 0).sum()) == len(batch.query_edge)
+
+    module = NEPModule(MLP(units=4), NetworkConfig(transformer=False), reads=["own"])
+    logits = module(batch)
+    logits.sum().backward()
+    node, edge = module.predictor.node_embedding.first, module.predictor.edge_embedding.first
+    assert (node.in_features, edge.in_features) == (96 + 5 + 4 + 1, 9 + 2 + 4)
+    assert node.weight.grad[:, -1].any()
+    assert edge.weight.grad[:, 9].any()
+    assert edge.weight.grad[:, 10].any()
+
+
+def test_without_convolutions_others_are_left_out_if_no_feature_reads_them():
+    assert not GraphBuilder(FeatureConfig(), 0).reads_asked_alone
+    assert GraphBuilder(FeatureConfig(temporal=False), 0).reads_asked_alone
+    assert not GraphBuilder(FeatureConfig(temporal=False), 1).reads_asked_alone
