@@ -134,7 +134,7 @@ def test_exported_and_asked(checkpoint, tmp_path, capsys):
     training = config["notes"]["training"]  # 30 days of six steps, the last ends at 20:00
     assert (training["num_homes"], training["steps"], training["is_recorded"]) == (1, 179, True)
     assert config["features"]["clock"]
-    assert config["model"]["clock"]
+    assert config["model"]["reads"] == ["clock"]
     finder = ObjectFinder.load(tmp_path / "net")
     memory = SceneGraphMemory()
     study = memory.add_room("study")
@@ -159,6 +159,6 @@ def test_a_network_without_a_clock_needs_none(tmp_path):
     for file in (PRETRAINED / "heat").iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
     config = load_config(tmp_path)
-    del config["features"]["clock"], config["model"]["clock"]
+    del config["features"]["clock"], config["model"]["reads"]
     (tmp_path / "config.json").write_text(json.dumps(config), encoding="utf-8")
     assert not load_trained(tmp_path).module.hparams["reads"]

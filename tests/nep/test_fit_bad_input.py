@@ -74,7 +74,7 @@ def test_a_checkpoint_to_go_on_from_is_checked_first(capsys, tmp_path, content, 
         (["--trainer.val_check_interval=9.5"], "val_check_interval"),
         (["--trainer.precision=x"], "precision"),
         (["--config=binary.yaml"], "--config"),
-        (["--data.data_dir="], "--data.data_dir must have a value, got an empty one"),
+        (["--data.data_dir="], "data_dir must have a value, got an empty one"),
     ],
 )
 def test_values_out_of_range_are_one_line(capsys, tmp_path, options, message):

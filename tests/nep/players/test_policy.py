@@ -172,7 +172,7 @@ def test_a_network_that_reads_a_belief_needs_the_rules():
     module = NEPModule(MLP(units=8), reads=["belief"])
     policy = NEPPolicy(module, GraphBuilder(FeatureConfig(belief=True), 0))
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", [0]))
-    with pytest.raises(ValueError, match="must hold a belief"):
+    with pytest.raises(ValueError, match="must hold belief"):
         next(predict_locations(Rollout(homes, policy), 1))
 
 
