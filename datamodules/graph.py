@@ -19,6 +19,7 @@ from datamodules.features import (
 )
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.memory.candidates import propose_rows, sample_places
+from sgm.text import load_text
 from simulator.snapshots.graph import (
     FIRST_OBJECT_TYPE,
     FURNITURE,
@@ -27,7 +28,6 @@ from simulator.snapshots.graph import (
     OBJECT_UP,
     SnapshotGraph,
 )
-from sgm.text import load_text
 from simulator.snapshots.snapshots import Snapshots, forget, forget_absence
 
 

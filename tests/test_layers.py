@@ -39,6 +39,7 @@ ORDER = """
     simulator simulator.__main__
     datamodules
     nep.tensor_file nep.config_files nep.checkpoint_files nep.importers nep.layers nep.encoders
+    nep.setting_groups
     nep.model nep.players nep.report nep.robot nep.callbacks nep.view nep.fit
     nep.evaluate nep.export nep.compare nep.igridson nep.bench nep.event_networks nep.recorded
     nep.any_home nep.own_home nep.searches nep.elsewhere nep.paper nep.temporal nep.headlines

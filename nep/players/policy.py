@@ -45,7 +45,7 @@ class NEPPolicy(Policy):
     shown since (`StepAnswers`): where people live, asking the network anew took a tenth more looks.
 
     Half of what the tasks ask for has just moved, whereas people ask for anything. A network that
-    has learnt from both kinds of questions reads which it is (`NEPModule.learns_asked`); the
+    has learnt from both kinds of questions reads which it is (`PlayingConfig.learns_asked`); the
     answers of another one are corrected (`Features.compare_asked`).
     """
 

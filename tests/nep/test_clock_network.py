@@ -159,6 +159,6 @@ def test_a_network_without_a_clock_needs_none(tmp_path):
     for file in (PRETRAINED / "heat").iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
     config = load_config(tmp_path)
-    del config["features"]["clock"], config["model"]["reads"]
+    del config["features"]["clock"], config["model"]["clock"]
     (tmp_path / "config.json").write_text(json.dumps(config), encoding="utf-8")
     assert not load_trained(tmp_path).module.hparams["reads"]

@@ -35,13 +35,13 @@ SMALL = SampledSource(home=HomeConfig(furniture_per_room=4, objects_per_furnitur
 DECIMALS = 6
 
 
-def make_model(encoder, features=FEATURES, prior_share=0.0) -> TrainedModel:
+def make_model(encoder, features=FEATURES, **playing) -> TrainedModel:
     """A network with weights, means and variances drawn at random."""
     torch.manual_seed(0)
     module = NEPModule(
         encoder,
         NetworkConfig(transformer=False),
-        playing=PlayingConfig(prior_share),
+        playing=PlayingConfig(**playing),
         reads=features.extra_groups,
     ).eval()
     for name, buffer in module.predictor.named_buffers():
@@ -96,24 +96,24 @@ def test_the_shipped_network_answers_as_in_torch(source, task):
 
 
 @pytest.mark.parametrize(
-    ("encoder", "features", "prior_share"),
+    ("encoder", "features", "playing"),
     [
-        (partial(Sets, 16, 1, 2), FEATURES, 0.0),
-        (partial(Sets, 16, 3), FEATURES, 0.3),
-        (partial(MLP, 16), FEATURES, 0.0),
+        (partial(Sets, 16, 1, 2), FEATURES, {}),
+        (partial(Sets, 16, 3), FEATURES, {"prior_share": 0.3}),
+        (partial(MLP, 16), FEATURES, {}),
         (
             partial(Sets, 16),
             FeatureConfig(
                 temporal=False, semantic=False, prior=False, candidates="all", evidence=True,
                 evidence_without=("hours", "hour", "others"),
             ),
-            0.2,
+            {"prior_share": 0.2},
         ),
     ],
     ids=["ensemble", "single", "no rounds", "without some features"],
 )  # fmt: skip
-def test_networks_of_every_shape_answer_as_in_torch(encoder, features, prior_share, tmp_path):
-    model = make_model(encoder(), features, prior_share)
+def test_networks_of_every_shape_answer_as_in_torch(encoder, features, playing, tmp_path):
+    model = make_model(encoder(), features, **playing)
     save_exported(tmp_path, model, {})
     check_equal(NEPPolicy(model.module, model.builder), NetworkPolicy.load(tmp_path), SMALL)
 
