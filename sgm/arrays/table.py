@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterator, Mapping
 
 import numpy as np
+
+from sgm.arrays.clone import clone
 
 
 class Table:
@@ -15,6 +16,11 @@ class Table:
     until the next `append`. Where every home has rows of its own, all as many, they lie along the
     last axis: (H, n).
     """
+
+    _blocks: dict[np.dtype, np.ndarray]
+    _columns: dict[str, np.ndarray]
+    _capacity: int
+    _views: dict[str, np.ndarray]  # of the columns that were read, up to the last row
 
     def __init__(
         self,
@@ -51,7 +57,10 @@ class Table:
         return self._num_rows
 
     def __getitem__(self, name: str) -> np.ndarray:
-        return self._columns[name][..., : self._num_rows]
+        view = self._views.get(name)
+        if view is None:
+            view = self._views[name] = self._columns[name][..., : self._num_rows]
+        return view
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -65,7 +74,7 @@ class Table:
 
     def copy(self) -> Table:
         """Return a table of the same rows that can be changed alone."""
-        copied = copy.copy(self)
+        copied = clone(self)
         own = self._capacity
         copied._set_blocks({key: block[..., :own].copy() for key, block in self._blocks.items()})
         return copied
@@ -75,7 +84,7 @@ class Table:
 
         Neither table's columns are to be written then; either may be appended to.
         """
-        shared = copy.copy(self)
+        shared = clone(self)
         shared._capacity = self._num_rows  # what is added is nobody else's
         return shared
 
@@ -95,10 +104,11 @@ class Table:
             )
         for name, value in {**self._defaults, **values}.items():
             self._columns[name][..., start:end] = value
-        self._num_rows = end
+        self._num_rows, self._views = end, {}
         return np.arange(start, end)
 
     def _set_blocks(self, blocks: dict[np.dtype, np.ndarray]) -> None:
         self._blocks = blocks
+        self._views = {}
         self._columns = {name: blocks[key][row] for name, (key, row) in self._place_of.items()}
         self._capacity = next((block.shape[-1] for block in blocks.values()), 0)

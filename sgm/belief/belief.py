@@ -72,8 +72,10 @@ class Belief:
 
     def spread(self, share: float) -> Belief:
         """Return the belief with a share of what is at places spread evenly over all of them."""
-        even = Belief.of(np.ones_like(self.log_weights[:, :-1])).with_elsewhere(self.elsewhere)
-        return self.mix(even, share)
+        mixed = self.probabilities.copy()
+        there = 1 - mixed[:, -1:]
+        mixed[:, :-1] = (1 - share) * mixed[:, :-1] + share * there / (mixed.shape[1] - 1)
+        return Belief(_log(mixed))
 
     def temper(self, temperature: float) -> Belief:
         """Return a belief that is less sure of itself (above 1), or more (below)."""

@@ -10,10 +10,6 @@ from sgm.compiled.kernel import kernel
 
 _SAME = 0.97  # probability that what is seen is the object that is asked for
 _TINY = 1e-12
-# A look that does not show what is still in the home counts for a little less than a look: what
-# hides a thing once may hide it again.
-_LOOKS_HEEDED = 0.85
-_CARRIED_OFF = 0.005  # right after it was seen, whatever the rate at which things leave
 
 
 @kernel
@@ -22,6 +18,7 @@ def follow_looks(
     room: np.ndarray,
     num_rooms: int,
     look_times: np.ndarray,
+    look_row: np.ndarray,
     last_place: np.ndarray,
     last_time: np.ndarray,
     now: int,
@@ -30,8 +27,7 @@ def follow_looks(
     crossing: np.ndarray,
     moved: np.ndarray,
     miss: np.ndarray,
-    leaving: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> np.ndarray:
     """Follow K filters over the looks at Q objects; see `sgm.evidence.adaptive_filter`.
 
     Args:
@@ -39,7 +35,8 @@ def follow_looks(
             elsewhere.
         room: of each place, -1 where there is none, int64 (Q, P).
         num_rooms: room numbers are below it.
-        look_times: of the latest looks at each place but elsewhere, -1 for none, (Q, P - 1, L).
+        look_times: of the latest looks at each place but elsewhere, -1 for none, (n, P - 1, L).
+        look_row: which row of these are the looks for each object, (Q,).
         last_place: where it was last seen, -1 for never, int64 (Q,).
         last_time: when, int64 (Q,).
         now: the present time step.
@@ -48,23 +45,22 @@ def follow_looks(
         crossing: share of its ways that lead anywhere, not within the room, (Q, K).
         moved: how likely it has just moved, since it is asked for, (Q, K).
         miss: probability that a look misses it, (Q,).
-        leaving: rates at which it may leave the home for good, per hour, (Q, J).
 
     Returns:
-        Probabilities of the places, of an object that is in the home, (Q, K, P); and for each of
-        the J rates that it has left it, by the first filter, (Q, J).
+        Probabilities of the places, (Q, K, P).
     """
     num_queries, num_places = destination.shape
     num_kept = look_times.shape[2]
     belief = np.empty((num_queries, rate.shape[1], num_places))
-    gone = np.full(leaving.shape, _CARRIED_OFF)
     when = np.empty((num_places - 1) * num_kept, dtype=np.int64)
     where = np.empty(len(when), dtype=np.int64)
+    all_when = np.empty(len(when), dtype=np.int64)  # the same, of a whole row, in order
+    all_where = np.empty(len(when), dtype=np.int64)
+    num_all, row = 0, -1
     mass = np.empty(num_rooms)
     total = np.empty(num_rooms)
     later = np.empty(num_rooms)
     share = np.zeros(num_places)  # of a place in the destinations of its room
-    remains = np.empty(leaving.shape[1])
     # Runs of neighbouring places of one room, within which no loop looks up the room.
     run_start = np.empty(num_places + 1, dtype=np.int64)
     run_room = np.empty(num_places, dtype=np.int64)
@@ -75,18 +71,26 @@ def follow_looks(
     for query in range(num_queries):
         goes = destination[query]
         in_room = room[query]
-        left = gone[query]
         last = last_place[query]
         start = last_time[query] if last >= 0 else -1
+        if look_row[query] != row:
+            row, num_all = look_row[query], 0
+            for place in range(num_places - 1):
+                for kept in range(num_kept):
+                    if look_times[row, place, kept] >= 0:
+                        when[num_all] = look_times[row, place, kept]
+                        where[num_all] = place
+                        num_all += 1
+            order = np.argsort(when[:num_all], kind="mergesort")
+            for position in range(num_all):
+                all_when[position] = when[order[position]]
+                all_where[position] = where[order[position]]
         num_looks = 0
-        for place in range(num_places - 1):
-            for kept in range(num_kept):
-                time = look_times[query, place, kept]
-                if time > start or (time == start and time >= 0 and place != last):
-                    when[num_looks] = time
-                    where[num_looks] = place
-                    num_looks += 1
-        order = np.argsort(when[:num_looks], kind="mergesort")
+        for position in range(np.searchsorted(all_when[:num_all], start), num_all):
+            if all_when[position] > start or all_where[position] != last:
+                when[num_looks] = all_when[position]
+                where[num_looks] = all_where[position]
+                num_looks += 1
         num_runs = 0
         for place in range(num_places):
             if place == 0 or in_room[place] != in_room[place - 1]:
@@ -113,21 +117,19 @@ def follow_looks(
                 density[last] += _SAME
             else:
                 density[:] = goes
-                time = when[order[0]] if num_looks else now
+                time = when[0] if num_looks else now
             has_moved = start == now and last >= 0  # seen in this step: nothing moved since
             before[number] = density
             reached[number] = first
             elapsed = -1.0  # mostly it is one step, again and again
             for position in range(first, num_looks + 1):
                 is_end = position == num_looks
-                next_time = now if is_end else when[order[position]]
+                next_time = now if is_end else when[position]
                 if next_time > time:
                     if elapsed != (next_time - time) * hours[query]:
                         elapsed = (next_time - time) * hours[query]
                         stays = math.exp(-leaves * elapsed)
                         stays_in_room = math.exp(-leaves * cross * elapsed)
-                        for other in range(len(remains)):
-                            remains[other] = math.exp(-leaving[query, other] * elapsed)
                     mass[:] = 0
                     for run in range(num_runs):
                         own = run_room[run]
@@ -147,9 +149,6 @@ def follow_looks(
                             density[place] = then * share[place] + stays * (
                                 density[place] - inside * share[place]
                             )
-                    if number == 0:
-                        for other in range(len(left)):
-                            left[other] = 1 - (1 - left[other]) * remains[other]
                     time = next_time
                 if time == now and not has_moved:
                     has_moved = True
@@ -157,15 +156,11 @@ def follow_looks(
                     reached[number] = position
                     _move_once(density, goes, in_room, total, cross, moved[query, number])
                 if not is_end:
-                    place = where[order[position]]
+                    place = where[position]
                     missed = density[place] * (1 - miss[query])
                     density[place] *= miss[query]
                     density /= max(1 - missed, _TINY)
-                    if number == 0 and leaving.shape[1]:
-                        unseen = max(1 - missed, _TINY) ** _LOOKS_HEEDED
-                        for other in range(len(left)):
-                            left[other] /= left[other] + (1 - left[other]) * unseen + _TINY
-    return belief, gone
+    return belief
 
 
 @kernel

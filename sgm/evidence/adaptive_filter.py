@@ -10,11 +10,11 @@ import numpy as np
 from sgm.arrays.padded import sum_rows
 from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.expected_places import Expected
+from sgm.evidence.home_sums import HomeSums
 from sgm.evidence.object_counts import (
     ObjectCounts,
     compute_hour,
     compute_hours_per_step,
-    count_left,
 )
 from sgm.memory.asking import compute_relation_shares
 from sgm.memory.home_history import NUM_HOURS
@@ -85,22 +85,16 @@ class Rates:
             queries: the objects.
             counts: `ObjectCounts.gather` of the same.
         """
-        history, objects = memory.history, memory.objects
-        of_homes = compute_hours_per_step(memory, np.arange(memory.num_homes))
-        hours, home = of_homes[queries.home], history.compute_move_rate(of_homes)[queries.home]
-        row = queries.object
-        known = objects["last_observed"][row] - objects["first_observed"][row]
-        own = (objects["num_moved"][row] + 1.5) / (known * hours + 1.5 / home)
-        num_seen = np.bincount(
-            objects["home"], objects["num_observed"] > 0, minlength=memory.num_homes
-        )[queries.home]
-        home_left, left = _compute_left_rates(memory, queries, counts, hours)
+        hours, home, own = compute_own_rates(memory, queries)
+        sums = HomeSums.of(memory)
+        num_seen = sums.num_seen[queries.home]
+        home_left, left = _compute_left_rates(sums, queries, counts, hours)
         return cls(
             home=home,
-            own=np.clip(own, 1e-4, 2.0),
-            crossing=_compute_crossing(memory)[queries.home],
+            own=own,
+            crossing=compute_crossing(memory)[queries.home],
             any_moved=-np.expm1(-home * hours * np.maximum(num_seen, 1)),
-            miss=history.compute_miss_rate()[queries.home],
+            miss=memory.history.compute_miss_rate()[queries.home],
             home_left=home_left,
             left=left,
         )
@@ -207,44 +201,6 @@ def compute_beliefs(
     Returns:
         Probability of each place and of elsewhere, (Q, K, F + 1).
     """
-    leaving = np.empty((len(queries.home), 0))
-    return _follow(memory, queries, rates, destinations, filters, leaving)[0]
-
-
-def compute_left(
-    memory: MemoryBatch,
-    queries: Queries,
-    rates: Rates,
-    destinations: np.ndarray,
-    leaving: np.ndarray,
-) -> np.ndarray:
-    """Return how likely each object has left the home for good since it was last seen.
-
-    It may leave at any time; the looks since, which did not find it, are as likely as the filter of
-    the home's own rates says if it stayed, and certain if it left.
-
-    Args:
-        memory: the memory.
-        queries: objects that were seen.
-        rates: `Rates.estimate` of the same.
-        destinations: from `compute_destinations`, (Q, F + 1).
-        leaving: J rates of each, per hour, (Q, J).
-
-    Returns:
-        For each of the rates, (Q, J).
-    """
-    return _follow(memory, queries, rates, destinations, [FilterSettings()], leaving)[1]
-
-
-def _follow(
-    memory: MemoryBatch,
-    queries: Queries,
-    rates: Rates,
-    destinations: np.ndarray,
-    filters: Sequence[FilterSettings],
-    leaving: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return what `compute_beliefs` and `compute_left` return."""
     from sgm.compiled.adaptive_filter import follow_looks  # loads numba
 
     num_queries, home = len(queries.home), queries.home
@@ -259,20 +215,20 @@ def _follow(
         crossing[:, number] = rates.crossing if one.crossing is None else one.crossing
         moved[:, number] = 1 if one.asks_moved is None else one.asks_moved * rates.any_moved
     return follow_looks(
-        destinations, room, num_rooms, _list_look_times(memory, queries),
+        destinations, room, num_rooms, *list_look_times(memory, queries),
         memory.objects["last_furniture"][queries.object].astype(np.int64),
         memory.objects["last_observed"][queries.object].astype(np.int64),
         memory.time, compute_hours_per_step(memory, home), rate, crossing, moved, rates.miss,
-        leaving,
     )  # fmt: skip
 
 
-def _list_look_times(memory: MemoryBatch, queries: Queries) -> np.ndarray:
-    """Return when each place was looked at for what is asked for, (Q, F, n)."""
+def list_look_times(memory: MemoryBatch, queries: Queries) -> tuple[np.ndarray, np.ndarray]:
+    """Return when places were looked at, (m, F, n), and the row for what is asked for, (Q,)."""
     history = memory.history
     if history.look_relations is None:
-        return history.look_times[queries.home]
-    return history.list_look_times(queries.home, compute_relation_shares(memory, queries))
+        return np.ascontiguousarray(history.look_times), queries.home.astype(np.int64)
+    times = history.list_look_times(queries.home, compute_relation_shares(memory, queries))
+    return times, np.arange(len(times))
 
 
 def follow_prior(
@@ -309,23 +265,34 @@ def trust_prior(
 
 
 def _compute_left_rates(
-    memory: MemoryBatch, queries: Queries, counts: ObjectCounts, hours: np.ndarray
+    sums: HomeSums, queries: Queries, counts: ObjectCounts, hours: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the rates at which things, and the one asked for, are found gone, (Q,) each."""
-    edges = memory.edges
-    num_left, time = (
-        np.bincount(edges["home"], column, minlength=memory.num_homes)[queries.home]
-        for column in (count_left(memory), edges["time_true"])
-    )
+    num_left, time = sums.num_left[queries.home], sums.time_true[queries.home]
     of_home = (num_left + 0.5) / (time * hours + 15)
     num_left, time = counts.num_left.sum(axis=1), counts.time_true.sum(axis=1)
     return of_home, np.clip((num_left + 1.5) / (time * hours + 1.5 / of_home), 1e-4, 2.0)
 
 
-def _compute_crossing(memory: MemoryBatch) -> np.ndarray:
+def compute_own_rates(
+    memory: MemoryBatch, queries: Queries
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return hours per step, and moves per hour of the home's average object and of the own, (Q,).
+
+    The own rate is the mean of a posterior that starts with the home's.
+    """
+    objects, row = memory.objects, queries.object
+    of_homes = compute_hours_per_step(memory, np.arange(memory.num_homes))
+    hours = of_homes[queries.home]
+    home = memory.history.compute_move_rate(of_homes)[queries.home]
+    known = objects["last_observed"][row] - objects["first_observed"][row]
+    own = (objects["num_moved"][row] + 1.5) / (known * hours + 1.5 / home)
+    return hours, home, np.clip(own, 1e-4, 2.0)
+
+
+def compute_crossing(memory: MemoryBatch) -> np.ndarray:
     """Return which share of the moves seen led to another room, (H,)."""
     if not memory.history.counts_moves:
         return np.full(memory.num_homes, 0.5)
-    moves, room = memory.history.moves, memory.furniture_room
-    crosses = room[:, :, None] != room[:, None, :]
-    return ((moves * crosses).sum(axis=(1, 2)) + 0.5) / (moves.sum(axis=(1, 2)) + 1)
+    sums = HomeSums.of(memory)
+    return (sums.num_crossing + 0.5) / (sums.arrivals.sum(axis=1) + 1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import accumulate
 
 EVIDENCE_VERSION = 3  # raised with every change of the columns or of what they mean
 
@@ -202,5 +203,18 @@ PLACE_COLUMNS = tuple(
 QUESTION_COLUMNS = tuple(
     f"{group}.{name}" for group, names in QUESTION_GROUP_COLUMNS.items() for name in names
 )
+
+
+def _slice_groups(groups: Mapping[str, tuple[str, ...]]) -> dict[str, slice]:
+    ends = [*accumulate(map(len, groups.values()))]
+    return {
+        name: slice(end - len(own), end)
+        for (name, own), end in zip(groups.items(), ends, strict=True)
+    }
+
+
+# Where the columns of each group are.
+PLACE_SLICES = _slice_groups(PLACE_GROUP_COLUMNS)
+QUESTION_SLICES = _slice_groups(QUESTION_GROUP_COLUMNS)
 # What only a home with a clock can say.
 CLOCK_GROUPS = ("hours", "hour")

@@ -8,7 +8,12 @@ import numpy as np
 
 from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED, follow_prior, trust_prior
-from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
+from sgm.evidence.columns import (
+    PLACE_COLUMNS,
+    PLACE_SLICES,
+    QUESTION_COLUMNS,
+    QUESTION_SLICES,
+)
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.place_features import PLACE_GROUPS
 from sgm.evidence.question import Question
@@ -86,16 +91,10 @@ def compute_features(
             reckon with it, and `movement.any_moved`, say which kind of question it is.
     """
     question = Question.gather(memory, queries, asks_moved)
-    place = _stack([group(question) for group in PLACE_GROUPS.values()], PLACE_COLUMNS)
-    place *= question.is_place[..., None]
-    about = _stack([group(question) for group in QUESTION_GROUPS.values()], QUESTION_COLUMNS)
+    place = np.zeros((*question.is_place.shape, len(PLACE_COLUMNS)), dtype=np.float32)
+    about = np.empty((len(place), len(QUESTION_COLUMNS)), dtype=np.float32)
+    for name, fill_place in PLACE_GROUPS.items():
+        fill_place(place[..., PLACE_SLICES[name]], question)
+    for name, fill in QUESTION_GROUPS.items():
+        fill(about[:, QUESTION_SLICES[name]], question)
     return Features(place, about, question)
-
-
-def _stack(groups: list[dict[str, np.ndarray]], columns: tuple[str, ...]) -> np.ndarray:
-    """Stack the columns of all groups, float32 (..., D)."""
-    arrays = [column for group in groups for column in group.values()]
-    stacked = np.empty((*arrays[0].shape, len(columns)), dtype=np.float32)
-    for number, array in enumerate(arrays):
-        stacked[..., number] = array
-    return stacked

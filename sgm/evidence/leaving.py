@@ -5,8 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from sgm.arrays.grouped import compute_rank_in_group
-from sgm.evidence.adaptive_filter import Rates, compute_destinations, compute_left
-from sgm.evidence.expected_places import Expected
+from sgm.arrays.relations import sum_relations
+from sgm.evidence.adaptive_filter import (
+    compute_crossing,
+    compute_own_rates,
+    list_look_times,
+)
 from sgm.evidence.object_counts import ObjectCounts, compute_hours_per_step
 from sgm.memory.home_history import NUM_LOOKS_KEPT
 from sgm.memory.memory_batch import MemoryBatch
@@ -28,7 +32,7 @@ class Leaving:
 
     A thing leaves for good at a share of the rate at which it moves; the share is the home's, and
     is learnt from how long all its things have been seen and from what the looks since did not
-    find (`compute_left`): who was last seen long ago, and is at no place that was looked at since,
+    find (`follow_left`): who was last seen long ago, and is at no place that was looked at since,
     has left, or looks miss it.
 
     Attributes:
@@ -88,12 +92,21 @@ def _choose_things(memory: MemoryBatch) -> Queries:
 
 
 def _follow(memory: MemoryBatch, things: Queries) -> tuple[np.ndarray, np.ndarray]:
-    """Return how likely each thing has left, for each share, and the rates that means, (Q, J)."""
-    counts = ObjectCounts.gather(memory, things)
-    rates = Rates.estimate(memory, things, counts)
-    expected = Expected.by_prior(memory, things)
-    leaving = rates.own[:, None] * _SHARES
-    goes = compute_destinations(memory, things, counts, expected)
-    goes[:, -1] = 0  # what is in the home, at a place that nobody knows, is as good as gone
-    goes /= goes.sum(axis=1, keepdims=True)
-    return np.minimum(compute_left(memory, things, rates, goes, leaving), 1 - 1e-9), leaving
+    """Return how likely each thing has left, for each share, and the rates that means, (Q, J).
+
+    It may leave at any time; the looks since, which did not find it, are as likely as the filter of
+    the home's own rates says if it stayed, and certain if it left. What is in the home, at a place
+    that nobody knows, is as good as gone.
+    """
+    from sgm.compiled.leaving import follow_left  # loads numba
+
+    objects, home, row = memory.objects, things.home, things.object
+    hours, _, own = compute_own_rates(memory, things)
+    leaving = own[:, None] * _SHARES
+    left = follow_left(
+        ObjectCounts.gather(memory, things).num_true, sum_relations(things.prior),
+        memory.furniture_room[home], memory.room_label.shape[1], *list_look_times(memory, things),
+        objects["last_furniture"][row], objects["last_observed"][row], memory.time, hours, own,
+        compute_crossing(memory)[home], memory.history.compute_miss_rate()[home], leaving,
+    )  # fmt: skip
+    return np.minimum(left, 1 - 1e-9), leaving

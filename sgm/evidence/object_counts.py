@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.memory.columns import NEVER
 from sgm.memory.home_history import NUM_HOURS
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
+
+_NO_HOURS = np.zeros((2, 0, NUM_HOURS), dtype=np.uint16)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,43 +44,22 @@ class ObjectCounts:
     @classmethod
     def gather(cls, memory: MemoryBatch, queries: Queries) -> ObjectCounts:
         """Gather the counters of the query objects."""
-        shape = (len(queries.home), memory.num_furniture)
-        query, edge = memory.edges_of(queries)
-        edges = memory.edges
-        is_true = edges["num_true"][edge] > 0
-        query, edge = query[is_true], edge[is_true]
-        place = (query, edges["furniture"][edge])
-        sums = np.zeros((*shape, 3), dtype=np.int32)  # one call for all: an object has few edges
-        own = edges["num_true"][edge], count_left(memory, edge), edges["time_true"][edge]
-        np.add.at(sums, place, np.stack(own, axis=1))
-        most = np.full((*shape, 4), NEVER, dtype=np.int32)
-        names = ("num_observed", "last_true", "last_observed", "is_true")
-        np.maximum.at(most, place, np.stack([edges[name][edge] for name in names], axis=1))
-        num_true, num_left, time_true = sums.transpose(2, 0, 1)
-        num_known, last_true, last_known, is_now = most.transpose(2, 0, 1)
-        num_absent = np.full(shape, np.inf)
-        np.minimum.at(num_absent, place, edges["missed"][edge])
-        num_absent = np.minimum(num_absent, memory.furniture_num_observed[queries.home])
-        hours = None
-        if memory.clock is not None:
-            hours = np.zeros((2, *shape, NUM_HOURS), dtype=np.float32)
-            seen, gone = memory.history.get_edge_hours(edge)
-            np.add.at(hours[0], place, seen)
-            np.maximum.at(hours[1], place, gone)
-        return cls(
-            num_true, last_true, num_absent, num_left, time_true, np.maximum(num_known, 0),
-            last_known, is_now > 0, hours,
+        from sgm.compiled.object_counts import gather_counts  # loads numba
+
+        edges, has_hours = memory.edges, memory.clock is not None
+        *counts, missed, is_true, hours = gather_counts(
+            queries.object.astype(np.int64), len(memory.objects), memory.num_furniture,
+            edges["object"], edges["furniture"], edges["num_true"], edges["num_changed"],
+            edges["is_true"], edges["time_true"], edges["num_observed"], edges["last_true"],
+            edges["last_observed"], edges["missed"],
+            memory.history.edge_hours if has_hours else _NO_HOURS, NUM_HOURS if has_hours else 0,
         )  # fmt: skip
-
-
-def count_left(memory: MemoryBatch, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
-    """Count the looks at edges that found them false after one that had found them true, (n,).
-
-    Edges become true and false in turn, so that half of their changes were of this kind.
-    """
-    edges = memory.edges
-    num_left: np.ndarray = (edges["num_changed"][rows] + ~edges["is_true"][rows]) // 2
-    return num_left
+        num_true, last_true, num_left, time_true, num_known, last_known = counts
+        num_looks = memory.furniture_num_observed[queries.home]
+        return cls(
+            num_true, last_true, np.minimum(missed, num_looks), num_left, time_true, num_known,
+            last_known, is_true, hours if has_hours else None,
+        )  # fmt: skip
 
 
 def compute_hours_per_step(memory: MemoryBatch, home: np.ndarray) -> np.ndarray:

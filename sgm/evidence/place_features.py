@@ -1,7 +1,8 @@
 """What the memory says about each place where an object that is asked for may be.
 
 Shares, ranks and 1 - exp(-rate x time) mean the same in a home of eight places and of sixty, and
-where things move once an hour or once a month. Each function is a group that can be switched off.
+where things move once an hour or once a month. Each function fills a group that can be switched
+off: `out` is float32 (Q, F, columns of the group), zeros at first.
 """
 
 from __future__ import annotations
@@ -10,278 +11,149 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from sgm.evidence.adaptive_filter import weigh_hours
-from sgm.evidence.columns import PLACE_GROUP_COLUMNS
-from sgm.evidence.expected_places import share_out
+from sgm.evidence.adaptive_filter import weigh_hour
 from sgm.evidence.object_counts import compute_hour
 from sgm.evidence.question import FILTERS, Question
 
-Columns = dict[str, np.ndarray]  # each (Q, F)
-
-_MOST = 1 - 1e-3  # of a presence: odds stay finite
-_LEAST = 0.02  # of a share times the number of places, in logarithms
+ASKED = list(FILTERS).index("asked")
 
 
-def compute_sightings(question: Question) -> Columns:
+def fill_sightings(out: np.ndarray, question: Question) -> None:
     """Where the object was seen, how often and in which order."""
-    counts = question.counts
-    seen = counts.num_true > 0
-    usual = question.is_at(question.usual) & question.was_seen
-    is_away = (question.usual != question.last)[:, None]
-    return {
-        "num_true": np.log1p(counts.num_true),
-        "share": question.share,
-        "per_look": counts.num_true / (question.looks + 1),
-        "per_look_smooth": (counts.num_true + 0.2) / (question.looks + 1),
-        "is_last": question.is_at(question.last),
-        "was_seen": seen,
-        "share_rank": np.where(seen, rank(counts.num_true), 0),
-        "recency_rank": np.where(seen, rank(counts.last_true), 0),
-        "is_usual": usual,
-        "is_usual_and_away": usual & is_away,
-    }
+    from sgm.compiled.sighting_columns import fill_sightings  # loads numba
+
+    asked, counts = question, question.counts
+    fill_sightings(
+        out, asked.is_place, counts.num_true, counts.last_true, asked.looks, asked.last
+    )  # fmt: skip
 
 
-def compute_looks(question: Question) -> Columns:
+def fill_looks(out: np.ndarray, question: Question) -> None:
     """Looks at the place, and those that missed the object since it was there."""
-    counts, looks = question.counts, question.looks
-    seen = counts.num_true > 0
-    absent = np.log1p(counts.num_absent)
-    total = np.maximum(looks.sum(axis=1, keepdims=True), 1)
-    return {
-        "absent_since_seen": np.where(seen, absent, 0),
-        "absent_never_seen": np.where(seen, 0, absent),
-        "looks": np.log1p(looks),
-        "was_looked_at": looks > 0,
-        "looks_share": looks / total * question.num_places / 4,
-        "is_looked_at_since": seen & (question.last_look > counts.last_true),
-    }
+    from sgm.compiled.sighting_columns import fill_looks  # loads numba
+
+    asked, counts = question, question.counts
+    fill_looks(
+        out, asked.is_place, counts.num_true, counts.last_true, counts.num_absent, asked.looks,
+        asked.last_look, asked.num_places,
+    )  # fmt: skip
 
 
-def compute_times(question: Question) -> Columns:
+def fill_times(out: np.ndarray, question: Question) -> None:
     """Time since the object was there and since the place was looked at, in hours and in moves."""
-    now, hours = question.memory.time, question.hours
-    seen, looked = question.counts.num_true > 0, question.last_look >= 0
-    since_seen = np.where(seen, now - question.counts.last_true, 0) * hours
-    since_look = np.where(looked, now - question.last_look, 0) * hours
-    home, own = question.rates.home[:, None], question.rates.own[:, None]
-    return {
-        "hours_since_seen": np.log1p(since_seen),
-        "home_moves_since_seen": -np.expm1(-home * since_seen),
-        "own_moves_since_seen": -np.expm1(-own * since_seen),
-        "hours_since_look": np.log1p(since_look),
-        "home_moves_since_look": -np.expm1(-home * since_look),
-        "own_moves_since_look": -np.expm1(-own * since_look),
-    }
+    from sgm.compiled.sighting_columns import fill_times  # loads numba
+
+    asked, counts = question, question.counts
+    fill_times(
+        out, asked.is_place, counts.num_true, counts.last_true, asked.last_look, asked.memory.time,
+        asked.hours, asked.rates.home, asked.rates.own,
+    )  # fmt: skip
 
 
-def compute_stays(question: Question) -> Columns:
-    """How long the object stays at the place, and whether it is there by that alone.
+def fill_stays(out: np.ndarray, question: Question) -> None:
+    """How long the object stays at the place, and whether it is there by that alone."""
+    from sgm.compiled.sighting_columns import fill_stays  # loads numba
 
-    Presence is that of two states, there and not, which are left at a rate from the looks that
-    found it gone and balance at the share of the looks that found it, as if the places had nothing
-    to do with each other.
-    """
-    counts, hours = question.counts, question.hours
-    seen = counts.num_true > 0
-    of_object = question.rates.left[:, None]
-    left = (counts.num_left + 1) / (counts.time_true * hours + 1 / of_object)
-    since_true = np.where(seen, question.memory.time - counts.last_true, 0) * hours
-    last_look = np.where(seen, counts.last_known, question.last_look)
-    since_look = (question.memory.time - np.maximum(last_look, 0)) * hours
-    looks = np.where(seen, counts.num_known, question.looks)
-    usually = (counts.num_true + question.goes) / (looks + 1)
-    was_there = np.where(last_look >= 0, counts.is_true, usually)
-    remains = np.exp(-left / (1 - usually + _LEAST) * since_look)
-    presence = np.minimum(usually + (was_there - usually) * remains, _MOST) * question.is_place
-    odds = presence / (1 - presence)
-    return {
-        "num_left": np.log1p(counts.num_left),
-        "left_since_seen": -np.expm1(-left * since_true),
-        "per_known_look": np.where(seen, counts.num_true / np.maximum(counts.num_known, 1), 0),
-        "presence": presence,
-        "log_presence": compute_log(odds / odds.sum(axis=1, keepdims=True), question),
-    }
+    asked, counts = question, question.counts
+    fill_stays(
+        out, asked.is_place, counts.num_true, counts.last_true, counts.num_left, counts.time_true,
+        counts.num_known, counts.last_known, counts.is_true, asked.looks, asked.last_look,
+        asked.goes, asked.num_places, asked.memory.time, asked.hours, asked.rates.left,
+    )  # fmt: skip
 
 
-def compute_prior(question: Question) -> Columns:
-    """The prior, and posteriors that trust it as so many looks.
+def fill_prior(out: np.ndarray, question: Question) -> None:
+    """The prior, and posteriors that trust it as so many looks."""
+    from sgm.compiled.place_columns import fill_prior  # loads numba
 
-    `place_share` is in proportion to how much of what is expected at a place is this thing: a place
-    where all is kept has as much room as one where little is.
-    """
-    prior, has_prior = question.prior, question.has_prior
-    crowding = question.memory.place_prior.crowding[question.queries.home]
-    own = prior / np.maximum(crowding, 1e-6)
-    place_share, _ = share_out(question.memory, question.queries, own)
-    in_room = sum_by_room(question, prior)
-    is_same_room = compute_is_same_room(question)
-    columns = {
-        "prior": prior,
-        "log_prior": np.where(has_prior, compute_log(prior, question), 0),
-        "prior_rank": np.where(has_prior, rank(prior), 0),
-        "is_possible": prior > 0,
-        "place_share": place_share,
-        "log_place_share": np.where(has_prior, compute_log(place_share, question), 0),
-        "place_share_rank": np.where(has_prior, rank(place_share), 0),
-        "prior_in_room": np.where(is_same_room, prior / np.maximum(in_room, 1e-6), 0),
-    }
-    for strength in (0.5, 2, 8):
-        weight = question.counts.num_true + strength * prior
-        posterior = weight / (question.looks + strength)
-        total = np.maximum(posterior.sum(axis=1, keepdims=True), 1e-6)
-        columns[f"posterior_{strength:g}"] = posterior / total
-    return columns
+    asked, memory = question, question.memory
+    fill_prior(
+        out, asked.is_place, asked.counts.num_true, asked.looks, asked.expected.share,
+        asked.expected.trust, memory.place_prior.crowding, asked.queries.home, asked.room,
+        memory.room_label.shape[1], asked.last, asked.num_places,
+    )  # fmt: skip
 
 
-def compute_words(question: Question) -> Columns:
+def fill_words(out: np.ndarray, question: Question) -> None:
     """Where things of such names are kept by the prior and in this home, and the place's own."""
-    similar = question.similar / (question.similar.sum(axis=1, keepdims=True) + 0.1)
-    by_name, cosine = question.expected.by_name, question.expected.name_cosine[:, None]
-    return {
-        "by_name": by_name,
-        "log_by_name": np.where(cosine > 0, compute_log(by_name, question), 0),
-        "by_name_rank": np.where(cosine > 0, rank(by_name), 0),
-        "similar_here": similar,
-        "log_similar_here": compute_log(similar, question),
-        "furniture_cosine": question.expected.furniture_cosine,
-    }
+    from sgm.compiled.place_columns import fill_words  # loads numba
+
+    asked, expected = question, question.expected
+    fill_words(
+        out, asked.is_place, expected.by_name, expected.name_cosine, asked.similar,
+        expected.furniture_cosine, asked.num_places,
+    )  # fmt: skip
 
 
-def compute_filters(question: Question) -> Columns:
+def fill_filters(out: np.ndarray, question: Question) -> None:
     """What the adaptive filters believe."""
-    columns: Columns = {}
-    beliefs = question.belief[:, :, :-1]
-    logs = np.log(beliefs * question.num_places[:, None] + _LEAST)  # of all filters: one call
-    for number, name in enumerate(FILTERS):
-        columns[f"belief_{name}"] = beliefs[:, number]
-        columns[f"log_belief_{name}"] = logs[:, number]
-    columns["belief_rank"] = rank(question.get_belief("asked"))
-    return columns
+    from sgm.compiled.place_columns import fill_filters  # loads numba
+
+    fill_filters(out, question.is_place, question.belief, ASKED, question.num_places)
 
 
-def compute_places(question: Question) -> Columns:
+def fill_places(out: np.ndarray, question: Question) -> None:
     """How much the place is used, and how often objects go there from where this one was."""
-    arrivals = question.moves.sum(axis=1)
-    total = arrivals.sum(axis=1, keepdims=True)
-    popularity = question.popularity / np.maximum(question.num_known, 1)
-    row, last = np.arange(len(question.last)), np.maximum(question.last, 0)
-    was_seen = question.was_seen
-    onward = np.where(was_seen, question.moves[row, last], 0)
-    back = np.where(was_seen, question.moves[row, :, last], 0)
-    num_places = question.num_places
-    return {
-        "popularity": popularity,
-        "log_popularity": np.log(popularity * num_places + 0.1),
-        "arrivals": arrivals / np.maximum(total, 1),
-        "log_arrivals": np.log((arrivals + 0.5) / (total + 0.5 * num_places) * num_places),
-        "onward": onward / np.maximum(onward.sum(axis=1, keepdims=True), 1),
-        "log_onward": np.log1p(onward),
-        "log_back": np.log1p(back),
-    }
+    from sgm.compiled.place_columns import fill_places  # loads numba
+
+    asked, home = question, question.queries.home
+    moves, last = asked.memory.history.moves, np.maximum(asked.last, 0)
+    fill_places(
+        out, asked.is_place, asked.popularity, asked.sums.arrivals[home], moves[home, last],
+        moves[home, :, last], asked.num_known, asked.num_seen, asked.num_places,
+    )  # fmt: skip
 
 
-def compute_others(question: Question) -> Columns:
-    """Where things of the same name, its companions, and what is out of its place were seen.
+def fill_others(out: np.ndarray, question: Question) -> None:
+    """Where things of the same name, its companions, and what is out of its place were seen."""
+    from sgm.compiled.place_columns import fill_others  # loads numba
 
-    Things of a name, this one among them, at furniture of the same label, in the room and in the
-    home: what belongs on one shelf may belong on the next.
-    """
-    same, fresh, strays = question.same, question.fresh, question.strays
-    is_most = question.share >= question.share.max(axis=1, keepdims=True)
-    often = np.where(is_most, 0, question.often)
-    label = question.memory.furniture_label[question.queries.home]
-    is_alike = (label[:, :, None] == label[:, None, :]) & question.is_place[:, None, :]
-    in_room = is_alike & (question.room[:, :, None] == question.room[:, None, :])
-    named = (same + question.counts.num_true).astype(np.float32)
-    by_label, by_room = (np.einsum("qfg,qg->qf", mask, named) for mask in (is_alike, in_room))
-    looks = np.einsum("qfg,qg->qf", in_room, question.looks.astype(np.float32))
-    total = np.maximum(named.sum(axis=1, keepdims=True), 1)
-    return {
-        "name_at_label": np.log1p(by_label),
-        "name_at_label_share": by_label / total,
-        "name_at_label_in_room": np.log1p(by_room),
-        "looks_at_label_in_room": np.log1p(looks),
-        "same_name": np.log1p(same),
-        "same_name_share": same / np.maximum(same.sum(axis=1, keepdims=True), 1),
-        "companions_now": fresh / np.maximum(fresh.sum(axis=1, keepdims=True), 0.5),
-        "companions_often": often / np.maximum(often.sum(axis=1, keepdims=True), 0.5),
-        "strays": np.log1p(strays),
-        "strays_share": strays / (strays.sum(axis=1, keepdims=True) + 0.5),
-    }
+    asked = question
+    fill_others(
+        out, asked.is_place, asked.counts.num_true, asked.looks, asked.same, asked.fresh,
+        asked.often, asked.strays, asked.memory.furniture_label, asked.room, asked.queries.home,
+    )  # fmt: skip
 
 
-def compute_rooms(question: Question) -> Columns:
+def fill_rooms(out: np.ndarray, question: Question) -> None:
     """The room of the place."""
-    size = sum_by_room(question, question.is_place.astype(float))
-    return {
-        "is_same_room": compute_is_same_room(question),
-        "room_share": sum_by_room(question, question.share),
-        "log_room_size": np.log(np.maximum(size, 1)),
-    }
+    from sgm.compiled.place_columns import fill_rooms  # loads numba
+
+    asked = question
+    fill_rooms(
+        out, asked.is_place, asked.counts.num_true, asked.num_seen, asked.room,
+        asked.memory.room_label.shape[1], asked.last,
+    )  # fmt: skip
 
 
-def compute_hours(question: Question) -> Columns:
+def fill_hours(out: np.ndarray, question: Question) -> None:
     """Where the object was seen at this hour of the day, and where others that are out of place.
 
-    Its presence is the share of the looks at about this hour that showed it. All is 0 where nobody
-    knows what time it is.
+    All is 0 where nobody knows what time it is.
     """
-    columns: Columns = {}
-    counts, memory, queries = question.counts, question.memory, question.queries
+    from sgm.compiled.sighting_columns import fill_hours  # loads numba
+
+    asked, counts, memory = question, question.counts, question.memory
     if counts.hours is None:  # in none of the homes
-        return dict.fromkeys(PLACE_GROUP_COLUMNS["hours"], np.zeros(question.is_place.shape))
-    has_clock = ~np.isnan(compute_hour(memory, queries.home))[:, None]
-    usually = counts.num_true / np.maximum(counts.num_known, 1)
-    for name, width in (("wide", 3.0), ("narrow", 8.0)):
-        seen, gone = weigh_hours(memory, queries, counts.hours, width)
-        total = np.maximum(seen.sum(axis=1, keepdims=True), 0.3)
-        columns[f"hour_{name}"] = seen / total
-        columns[f"log_hour_{name}"] = np.log1p(seen)
-        columns[f"presence_{name}"] = has_clock * (seen + usually) / (seen + gone + 1)
-    strays = question.strays_at_hour
-    share = strays / (strays.sum(axis=1, keepdims=True) + 0.5)
-    columns["strays_at_hour"] = share
-    columns["log_strays_at_hour"] = has_clock * compute_log(share, question)
-    return columns
+        return
+    home = asked.queries.home
+    wide, narrow = (weigh_hour(memory, home, width) for width in (3.0, 8.0))
+    fill_hours(
+        out, asked.is_place, counts.num_true, counts.num_known, counts.hours, wide, narrow,
+        ~np.isnan(compute_hour(memory, home)), asked.strays_at_hour, asked.num_places,
+    )  # fmt: skip
 
 
-PLACE_GROUPS: Mapping[str, Callable[[Question], Columns]] = {
-    "sightings": compute_sightings,
-    "looks": compute_looks,
-    "times": compute_times,
-    "stays": compute_stays,
-    "prior": compute_prior,
-    "words": compute_words,
-    "filters": compute_filters,
-    "places": compute_places,
-    "others": compute_others,
-    "rooms": compute_rooms,
-    "hours": compute_hours,
+PLACE_GROUPS: Mapping[str, Callable[[np.ndarray, Question], None]] = {
+    "sightings": fill_sightings,
+    "looks": fill_looks,
+    "times": fill_times,
+    "stays": fill_stays,
+    "prior": fill_prior,
+    "words": fill_words,
+    "filters": fill_filters,
+    "places": fill_places,
+    "others": fill_others,
+    "rooms": fill_rooms,
+    "hours": fill_hours,
 }
-
-
-def rank(values: np.ndarray) -> np.ndarray:
-    """Return 1 / rank of each place, the highest value 1, ties in order, (Q, F) -> (Q, F)."""
-    from sgm.compiled.places import rank_places  # loads numba
-
-    return rank_places(np.ascontiguousarray(values, dtype=float))
-
-
-def compute_log(share: np.ndarray, question: Question) -> np.ndarray:
-    """Return the logarithm of shares against all places alike, (Q, F) -> (Q, F)."""
-    return np.log(share * question.num_places + _LEAST)
-
-
-def compute_is_same_room(question: Question) -> np.ndarray:
-    """Mark the room where the object was last seen, bool (Q, F)."""
-    last_room = question.take_at(question.room, question.last)[:, None]
-    return (question.room == last_room) & question.was_seen & question.is_place
-
-
-def sum_by_room(question: Question, values: np.ndarray) -> np.ndarray:
-    """Return the sum over the room of each place, (Q, F) -> (Q, F)."""
-    from sgm.compiled import places  # loads numba
-
-    num_rooms = question.memory.room_label.shape[1]
-    return places.sum_by_room(question.room, num_rooms, np.ascontiguousarray(values, dtype=float))

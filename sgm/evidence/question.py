@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sgm.arrays.grouped import compute_starts
 from sgm.evidence.adaptive_filter import (
     TASKS_ASK_MOVED,
     FilterSettings,
@@ -16,6 +17,7 @@ from sgm.evidence.adaptive_filter import (
     weigh_hour,
 )
 from sgm.evidence.expected_places import Expected
+from sgm.evidence.home_sums import HomeSums
 from sgm.evidence.object_counts import ObjectCounts, compute_hours_per_step
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -57,13 +59,11 @@ class Question:
         last_look: when, -1 for never, (Q, F).
         expected: where it is expected before it is seen.
         last: where it was last seen, -1 for never, (Q,).
-        was_seen: bool (Q, 1).
         num_seen: its sightings, (Q, 1).
-        share: of them at each place, (Q, F).
         room: of each furniture node, -1 beyond, (Q, F).
         popularity: how many objects were last seen at each place, (Q, F).
         num_known: how many objects were ever seen, (Q, 1).
-        moves: from place to place, (Q, F, F).
+        sums: over all objects and edges.
         same, fresh, often, similar, strays: from `gather_others`, (Q, F).
         most_similar: likewise, (Q,).
         strays_at_hour: sightings of things at other places than the one where each was seen the
@@ -84,13 +84,11 @@ class Question:
     last_look: np.ndarray
     expected: Expected
     last: np.ndarray
-    was_seen: np.ndarray
     num_seen: np.ndarray
-    share: np.ndarray
     room: np.ndarray
     popularity: np.ndarray
     num_known: np.ndarray
-    moves: np.ndarray
+    sums: HomeSums
     same: np.ndarray
     fresh: np.ndarray
     often: np.ndarray
@@ -120,18 +118,14 @@ class Question:
         hours = compute_hours_per_step(memory, home)
         is_place = memory.is_furniture[home]
         num_seen = counts.num_true.sum(axis=1, keepdims=True)
-        is_known = objects["last_furniture"] >= 0
-        known_home = objects["home"][is_known]
-        num_known = np.bincount(known_home, minlength=memory.num_homes)
-        popularity = _count_places(memory, known_home, objects["last_furniture"][is_known])
-        edge_counts = np.bincount(edges["home"], minlength=memory.num_homes)
+        sums = HomeSums.of(memory)
         asked = [memory.labels[label] for label in objects["label"][queries.object]]
         cosine = compare(asked, memory.labels)
         same, fresh, often, similar, most_similar, strays = gather_others(
             home.astype(np.int64), queries.object.astype(np.int64), counts.num_true.astype(float),
             rates.home * hours, memory.time,
             objects["label"], objects["last_furniture"], objects["last_observed"],
-            np.argsort(edges["home"], kind="stable"), np.append(0, np.cumsum(edge_counts)),
+            _order_edges(memory), compute_starts(sums.num_edges),
             edges["object"], edges["furniture"], edges["num_true"], np.exp((cosine - 1) / _WIDTH),
         )  # fmt: skip
         return cls(
@@ -149,13 +143,11 @@ class Question:
             last_look=memory.furniture_last_observed[home],
             expected=expected,
             last=objects["last_furniture"][queries.object],
-            was_seen=num_seen > 0,
             num_seen=num_seen,
-            share=counts.num_true / np.maximum(num_seen, 1),
             room=memory.furniture_room[home],
-            popularity=popularity[home],
-            num_known=num_known[home][:, None],
-            moves=memory.history.moves[home],
+            popularity=sums.popularity[home],
+            num_known=sums.num_known[home][:, None],
+            sums=sums,
             same=same,
             fresh=fresh,
             often=often,
@@ -169,33 +161,6 @@ class Question:
         """Return what a filter believes about the places, (Q, F)."""
         return self.belief[:, list(FILTERS).index(name), :-1]
 
-    def get_elsewhere(self, name: str) -> np.ndarray:
-        """Return how likely a filter deems it at none of the places, (Q,)."""
-        return self.belief[:, list(FILTERS).index(name), -1]
-
-    def is_at(self, place: np.ndarray) -> np.ndarray:
-        """Mark one place per question, -1 for none, (Q,) -> bool (Q, F)."""
-        return np.arange(self.is_place.shape[1]) == place[:, None]
-
-    def take_at(self, values: np.ndarray, place: np.ndarray) -> np.ndarray:
-        """Return the values (Q, F) of one place per question, any one where it is -1, (Q,)."""
-        return values[np.arange(len(values)), np.maximum(place, 0)]
-
-    @property
-    def prior(self) -> np.ndarray:
-        """The share of each place that is expected, by the prior or by words, (Q, F)."""
-        return self.expected.share
-
-    @property
-    def has_prior(self) -> np.ndarray:
-        """Whether anything is expected, bool (Q, 1)."""
-        return self.expected.trust[:, None] > 0
-
-    @property
-    def usual(self) -> np.ndarray:
-        """Where it was seen the most often, (Q,)."""
-        return self.counts.num_true.argmax(axis=1)
-
 
 def _list_filters(asks_moved: float) -> list[FilterSettings]:
     """Return `FILTERS`, those of the questions of tasks for such questions instead."""
@@ -203,6 +168,12 @@ def _list_filters(asks_moved: float) -> list[FilterSettings]:
         replace(own, asks_moved=asks_moved) if own.asks_moved == TASKS_ASK_MOVED else own
         for own in FILTERS.values()
     ]
+
+
+def _order_edges(memory: MemoryBatch) -> np.ndarray:
+    """Return the rows of edges home by home, (E,)."""
+    home = memory.edges["home"]
+    return np.argsort(home, kind="stable") if memory.num_homes > 1 else np.arange(len(home))
 
 
 def _count_strays(memory: MemoryBatch) -> np.ndarray:

@@ -291,17 +291,17 @@ class Finder:
         with self._lock:  # policies keep caches
             belief = self._recall_judged(asked)
         belief = _doubt(belief.spread(CORRECTIONS.anywhere), asked)
-        rows, variants, carried = [], [], []
+        rows, variants, carried, in_hand = [], [], [], asked.carried.tolist()
         for row, looks in enumerate(asked.looks):
             num_others = asked.num_instances[row] - np.count_nonzero(looks.seen)
             own = [looks]
             if looks.seen.any():  # the others are where they were
                 own += [looks.for_another()] * max(num_others, 0)
-            elif asked.carried[row]:
+            elif in_hand[row]:
                 own += [looks] * (num_others - 1)
             rows += [row] * len(own)
             variants += own
-            carried += [asked.carried[row]] + [0.0] * (len(own) - 1)
+            carried += [in_hand[row]] + [0.0] * (len(own) - 1)
         looks = Looks.stack(variants)
         earlier, since = self.detector.compute_log_likelihood(looks, self._policy.looks_counted)
         belief = Belief(belief.log_weights[rows]).look(earlier, was_seen[rows]).look(since)

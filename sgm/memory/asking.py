@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -49,7 +49,9 @@ class Looks:
     @classmethod
     def stack(cls, looks: Sequence[Looks]) -> Looks:
         """Return the looks of V objects as one; arrays have one more axis in front, (V, ...)."""
-        names = [field.name for field in fields(cls)]
+        names = cls.__slots__
+        if len(looks) == 1:
+            return cls(*(getattr(looks[0], name)[None] for name in names))
         return cls(*(np.stack([getattr(one, name) for one in looks]) for name in names))
 
     def for_another(self) -> Looks:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from sgm.arrays.clone import clone
 from sgm.arrays.relations import sum_relations
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
 from sgm.memory.columns import HOME, NEVER, make_table
@@ -81,7 +81,7 @@ class HomeHistory:
 
     def copy(self) -> HomeHistory:
         """Return the same counts, which can be changed alone."""
-        copied = copy.copy(self)
+        copied = clone(self)
         copied.look_times, copied.edge_hours = self.look_times.copy(), self.edge_hours.copy()
         if self.look_relations is not None:
             copied.look_relations = self.look_relations.copy()
@@ -92,7 +92,7 @@ class HomeHistory:
 
     def share(self) -> HomeHistory:
         """Return the same counts, of which the `counters` of homes alone can be changed alone."""
-        shared = copy.copy(self)
+        shared = clone(self)
         shared.counters = self.counters.copy()
         return shared
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from sgm.arrays.clone import clone
 from sgm.arrays.grouped import join_groups, mark_rows
 from sgm.arrays.table import Table
 from sgm.layout.layout import LayoutArrays
@@ -59,6 +60,8 @@ class MemoryBatch:
             sighting, 0 without one.
         place_prior: the prior for these layouts.
         history: what is counted of each home as a whole, where somebody asked for it.
+        derived: what was computed of a memory whose content does not change, by what computed it,
+            shared by all who `share` it; None of one that changes.
         clock: where in the week step 0 of each home is, and how long its steps are
             (`Clock.row`), float64 (H, 2), nan for a home without; None if no home has one.
 
@@ -92,6 +95,7 @@ class MemoryBatch:
         self._history: HomeHistory | None = None
         self._row_of_key = np.full((num_homes, 64), -1, dtype=np.int32)
         self._pending: Queries | None = None
+        self.derived: dict[object, Any] | None = None
 
     @property
     def tables(self) -> dict[str, Table]:
@@ -159,13 +163,13 @@ class MemoryBatch:
 
     def copy(self) -> MemoryBatch:
         """Return the same memories without open questions, which can be changed alone."""
-        copied = copy.copy(self)
+        copied = clone(self)
         copied.labels = list(self.labels)
         copied.furniture = self.furniture.copy()
         copied.objects, copied.edges = self.objects.copy(), self.edges.copy()
         copied._history = None if self._history is None else self._history.copy()
         copied._row_of_key = self._row_of_key.copy()
-        copied._pending = None
+        copied._pending = copied.derived = None
         return copied
 
     def share(self) -> MemoryBatch:
@@ -173,7 +177,9 @@ class MemoryBatch:
 
         What was observed is shared, and not to be written. Questions are asked of it alone.
         """
-        shared = copy.copy(self)
+        if self.derived is None:
+            self.derived = {}
+        shared = clone(self)
         shared.labels = list(self.labels)
         shared.objects, shared.edges = self.objects.share(), self.edges.share()
         shared._history = None if self._history is None else self._history.share()

@@ -197,11 +197,16 @@ class MemoryState:
         question, known, descriptions = self._find_asked(descriptions)
         words = [read_words("description", description) for description in descriptions]
         vocabulary = self.vocabulary.with_labels(batch.labels)
-        kinds = np.array([vocabulary.find_type(description) for description in descriptions])
+        is_known = (known >= 0) & (known < num_known)
+        labels, types = batch.objects["label"], batch.objects["type"]
+        kinds = [
+            (labels[row], types[row]) if is_old else vocabulary.find_type(description)
+            for row, is_old, description in zip(known, is_known, descriptions, strict=True)
+        ]
         batch.labels = vocabulary.labels
-        new = num_known + np.arange(len(words))
-        keys = np.where((known >= 0) & (known < num_known), known, new)
-        queries = batch.query(np.zeros(len(words), dtype=np.int64), keys, kinds[:, 0], kinds[:, 1])
+        keys = np.where(is_known, known, num_known + np.arange(len(words)))
+        home = np.zeros(len(words), dtype=np.int64)
+        queries = batch.query(home, keys, *np.array(kinds).T)
         shares = compute_relation_shares(batch, queries)
         at_once = np.append(current.objects["num_at_once"], 0)
         return Asked(

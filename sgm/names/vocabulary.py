@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
 
+from sgm.arrays.clone import clone
 from sgm.names.aliases import AliasTable
 from sgm.names.name_grammar import make_reader
 from sgm.names.words import read_words
@@ -40,7 +40,7 @@ class Vocabulary:
 
     def with_labels(self, labels: Sequence[str]) -> Vocabulary:
         """Return the vocabulary of the same prior after other labels came up."""
-        other = copy.copy(self)
+        other = clone(self)
         other._index = {label: index for index, label in enumerate(labels)}
         other.labels = list(other._index)
         return other

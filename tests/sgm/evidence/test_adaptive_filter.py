@@ -27,32 +27,17 @@ ROOM = np.array([[0, 0, 1, 2]])  # the last place, elsewhere, is no room
 GOES = np.array([[0.5, 0.2, 0.2, 0.1]])
 
 
-def follow(*arguments, **options):
-    """The belief of one object and one filter."""
-    return follow_both(*arguments, **options)[0][0, 0]
-
-
-def follow_both(
-    looks=(),
-    last=(0, 0),
-    now=1,
-    rate=0.0,
-    crossing=1.0,
-    moved=0.0,
-    miss=0.2,
-    hours=1.0,
-    leaving=(),
-):
+def follow(looks=(), last=(0, 0), now=1, rate=0.0, crossing=1.0, moved=0.0, miss=0.2, hours=1.0):
     """One object and one filter; looks are (place, time), last is (place, time) or None."""
     times = np.full((1, 3, 4), -1)
     for number, (place, time) in enumerate(looks):
         times[0, place, number] = time
     place, time = last or (-1, -1)
     return follow_looks(
-        GOES, ROOM, 3, times.astype(np.int32), np.array([place]), np.array([time]), now,
-        np.array([hours]), np.array([[rate]]), np.array([[crossing]]), np.array([[moved]]),
-        np.array([miss]), np.array(leaving, dtype=float).reshape(1, -1),
-    )  # fmt: skip
+        GOES, ROOM, 3, times.astype(np.int32), np.array([0]), np.array([place]), np.array([time]),
+        now, np.array([hours]), np.array([[rate]]), np.array([[crossing]]), np.array([[moved]]),
+        np.array([miss]),
+    )[0, 0]  # fmt: skip
 
 
 def test_a_sighting_leaves_a_little_doubt():
@@ -85,22 +70,6 @@ def test_closed_form_is_many_small_steps():
         belief = belief + step * rate * (into - belief)
     found = follow(last=(1, 0), now=now, rate=rate, crossing=crossing, hours=hours)
     np.testing.assert_allclose(found, belief, atol=1e-4)
-
-
-def test_what_looks_do_not_find_has_left_by_hand():
-    """0.212 of all looks do not find it if it is in the home; that counts for .85 of a look.
-
-    Of all things one in 200 is carried off right after it was seen.
-    """
-    rates = np.array([0.0, 0.1, 1.0])
-    before = 1 - 0.995 * np.exp(-rates)
-    _, (left,) = follow_both(now=2, hours=0.5, leaving=rates)
-    np.testing.assert_allclose(left, before)  # nobody looked
-    belief, (left,) = follow_both([(0, 2)], now=2, hours=0.5, leaving=rates)
-    np.testing.assert_allclose(left, before / (before + (1 - before) * 0.212**0.85))
-    np.testing.assert_array_equal(belief[0, 0], follow([(0, 2)], now=2, hours=0.5))
-    _, (later,) = follow_both([(0, 2)], now=4, hours=0.5, leaving=rates)
-    np.testing.assert_allclose(later, 1 - (1 - left) * np.exp(-rates))
 
 
 def test_with_time_it_is_anywhere_it_goes_or_stays_in_its_room():

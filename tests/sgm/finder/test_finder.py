@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from sgm.belief import Detector
-from sgm.evidence.adaptive_filter import FilterSettings, Rates
+from sgm.evidence.adaptive_filter import FilterSettings
 from sgm.evidence.leaving import Leaving
 from sgm.finder.finder import Finder
 from sgm.memory.clock import Clock
+from sgm.memory.home_history import HomeHistory
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies.adaptive import Adaptive
@@ -250,11 +251,11 @@ def test_a_given_miss_rate_is_that_of_every_part(monkeypatch):
     """Of a policy, `Leaving` and Bayes' rule; the memory goes on counting its own."""
     told = []
 
-    def estimate(memory, *rest, original=Rates.estimate):
-        told.append(memory.history.compute_miss_rate().tolist())
-        return original(memory, *rest)
+    def compute(history, original=HomeHistory.compute_miss_rate):
+        told.append(original(history).tolist())
+        return original(history)
 
-    monkeypatch.setattr(Rates, "estimate", estimate)
+    monkeypatch.setattr(HomeHistory, "compute_miss_rate", compute)
     memory = SceneGraphMemory()
     shelf = memory.add_furniture("shelf", memory.add_room("study"))
     for seen in (["mug"], [], ["mug"]):

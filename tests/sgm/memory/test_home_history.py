@@ -7,7 +7,7 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from sgm.evidence.object_counts import count_left
+from sgm.evidence.home_sums import HomeSums
 from sgm.memory.clock import HOUR_SECONDS, Clock
 from sgm.memory.home_history import MOST_FURNITURE, NUM_LOOKS_KEPT, HomeHistory
 from sgm.policies.adaptive import Adaptive
@@ -92,7 +92,7 @@ def test_time_at_a_place(memory):
     assert memory.edges["time_true"].tolist() == [1, 3]
     look(memory, TABLE, False)
     assert memory.edges["time_true"].tolist() == [1 + 5, 3]
-    assert count_left(memory).tolist() == [2, 1]
+    assert HomeSums.of(memory).num_left.tolist() == [2 + 1, 0]
 
 
 def test_whether_it_still_is_where_it_was_last_seen(memory):
