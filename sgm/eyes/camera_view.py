@@ -10,6 +10,7 @@ from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.scene import Scene, compute_entries
 
 _FARTHEST_METRES = 200.0  # no depth camera of a home measures more: these are other units
+_LEAST_WEIGHT = 0.25  # of the pixels that measured: one of the four, where the point is between them
 _PATCH = np.linspace(-0.2, 0.2, 5)  # of the sides of a box in pixels, around its middle
 
 
@@ -52,44 +53,66 @@ class CameraView:
         self._depth = None if depth is None else read_depth(depth, intrinsics)
         self._occluders = self._find_in_cone(scene.center, scene.radius, 0.0)
 
-    def find_seen_points(self, volumes: np.ndarray, margin: float) -> tuple[np.ndarray, np.ndarray]:
+    def find_seen_points(
+        self, volumes: np.ndarray, margin: float, known: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Find the points of volumes that are in view.
 
         Args:
             volumes: those that can be looked into, (v,).
             margin: metres that a point may lie behind what was measured.
+            known: which points need not be looked at, bool (v, n).
 
         Returns:
-            The volumes of which something may be in view, (k,), and which of their points are,
-            bool (k, n).
+            The volumes of which something may be in view, (k,), and how far each of their points
+            is, as `compute_seen` says, 0 for those that need not be looked at, (k, n).
         """
         scene = self._scene
         nearest, _ = self._reach
         is_near = self._find_in_cone(
             scene.volume_center[volumes], scene.volume_radius[volumes], nearest
         )
-        volumes = volumes[is_near]
-        if not len(volumes):
-            return volumes, np.zeros((0, scene.points.shape[1]), dtype=bool)
-        shape = (len(volumes), scene.points.shape[1])
-        points = scene.points[volumes].reshape(-1, 3)
-        is_seen = scene.is_free[volumes].ravel()
-        rows = np.flatnonzero(is_seen)
-        rows = rows[self.can_see(points[rows], margin, np.repeat(volumes, shape[1])[rows])]
-        is_seen[:] = False
-        is_seen[rows] = True
-        return volumes, is_seen.reshape(shape)
+        volumes, known = volumes[is_near], known[is_near]
+        share = np.zeros((len(volumes), scene.points.shape[1]))
+        rows, columns = np.nonzero(scene.is_free[volumes] & ~known)
+        if len(rows):
+            points = scene.points[volumes[rows], columns]
+            share[rows, columns] = self.compute_seen(points, margin, volumes[rows])
+        return volumes, share
 
-    def can_see(self, points: np.ndarray, margin: float, volumes: np.ndarray) -> np.ndarray:
-        """Tell which points (n, 3), each in a volume (n,), are in view, bool (n,)."""
+    def compute_seen(self, points: np.ndarray, margin: float, volumes: np.ndarray) -> np.ndarray:
+        """Return how far points (n, 3), each in a volume (n,), are in view: 0 to 1, (n,).
+
+        By the four pixels around each point: 1 if what all of them measured is not in front of it,
+        0 if it is for all of them or none measured. Between, where an edge passes, it is the share
+        of those that show the point, the nearer ones more (as in bilinear interpolation).
+        """
         pixels, away = self._project(points)
         rows = np.flatnonzero(away >= 0)  # in the image and in reach
-        is_seen = np.zeros(len(points), dtype=bool)
+        share = np.zeros(len(points))
         if self._depth is not None:
-            is_seen[rows] = away[rows] <= self._read_depth(pixels[rows]) + margin
+            share[rows] = self._compare_depth(pixels[rows], away[rows] - margin)
         elif len(rows):
-            is_seen[rows] = ~self._find_behind_boxes(points[rows], volumes[rows])
-        return is_seen
+            share[rows] = ~self._find_behind_boxes(points[rows], volumes[rows])
+        return share
+
+    def _compare_depth(self, pixels: np.ndarray, away: np.ndarray) -> np.ndarray:
+        """Return the weight of the pixels around (n, 2) that measured at least z (n,), (n,)."""
+        assert self._depth is not None
+        height, width = self._depth.shape
+        corner = np.floor(pixels).astype(int)
+        right, down = (pixels - corner).T
+        at_left, at_top = np.maximum(corner, 0).T
+        at_right = np.minimum(corner[:, 0] + 1, width - 1)
+        at_bottom = np.minimum(corner[:, 1] + 1, height - 1)
+        shown, known = np.zeros((2, len(pixels)))
+        for column, across in ((at_left, 1 - right), (at_right, right)):
+            for row, along in ((at_top, 1 - down), (at_bottom, down)):
+                depth, weight = self._depth[row, column], across * along
+                _check_unit(depth)
+                known += weight * (depth > 0)  # nan and 0 are none
+                shown += weight * (depth >= away) * (depth > 0)
+        return np.where(known > _LEAST_WEIGHT, shown / np.maximum(known, _LEAST_WEIGHT), 0.0)
 
     def measure_behind(self, points: np.ndarray, volumes: np.ndarray) -> np.ndarray:
         """Return how far the rays through points (n, 3) went on behind them, metres, (n,).
@@ -145,11 +168,7 @@ class CameraView:
         height, width = self._depth.shape
         depth = self._depth[np.minimum(row, height - 1), np.minimum(column, width - 1)]
         depth = np.where(depth > 0, depth, -np.inf)  # nan, too
-        if np.any((depth > _FARTHEST_METRES) & np.isfinite(depth)):
-            raise ValueError(
-                f"depth must be at most {_FARTHEST_METRES:g} m, got "
-                f"{depth[np.isfinite(depth)].max():g}. Give metres, or millimetres as integers."
-            )
+        _check_unit(depth)
         return depth
 
     def _find_behind_boxes(self, points: np.ndarray, volumes: np.ndarray) -> np.ndarray:
@@ -185,6 +204,19 @@ def _make_planes(intrinsics: Intrinsics) -> np.ndarray:
         [[1, 0, -left], [-1, 0, right], [0, 1, -top], [0, -1, bottom], [0, 0, 1]], dtype=float
     )
     return planes / np.linalg.norm(planes, axis=1, keepdims=True)
+
+
+def _check_unit(depth: np.ndarray) -> None:
+    """Check that no depth of a home is measured beyond what homes have.
+
+    Raises:
+        ValueError: if one is.
+    """
+    if np.any((depth > _FARTHEST_METRES) & np.isfinite(depth)):
+        raise ValueError(
+            f"depth must be at most {_FARTHEST_METRES:g} m, got "
+            f"{depth[np.isfinite(depth)].max():g}. Give metres, or millimetres as integers."
+        )
 
 
 def read_depth(depth: Any, intrinsics: Intrinsics) -> np.ndarray:

@@ -70,7 +70,7 @@ class LookBuilder:
         margin: float = 0.0,
         through_margin: float = 0.03,
         dilation: float = 0.05,
-        num_points: int = 200,
+        num_points: int = 1000,
         pause: float = 2.0,
         longest: float = 30.0,
         least_coverage: float = 0.05,
@@ -200,8 +200,10 @@ class LookBuilder:
         self._frame += 1
         reach = (self.gate.nearest, self.gate.farthest)
         view = CameraView(self._scene, pose, intrinsics, depth, reach)
-        volumes, is_seen = view.find_seen_points(self._scene.list_volumes(), self._margin)
-        shown = self._visits.note_points(time, volumes, is_seen, view.has_depth)
+        volumes = self._scene.list_volumes()
+        known = self._visits.list_known(volumes)
+        volumes, share = view.find_seen_points(volumes, self._margin, known)
+        shown = self._visits.note_points(time, volumes, share, view.has_depth)
         shown |= self._note_detections(time, view, detections)
         self._tracks.note_view(view, self._frame, self._through_margin)
         self._spots.note_rays(view, shown, self._through_margin)

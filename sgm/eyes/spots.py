@@ -15,6 +15,7 @@ from sgm.names.names import read_name
 _VOTES = 2  # frames that must show that a ray went through
 _STANDS = 0.03  # metres above a surface at which a thing still stands on it
 _SAME_SPOT = 0.15  # metres within which a thing of the same name is taken for the same one
+_OVERLAP = 0.5  # of both radii: bodies that stand side by side are all of them apart
 _SUPPORT = 0.015  # metres of what is behind a thing: less cannot be told from the thing itself
 
 
@@ -80,6 +81,10 @@ class Spots:
     ) -> tuple[str, ...]:
         """End a visit, and return the names of things that were not seen and hidden all the time.
 
+        A thing is not hidden where rays went through its spot, or where a thing of another name was
+        seen at the very spot: two bodies are not at one place, so that it has left, or was called
+        by a wrong name before.
+
         Args:
             place: the place.
             top: height of its upper side, metres.
@@ -93,9 +98,10 @@ class Spots:
                 kept.append(spot)
                 continue
             is_seen = read_name(spot.name) in names
-            if not is_seen and not spot.was_in_view:
+            was_in_view = spot.was_in_view or _is_taken(spot, certain)
+            if not is_seen and not was_in_view:
                 hidden.append(spot.name)
-            if not is_seen or not (spot.was_in_view or _is_near(spot, certain)):
+            if not is_seen or not (was_in_view or _is_near(spot, certain)):
                 kept.append(spot)  # of two mugs one may be seen, and the other hidden
             spot.forget_visit()
         for track in certain:
@@ -128,12 +134,28 @@ def _is_near(spot: Spot, tracks: list[Track]) -> bool:
     )
 
 
+def _is_taken(spot: Spot, tracks: list[Track]) -> bool:
+    """Tell whether a thing of another name was seen at the spot, so near that both would overlap.
+
+    One frame is too little, as for rays.
+    """
+    name = read_name(spot.name)
+    return any(
+        read_name(track.name) != name
+        and len(track.frames) >= _VOTES
+        and float(np.linalg.norm(track.center - spot.center))
+        <= _OVERLAP * (spot.radius + track.radius)
+        for track in tracks
+    )
+
+
 def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> None:
     """Count for each spot whether a ray of this frame went through it.
 
     A ray went through if it was measured to go on behind the thing, by `through_margin` and the
-    uncertainty of both poses. Where what bears a thing is so near behind it that this cannot be
-    told, as behind a plate, it is enough that nothing was measured in front of it.
+    uncertainty of both poses. Where what bears a thing is nearer behind it than that, the ray must
+    have come more than half of the way from the front of the thing to it. Where that is less than
+    the uncertainty, as behind a plate, it is enough that nothing was measured in front of it.
 
     Args:
         view: of the frame.
@@ -164,7 +186,9 @@ def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> Non
     # Where it lay on a surface, a ray through its upper part meets that 3/4 of its height deeper.
     expected = 0.75 * height / np.maximum(-ray[:, 2], 1e-3)
     is_flat = expected < half + through_margin + _SUPPORT
-    least = np.where(is_flat, -1.0, 1.0) * (half + through_margin) + 2 * sd
+    is_flat |= expected + half < 4 * sd
+    least = np.minimum(half + through_margin + 2 * sd, (expected - half) / 2)
+    least = np.where(is_flat, -half - through_margin + 2 * sd, least)
     is_through = (behind > least) & (below >= -half - through_margin)
     for spot, through, front in zip(spots, is_through, is_in_front, strict=True):
         spot.num_through += bool(through)

@@ -8,6 +8,9 @@ import numpy as np
 
 from sgm.eyes.scene import Scene
 
+_SURE = 1 - 1e-6  # of all four pixels around a point
+_ALWAYS = 128  # points of a volume that every frame projects, the first ones
+
 
 @dataclass(slots=True, eq=False)
 class Visit:
@@ -16,7 +19,10 @@ class Visit:
     Attributes:
         place: number in the scene.
         start, last: seconds of the first and the latest frame that showed it.
-        is_seen: which points of its two volumes were in view in any frame, bool (2, n).
+        is_seen: which points of its two volumes were in view for sure in any frame, bool (2, n).
+        sum_share: sums over the frames in which a point was in view for some of the pixels around
+            it, of their share, (2, n).
+        num_share: how many frames those are, (2, n).
         num_frames: frames that showed it.
         has_depth: whether all of them had a depth image.
     """
@@ -25,12 +31,16 @@ class Visit:
     start: float
     last: float
     is_seen: np.ndarray
+    sum_share: np.ndarray
+    num_share: np.ndarray
     num_frames: int = 0
     has_depth: bool = True
 
     def compute_coverage(self, scene: Scene, most_blind: float) -> dict[str, float]:
         """Return the share in view of what is "in" and "onTop" of the place.
 
+        Beside an edge a pixel shows what lies half a pixel before or behind it. United over frames,
+        all would have been seen that is nearly seen: where no frame is sure, the mean decides.
         Where there is no inside, that is the share of the upper side: nothing else is to be seen.
 
         Args:
@@ -38,7 +48,8 @@ class Visit:
             most_blind: bound where not all frames had a depth image.
         """
         num_free = np.maximum(scene.num_free[2 * self.place : 2 * self.place + 2], 1)
-        inside, on_top = (self.is_seen.sum(axis=1) / num_free).tolist()
+        is_seen = self.is_seen | (2 * self.sum_share >= np.maximum(self.num_share, 1))
+        inside, on_top = (is_seen.sum(axis=1) / num_free).tolist()
         if not scene.has_inside[self.place]:
             inside = on_top
         elif not scene.num_free[2 * self.place + 1]:  # up to the ceiling, or below another box
@@ -55,22 +66,38 @@ class Visits:
         self._scene = scene
         self._open: dict[int, Visit] = {}
 
+    def list_known(self, volumes: np.ndarray) -> np.ndarray:
+        """Return which points a frame need not show again, as their visit has seen them, (v, n).
+
+        The first points are always looked at: they say whether a place is in view now.
+        """
+        known = np.zeros((len(volumes), self._scene.points.shape[1]), dtype=bool)
+        for row, volume in enumerate(volumes.tolist()):
+            visit = self._open.get(volume // 2)
+            if visit is not None:
+                known[row, _ALWAYS:] = visit.is_seen[volume % 2, _ALWAYS:]
+        return known
+
     def note_points(
-        self, time: float, volumes: np.ndarray, is_seen: np.ndarray, has_depth: bool
+        self, time: float, volumes: np.ndarray, share: np.ndarray, has_depth: bool
     ) -> set[int]:
         """Unite the points that a frame shows, and return the places that it shows.
 
         Args:
             time: of the frame, seconds.
             volumes: (k,).
-            is_seen: which of their points are in view, bool (k, n).
+            share: how far each of their points is in view, 0 to 1, (k, n).
             has_depth: whether there is a depth image.
         """
         shown = set()
-        for row in np.flatnonzero(is_seen.any(axis=1)):
+        for row in np.flatnonzero((share >= 0.5).any(axis=1)):
             volume = int(volumes[row])
             visit = self._continue(volume // 2, time)
-            visit.is_seen[volume % 2] |= is_seen[row]
+            side, is_sure = volume % 2, share[row] >= _SURE
+            visit.is_seen[side] |= is_sure
+            is_doubtful = (share[row] > 0) & ~is_sure
+            visit.sum_share[side, is_doubtful] += share[row, is_doubtful]
+            visit.num_share[side] += is_doubtful
             visit.has_depth &= has_depth
             shown.add(volume // 2)
         return shown
@@ -102,6 +129,7 @@ class Visits:
     def _continue(self, place: int, time: float) -> Visit:
         visit = self._open.get(place)
         if visit is None:
-            is_seen = np.zeros((2, self._scene.points.shape[1]), dtype=bool)
-            visit = self._open[place] = Visit(place, time, time, is_seen)
+            shape = (2, self._scene.points.shape[1])
+            counts = np.zeros(shape, dtype=bool), np.zeros(shape), np.zeros(shape, dtype=np.int64)
+            visit = self._open[place] = Visit(place, time, time, *counts)
         return visit

@@ -23,7 +23,8 @@ class Shot:
     """What a camera shows at one moment.
 
     Attributes:
-        depth: what was measured, z in metres, nan where nothing was, float32 (rows, columns).
+        depth: what was measured, z in metres, nan where nothing was, inf where all is too far and
+            -inf where it is too near, as REP 117 of ROS says, float32 (rows, columns).
         true_depth: without noise, inf where nothing is, (rows, columns).
         owner: whose each pixel is, -1 for nothing, int32 (rows, columns).
         num_alone: pixels that each thing would take if nothing stood before it, (C,).
@@ -75,9 +76,10 @@ class DepthCamera:
         )  # fmt: skip
         noise = rng.standard_normal(depth.shape, dtype=np.float32)
         is_hole = rng.random(depth.shape, dtype=np.float32) < self.hole_share
-        is_hole |= (depth < self.nearest) | (depth > self.farthest)
-        measured = np.where(is_hole, np.nan, depth)
-        measured = (measured + self.noise * measured**2 * noise).astype(np.float32)
+        measured = np.where(is_hole, np.nan, depth + self.noise * np.minimum(depth, 1e3) ** 2 * noise)
+        measured = measured.astype(np.float32)
+        measured[~is_hole & (depth < self.nearest)] = -np.inf
+        measured[~is_hole & (depth > self.farthest)] = np.inf
         return Shot(measured, depth, owner, num_alone)
 
     def shows(self, pose: Pose, points: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 from sgm.compiled.kernel import kernel
 
 _NEAR = 0.02  # metres in front of the camera, where nothing is seen
+_FLAT = 1e-30  # a direction that stands for 0
 
 
 @kernel
@@ -44,6 +45,7 @@ def cast_rays(
     rows, columns = depth.shape
     # The nearest first: most pixels of those behind are settled by then.
     nearest = np.empty(len(center))
+    own, corners = np.empty((3, 3)), np.empty((8, 3))
     for box in range(len(center)):
         cos, sin = turn[box, 0], turn[box, 1]
         ahead = rotation[2, 2] * (center[box, 2] - position[2])
@@ -54,51 +56,57 @@ def cast_rays(
         nearest[box] = ahead - reach - abs(rotation[2, 2]) * half[box, 2]
     for box in np.argsort(nearest):
         cos, sin = turn[box, 0], turn[box, 1]
-        # The camera in the axes of the box: an origin and a matrix for directions.
+        # The camera in the axes of the box: an origin, and what a pixel to the right, one down and
+        # the direction of view add to the direction of a ray.
         dx, dy = position[0] - center[box, 0], position[1] - center[box, 1]
         ox, oy = cos * dx + sin * dy, -sin * dx + cos * dy
         oz = position[2] - center[box, 2]
         hx, hy, hz = half[box, 0], half[box, 1], half[box, 2]
-        first_row, last_row, first_column, last_column = rows, -1, columns, -1
-        is_near = False
-        num_behind = 0
+        for axis in range(3):
+            own[0, axis] = cos * rotation[0, axis] + sin * rotation[1, axis]
+            own[1, axis] = cos * rotation[1, axis] - sin * rotation[0, axis]
+            own[2, axis] = rotation[2, axis]
         for corner in range(8):
-            x = hx if corner & 1 else -hx
-            y = hy if corner & 2 else -hy
-            z = hz if corner & 4 else -hz
-            mx = cos * x - sin * y + center[box, 0] - position[0]
-            my = sin * x + cos * y + center[box, 1] - position[1]
-            mz = z + center[box, 2] - position[2]
-            ahead = rotation[0, 2] * mx + rotation[1, 2] * my + rotation[2, 2] * mz
-            if ahead < _NEAR:
-                is_near = True
-                num_behind += 1
-                continue
-            right = rotation[0, 0] * mx + rotation[1, 0] * my + rotation[2, 0] * mz
-            down = rotation[0, 1] * mx + rotation[1, 1] * my + rotation[2, 1] * mz
-            column = right / ahead * focal[0] + middle[0]
-            row = down / ahead * focal[1] + middle[1]
-            column = min(max(column, -2.0), columns + 1.0)
-            row = min(max(row, -2.0), rows + 1.0)
-            first_column = min(first_column, math.floor(column))
-            last_column = max(last_column, math.ceil(column))
-            first_row = min(first_row, math.floor(row))
-            last_row = max(last_row, math.ceil(row))
-        if num_behind == 8:
-            continue
-        if is_near:
-            first_row, last_row, first_column, last_column = 0, rows - 1, 0, columns - 1
+            x = (hx if corner & 1 else -hx) - ox
+            y = (hy if corner & 2 else -hy) - oy
+            z = (hz if corner & 4 else -hz) - oz
+            for axis in range(3):
+                corners[corner, axis] = own[0, axis] * x + own[1, axis] * y + own[2, axis] * z
+        first_row, last_row, first_column, last_column = rows, -1, columns, -1
+        for corner in range(8):
+            # The corner itself if it is ahead, else where its edges to those ahead come into view.
+            for edge in range(4):
+                other = corner if edge == 3 else corner ^ (1 << edge)
+                if corners[other, 2] < _NEAR or (edge < 3 and corners[corner, 2] >= _NEAR):
+                    continue
+                share = 0.0
+                if edge < 3:
+                    share = (corners[other, 2] - _NEAR) / (corners[other, 2] - corners[corner, 2])
+                ahead = max(corners[other, 2] * (1 - share) + corners[corner, 2] * share, 1e-3)
+                right = corners[other, 0] * (1 - share) + corners[corner, 0] * share
+                down = corners[other, 1] * (1 - share) + corners[corner, 1] * share
+                column = right / ahead * focal[0] + middle[0]
+                row = down / ahead * focal[1] + middle[1]
+                column = min(max(column, -2.0), columns + 1.0)
+                row = min(max(row, -2.0), rows + 1.0)
+                first_column = min(first_column, math.floor(column))
+                last_column = max(last_column, math.ceil(column))
+                first_row = min(first_row, math.floor(row))
+                last_row = max(last_row, math.ceil(row))
         is_counted = owner[box] < len(num_alone)
         for row in range(max(first_row, 0), min(last_row, rows - 1) + 1):
+            v = (row - middle[1]) / focal[1]
+            rx = own[0, 1] * v + own[0, 2]
+            ry = own[1, 1] * v + own[1, 2]
+            rz = own[2, 1] * v + own[2, 2]
             for column in range(max(first_column, 0), min(last_column, columns - 1) + 1):
                 if not is_counted and depth[row, column] < nearest[box]:
                     continue
                 u = (column - middle[0]) / focal[0]
-                v = (row - middle[1]) / focal[1]
-                wx = rotation[0, 0] * u + rotation[0, 1] * v + rotation[0, 2]
-                wy = rotation[1, 0] * u + rotation[1, 1] * v + rotation[1, 2]
-                wz = rotation[2, 0] * u + rotation[2, 1] * v + rotation[2, 2]
-                enter = _enter(ox, oy, oz, cos * wx + sin * wy, cos * wy - sin * wx, wz, hx, hy, hz)
+                enter = _enter(
+                    ox, oy, oz, own[0, 0] * u + rx, own[1, 0] * u + ry, own[2, 0] * u + rz,
+                    hx, hy, hz,
+                )  # fmt: skip
                 if enter < _NEAR or enter == math.inf:
                     continue
                 if is_counted:
@@ -114,21 +122,13 @@ def _enter(
     hx: float, hy: float, hz: float,
 ) -> float:  # fmt: skip
     """Return where a ray enters a box around 0, in lengths of its direction; inf for nowhere."""
-    low, high = -math.inf, math.inf
-    for axis in range(3):
-        if axis == 0:
-            o, d, h = ox, dx, hx
-        elif axis == 1:
-            o, d, h = oy, dy, hy
-        else:
-            o, d, h = oz, dz, hz
-        if abs(d) < 1e-12:
-            if abs(o) > h:
-                return math.inf
-            continue
-        a, b = (-h - o) / d, (h - o) / d
-        low = max(low, min(a, b))
-        high = min(high, max(a, b))
+    # A direction along a side is one that is hardly across it: no side is as far as that away.
+    dx, dy, dz = 1 / (dx or _FLAT), 1 / (dy or _FLAT), 1 / (dz or _FLAT)
+    ax, bx = (-hx - ox) * dx, (hx - ox) * dx
+    ay, by = (-hy - oy) * dy, (hy - oy) * dy
+    az, bz = (-hz - oz) * dz, (hz - oz) * dz
+    low = max(min(ax, bx), min(ay, by), min(az, bz))
+    high = min(max(ax, bx), max(ay, by), max(az, bz))
     return low if low <= high and high > 0 else math.inf
 
 

@@ -49,6 +49,16 @@ class Solids:
             )
         )
 
+    def select_between(self, position: np.ndarray, points: np.ndarray) -> Solids:
+        """Return the boxes that may lie between a position (3,) and any of the points (n, 3)."""
+        middle = (points.min(axis=0) + points.max(axis=0)) / 2
+        reach = np.linalg.norm(points - middle, axis=1).max()
+        along, offset = middle - position, self.center - position
+        share = np.clip(offset @ along / max(float(along @ along), 1e-12), 0, 1)
+        away = np.linalg.norm(offset - share[:, None] * along, axis=1)
+        rows = np.flatnonzero(away <= reach + np.linalg.norm(self.half, axis=1))
+        return Solids(self.center[rows], self.half[rows], self.turn[rows], self.owner[rows])
+
 
 def list_parts(box: Box, shape: str, is_open: bool = False) -> list[Box]:
     """Return the boxes of matter that furniture consists of.

@@ -20,7 +20,7 @@ from simulator.world.streams import Streams
 
 NOISES = (0.0, 0.02, 0.1)  # standard deviations of the known position, metres
 _ABSENCE_NOISE = 0.02  # with which absences are counted
-_VERSION = 2  # of the files; raise it when homes, robots or eyes change
+_VERSION = 3  # of the files; raise it when homes, robots or eyes change
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,11 +158,14 @@ def _list_absences(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
         f"{count['num_false_absences']} of {count['num_hidden']} occluded things",
         "0",
     )
-    yield (
-        "absence counted for what had left, in looks that had its spot in view and in others",
-        f"{count['num_absences']} of {count['num_gone']} things that had left",
-        "",
-    )
+    in_view = count["num_absences_in_view"], count["num_gone_in_view"]
+    rest = count["num_absences"] - in_view[0], count["num_gone"] - in_view[1]
+    for (found_out, gone), where in ((in_view, "all in view"), (rest, "in part or not in view")):
+        yield (
+            f"absence counted for what had left, in looks that had its spot {where}",
+            f"{found_out} of {gone} things that had left",
+            "",
+        )
     yield (
         f"looks of a visit of {count['num_frames'] / max(count['num_visits'], 1):.0f} frames, on "
         "the way and there",

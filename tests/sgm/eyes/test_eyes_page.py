@@ -64,8 +64,8 @@ def test_the_page_names_what_there_is():
         assert f"`{field.name}`" in PAGE, field.name
     for name in list(inspect.signature(LookBuilder.frame).parameters)[1:]:
         assert f"| `{name}` |" in PAGE, name
-    assert inspect.signature(LookBuilder).parameters["num_points"].default == 200
-    assert "200 points" in PAGE
+    assert inspect.signature(LookBuilder).parameters["num_points"].default == 1000
+    assert "1000 points" in PAGE
     for name in ("margin", "most_blind", "pause", "longest", "least_coverage", "on_look"):
         assert name in inspect.signature(LookBuilder).parameters
         assert f"`{name}" in PAGE, name

@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
-from sgm.eyes import Box, Gate, LookBuilder, Pose
+from sgm.eyes import Box, Gate, Intrinsics, LookBuilder, Pose
+from sgm.eyes.camera_view import CameraView
+from sgm.eyes.scene import Scene
 from tests.sgm.eyes.scenes import (
     CAMERA,
     FLOOR,
@@ -121,6 +123,36 @@ def test_holes_in_the_depth_are_unknown():
     assert list(builder.finish()) == []
     assert builder.counts == {"frames": 3, "detections": 3, "detections of low score": 0,
                               "detections without depth": 3}  # fmt: skip
+
+
+def test_points_beside_an_edge_by_hand():
+    """Pixels (0, 0), (1, 0), (0, 1), (1, 1) measured 1, 3, nothing and infinity.
+
+    A point 2 m ahead, .3 of a pixel right of the first one and on its row, is shown by the second
+    one alone: .3 of the weights. One in the middle of all four has three that measured, of which
+    two show it. What is farther than 3 m is shown by the last one alone.
+    """
+    camera = Intrinsics(100.0, 100.0, 0.5, 0.5, 2, 2)
+    depth = np.array([[1.0, 3.0], [np.nan, np.inf]])
+    pose = Pose(np.eye(3), np.zeros(3))
+    view = CameraView(Scene({}), pose, camera, depth, (0.2, 9.0))
+    pixels = np.array([[0.3, 0.0], [0.5, 0.5], [0.5, 0.5], [0.0, 1.0], [0.0, 0.0]])
+    away = np.array([2.0, 2.0, 4.0, 2.0, 1.0])
+    share = view.compute_seen(camera.unproject(pixels, away), 0.0, np.zeros(5, dtype=int))
+    np.testing.assert_allclose(share, [0.3, 2 / 3, 1 / 3, 0.0, 1.0], atol=1e-9)
+
+
+def test_noise_over_many_frames_shows_no_more_than_there_is():
+    """A screen hides one half of the volume; depth errs by 1 cm in each frame."""
+    screen = Box((1.5, -0.4, 0.8), (0.02, 0.8, 1.6))
+    pose, rng = look_around(TABLE.center)[15], np.random.default_rng(0)
+    depth = render([TABLE, screen], pose)
+    builder = LookBuilder({7: TABLE})
+    for number in range(40):
+        builder.frame(0.2 * number, pose, CAMERA, (), depth + rng.normal(0, 0.01, depth.shape))
+    true = compute_true_share(TABLE, "onTop", [TABLE, screen], [pose])
+    assert 0.3 < true < 0.8
+    assert next(builder.finish()).coverage["onTop"] == pytest.approx(true, abs=0.02)
 
 
 def test_millimetres_are_whole_numbers():

@@ -25,7 +25,10 @@ def test_depth_of_a_box_by_hand(camera):
     assert (shot.owner[6:11, 8:13] == 0).all()
     assert shot.num_alone.tolist() == [25]
     np.testing.assert_allclose(shot.depth[6:11, 8:13], 2.0)  # no noise, no holes
-    assert np.isnan(shot.depth).sum() == 21 * 17 - 25  # farther than can be measured
+    assert np.isposinf(shot.depth).sum() == 21 * 17 - 25  # farther than can be measured
+    near = Solids.of_boxes([Box((0.6, 0.0, 1.0), (1.0, 9.0, 9.0))], owner=0)  # its front at .1 m
+    shot = camera.shoot(near, 1, Pose.look_at((0, 0, 1), (1, 0, 1)), rng=np.random.default_rng(0))
+    assert np.isneginf(shot.depth).all()
 
 
 def test_what_stands_before_hides(camera):

@@ -3,10 +3,11 @@ import pytest
 
 from sgm.arrays.relations import NUM_RELATIONS
 from sgm.eyes.camera import Pose
+from sgm.layout.box import Box
 from sgm.memory.sighting import RELATIONS
 from simulator.box_world.depth_camera import DepthCamera
 from simulator.box_world.detector import BoxDetector
-from simulator.box_world.true_view import TrueView
+from simulator.box_world.true_view import TrueView, sample_cells
 from simulator.box_world.world import BoxWorld
 from simulator.world.config import HomeConfig
 from simulator.world.routine.dynamics import RoutineDynamics
@@ -94,6 +95,48 @@ def test_nobody_sees_into_a_shut_fridge(make_world):
     assert view.compute_coverage(fridge, "in", 5.0) == 0
     world.evolve()
     assert not world.open_doors
+
+
+def test_points_of_the_truth_lie_one_in_each_cell():
+    """A table of 1 x .5 m: .2 m3 above it, 100 points of which make cells of .126 m.
+
+    1 / .126, .5 / .126 and .4 / .126, rounded up, are 8, 4 and 4: 128 points.
+    """
+    box = Box((2.0, 1.0, 0.4), (1.0, 0.5, 0.8), yaw=0.3)
+    rng = np.random.default_rng(0)
+    points = sample_cells(box, "onTop", 100, rng=rng)
+    cells = (box.to_own(points) + (0.5, 0.25, -0.4)) * (8, 8, 10)
+    assert sorted(map(tuple, np.floor(cells).astype(int).tolist())) == [
+        (x, y, z) for x in range(8) for y in range(4) for z in range(4)
+    ]
+    assert len(sample_cells(box, "in", 100, rng=rng)) == 0
+    shelf = Box(box.center, box.size, box.yaw, "open")
+    assert shelf.inside.contains(sample_cells(shelf, "in", 100, rng=rng)).all()
+
+
+def test_frames_that_show_a_point_are_counted(make_world):
+    world = make_world()
+    box = world.floor.furniture[0]
+    view = TrueView(world, DepthCamera())
+    above, below = (box.to_map(np.array([0, 0, z])) for z in (box.size[2] / 2 + 0.3, -5.0))
+    for time in (1.0, 2.0, 3.0):
+        view.add(time, Pose.look_at((*world.floor.find_stand(0), 1.4), above))
+    assert view.count_frames(np.array([above, below]), 1.5, 9.0).tolist() == [2, 0]
+
+
+def test_boxes_that_hide_lie_between(make_world):
+    world, rng = make_world(), np.random.default_rng(0)
+    solids = world.solids
+    for _ in range(50):
+        at = np.array([*rng.uniform(world.floor.low, world.floor.high), 1.4])
+        points = at + rng.normal(0, 2.0, 3) + rng.normal(0, 0.3, (20, 3))
+        ignored = np.full(20, -1, dtype=np.int32)
+        few = solids.select_between(at, points)
+        np.testing.assert_array_equal(
+            world.compute_hidden(few, at, points, ignored),
+            world.compute_hidden(solids, at, points, ignored),
+        )
+    assert len(few.owner) < len(solids.owner)
 
 
 def test_detector_by_hand():

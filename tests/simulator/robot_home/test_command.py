@@ -53,7 +53,8 @@ def test_table_by_hand():
     count = {
         "coverage_errors": [0.0, 0.1, -0.02, 0.04], "num_detections": 50, "num_right": 49,
         "num_unassigned": 1, "num_frames": 100, "num_hidden": 7, "num_false_absences": 1,
-        "num_gone": 4, "num_absences": 3, "num_visits": 10, "num_looks": 11,
+        "num_gone": 4, "num_absences": 3, "num_gone_in_view": 2, "num_absences_in_view": 2,
+        "num_visits": 10, "num_looks": 11,
     }  # fmt: skip
     errands = {
         "eyes": {"found": 0.9, "looks": 2.2, "metres": 3.0},
@@ -65,7 +66,8 @@ def test_table_by_hand():
     assert "within .05 in 75.0%, mean +0.030, largest error 0.100" in table
     assert "| right for 98.0%, at no place 2.0% | 98 % |" in table
     assert "200 frames | 2 of 14 occluded things | 0 |" in table
-    assert "| 6 of 8 things that had left |" in table
+    assert "had its spot all in view | 4 of 4 things that had left |" in table
+    assert "had its spot in part or not in view | 2 of 4 things that had left |" in table
     assert "looks of a visit of 10 frames, on the way and there | 1.100 | 1 |" in table
     assert "0.900 and 1.000: -10.0%" in table
     assert "2.200 and 2.000: +10.0%" in table
