@@ -10,7 +10,9 @@ from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.scene import Scene, compute_entries
 
 _FARTHEST_METRES = 200.0  # no depth camera of a home measures more: these are other units
-_LEAST_WEIGHT = 0.25  # of the pixels that measured: one of the four, where the point is between them
+_LEAST_WEIGHT = (
+    0.25  # of the pixels that measured: one of the four, where the point is between them
+)
 _PATCH = np.linspace(-0.2, 0.2, 5)  # of the sides of a box in pixels, around its middle
 
 

@@ -15,7 +15,8 @@ from sgm.names.names import read_name
 _VOTES = 2  # frames that must show that a ray went through
 _STANDS = 0.03  # metres above a surface at which a thing still stands on it
 _SAME_SPOT = 0.15  # metres within which a thing of the same name is taken for the same one
-_OVERLAP = 0.5  # of both radii: bodies that stand side by side are all of them apart
+_OVERLAP = 0.5  # of half of both sizes: bodies side by side are all of that apart
+_MOST_OVERLAP = 0.05  # metres: thin things, as books, stand closer than they are wide
 _SUPPORT = 0.015  # metres of what is behind a thing: less cannot be told from the thing itself
 
 
@@ -137,16 +138,21 @@ def _is_near(spot: Spot, tracks: list[Track]) -> bool:
 def _is_taken(spot: Spot, tracks: list[Track]) -> bool:
     """Tell whether a thing of another name was seen at the spot, so near that both would overlap.
 
-    One frame is too little, as for rays.
+    What stands beside, on or below another thing has its middle elsewhere. One frame is too little,
+    as for rays.
     """
     name = read_name(spot.name)
-    return any(
-        read_name(track.name) != name
-        and len(track.frames) >= _VOTES
-        and float(np.linalg.norm(track.center - spot.center))
-        <= _OVERLAP * (spot.radius + track.radius)
-        for track in tracks
-    )
+    for track in tracks:
+        offset = np.abs(track.center - spot.center)
+        reach = min(_OVERLAP * (spot.radius + track.radius), _MOST_OVERLAP)
+        if (
+            read_name(track.name) != name
+            and len(track.frames) >= _VOTES
+            and math.hypot(offset[0], offset[1]) <= reach
+            and offset[2] <= _OVERLAP * (spot.height + track.height) / 2
+        ):
+            return True
+    return False
 
 
 def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> None:

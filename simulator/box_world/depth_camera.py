@@ -76,7 +76,9 @@ class DepthCamera:
         )  # fmt: skip
         noise = rng.standard_normal(depth.shape, dtype=np.float32)
         is_hole = rng.random(depth.shape, dtype=np.float32) < self.hole_share
-        measured = np.where(is_hole, np.nan, depth + self.noise * np.minimum(depth, 1e3) ** 2 * noise)
+        measured = np.where(
+            is_hole, np.nan, depth + self.noise * np.minimum(depth, 1e3) ** 2 * noise
+        )
         measured = measured.astype(np.float32)
         measured[~is_hole & (depth < self.nearest)] = -np.inf
         measured[~is_hole & (depth > self.farthest)] = np.inf

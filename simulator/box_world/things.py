@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS
-from sgm.layout.box import ABOVE_TOP, Box
+from sgm.layout.box import ABOVE_TOP
 from simulator.box_world.floor import BoxFloor
 from simulator.box_world.sizes import find_thing_size
 from simulator.box_world.solids import Solids, list_levels
@@ -66,11 +66,9 @@ class ThingBoxes:
         turn = np.column_stack([np.cos(self.yaw[own]), np.sin(self.yaw[own])])
         return Solids(self.center[own], self.half[own], turn, own.astype(np.int32))
 
-    def list_points(self, slot: int) -> np.ndarray:
-        """Return 27 points that fill the box of a thing, (27, 3)."""
-        grid = np.stack(np.meshgrid(*[(-0.6, 0.0, 0.6)] * 3, indexing="ij"), axis=-1)
-        box = Box(tuple(self.center[slot]), tuple(2 * self.half[slot]), float(self.yaw[slot]))
-        return box.to_map(grid.reshape(-1, 3) * self.half[slot])
+    def get_box(self, slot: int) -> tuple[np.ndarray, np.ndarray, float]:
+        """Return the middle (3,), half the sides (3,) and the yaw of a thing, as they are now."""
+        return self.center[slot].copy(), self.half[slot].copy(), float(self.yaw[slot])
 
     def _read_places(self) -> np.ndarray:
         """Return the place of every slot, "onTop" where there is no inside, (C,)."""

@@ -12,6 +12,7 @@ from sgm.eyes.built_look import BuiltLook
 from sgm.eyes.detection import Detection
 from sgm.eyes.gate import Gate
 from sgm.eyes.look_builder import LookBuilder
+from sgm.layout.box import Box
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS
 from sgm.names.names import read_name
@@ -65,7 +66,12 @@ class EyesScores:
 
 
 class EyesExam:
-    """Lets a robot look at all furniture of a home again and again, and compares with the truth."""
+    """Lets a robot look at all furniture of a home again and again, and compares with the truth.
+
+    Attributes:
+        scores: sums so far.
+        measures_coverage: whether to compute how much was truly in view of every look.
+    """
 
     def __init__(self, world: BoxWorld, body: BodyRules, *, measures_coverage: bool) -> None:
         """Begin with an empty memory.
@@ -87,8 +93,9 @@ class EyesExam:
         )
         camera = body.camera
         self._view = TrueView(world, camera, body.reach)
-        self._measures_coverage = measures_coverage
-        self._spots: dict[tuple[int, tuple[str, ...]], np.ndarray] = {}  # by place and name
+        self.measures_coverage = measures_coverage
+        # Where things lay when they were seen last: middle, half sides, yaw.
+        self._spots: dict[tuple[int, str], tuple[np.ndarray, np.ndarray, float]] = {}
         self._shown = np.zeros(world.homes.num_slots, dtype=bool)  # things, since the last look
 
     def visit_all(self) -> None:
@@ -137,8 +144,9 @@ class EyesExam:
             scores.num_unassigned += furniture is None
             scores.num_right += (furniture, relation) == (place // 2, RELATIONS[place % 2])
             if furniture == place // 2 and found.is_named:
-                name = read_name(found.detection.name)
-                self._spots[furniture, name] = self._world.things.list_points(found.slot)
+                self._spots[furniture, found.detection.name] = self._world.things.get_box(
+                    found.slot
+                )
         num_slots = self._world.homes.num_slots
         owner = frame.shot.owner
         self._shown[np.unique(owner[(owner >= 0) & (owner < num_slots)])] = True
@@ -154,7 +162,7 @@ class EyesExam:
         """Compare looks with what was true, and tell the memory of them."""
         for look in looks:
             for relation in RELATIONS:
-                if self._measures_coverage and (look.furniture, relation) in self._view.points:
+                if self.measures_coverage and (look.furniture, relation) in self._view.points:
                     true = self._view.compute_coverage(
                         look.furniture, relation, look.start, look.end
                     )
@@ -194,8 +202,10 @@ class EyesExam:
 
     def _was_in_view(self, look: BuiltLook, name: tuple[str, ...]) -> bool:
         """Tell whether frames of a look truly showed all of where a thing lay."""
-        points = self._spots.get((look.furniture, name))
-        if points is None:  # a name that was wrong
-            return False
-        counts = self._view.count_frames(points, look.start, look.end)
-        return float((counts > 0).mean()) >= _WHOLE_SPOT
+        for (furniture, description), (center, half, yaw) in self._spots.items():
+            if furniture == look.furniture and read_name(description) == name:
+                grid = np.stack(np.meshgrid(*[(-0.6, 0.0, 0.6)] * 3), axis=-1).reshape(-1, 3)
+                box = Box(tuple(center), tuple(2 * half), yaw)
+                counts = self._view.count_frames(box.to_map(grid * half), look.start, look.end)
+                return float((counts > 0).mean()) >= _WHOLE_SPOT
+        return False  # a name that was wrong

@@ -1,10 +1,12 @@
-"""A robot with a memory in a home of boxes, and two ways in which it may see."""
+"""A robot with a memory in a home of boxes, and three ways in which it may see."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from sgm.eyes.built_look import BuiltLook
 from sgm.eyes.gate import Gate
@@ -118,6 +120,37 @@ class PerfectRobot(HomeRobot):
         return BuiltLook(
             furniture, seen, dict.fromkeys(RELATIONS, 1.0), (), start=now, end=now, num_frames=1
         )
+
+
+class ShownRobot(HomeRobot):
+    """A robot that is given everything that its camera shows of the furniture that it looks at.
+
+    What stands hidden behind other things in all pictures is hidden, as for eyes. Nothing else is
+    wrong: no name, no place, no thing is missed of which the share is visible that the detector of
+    the robot needs at least.
+    """
+
+    def look_at(self, furniture: int) -> BuiltLook:
+        """Return everything that is there and shows in a picture."""
+        self.body.go_to(furniture)
+        num_slots = self.world.homes.num_slots
+        share = np.zeros(num_slots)
+        for frame in self.body.look(furniture):
+            owner = frame.shot.owner
+            visible = np.bincount(owner[(owner >= 0) & (owner < num_slots)], minlength=num_slots)
+            share = np.maximum(share, visible / np.maximum(frame.shot.num_alone[:num_slots], 1))
+        seen, hidden = [], []
+        for slot, relation in self.world.list_there(furniture):
+            name = self.world.describe_thing(slot)
+            if share[slot] > self.body.rules.detector.least_share:
+                seen.append(Sighting(name, RELATIONS[relation]))
+            else:
+                hidden.append(name)
+        now = self.body.time
+        return BuiltLook(
+            furniture, tuple(seen), dict.fromkeys(RELATIONS, 1.0), tuple(dict.fromkeys(hidden)),
+            start=now, end=now, num_frames=1,
+        )  # fmt: skip
 
 
 class SeeingRobot(HomeRobot):

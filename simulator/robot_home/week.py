@@ -1,4 +1,4 @@
-"""Days in a home with people: two robots patrol it and fetch things, side by side."""
+"""Days in a home with people: robots patrol it and fetch things, side by side."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from simulator.robot_home.robots import (
     HomeRobot,
     PerfectRobot,
     SeeingRobot,
+    ShownRobot,
     make_memory,
 )
 from simulator.world.homes import Homes
@@ -77,11 +78,11 @@ class Tally:
 
 
 class Week:
-    """One home in two copies, which live alike, with a robot in each.
+    """One home in three copies, which live alike, with a robot in each.
 
     Attributes:
-        seeing, perfect: the robots.
-        tallies: of both, by the same order.
+        seeing, shown, perfect: the robots.
+        tallies: of all of them, in this order.
     """
 
     def __init__(
@@ -93,7 +94,7 @@ class Week:
         body: BodyRules,
         log: Path | None = None,
     ) -> None:
-        """Make the home twice.
+        """Make the home for each robot.
 
         Args:
             source: of the home.
@@ -105,23 +106,24 @@ class Week:
         """
         self._rules = rules
         self.seeing: SeeingRobot
+        self.shown: ShownRobot
         self.perfect: PerfectRobot
         robots: list[HomeRobot] = []
-        for kind, own_log in ((SeeingRobot, log), (PerfectRobot, None)):
+        for kind, own_log in ((SeeingRobot, log), (ShownRobot, None), (PerfectRobot, None)):
             world = BoxWorld(source.make(Streams(seed, "test", [home])))
             memory = make_memory(world, clock=make_clock(world.homes), log=own_log)
             robots.append(
                 kind(RobotBody(world, body), memory, Finder(Adaptive()), rules.most_looks)
             )
-        self.seeing, self.perfect = robots  # type: ignore[assignment]
-        self.tallies = (Tally("eyes"), Tally("perfect looks"))
+        self.seeing, self.shown, self.perfect = robots  # type: ignore[assignment]
+        self.tallies = (Tally("eyes"), Tally("all that shows"), Tally("perfect looks"))
         self._choices = self.seeing.world.homes.streams.generator("box errands", 0)
 
     def live(self) -> Iterator[int]:
         """Play; yields the number of each step that is over."""
         num_furniture = self.seeing.world.num_furniture
         turn = 0
-        robots: tuple[HomeRobot, ...] = (self.seeing, self.perfect)
+        robots: tuple[HomeRobot, ...] = (self.seeing, self.shown, self.perfect)
         for step in range(self._rules.steps):
             for robot in robots:
                 robot.world.evolve()

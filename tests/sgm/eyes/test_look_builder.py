@@ -233,6 +233,35 @@ def test_what_the_detector_missed_is_hidden_not_absent():
     assert look.hidden == ("mug",)
 
 
+@pytest.mark.parametrize(
+    ("offset", "hidden"),
+    [((0, 0, 0), ()), ((0, 0.1, 0), ("mug",)), ((0, 0, 0.1), ("mug",))],
+    ids=["at the spot", "beside it", "above it"],
+)
+def test_what_stands_at_the_very_spot_shows_that_a_thing_has_left(offset, hidden):
+    """A can of the size of the mug: 7 cm wide, 10 cm high."""
+    mug, poses = put_on(TABLE, 0.1, 0.0), look_around(TABLE.center, turn=0.2)
+    builder = LookBuilder({7: TABLE})
+    walk(builder, poses, [TABLE], [("mug", mug)])
+    can = Box(tuple(np.add(mug.center, offset)), mug.size)
+    look = walk(builder, poses, [TABLE, mug], [("can", can)], start=100.0)[7]
+    assert [one.description for one in look.seen] == ["can"]
+    assert look.hidden == hidden
+
+
+def test_a_thing_of_middle_height_can_be_absent_with_an_uncertain_pose():
+    """The table is but 7 cm behind it, along the ray, nearer than 3 cm + 2 x 4 cm behind its back.
+
+    The threshold is the middle between its front and the table.
+    """
+    mug, poses = put_on(TABLE, 0.1, 0.0, (0.08, 0.08, 0.09)), look_around(TABLE.center, turn=0.2)
+    poses = [Pose(pose.rotation, pose.position, position_sd=0.02) for pose in poses]
+    builder = LookBuilder({7: TABLE})
+    walk(builder, poses, [TABLE], [("mug", mug)])
+    assert walk(builder, poses, [TABLE, mug], start=100.0)[7].hidden == ("mug",)
+    assert walk(builder, poses, [TABLE], start=200.0)[7].hidden == ()
+
+
 def test_a_visit_ends_with_a_pause_and_is_cut_when_it_is_long():
     pose = look_around(TABLE.center)[0]
     depth = render([TABLE], pose)

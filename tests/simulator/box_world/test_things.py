@@ -105,7 +105,7 @@ def test_points_of_the_truth_lie_one_in_each_cell():
     box = Box((2.0, 1.0, 0.4), (1.0, 0.5, 0.8), yaw=0.3)
     rng = np.random.default_rng(0)
     points = sample_cells(box, "onTop", 100, rng=rng)
-    cells = (box.to_own(points) + (0.5, 0.25, -0.4)) * (8, 8, 10)
+    cells = (box.to_own(points) + np.array([0.5, 0.25, -0.4])) * (8, 8, 10)
     assert sorted(map(tuple, np.floor(cells).astype(int).tolist())) == [
         (x, y, z) for x in range(8) for y in range(4) for z in range(4)
     ]

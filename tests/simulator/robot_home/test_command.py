@@ -19,7 +19,8 @@ def test_play_prints_finds_and_saves_the_memory(tmp_path, capsys):
     assert main(arguments) == 0
     printed = capsys.readouterr().out
     assert "4 rooms, 8 pieces of furniture, 16 things, 2 steps" in printed
-    assert [line.split()[0] for line in printed.splitlines()[1:4]] == ["robot", "eyes", "perfect"]
+    robots = [line.split()[0] for line in printed.splitlines()[1:5]]
+    assert robots == ["robot", "eyes", "all", "perfect"]
     memory = SceneGraphMemory.load(tmp_path / "week" / "home.sgm")
     assert memory.time == 2
     assert memory.num_furniture == 8
@@ -58,6 +59,7 @@ def test_table_by_hand():
     }  # fmt: skip
     errands = {
         "eyes": {"found": 0.9, "looks": 2.2, "metres": 3.0},
+        "all that shows": {"found": 0.8, "looks": 2.5, "metres": 3.0},
         "perfect looks": {"found": 1.0, "looks": 2.0, "metres": 3.0},
     }
     home = {name: count for name in ("noise 0.0", "noise 0.02", "noise 0.1", "absences")}
@@ -71,6 +73,8 @@ def test_table_by_hand():
     assert "looks of a visit of 10 frames, on the way and there | 1.100 | 1 |" in table
     assert "0.900 and 1.000: -10.0%" in table
     assert "2.200 and 2.000: +10.0%" in table
+    assert "0.900 and 0.800: +12.5%" in table
+    assert "2.200 and 2.500: -12.0%" in table
 
 
 @pytest.mark.parametrize(

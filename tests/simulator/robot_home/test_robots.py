@@ -2,10 +2,12 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
+from sgm.layout.box import Box
 from sgm.policies.adaptive import Adaptive
 from simulator.box_world.floor import ROBOT_RADIUS
 from simulator.box_world.robot_body import BodyRules, RobotBody
-from simulator.robot_home.robots import PerfectRobot, SeeingRobot, make_memory
+from simulator.box_world.solids import Solids
+from simulator.robot_home.robots import PerfectRobot, SeeingRobot, ShownRobot, make_memory
 from simulator.robot_home.week import Week, WeekRules
 
 
@@ -33,6 +35,25 @@ def test_perfect_looks_are_the_truth(make_robot):
         assert np.linalg.norm(np.array(robot.body.position) - stand) < 0.15
 
 
+def test_what_shows_is_there_and_the_rest_is_hidden(make_robot):
+    robot = make_robot(ShownRobot)
+    num_hidden = 0
+    for furniture in range(robot.world.num_furniture):
+        look = robot.look_at(furniture)
+        names = [one.description for one in look.seen]
+        assert sorted({*names, *look.hidden}) == sorted(set(_list_names(robot, furniture)))
+        num_hidden += len(look.hidden)
+    assert num_hidden <= 2  # of 16 things
+    # Behind a wall before its front, nothing shows.
+    blind = make_robot(ShownRobot)
+    box = blind.world.floor.furniture[0]
+    front = box.to_map(np.array([box.size[0] / 2 + 0.3, 0.0, 0.0]))
+    wall = Solids.of_boxes([Box(tuple(front), (0.02, 4.0, 8.0), box.yaw)], -1)
+    blind.world._still = Solids.join([blind.world._still, wall])
+    blind.world._solids = None
+    assert blind.look_at(0).seen == ()
+
+
 def test_looks_of_eyes_are_near_the_truth(make_robot):
     robot = make_robot(SeeingRobot, position_sd=0.02, angle_sd=0.005)
     num_there = num_seen = num_false = 0
@@ -50,7 +71,7 @@ def test_looks_of_eyes_are_near_the_truth(make_robot):
     assert not robot.world.open_doors  # all are shut again
 
 
-@pytest.mark.parametrize("kind", [PerfectRobot, SeeingRobot])
+@pytest.mark.parametrize("kind", [PerfectRobot, SeeingRobot, ShownRobot])
 def test_what_was_just_seen_is_fetched_with_one_look(make_robot, kind):
     robot = make_robot(kind)
     for furniture in range(robot.world.num_furniture):
@@ -94,10 +115,11 @@ def test_errors_of_the_known_position_have_their_size_and_last(make_world):
 def test_two_robots_live_in_the_same_home(source):
     week = Week(source, 0, 2, WeekRules(steps=3), BodyRules(frames_per_aim=1))
     for _ in week.live():
-        eyes, perfect = week.seeing.world, week.perfect.world
-        np.testing.assert_array_equal(eyes.homes.object_place, perfect.homes.object_place)
-        np.testing.assert_array_equal(eyes.things.center, perfect.things.center)
-    first, second = week.tallies
-    assert [one.description for one in first.errands] == [one.description for one in second.errands]
-    assert len(first.errands) == 3
-    assert first.num_frames > 0 == second.num_frames
+        for other in (week.shown.world, week.perfect.world):
+            eyes = week.seeing.world
+            np.testing.assert_array_equal(eyes.homes.object_place, other.homes.object_place)
+            np.testing.assert_array_equal(eyes.things.center, other.things.center)
+    first, second, third = [[one.description for one in tally.errands] for tally in week.tallies]
+    assert first == second == third
+    assert len(first) == 3
+    assert [tally.num_frames > 0 for tally in week.tallies] == [True, False, False]
