@@ -250,11 +250,12 @@ def test_what_stands_at_the_very_spot_shows_that_a_thing_has_left(offset, hidden
 
 
 def test_a_thing_of_middle_height_can_be_absent_with_an_uncertain_pose():
-    """The table is but 7 cm behind it, along the ray, nearer than 3 cm + 2 x 4 cm behind its back.
+    """A can of 5 cm, seen from 1.6 m away and .7 m above: the table is 10 cm behind its upper part.
 
-    The threshold is the middle between its front and the table.
+    That is nearer than half of its 7 cm along the ray, 3 cm and 2 x 2 cm of the pose together. The
+    threshold is the middle between its front and the table.
     """
-    mug, poses = put_on(TABLE, 0.1, 0.0, (0.08, 0.08, 0.09)), look_around(TABLE.center, turn=0.2)
+    mug, poses = put_on(TABLE, 0.1, 0.0, (0.08, 0.08, 0.05)), look_around(TABLE.center, turn=0.2)
     poses = [Pose(pose.rotation, pose.position, position_sd=0.02) for pose in poses]
     builder = LookBuilder({7: TABLE})
     walk(builder, poses, [TABLE], [("mug", mug)])
