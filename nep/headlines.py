@@ -12,10 +12,10 @@ import numpy as np
 
 from nep.bench.best_rule import compare_with_rules
 from nep.bench.columns import COLUMNS, COMPARED
+from nep.bench.paper.experiments import SETTINGS, Setting
+from nep.bench.paper.paper_numbers import PAPER_TABLE_1
+from nep.bench.paper.paper_tables import find_known, list_shown, load_table_1
 from nep.bench.score_cache import ScoreCache
-from nep.paper.experiments import SETTINGS, Setting
-from nep.paper.paper_numbers import PAPER_TABLE_1
-from nep.paper.paper_tables import find_known, list_shown, load_table_1
 from nep.report.results import ScoreSummary
 from nep.report.statistics import LEVEL, compute_detectable, compute_error, correct_holm
 from nep.report.tables import BOUNDED, TOP, Difference, join_table

@@ -12,7 +12,9 @@ from types import ModuleType
 MOVED = {
     "nep.claims": "tools.claims",
     "nep.kinds": "nep.bench",
-    "nep.paper.claims": "tools.claims.plan",
+    "nep.event_networks.plan": "nep.bench.temporal.plan",
+    "nep.event_networks.report": "nep.bench.temporal.report",
+    "nep.paper": "nep.bench.paper",
     "nep.view.stage": "nep.view.page_state",
     "sgm.compiled.others": "sgm.compiled.companions",
     "sgm.evidence.expected": "sgm.evidence.expected_places",

@@ -41,9 +41,9 @@ ORDER = """
     nep.tensor_file nep.config_files nep.checkpoint_files nep.importers nep.layers nep.encoders
     nep.setting_groups
     nep.model nep.players nep.report nep.robot nep.callbacks nep.view nep.fit
-    nep.evaluate nep.export nep.compare nep.igridson nep.bench nep.event_networks nep.recorded
-    nep.any_home nep.own_home nep.searches nep.elsewhere nep.paper nep.temporal nep.headlines
-    nep.reproduce nep
+    nep.evaluate nep.export nep.compare nep.igridson nep.event_networks nep.bench nep.recorded
+    nep.any_home nep.own_home nep.searches nep.elsewhere nep.temporal nep.headlines nep.reproduce
+    nep
     nep.__main__
     tools.priors tools.text_training tools.realism tools.names tools.claims tools.measure_design
     tools.make_paper_homes tools tools.__main__

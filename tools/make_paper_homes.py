@@ -6,9 +6,9 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from nep.paper.experiments import Setting
-from nep.paper.paper_numbers import PAPER_TABLE_1
-from nep.paper.paper_tables import (
+from nep.bench.paper.experiments import Setting
+from nep.bench.paper.paper_numbers import PAPER_TABLE_1
+from nep.bench.paper.paper_tables import (
     compute_table,
     correct_claims,
     find_known,

@@ -5,21 +5,21 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from importlib.util import find_spec
 
+from simulator.command_line import one_line_errors
 from simulator.process import run_main
 
-# Each has a `main`, and is imported when it is asked for.
+# What plays each, and what its table is of; imported when it is asked for.
 SUITES = {
-    "any_home": "nep.bench.suites.any_home",
-    "recorded": "nep.bench.suites.recorded",
-    "own_home": "nep.bench.suites.own_home",
-    "searches": "nep.bench.suites.searches",
-    "elsewhere": "nep.bench.suites.elsewhere",
-    "paper": "nep.reproduce",
-    "temporal": "nep.temporal",
-    "igridson": "nep.igridson",
-    "claims": "tools.claims.__main__",
+    "any_home": ("nep.bench.suites.any_home", "networks and policies in every kind of home"),
+    "recorded": ("nep.bench.suites.recorded", "networks and policies in recorded homes"),
+    "own_home": ("nep.bench.suites.own_home", "what the looks of a home gain there"),
+    "searches": ("nep.bench.suites.searches", "how soon searches find things"),
+    "elsewhere": ("nep.bench.suites.elsewhere", "how well finders know what is out of the home"),
+    "paper": ("nep.bench.suites.paper", "the tables and the figure of the paper"),
+    "temporal": ("nep.bench.suites.temporal", "temporal graph networks"),
+    "igridson": ("nep.igridson", "searches in the home on a grid"),
+    "claims": ("tools.claims.__main__", "what the paper claims; in a checkout"),
 }
 
 
@@ -31,17 +31,25 @@ def main(arguments: Sequence[str] | None = None) -> object:
     """
     arguments = sys.argv[1:] if arguments is None else arguments
     if arguments and arguments[0] in ("-h", "--help"):
-        print("usage: python -m nep.bench SUITE ...\n\n  " + "\n  ".join(SUITES))
+        lines = [f"  {name:11} {about}" for name, (_, about) in SUITES.items()]
+        print("\n".join(["usage: python -m nep.bench SUITE ...", "", *lines]))
+        print("\nSUITE is one of these, or module:main of your own.")
         return 0
-    if not arguments or arguments[0] not in SUITES:
-        found = repr(arguments[0]) if arguments else "none"
-        print(f"error: suite must be one of {', '.join(SUITES)}, got {found}.", file=sys.stderr)
+    name = arguments[0] if arguments else "none"
+    module, _, function = name.partition(":")
+    if name in SUITES:
+        module, function = SUITES[name][0], "main"
+    if not function:
+        print(f"error: suite must be one of {', '.join(SUITES)}, got {name!r}.", file=sys.stderr)
         return 2
-    module = SUITES[arguments[0]]
-    if find_spec(module.partition(".")[0]) is None:
-        print(f"error: {arguments[0]} must be run in a checkout, got none.", file=sys.stderr)
-        return 2
-    return import_module(module).main(arguments[1:])
+    with one_line_errors(status=2):
+        try:
+            run = getattr(import_module(module), function)
+        except (ImportError, AttributeError) as error:
+            raise ValueError(
+                f"suite {name} must be found, got {error}. Run it where {module} is, a checkout."
+            ) from error
+    return run(arguments[1:])
 
 
 if __name__ == "__main__":

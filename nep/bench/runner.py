@@ -74,7 +74,6 @@ class Suite(ABC, Generic[GameType]):
     def add_options(self, parser: ArgumentParser) -> None:
         """Add its options, among them those of `add_table_options`."""
 
-    @abstractmethod
     def check(self, options: Namespace) -> None:
         """Raise `ValueError` for options that are out of range."""
 

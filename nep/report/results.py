@@ -124,7 +124,7 @@ class Results:
             "tasks": {
                 task: {
                     **asdict(self.get_title(task)),
-                    "policies": {name: _pack(summary) for name, summary in policies.items()},
+                    "policies": {name: pack_summary(summary) for name, summary in policies.items()},
                 }
                 for task, policies in self.tasks.items()
             },
@@ -156,7 +156,7 @@ class Results:
             )
         try:
             tasks = {
-                task: {name: _unpack(packed) for name, packed in entry["policies"].items()}
+                task: {name: unpack_summary(packed) for name, packed in entry["policies"].items()}
                 for task, entry in content["tasks"].items()
             }
             command, config, versions = (content[x] for x in ("command", "config", "versions"))
@@ -180,7 +180,7 @@ def _read_title(task: str, entry: Mapping[str, Any]) -> TaskTitle:
     return TaskTitle(title, str(metric))
 
 
-def _pack(summary: ScoreSummary) -> dict[str, Any]:
+def pack_summary(summary: ScoreSummary) -> dict[str, Any]:
     """Return JSON values, which have None for nan."""
     units = {} if summary.units is None else {"units": list(summary.units)}
     return {
@@ -192,7 +192,12 @@ def _pack(summary: ScoreSummary) -> dict[str, Any]:
     }
 
 
-def _unpack(packed: Mapping[str, Any]) -> ScoreSummary:
+def unpack_summary(packed: Mapping[str, Any]) -> ScoreSummary:
+    """Return what `pack_summary` was given.
+
+    Raises:
+        ValueError: if there is something else.
+    """
     values = np.array(packed["values"], dtype=float)
     if values.ndim != 2:
         raise ValueError(f"values must be (homes, steps), got {values.ndim} axes")

@@ -12,14 +12,14 @@ import pytest
 import torch
 from filelock import FileLock
 
+from nep.bench.paper.experiments import ABLATION_SETTING, SETTINGS, enter, find_models
+from nep.bench.paper.plan import plan_stages
+from nep.bench.paper.stages import _THREAD_VARIABLES
+from nep.bench.paper.training import Training
+from nep.bench.paper.work import LOCK
+from nep.bench.suites.paper import _make_parser, _make_plan, main
 from nep.fit import FitCLI
-from nep.paper.experiments import ABLATION_SETTING, SETTINGS, enter, find_models
-from nep.paper.plan import plan_stages
-from nep.paper.stages import _THREAD_VARIABLES
-from nep.paper.training import Training
-from nep.paper.work import LOCK
 from nep.players.checkpoints import load_exported
-from nep.reproduce import _make_parser, _make_plan, main
 from simulator.command_line import parse
 from simulator.policies import POLICIES
 

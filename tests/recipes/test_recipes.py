@@ -23,6 +23,7 @@ EXPECTED = {
     "A column of the memory": r"\('mug',\) \[1\]\n\"num_asked\":\[1\]",
     # of 32 places, ties averaged: the MRR of no opinion is below .1, of one that is free it is 1
     "A metric": r"\| mrr \| rank above 1 \|(.|\n)*\| random \|.*\| 0\.0\d\d \| 1\.00 \|",
+    "A suite": r"16 places(.|\n)*\| any_home \| 0\.\d+(.|\n)*Played with",
     "An importer of recorded homes": r"placed: 2 rooms, 3 furniture nodes, 4 objects",
     "A prior source": r"diary: 12 read(.|\n)*kitchen",
 }

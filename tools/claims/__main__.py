@@ -5,8 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from nep.paper.stages import run_stages
-from nep.paper.work import add_work_options, make_console, stop_if_failed, work_in, write_files
+from nep.bench.paper.stages import run_stages
+from nep.bench.paper.work import (
+    add_work_options,
+    make_console,
+    stop_if_failed,
+    work_in,
+    write_files,
+)
 from sgm.checks import check_at_least
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.process import run_main

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from nep.report.results import ScoreSummary
 from nep.report.statistics import compute_gap_closed
 from nep.report.tables import compute_difference, format_difference, join_table
 from simulator.policies import POLICIES
-from tools.claims.plan import INFORMED, LOCATION, ORDER, SOURCES, InformedScores
+from tools.claims.plan import INFORMED, LOCATION, ORDER, SOURCES
 from tools.claims.scores import ClaimsScores, round_all
 
 
@@ -20,13 +19,13 @@ def make_known(scores: ClaimsScores) -> tuple[str, Any]:
     texts = []
     for source, where in SOURCES.items():
         for nodes, setting in LOCATION.items():
-            informed = InformedScores(scores.plan.play(source, setting, INFORMED))
+            informed = scores.plan.play_informed(source, setting)
             if not informed.is_done():
                 scores.missing.append(f"{INFORMED}, {where}, dynamic nodes {nodes}")
                 continue
             found = _load_all(scores, source, nodes)
-            top = found[INFORMED] = informed.evaluation.load()
-            sizes = json.loads(informed.sizes_path.read_text())
+            top = found[INFORMED] = informed.load()
+            sizes = informed.read()["sizes"]
             texts.append(
                 f"{where}, {nodes}: of its 1,024 draws an answer is worth {sizes[5]:.0f} "
                 f"(median), {sizes[1]:.0f} in the worst tenth."

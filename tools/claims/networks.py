@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from nep.paper.paper_numbers import PAPER_TABLE_1
-from nep.paper.paper_tables import Claim, correct_claims
+from nep.bench.paper.paper_numbers import PAPER_TABLE_1
+from nep.bench.paper.paper_tables import Claim, correct_claims
 from nep.report.results import ScoreSummary
 from nep.report.statistics import LEVEL, correct_holm
 from nep.report.tables import (

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from nep.paper.experiments import SETTINGS
-from nep.paper.paper_numbers import PAPER_TABLE_1
-from nep.paper.readings import READINGS
+from nep.bench.paper.experiments import SETTINGS
+from nep.bench.paper.paper_numbers import PAPER_TABLE_1
+from nep.bench.paper.readings import READINGS
 from nep.report.tables import join_table
 from tools.claims.plan import LIKELIHOOD, ORDER, PAPER_POLICIES, SOURCES
 from tools.claims.scores import ClaimsScores, round_all

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from nep.paper.experiments import SETTINGS, Contestant, Setting
-from nep.paper.readings import ReadingScores
-from nep.paper.stages import Job
-from nep.paper.stored_scores import Evaluation
-from nep.paper.training import Training, collect_data
-from nep.report.code_version import list_versions
-from nep.report.results import Results, ScoreSummary
-from sgm.files import read_json, write_whole
+from nep.bench.paper.experiments import SETTINGS, Contestant, Setting
+from nep.bench.paper.readings import ReadingScores
+from nep.bench.paper.stages import Job
+from nep.bench.paper.stored_scores import Evaluation
+from nep.bench.paper.training import Training, collect_data
+from nep.report.results import ScoreSummary, pack_summary
+from sgm.files import read_json
 from simulator.policies import POLICIES
 from simulator.policies.informed import Informed
 from simulator.tasks.evaluation import evaluate_policy
@@ -152,6 +151,11 @@ class ClaimsPlan:
         evaluation = self._evaluate(setting, policy, path, source, None)
         return replace(evaluation, cross_room_moves=cross_room_moves)
 
+    def play_informed(self, source: str, setting: Setting) -> InformedScores:
+        """Return the evaluation of `Informed`."""
+        own = self.play(source, setting, INFORMED)
+        return InformedScores(**{field.name: getattr(own, field.name) for field in fields(own)})
+
     def read(self, source: str, nodes: str, policy: str) -> ReadingScores:
         """Return a policy's rankings under every reading of the likelihood metric."""
         path = self.runs / source / LIKELIHOOD[nodes].name / "readings" / f"{policy}.json"
@@ -194,33 +198,16 @@ class ClaimsPlan:
         }
 
 
-@dataclass(frozen=True, slots=True)
-class InformedScores:
-    """What `Informed` scores, some homes at a time, and how many draws its answers are worth.
+@dataclass(frozen=True)
+class InformedScores(Evaluation):
+    """What `Informed` scores, some homes at a time, and how many draws its answers are worth."""
 
-    Attributes:
-        evaluation: where it plays; its path is that of the scores.
-    """
-
-    evaluation: Evaluation
-
-    @property
-    def sizes_path(self) -> Path:
-        """File of the effective sample sizes: quantiles 0, .1, ... 1 over all answers."""
-        return self.evaluation.path.with_name(f"{INFORMED}_sizes.json")
-
-    def is_done(self) -> bool:
-        """Tell whether both files are there."""
-        return self.evaluation.is_done() and self.sizes_path.is_file()
-
-    def run(self) -> None:
-        """Play and write the files, unless they are there already."""
-        if self.is_done():
-            return
-        own, sizes, parts = self.evaluation, [], []
+    def play(self) -> dict[str, Any]:
+        """Return the summary, and quantiles 0, .1, ... 1 of the effective sample sizes."""
+        sizes, parts = [], []
         groups = [
-            range(first, min(first + _HOMES_AT_ONCE, own.num_homes))
-            for first in range(0, own.num_homes, _HOMES_AT_ONCE)
+            range(first, min(first + _HOMES_AT_ONCE, self.num_homes))
+            for first in range(0, self.num_homes, _HOMES_AT_ONCE)
         ]
         for homes in groups:
             policies: list[Informed] = []
@@ -229,14 +216,11 @@ class InformedScores:
                 made.append(Informed.make(homes))
                 return made[-1]
 
-            streams = Streams(own.seed, "test", homes)
-            parts.append(evaluate_policy(make, own.make_source(), streams, own.steps))
+            streams = Streams(self.seed, "test", homes)
+            parts.append(evaluate_policy(make, self.make_source(), streams, self.steps))
             sizes += policies[0].effective_sizes
-        scores = TaskScores.join(groups, parts)
-        tasks = {own.setting.task: {INFORMED: ScoreSummary.of(scores)}}
-        Results("python -m tools.claims", own.describe(), list_versions(), tasks).save(own.path)
-        quantiles = np.quantile(sizes, np.linspace(0, 1, 11)).round(1).tolist()
-        write_whole(self.sizes_path, json.dumps(quantiles).encode())
+        summary = pack_summary(ScoreSummary.of(TaskScores.join(groups, parts)))
+        return {**summary, "sizes": np.quantile(sizes, np.linspace(0, 1, 11)).round(1).tolist()}
 
 
 def plan_claims(plan: ClaimsPlan, trains: bool) -> tuple[list[Job], list[Job], list[Job]]:
@@ -284,7 +268,7 @@ def plan_claims(plan: ClaimsPlan, trains: bool) -> tuple[list[Job], list[Job], l
                 if not reading.is_done():
                     add(games, f"read {source} {nodes} {policy}", reading.run)
         for source in SOURCES:
-            informed = InformedScores(plan.play(source, setting, INFORMED))
+            informed = plan.play_informed(source, setting)
             if not informed.is_done():
                 add(games, f"play {source} {setting.name} {INFORMED}", informed.run)
     for setting in SETTINGS:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from nep.paper.experiments import SETTINGS, Setting
+from nep.bench.paper.experiments import SETTINGS, Setting
 from nep.report.results import ScoreSummary
 from tools.claims.plan import LOCATION, ORDER, PAPER_POLICIES, SOURCES, ClaimsPlan
 

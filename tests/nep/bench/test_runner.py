@@ -105,10 +105,14 @@ def test_workers_give_the_same_file(tmp_path):
 
 def test_suites_are_commands(capsys):
     assert main(["--help"]) == 0
-    assert [line.strip() for line in capsys.readouterr().out.splitlines()[2:]] == [*SUITES]
+    lines = capsys.readouterr().out.splitlines()[2 : 2 + len(SUITES)]
+    assert [line.split()[0] for line in lines] == [*SUITES]
     assert main(["nothing"]) == 2
     assert "suite must be one of any_home, recorded" in capsys.readouterr().err
     assert main([]) == 2
+    with pytest.raises(SystemExit):
+        main(["nowhere:main"])
+    assert "suite nowhere:main must be found, got No module named" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from torch.utils.tensorboard import SummaryWriter
 
-from nep.paper.readings import READINGS, compute_listed_ndcg, find_reach, play_readings
-from nep.paper.training import Training
+from nep.bench.paper.readings import READINGS, compute_listed_ndcg, find_reach, play_readings
+from nep.bench.paper.training import Training
 from nep.report.results import ScoreSummary
 from sgm.memory.queries import Queries
 from simulator.policies import make_policy
@@ -17,7 +17,7 @@ from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 from tools.claims.__main__ import main
-from tools.claims.plan import LOCATION, ClaimsPlan, InformedScores, plan_claims
+from tools.claims.plan import LOCATION, ClaimsPlan, plan_claims
 from tools.claims.report import make_report
 from tools.claims.scores import ClaimsScores
 
@@ -195,15 +195,15 @@ def test_what_was_not_run_is_listed(plan):
 
 
 def test_informed_plays_some_homes_at_a_time(plan, monkeypatch):
-    own = InformedScores(plan.play("paper", LOCATION["on"], "informed"))
+    own = plan.play_informed("paper", LOCATION["on"])
     own.run()
-    whole = own.evaluation.load().values
+    whole = own.load().values
     monkeypatch.setattr("tools.claims.plan._HOMES_AT_ONCE", 1)
-    own.evaluation.path.unlink()
+    own.path.unlink()
     assert not own.is_done()
     own.run()
-    np.testing.assert_array_equal(own.evaluation.load().values, whole)
-    sizes = json.loads(own.sizes_path.read_text())
+    np.testing.assert_array_equal(own.load().values, whole)
+    sizes = own.read()["sizes"]
     assert len(sizes) == 11
     assert 1 <= sizes[0] <= sizes[10] <= 1024
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -14,6 +13,7 @@ import numpy as np
 import torch
 
 from nep.bench.home_games import list_simulated
+from nep.bench.stored_play import keep_unit
 from nep.bench.task_game import TaskGame
 from nep.event_networks.episodes import EventEpisode, record_episodes
 from nep.event_networks.files import TrainedNetwork
@@ -21,14 +21,13 @@ from nep.event_networks.policy import EventPolicy
 from nep.event_networks.registry import make_network
 from nep.event_networks.training import train_network, validate
 from nep.event_networks.tuning import tune
-from nep.report.code_version import describe_code
-from sgm.files import compute_checksum, read_json, write_whole
+from sgm.files import compute_checksum
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.policies.policy import Policy
 from simulator.tasks.evaluation import evaluate_policy
-from simulator.tasks.metrics import compute_nll
+from simulator.tasks.metrics import METRICS, STEP_METRICS, Metric
 from simulator.trace.source import RecordedSource
 from simulator.world.homes import Homes
 from simulator.world.source import HomeSource, SampledSource
@@ -36,7 +35,13 @@ from simulator.world.streams import Streams
 
 HOUSEHOLDS = "households"
 TRAINED_ELSEWHERE = {HOUSEHOLDS: "mixed"}  # homes that nothing is trained in, and where instead
-COLUMNS = ("first_guess", "mrr", "nll", "looks")  # of every home
+_METRICS = {
+    "first_guess": METRICS["accuracy"],
+    "mrr": Metric("mrr", "MRR", ".3f", True, lambda scores: (1 / scores.rank).mean()),
+    "nll": METRICS["nll"],
+}
+# Columns of every home, and how tables write them.
+COLUMNS = {**_METRICS, "looks": STEP_METRICS["looks"]}
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,26 +212,7 @@ class Workshop:
         self, path: Path, about: dict[str, Any], work: Callable[[], dict[str, Any]], what: str
     ) -> dict[str, Any]:
         """Return what a file keeps of a unit, or do the unit and keep it."""
-        about = json.loads(json.dumps(about))
-        found = read_unit(path)
-        if found is not None and found["about"] == about:
-            return dict(found["done"])
-        done = json.loads(json.dumps(work()))
-        path.parent.mkdir(parents=True, exist_ok=True)
-        content = {"about": about, "made": describe_code(), "done": done}
-        write_whole(path, (json.dumps(content) + "\n").encode())
-        self.on_unit(what)
-        return dict(done)
-
-
-def read_unit(path: Path) -> dict[str, Any] | None:
-    """Return what a unit has kept; None if it is not there, or no such file."""
-    try:
-        found = read_json(path)
-    except (OSError, ValueError):
-        return None
-    is_whole = isinstance(found, dict) and {"about", "made", "done"} <= found.keys()
-    return found if is_whole else None
+        return dict(keep_unit(path, about, work, partial(self.on_unit, what)))
 
 
 def play_kind(kind: TaskGame, make: Callable[[Homes], Policy]) -> dict[str, Any]:
@@ -249,13 +235,12 @@ def play_kind(kind: TaskGame, make: Callable[[Homes], Policy]) -> dict[str, Any]
         located.append(evaluate_policy(make_timed, source, streams, steps))
         count = min(kind.num_searches, source.num_steps or kind.num_searches)
         searched.append(evaluate_policy(make, source, streams, count, task="find_object"))
-    rank = np.concatenate([own.rank for own in located])
-    is_correct = np.concatenate([own.is_correct for own in located])
     seconds = sum(clock.seconds for clock in clocks)
     return {
-        "first_guess": is_correct.mean(axis=1).tolist(),
-        "mrr": (1 / rank).mean(axis=1).tolist(),
-        "nll": [compute_nll(row) for own in located for row in own.likelihood],
+        **{
+            name: np.concatenate([metric.by_home(own) for own in located]).tolist()
+            for name, metric in _METRICS.items()
+        },
         "looks": np.concatenate([own.home_values for own in searched]).tolist(),
         "milliseconds": 1000 * seconds / max(sum(clock.num_answers for clock in clocks), 1),
     }

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from nep.paper.experiments import (
+from nep.bench.paper.experiments import (
     ABLATION_SETTING,
     SETTINGS,
     Contestant,
@@ -19,10 +19,10 @@ from nep.paper.experiments import (
     list_ablations,
     list_full_models,
 )
-from nep.paper.paper_tables import Provenance
-from nep.paper.stages import Job
-from nep.paper.stored_scores import Evaluation
-from nep.paper.training import Training, collect_data, find_config
+from nep.bench.paper.paper_tables import Provenance
+from nep.bench.paper.stages import Job
+from nep.bench.paper.stored_scores import Evaluation
+from nep.bench.paper.training import Training, collect_data, find_config
 from nep.report.code_version import list_versions
 from nep.report.results import ScoreSummary
 from sgm.checks import check_at_least, check_seed

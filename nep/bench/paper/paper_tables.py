@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nep.paper.experiments import (
+from nep.bench.paper.experiments import (
     ABLATED,
     ABLATION_SETTING,
     ABLATIONS,
@@ -24,7 +24,7 @@ from nep.paper.experiments import (
     find_models,
     list_claimed_order,
 )
-from nep.paper.paper_numbers import PAPER_TABLE_1, PAPER_TABLE_2
+from nep.bench.paper.paper_numbers import PAPER_TABLE_1, PAPER_TABLE_2
 from nep.report.results import ScoreSummary
 from nep.report.statistics import LEVEL, correct_holm
 from nep.report.tables import (

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nep.event_networks.plan import TINY, Entry, Sizes, list_kinds, play_kind
-from nep.event_networks.report import NEGATIVES, SIGHTINGS, TableRow, make_report
-from nep.temporal import RULES, _check, _make_parser, main
+from nep.bench.suites.temporal import RULES, _check, _make_parser, main
+from nep.bench.temporal.plan import TINY, Entry, Sizes, list_kinds, play_kind
+from nep.bench.temporal.report import NEGATIVES, SIGHTINGS, TableRow, make_report
 from simulator.command_line import parse
 from simulator.policies import make_policy
 from simulator.world.streams import Streams

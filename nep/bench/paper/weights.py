@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from nep.bench.paper.plan import Plan
 from nep.export import ExportConfig, export_model
-from nep.paper.plan import Plan
 from nep.players.checkpoints import CONFIG, find_weights, load_config, load_exported
 from nep.report.code_version import list_versions
 from sgm.files import compute_checksum, read_json, write_whole

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nep.paper.experiments import (
+from nep.bench.paper.experiments import (
     ABLATED,
     ABLATION_SETTING,
     ABLATIONS,
@@ -18,8 +18,8 @@ from nep.paper.experiments import (
     list_ablations,
     list_full_models,
 )
-from nep.paper.paper_numbers import PAPER_TABLE_1, PAPER_TABLE_2
-from nep.paper.paper_tables import (
+from nep.bench.paper.paper_numbers import PAPER_TABLE_1, PAPER_TABLE_2
+from nep.bench.paper.paper_tables import (
     Provenance,
     compute_table,
     correct_claims,

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 # Mean and standard deviation.
 Number = tuple[float, float]
 
-# Table 1: by name of the setting, see `nep.paper.experiments.Setting`, and by row, named as ours.
+# Table 1: by name of the setting, see `nep.bench.paper.experiments.Setting`, and by row, named as
+# ours.
 PAPER_TABLE_1: Mapping[str, Mapping[str, Number]] = {
     "predict_location-on": {
         "random": (0.046, 0.005),
@@ -83,8 +84,8 @@ PAPER_TABLE_1: Mapping[str, Mapping[str, Number]] = {
     },
 }
 
-# Table 2: Predict Object Location with dynamic nodes, by key of `nep.paper.experiments.ABLATIONS`
-# (None: the full model) and by name of the model.
+# Table 2: Predict Object Location with dynamic nodes, by key of
+# `nep.bench.paper.experiments.ABLATIONS` (None: the full model) and by name of the model.
 PAPER_TABLE_2: Mapping[str | None, Mapping[str, Number]] = {
     None: {"mlp": (0.302, 0.032), "gcn": (0.324, 0.034), "heat": (0.351, 0.033)},
     "no_prior": {"mlp": (0.260, 0.028), "gcn": (0.233, 0.024), "heat": (0.267, 0.029)},

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nep.event_networks.plan import COLUMNS
+from nep.bench.temporal.plan import COLUMNS
 from nep.event_networks.registry import NETWORKS
 from nep.report.results import ScoreSummary
 from nep.report.statistics import correct_holm
@@ -108,10 +108,7 @@ def _make_table(rows: Sequence[TableRow], units: tuple[str, ...] | None) -> str:
               f"minus {best.name if best else 'best rule'} [95 %]", "p", "detectable"]  # fmt: skip
     lines = []
     for row, difference, p in zip(order, differences, corrected, strict=True):
-        numbers = [
-            format_number(row.mean(name), form)
-            for name, form in zip(COLUMNS, (".3f", ".3f", ".2f", ".2f"), strict=True)
-        ]
+        numbers = [format_number(row.mean(name), metric.format) for name, metric in COLUMNS.items()]
         lines.append([
             row.name, row.reads, str(row.num_trainings or ""), *numbers,
             format_number(row.mean("milliseconds"), ".2f"),

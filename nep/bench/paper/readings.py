@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import json
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
-from nep.paper.stored_scores import Evaluation
-from sgm.files import read_json, write_whole
+from nep.bench.paper.stored_scores import Evaluation
+from nep.bench.stored_play import StoredPlay
 from simulator.policies import Policy
 from simulator.tasks.answer import Answer
 from simulator.tasks.ndcg import compute_ndcg
 from simulator.tasks.relative_likelihood import RelativeLikelihood
 from simulator.world.homes import Homes
-
-READINGS_VERSION = 1  # raise it when a reading gives other numbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +80,8 @@ READINGS: Mapping[str, LikelihoodReading] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class ReadingScores:
+@dataclass(frozen=True)
+class ReadingScores(StoredPlay):
     """A contestant's rankings under every reading, played once and kept in a file.
 
     Attributes:
@@ -93,38 +90,31 @@ class ReadingScores:
 
     evaluation: Evaluation
 
+    scored_by: ClassVar[Sequence[str]] = ("nep.bench.paper.readings", "simulator.tasks.ndcg")
+
+    @property
+    def path(self) -> Path:  # type: ignore[override]
+        """The file."""
+        return self.evaluation.path
+
     def describe(self) -> dict[str, Any]:
         """Return everything that the numbers depend on, as JSON values."""
-        return {"readings_version": READINGS_VERSION, **self.evaluation.describe()}
+        return {**self.evaluation.describe(), "readings": [*READINGS]}
 
     def is_done(self) -> bool:
-        """Tell whether the file holds the numbers of these settings."""
-        try:
-            return read_json(self.evaluation.path)["config"] == self.describe()
-        except (OSError, ValueError, KeyError, TypeError):
-            return False
+        """Tell whether the file holds the numbers of these settings and this checkpoint."""
+        checkpoint = self.evaluation.checkpoint
+        return (checkpoint is None or checkpoint.is_file()) and super().is_done()
 
-    def run(self) -> None:
-        """Play and write the file, unless it is there already."""
-        if self.is_done():
-            return
+    def play(self) -> dict[str, list[float]]:
+        """Play, and return the mean of every home by reading."""
         homes = self.evaluation.make_homes()
         values = play_readings(homes, self.evaluation.make_player(homes), self.evaluation.steps)
-        content = {
-            "config": self.describe(),
-            "homes": {name: own.round(6).tolist() for name, own in values.items()},
-        }
-        self.evaluation.path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(self.evaluation.path, (json.dumps(content) + "\n").encode())
+        return {name: own.round(6).tolist() for name, own in values.items()}
 
     def load(self) -> dict[str, np.ndarray]:
         """Read the mean of every home by reading, (H,)."""
-        return {name: np.array(own) for name, own in read_json(self.path)["homes"].items()}
-
-    @property
-    def path(self) -> Path:
-        """The file."""
-        return self.evaluation.path
+        return {name: np.array(own) for name, own in self.read().items()}
 
 
 def play_readings(homes: Homes, policy: Policy, num_steps: int) -> dict[str, np.ndarray]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-from nep.paper.experiments import Setting
+from nep.bench.paper.experiments import Setting
+from nep.bench.stored_play import StoredPlay
 from nep.players.contestants import Checkpoint
-from nep.report.code_version import list_versions
-from nep.report.results import Results, ScoreSummary
+from nep.report.results import ScoreSummary, pack_summary, unpack_summary
 from sgm.files import compute_checksum
 from sgm.prior.prior_graph import PriorGraph
 from simulator.home_options import import_source
@@ -22,11 +23,9 @@ from simulator.world.homes import Homes
 from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
 
-SCORES_VERSION = 1  # raise it when the same settings give other scores
 
-
-@dataclass(frozen=True, slots=True)
-class Evaluation:
+@dataclass(frozen=True)
+class Evaluation(StoredPlay):
     """A contestant that plays a setting on test homes, and the file that keeps how it did.
 
     Attributes:
@@ -51,10 +50,13 @@ class Evaluation:
     source: str = "sampled"
     cross_room_moves: bool = False
 
+    scored_by: ClassVar[Sequence[str]] = (
+        "simulator.tasks.evaluation", "simulator.tasks.metrics", "simulator.tasks.scores",
+    )  # fmt: skip
+
     def describe(self) -> dict[str, Any]:
         """Return everything that the scores depend on, as JSON values."""
         return {
-            "scores_version": SCORES_VERSION,
             "metrics": [*METRICS],
             "task": self.setting.task,
             "dynamic_nodes": self.setting.dynamic_nodes,
@@ -71,31 +73,16 @@ class Evaluation:
 
     def is_done(self) -> bool:
         """Tell whether the file holds the scores of these settings and this checkpoint."""
-        if self.checkpoint and not self.checkpoint.is_file():
-            return False
-        try:
-            return Results.load(self.path).config == self.describe()
-        except ValueError:  # none yet, or one of another version
-            return False
+        return (self.checkpoint is None or self.checkpoint.is_file()) and super().is_done()
 
-    def run(self) -> None:
-        """Play and write the file, unless it is there already."""
-        if self.is_done():
-            return
+    def play(self) -> dict[str, Any]:
+        """Play, and return the summary as JSON values."""
+        streams = Streams(self.seed, "test", range(self.num_homes))
+        task = self.setting.task
         scores = evaluate_policy(
-            self.make_player,
-            self.make_source(),
-            Streams(self.seed, "test", range(self.num_homes)),
-            self.steps,
-            task=self.setting.task,
+            self.make_player, self.make_source(), streams, self.steps, task=task
         )
-        summary = {self.contestant: ScoreSummary.of(scores)}
-        Results(
-            "python -m nep.reproduce",
-            self.describe(),
-            list_versions(),
-            {self.setting.task: summary},
-        ).save(self.path)
+        return pack_summary(ScoreSummary.of(scores))
 
     def make_source(self) -> HomeSource:
         """Return where the homes come from."""
@@ -122,4 +109,4 @@ class Evaluation:
 
     def load(self) -> ScoreSummary:
         """Read the scores of a finished evaluation."""
-        return Results.load(self.path).tasks[self.setting.task][self.contestant]
+        return unpack_summary(self.read())

@@ -12,9 +12,9 @@ from typing import Any
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from datamodules.features import FEATURE_SCHEMA_VERSION
+from nep.bench.paper.experiments import Contestant
 from nep.config_files import CONFIG_FOLDER, list_files
 from nep.fit import FitCLI, main
-from nep.paper.experiments import Contestant
 from nep.players.checkpoints import load_checkpoint
 from sgm.files import compute_checksum, write_whole
 from sgm.prior.prior_graph import PriorGraph

@@ -1,0 +1,233 @@
+"""Makes the tables and the figure of the paper: `python -m nep.reproduce --help`."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from jsonargparse import ArgumentParser, Namespace
+
+from nep.bench.paper.experiments import (
+    ABLATION_SETTING,
+    MODELS,
+    enter,
+    find_models,
+    list_ablations,
+    list_claimed_order,
+    list_full_models,
+)
+from nep.bench.paper.paper_tables import load_table_1, make_table_1, make_table_2
+from nep.bench.paper.plan import TABLES, Plan, plan_stages
+from nep.bench.paper.stages import run_stages
+from nep.bench.paper.weights import check_weights, export_weights
+from nep.bench.paper.work import (
+    add_work_options,
+    make_console,
+    stop_if_failed,
+    work_in,
+    write_files,
+)
+from nep.report.figures import draw_over_steps
+from sgm.checks import check_at_least
+from sgm.messages import shorten
+from simulator.command_line import make_parser, one_line_errors, parse
+from simulator.policies import POLICIES
+from simulator.process import run_main
+
+# Everything as small as it can be, to try the command: minutes instead of hours.
+_TINY_FIT = (
+    "--data.num_homes=2", "--data.steps=6", "--data.num_val_homes=1", "--data.batch_size=8",
+    "--trainer.max_epochs=1", "--trainer.log_every_n_steps=1", "--online.num_homes=1",
+    "--online.steps=2",
+)  # fmt: skip
+_TINY_HOMES, _TINY_STEPS = 3, 4
+_CHOICES = (*TABLES, "all")
+# Most of it is importing torch in each of two processes, and some 150 small jobs.
+_TINY_COST = (
+    "--tiny: about three minutes of two processors for all tables, a minute for --table figure "
+    "--models mlp. The numbers mean nothing."
+)
+
+
+def make_files(plan: Plan) -> dict[str, bytes]:
+    """Make tables and figure from stored scores; the same scores give the same bytes.
+
+    Returns:
+        contents by file name.
+    """
+    results = {}
+    for setting in plan.list_settings():
+        networks = [enter(model, setting) for model in plan.models]
+        players = {name: plan.make_evaluation(setting, name) for name in POLICIES}
+        results[setting] = {title: player.load() for title, player in players.items()}
+        results[setting] |= {network.title: plan.load_scores(network) for network in networks}
+    files: dict[str, bytes] = {}
+    if "1" in plan.tables:
+        files |= make_table_1(results, plan.describe("1"))
+    if "2" in plan.tables:
+        networks = [*list_full_models(), *list_ablations()]
+        ablated = {network.name: plan.load_scores(network) for network in networks}
+        files |= make_table_2(ablated, plan.describe("2"))
+    if "figure" in plan.tables:
+        scores = results[ABLATION_SETTING]
+        best = [title for title in list_claimed_order() if title in scores]  # has the first colour
+        order = [*best, *(title for title in scores if title not in best)]
+        figure = draw_over_steps(
+            {title: scores[title].values for title in order},
+            best,
+            title=f"{ABLATION_SETTING.title}, unseen homes",
+            metric=ABLATION_SETTING.metric.title,
+        )
+        image = io.BytesIO()
+        made_by = {"Software": None, "Comment": plan.describe("figure").command}
+        figure.savefig(image, format="png", metadata=made_by)
+        files["figure_4.png"] = image.getvalue()
+    return files
+
+
+def _make_parser() -> ArgumentParser:
+    parser = make_parser(
+        "python -m nep.reproduce",
+        "Train and play what the paper's tables need, as far as that is not done yet, and write "
+        "them. Interrupted, the same command goes on; what is finished stays.",
+    )
+    parser.add_argument(
+        "--table", type=str, default="all", help=f"what to make: {', '.join(_CHOICES)}"
+    )
+    add_work_options(parser, "runs/reproduce", "tables and figure")
+    known = ", ".join(model.name for model in MODELS)
+    text = f"networks of Table 1, of {known}, or config files; the paper's if left out"
+    parser.add_argument("--models", type=tuple[str, ...] | None, help=text)
+    parser.add_argument(
+        "--encoders",
+        type=tuple[str, ...],
+        default=(),
+        help="modules of your own with encoders of --models",
+    )
+    parser.add_argument(
+        "--homes",
+        type=Literal["sampled", "paper"],
+        default="sampled",
+        help="those of the paper's text, or of its released code: 24 places, 120 objects, 10 "
+        "looks; give them --runs and --out of their own",
+    )
+    parser.add_argument("--num_homes", type=int | None, help="test homes; 100 if left out")
+    parser.add_argument("--steps", type=int | None, help="steps in each; 100 if left out")
+    parser.add_argument(
+        "--epochs", type=int | None, help="of every training; what its config says if left out"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of training and of the test homes")
+    parser.add_argument(
+        "--seeds",
+        type=int,
+        default=1,
+        help="trainings of every network, of this seed and those that follow; intervals are then "
+        "over homes and trainings",
+    )
+    parser.add_argument(
+        "--stored",
+        type=Path | None,
+        help="table_1.json: write Table 1 again from its scores, and train and play nothing",
+    )
+    parser.add_argument(
+        "--weights",
+        type=Path | None,
+        help="folder: also export the networks of the tables there, with weights.json, a list of "
+        "their names and checksums",
+    )
+    parser.add_argument(
+        "--check_weights",
+        type=Path | None,
+        help="folder of --weights: check every network by its name, with --stored also against "
+        "the checkpoints of that table, and do nothing else",
+    )
+    parser.add_argument(
+        "--tiny",
+        type=bool,
+        default=False,
+        help="everything as small as can be, to try the command: about three minutes",
+    )
+    return parser
+
+
+def _make_plan(options: Namespace) -> Plan:
+    if options.table not in _CHOICES:
+        raise ValueError(
+            f"table must be one of {', '.join(_CHOICES)}, got {shorten(options.table)}. Choose one."
+        )
+    fit_options: tuple[str, ...] = _TINY_FIT if options.tiny else ()
+    if options.epochs is not None:
+        check_at_least(1, epochs=options.epochs)
+        fit_options += (f"--trainer.max_epochs={options.epochs}",)
+    homes, steps = (_TINY_HOMES, _TINY_STEPS) if options.tiny else (100, 100)
+    plan = Plan(
+        tables=TABLES if options.table == "all" else (options.table,),
+        models=find_models(options.models),
+        num_homes=homes if options.num_homes is None else options.num_homes,
+        steps=steps if options.steps is None else options.steps,
+        seed=options.seed,
+        fit_options=fit_options,
+        runs=options.runs,
+        data=options.data,
+        options=tuple(_list_telling_options(options)),
+        encoders=tuple(options.encoders),
+        source=options.homes,
+        num_trainings=options.seeds,
+    )
+    plan.check()
+    check_at_least(1, jobs=options.jobs)
+    return plan
+
+
+def _list_telling_options(options: Namespace) -> list[str]:
+    """Write down the options that scores depend on."""
+    listed = ["--seed", str(options.seed)]
+    if options.seeds != 1:
+        listed += ["--seeds", str(options.seeds)]
+    if options.homes != "sampled":
+        listed += ["--homes", options.homes]
+    if options.models is not None:
+        listed += ["--models", *options.models]
+    for name in ("num_homes", "steps", "epochs"):
+        if getattr(options, name) is not None:
+            listed += [f"--{name}", str(getattr(options, name))]
+    if options.encoders:
+        listed += ["--encoders", *options.encoders]
+    return listed + ["--tiny"] * options.tiny
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    console = make_console()
+    with one_line_errors(status=2):
+        options = parse(_make_parser(), arguments)
+        if options.check_weights is not None:
+            known = None
+            if options.stored is not None:
+                known = load_table_1(options.stored)[1].checkpoints
+            print("\n".join(check_weights(options.check_weights, known)))
+            return
+        if options.stored is not None:
+            results, provenance = load_table_1(options.stored)
+            options.out.mkdir(parents=True, exist_ok=True)
+            write_files(options.out, make_table_1(results, provenance), console)
+            return
+        plan = _make_plan(options)
+        for folder in (plan.runs, plan.data, options.out):
+            folder.mkdir(parents=True, exist_ok=True)
+    if options.tiny:
+        console.print(_TINY_COST)
+    with work_in(plan.runs):
+        failed = run_stages(plan_stages(plan), options.jobs, console)
+    stop_if_failed(failed)
+    with one_line_errors():
+        write_files(options.out, make_files(plan), console)
+        if options.weights is not None:
+            for name in export_weights(plan, options.weights):
+                console.print(f"wrote {options.weights / name}", highlight=False, markup=False)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,283 @@
+"""Temporal graph networks beside rules and graph memories: `python -m nep.temporal --help`."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Sequence
+from dataclasses import asdict, fields, replace
+from pathlib import Path
+from typing import Any
+
+import torch
+from jsonargparse import ArgumentParser, Namespace
+
+from nep.bench.paper.work import work_in
+from nep.bench.stored_play import read_unit
+from nep.bench.temporal.plan import (
+    HOUSEHOLDS,
+    TINY,
+    TRAINED_ELSEWHERE,
+    Entry,
+    Sizes,
+    Workshop,
+    list_kinds,
+)
+from nep.bench.temporal.report import NEGATIVES, SIGHTINGS, make_report
+from nep.event_networks.registry import NETWORKS
+from nep.players.contestants import Checkpoint, list_contestants
+from nep.report.code_version import describe_code
+from sgm.checks import check_at_least
+from sgm.files import read_json, write_whole
+from sgm.messages import shorten
+from simulator.command_line import make_parser, one_line_errors, parse, pick
+from simulator.policies import find_policy
+from simulator.policies.registry import EVENT_RULES
+from simulator.process import run_main
+
+TABLE, SCORES = "temporal.md", "temporal.json"
+RULES = (
+    "random", "priors", "bayesian", "last_seen_prior", "persistence", "adaptive", *EVENT_RULES,
+    "ceiling",
+)  # fmt: skip
+_INFORMATION = ("sightings", "negatives")
+_KINDS = ("paper_on", "paper_off", "routine", "mixed")
+
+
+def make_content(
+    workshop: Workshop,
+    entries: Sequence[Entry],
+    seeds: int,
+    references: Sequence[str],
+    checkpoints: Sequence[str],
+    command: str,
+) -> dict[str, Any]:
+    """Return what has been played so far, as JSON values; rows without a training are left out.
+
+    Args:
+        workshop: where it was played.
+        entries: the networks that were asked for.
+        seeds: trainings of each that were asked for; more are in the table where there are more.
+        references: rules that have played.
+        checkpoints: names of graph memories that have played.
+        command: makes it again.
+    """
+    missing, kinds = [], {}
+    for kind, homes in workshop.kinds.items():
+        rows: list[dict[str, Any]] = []
+        for name in (*references, *checkpoints):
+            found = read_unit(workshop.runs / kind / "references" / f"{name}.json")
+            if found is not None:
+                reads = "graph memory" if name in checkpoints else "rule"
+                rows.append({"name": name, "reads": reads, "plays": [found["done"]]})
+        for entry in entries:
+            if TRAINED_ELSEWHERE.get(kind, kind) != entry.kind:
+                continue
+            own = replace(entry, kind=kind)
+            plays, seconds = [], []
+            more = sum(1 for _ in (workshop.runs / own.key).glob("played_*.json"))
+            for seed in range(max(seeds, more)):  # a command for some may have trained more
+                played = read_unit(workshop.runs / own.key / f"played_{seed}.json")
+                trained = read_unit(workshop.runs / entry.key / f"seed_{seed}.json")
+                if (played is None or trained is None) and seed >= seeds:
+                    continue
+                if played is None or trained is None:
+                    missing.append(f"{own.key} seed {seed}")
+                    continue
+                plays.append(played["done"])
+                seconds.append(trained["done"]["seconds"])
+            if plays:
+                rows.append({
+                    "name": NETWORKS[entry.network].name,
+                    "reads": SIGHTINGS if entry.sightings_alone else NEGATIVES,
+                    "plays": plays, "num_trainings": len(plays),
+                    "seconds": sum(seconds) / len(seconds),
+                })  # fmt: skip
+        units = homes.list_units() if homes.is_recorded else None
+        kinds[kind] = {"title": homes.title, "units": units, "rows": rows}
+    return {
+        "command": command, "made": f"played with {describe_code()}",
+        "sizes": asdict(workshop.sizes), "missing": missing, "kinds": kinds,
+    }  # fmt: skip
+
+
+def write_table(content: dict[str, Any], out: Path) -> None:
+    """Write the scores and the table, each whole or not."""
+    out.mkdir(parents=True, exist_ok=True)
+    write_whole(out / SCORES, (json.dumps(content) + "\n").encode())
+    write_whole(out / TABLE, make_report(content).encode())
+
+
+def _make_parser() -> ArgumentParser:
+    parser = make_parser(
+        "python -m nep.temporal",
+        "Tune, train and play temporal graph networks beside rules, and write temporal.md. "
+        "Interrupted, the same command goes on; the table has what is complete at any time.",
+    )
+    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the table")
+    parser.add_argument(
+        "--runs", type=Path, default=Path("runs/temporal"), help="folder for networks and scores"
+    )
+    parser.add_argument(
+        "--kinds", type=tuple[str, ...], default=_KINDS, help=f"some of {', '.join(_KINDS)}"
+    )
+    parser.add_argument(
+        "--recorded",
+        type=tuple[str, ...],
+        default=(),
+        help="recorded homes (docs/traces.md), which networks of the kind mixed play, too",
+    )
+    parser.add_argument(
+        "--networks",
+        type=tuple[str, ...],
+        default=tuple(NETWORKS),
+        help=f"some of {', '.join(NETWORKS)}",
+    )
+    parser.add_argument(
+        "--information",
+        type=tuple[str, ...],
+        default=_INFORMATION,
+        help="sightings: events of things that were seen alone; negatives: of negative looks, too",
+    )
+    parser.add_argument("--seeds", type=int, default=3, help="trainings of each network")
+    parser.add_argument(
+        "--checkpoint",
+        type=tuple[str, ...],
+        default=(),
+        help="[NAME=]SOURCE: graph memories beside them, as in nep.evaluate: any_home, heat, files",
+    )
+    parser.add_argument(
+        "--table_only", type=bool, default=False, help="write the table of what is complete"
+    )
+    parser.add_argument(
+        "--stored", type=Path | None, help="temporal.json: write the table again from its scores"
+    )
+    parser.add_argument("--threads", type=int, default=1, help="CPU threads")
+    parser.add_argument(
+        "--tiny", type=bool, default=False, help="everything as small as can be, to try the command"
+    )
+    for row in fields(Sizes):
+        parser.add_argument(f"--{row.name}", type=int | None, help=f"{row.default} if left out")
+    return parser
+
+
+def _check(options: Namespace) -> Sizes:
+    """Check what no parser has, and return the sizes.
+
+    Raises:
+        ValueError: if a name is unknown, or a number out of range.
+    """
+    for name, known in (
+        ("kinds", _KINDS), ("networks", NETWORKS), ("information", _INFORMATION),
+    ):  # fmt: skip
+        for value in options[name]:
+            if value not in known:
+                raise ValueError(
+                    f"{name} must be some of {', '.join(known)}, got {shorten(value)}. Choose "
+                    "among these."
+                )
+    check_at_least(1, seeds=options.seeds, threads=options.threads)
+    own = {name: value for name, value in pick(options, Sizes).items() if value is not None}
+    sizes = replace(TINY if options.tiny else Sizes(), **own)
+    check_at_least(0, trials=sizes.trials)
+    others = {name: value for name, value in asdict(sizes).items() if name != "trials"}
+    check_at_least(1, **others)
+    if options.recorded and "mixed" not in options.kinds:
+        raise ValueError(
+            "recorded homes must come with the kind mixed, whose networks play them, got "
+            f"{', '.join(options.kinds)}. Add it to --kinds."
+        )
+    return sizes
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    with one_line_errors(status=2):
+        options = parse(_make_parser(), arguments)
+        if options.stored is not None:
+            options.out.mkdir(parents=True, exist_ok=True)
+            write_whole(options.out / TABLE, make_report(_load(options.stored)).encode())
+            return
+        sizes = _check(options)
+        torch.set_num_threads(options.threads)
+        every = list_kinds(sizes, options.recorded)
+        kinds = {name: every[name] for name in options.kinds}
+        if options.recorded:
+            kinds[HOUSEHOLDS] = every[HOUSEHOLDS]
+        sources = {name: kind.sources[0] for name, kind in kinds.items() if name != HOUSEHOLDS}
+        checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
+        options.runs.mkdir(parents=True, exist_ok=True)
+    entries = [
+        Entry(kind, network, information == "sightings")
+        for network in options.networks
+        for information in options.information
+        for kind in sources
+    ]
+
+    def write(what: str = "") -> None:
+        if what:
+            print(what, flush=True)
+        names = [point.name for point in checkpoints]
+        command = describe_command(options, sizes)
+        write_table(
+            make_content(workshop, entries, options.seeds, RULES, names, command), options.out
+        )
+
+    workshop = Workshop(options.runs, sizes, kinds, sources, write)
+    if options.table_only:
+        write()
+        return
+    with work_in(options.runs), one_line_errors():
+        for kind, homes in kinds.items():
+            players = [
+                name for name in RULES
+                if all(find_policy(name).needs <= source.knows for source in homes.sources)
+            ]  # fmt: skip
+            sums = {point.name: point.compute_checksum() for point in checkpoints}
+            made = list_contestants("predict_location", players, checkpoints)
+            for name, make in made.items():
+                workshop.play_reference(kind, name, make, sums.get(name))
+        for seed in range(options.seeds):  # every network once before any is trained again
+            for entry in entries:
+                workshop.play(entry, seed)
+        write()
+    print(f"wrote {options.out / TABLE}")
+
+
+def describe_command(options: Namespace, sizes: Sizes) -> str:
+    """Return the command line with what the scores depend on; of files the names alone."""
+    words = ["python", "-m", "nep.temporal", "--seeds", str(options.seeds)]
+    for name, default in (
+        ("kinds", _KINDS), ("networks", tuple(NETWORKS)), ("information", _INFORMATION),
+    ):  # fmt: skip
+        if tuple(options[name]) != tuple(default):
+            words += [f"--{name}", *options[name]]
+    for row in fields(Sizes):
+        if getattr(sizes, row.name) != row.default:
+            words += [f"--{row.name}", str(getattr(sizes, row.name))]
+    if options.checkpoint:
+        words += ["--checkpoint", *(Path(text).name for text in options.checkpoint)]
+    if options.recorded:
+        words += ["--recorded", *(Path(folder).name for folder in options.recorded)]
+    return shlex.join(words)
+
+
+def _load(path: Path) -> dict[str, Any]:
+    """Read stored scores.
+
+    Raises:
+        ValueError: if they are no such file.
+    """
+    try:
+        content = read_json(path, allow_nan=True)
+        make_report(content)
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+        raise ValueError(
+            f"stored must be a {SCORES} of nep.temporal, got {type(error).__name__}: "
+            f"{shorten(str(error))} in {path}. Make it with the command."
+        ) from error
+    return dict(content)
+
+
+if __name__ == "__main__":
+    run_main(main)
