@@ -11,12 +11,12 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Generic, TypeVar
 
 import torch
-from jsonargparse import ArgumentParser, Namespace
+from jsonargparse import Namespace
 
 from nep.bench.game import Game
 from nep.bench.score_cache import ScoreCache, find_scores
 from nep.bench.scoring_code import checksum_code
-from nep.bench.table_options import list_names, make_command
+from nep.bench.table_options import Option, list_names, make_command
 from nep.players.contestants import Checkpoint
 from nep.report.code_version import describe_code
 from sgm.files import write_whole
@@ -65,17 +65,15 @@ class Suite(ABC, Generic[GameType]):
     Attributes:
         command: how it is called, `python -m` and this.
         summary: what it does, in its help.
+        options: its options, among them those of `list_table_options`.
     """
 
     command: ClassVar[str]
     summary: ClassVar[str]
-
-    @abstractmethod
-    def add_options(self, parser: ArgumentParser) -> None:
-        """Add its options, among them those of `add_table_options`."""
+    options: ClassVar[tuple[Option, ...]]
 
     def check(self, options: Namespace) -> None:
-        """Raise `ValueError` for options that are out of range."""
+        """Raise `ValueError` for what bounds do not say."""
 
     @abstractmethod
     def list_games(self, options: Namespace, folder: Path) -> Mapping[str, GameType]:
@@ -110,12 +108,15 @@ class Suite(ABC, Generic[GameType]):
             f"{self.summary} Run again to resume: what has been played is in the JSON file beside "
             "the table.",
         )
-        self.add_options(parser)
+        for option in self.options:
+            option.add(parser)
         add_worker_arguments(parser, workers=1)
         torch.set_num_threads(1)
         with one_line_errors(status=2):
             options = parse(parser, arguments)
             check_workers(options.workers, options.backend)
+            for option in self.options:
+                option.check(options[option.name])
             self.check(options)
             path = find_scores(options.out)
             networks = list_names(options.checkpoint)

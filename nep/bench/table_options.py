@@ -4,48 +4,84 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from jsonargparse import ArgumentParser, Namespace
 
 from nep.bench.score_cache import ScoreCache
+from sgm.checks import check_at_least, check_at_most, check_shares
 from sgm.network.shipped import split_name
 
+MOST = 10_000  # of homes, days, and looks or questions in a time step
 _NOT_KEPT = "a commit that was not kept"
 _SHOWN = 12  # digits of a checksum that is whole in the JSON
 _FOLDERS = ("trace", "recorded")
 _UNSAID = ("out", "card", "config", "play", "workers", "backend")
 
 
-def add_table_options(
-    parser: ArgumentParser, out: str, checkpoints: tuple[str, ...], about: str = ""
-) -> None:
-    """Add the options of the table and of the networks in it.
+@dataclass(frozen=True, slots=True)
+class Option:
+    """An option of a suite.
+
+    Attributes:
+        name: without hyphens.
+        default: where it is left out.
+        help: what it says.
+        low, high: bounds of the number, or of each of several; None for none.
+        type: of its value; that of the default if left out, names for an empty tuple.
+    """
+
+    name: str
+    default: Any
+    help: str
+    low: int | None = None
+    high: int | None = None
+    type: Any = None
+
+    def add(self, parser: ArgumentParser) -> None:
+        """Add it to the parser of a command."""
+        own = self.type or type(self.default)
+        if own is tuple:
+            own = tuple[type(self.default[0]) if self.default else str, ...]  # type: ignore[misc]
+        parser.add_argument(f"--{self.name}", type=own, default=self.default, help=self.help)
+
+    def check(self, value: Any) -> None:
+        """Raise `ValueError` if a value is out of bounds."""
+        if isinstance(self.default, float) and (self.low, self.high) == (0, 1):
+            check_shares(**{self.name: value})
+            return
+        for number in (value or (0,)) if isinstance(value, tuple) else (value,):
+            if self.low is not None:
+                check_at_least(self.low, **{self.name: number})
+            if self.high is not None:
+                check_at_most(self.high, **{self.name: number})
+
+
+def count(name: str, default: int, text: str, low: int = 1) -> Option:
+    """Return an option that counts something: homes, days, looks, questions."""
+    return Option(name, default, text, low, MOST)
+
+
+def list_table_options(
+    out: str, checkpoints: tuple[str, ...], about: str = ""
+) -> tuple[Option, ...]:
+    """List the options of the table and of the networks in it.
 
     Args:
-        parser: of the command.
         out: name of the table, if none is given.
         checkpoints: networks, if none are given.
         about: what else is to be said of the networks.
     """
-    parser.add_argument("--out", type=Path, default=Path(out), help="the table")
-    parser.add_argument(
-        "--checkpoint",
-        type=tuple[str, ...],
-        default=checkpoints,
-        help=f"[NAME=]SOURCE of networks{about}; may be given several times",
-    )
-    parser.add_argument(
-        "--play",
-        type=bool,
-        default=True,
-        help="false: write the table of what has been played; homes and networks are only named",
-    )
-    parser.add_argument(
-        "--called",
-        type=str,
-        default="Recorded homes",
-        help="what recorded homes are, in the words of the table: 'Scripted households (HOMER)'",
+    played = "false: write the table of what has been played; homes and networks are only named"
+    called = "what recorded homes are, in the words of the table: 'Scripted households (HOMER)'"
+    networks = f"[NAME=]SOURCE of networks{about}; may be given several times"
+    return (
+        Option("out", Path(out), "the table", type=Path),
+        Option("checkpoint", checkpoints, networks, type=tuple[str, ...]),
+        Option("play", True, played),
+        Option("called", "Recorded homes", called),
     )
 
 

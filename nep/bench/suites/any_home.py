@@ -6,21 +6,21 @@ import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from jsonargparse import ArgumentParser, Namespace
+from jsonargparse import Namespace
 
 from nep.bench.best_rule import compare_with_rules, count_decided, make_overview
 from nep.bench.columns import make_network_table, make_table
 from nep.bench.home_games import choose_games, list_recorded, list_simulated
 from nep.bench.runner import Report, Suite
 from nep.bench.score_cache import ScoreCache
-from nep.bench.table_options import add_table_options, describe_made
+from nep.bench.table_options import Option, describe_made, list_table_options
 from nep.bench.task_game import TaskGame
 from nep.players.checkpoints import CONFIG, load_config
 from nep.players.contestants import Checkpoint, MakePolicy
 from nep.report.model_card import make_card
-from sgm.checks import check_at_least
 from sgm.files import write_whole
 
+_ABOUT_FIRST = ", the first one is compared with the best rule"
 _RECORDED_SEEDS = 4
 _RECORDED_SEARCHES = 200
 _ABOUT_NETWORKS = (
@@ -47,30 +47,18 @@ class AnyHome(Suite[TaskGame]):
     command = "nep.any_home"
     summary = "Play all policies and some networks in every kind of home, and write a table."
 
-    def add_options(self, parser: ArgumentParser) -> None:
-        """Add those of the table, of the card, and of the homes."""
-        about = ", the first one is compared with the best rule"
-        add_table_options(parser, "any_home.md", ("any_home",), about)
-        parser.add_argument(
-            "--card", type=Path | None, help="exported folder whose card gets the overview"
-        )
-        parser.add_argument(
-            "--recorded", type=tuple[str, ...], default=(), help="folders of recorded homes"
-        )
-        parser.add_argument(
-            "--kinds", type=tuple[str, ...] | None, help="names of kinds; all if left out"
-        )
-        parser.add_argument(
-            "--num_homes", type=int, default=30, help="homes of each simulated kind"
-        )
-        parser.add_argument("--steps", type=int, default=100, help="time steps in each of these")
-        parser.add_argument("--searches", type=int, default=50, help="searches in each of these")
+    options = (
+        *list_table_options("any_home.md", ("any_home",), _ABOUT_FIRST),
+        Option("card", None, "exported folder whose card gets the overview", type=Path | None),
+        Option("recorded", (), "folders of recorded homes"),
+        Option("kinds", None, "names of kinds; all if left out", type=tuple[str, ...] | None),
+        Option("num_homes", 30, "homes of each simulated kind", low=1),
+        Option("steps", 100, "time steps in each of these", low=1),
+        Option("searches", 50, "searches in each of these", low=1),
+    )
 
     def check(self, options: Namespace) -> None:
-        """Check counts and the card, before hours of playing."""
-        check_at_least(
-            1, num_homes=options.num_homes, steps=options.steps, searches=options.searches
-        )
+        """Check the card, before hours of playing."""
         if options.card is not None:
             load_config(options.card)
 

@@ -9,24 +9,22 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from jsonargparse import ArgumentParser, Namespace
+from jsonargparse import Namespace
 
 from nep.bench.elsewhere.homes import KINDS, RECORDED, STEP_SECONDS, list_recorded, list_simulated
 from nep.bench.elsewhere.questions import Answers, ask
 from nep.bench.elsewhere.summary import make_tables, summarise
 from nep.bench.robot_life import LifeGame
 from nep.bench.runner import Report, Suite
-from nep.bench.table_options import add_table_options, describe_made
+from nep.bench.table_options import Option, count, describe_made, list_table_options
 from nep.players.contestants import Checkpoint
 from nep.robot.finder import ObjectFinder
-from sgm.checks import check_at_least, check_at_most
 from sgm.finder.finder import Finder
 from sgm.memory.asking import Asked
 from sgm.memory.clock import DAY_SECONDS
 from sgm.policies import Adaptive, Bayesian
 
 _STEPS_PER_DAY = int(DAY_SECONDS / STEP_SECONDS)
-_MOST = 10_000
 _ASKED = ("days", "play_days", "looks", "questions")
 WITHOUT = " without hours"
 
@@ -111,41 +109,18 @@ class Elsewhere(Suite[ElsewhereGame]):
         "them."
     )
 
-    def add_options(self, parser: ArgumentParser) -> None:
-        """Add those of the table, homes, looks and questions."""
-        add_table_options(parser, "elsewhere.md", ("any_home",))
-        parser.add_argument(
-            "--kinds",
-            type=tuple[str, ...],
-            default=tuple(KINDS),
-            help=f"of simulated homes: {', '.join(KINDS)}",
-        )
-        parser.add_argument("--num_homes", type=int, default=12, help="of each kind")
-        parser.add_argument(
-            "--trace",
-            type=tuple[str, ...],
-            default=(),
-            help="recorded homes, or folders of them, beside the simulated ones",
-        )
-        parser.add_argument(
-            "--outside",
-            type=tuple[str, ...],
-            default=(),
-            help="names of furniture of recorded homes that stands outside: what is there has left",
-        )
-        parser.add_argument("--days", type=int, default=7, help="of looks without questions")
-        parser.add_argument("--play_days", type=int, default=7, help="with questions, after these")
-        parser.add_argument("--questions", type=int, default=200, help="at most, in each home")
-        parser.add_argument("--looks", type=int, default=2, help="looks in each time step")
-        parser.add_argument("--seed", type=int, default=0, help="of the homes, looks and questions")
-
-    def check(self, options: Namespace) -> None:
-        """Check counts."""
-        names = ("num_homes", "days", "play_days", "looks", "questions")
-        counts = {name: options[name] for name in names}
-        check_at_least(1, **counts)
-        check_at_least(0, seed=options.seed)
-        check_at_most(_MOST, **counts)
+    options = (
+        *list_table_options("elsewhere.md", ("any_home",)),
+        Option("kinds", tuple(KINDS), f"of simulated homes: {', '.join(KINDS)}"),
+        count("num_homes", 12, "of each kind"),
+        Option("trace", (), "recorded homes, or folders of them, beside the simulated ones"),
+        Option("outside", (), "furniture of recorded homes outside: what is there has left"),
+        count("days", 7, "of looks without questions"),
+        count("play_days", 7, "with questions, after these"),
+        count("questions", 200, "at most, in each home"),
+        count("looks", 2, "looks in each time step"),
+        Option("seed", 0, "of the homes, looks and questions", low=0),
+    )
 
     def list_games(self, options: Namespace, folder: Path) -> Mapping[str, ElsewhereGame]:
         """List the homes; copies of recorded ones lie in the folder."""

@@ -13,19 +13,18 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-from jsonargparse import ArgumentParser, Namespace
+from jsonargparse import Namespace
 
 from nep import export, fit
 from nep.bench.columns import COLUMNS, COMPARED, find_best_rule, format_mean
 from nep.bench.lived_homes import list_lived_homes
 from nep.bench.robot_life import LifeGame, measure
 from nep.bench.runner import Report, Suite
-from nep.bench.table_options import add_table_options, describe_made
+from nep.bench.table_options import MOST, Option, count, describe_made, list_table_options
 from nep.players.contestants import Checkpoint
 from nep.report.statistics import FEWEST_RESAMPLED, LEVEL, correct_holm
 from nep.report.tables import Difference, format_difference, format_number, join_table
 from nep.robot.finder import ObjectFinder
-from sgm.checks import check_at_least, check_at_most, check_shares
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.finder import object_finder
 from sgm.finder.finder import Finder
@@ -40,7 +39,6 @@ RULES = ("last_seen", "last_seen_prior", "frequentist", "myopic", "bayesian", "a
 ADAPTED, TUNED = "adapted", "fine-tuned"
 
 _LOG = "looks.jsonl"
-_MOST = 10_000  # of homes, days, and looks or questions in a time step
 _ASKED = ("days", "play_days", "looks", "questions", "asks_moved")  # what a score depends on
 
 _ABOUT = """\
@@ -56,6 +54,10 @@ misses nothing.
 Differences are paired over the {num_units} {unit}, with 95 % intervals{how}; d is the smallest true
 difference that would be found with 80 % power. Bold: p of the paired t test, corrected by Holm's
 method for all {num_compared} distinct differences, is below .05."""
+_ABOUT_MOVED = (
+    "share of the questions that are about what has just moved, as in the tasks; 0 for those of "
+    "people, who ask for anything"
+)
 _RECORDED = "plays of {called}, with the household prior,"
 _T_INTERVAL = " (t, as there are fewer than ten)"
 _LEARNT = {
@@ -233,59 +235,28 @@ class OwnHome(Suite[OwnHomeGame]):
         "of its looks, and ask them, as they were and as they are, in the days after."
     )
 
-    def add_options(self, parser: ArgumentParser) -> None:
-        """Add those of the table, homes, looks and questions."""
-        add_table_options(parser, "own_home.md", ("heat", "any_home"))
-        parser.add_argument(
-            "--learn",
-            type=tuple[str, ...],
-            default=(ADAPTED, TUNED),
-            help=f"what is done with the log: {ADAPTED}, {TUNED} or both",
-        )
-        parser.add_argument(
-            "--trace",
-            type=tuple[str, ...],
-            default=(),
-            help="recorded homes, or folders of them; homes with people are simulated if left out",
-        )
-        parser.add_argument(
-            "--num_homes",
-            type=int,
-            default=6,
-            help="simulated homes, or plays of each recorded one",
-        )
-        parser.add_argument(
-            "--sizes",
-            type=tuple[int, ...],
-            default=(3, 6, 9),
-            help="furniture nodes of each of four rooms, of one simulated home after the other",
-        )
-        parser.add_argument("--days", type=int, default=7, help="of looks to learn from")
-        parser.add_argument("--play_days", type=int, default=7, help="with questions, after these")
-        parser.add_argument("--looks", type=int, default=2, help="looks in each time step, an hour")
-        parser.add_argument("--questions", type=int, default=4, help="questions in each time step")
-        parser.add_argument(
-            "--asks_moved",
-            type=float,
-            default=TASKS_ASK_MOVED,
-            help="share of the questions that are about what has just moved, as in the tasks; 0 "
-            "for those of people, who ask for anything",
-        )
-        parser.add_argument("--seed", type=int, default=0, help="of the homes")
+    options = (
+        *list_table_options("own_home.md", ("heat", "any_home")),
+        Option("learn", (ADAPTED, TUNED), f"what is done with the log: {ADAPTED}, {TUNED} or both"),
+        Option("trace", (), "recorded homes, or folders of them; people are simulated if left out"),
+        count("num_homes", 6, "simulated homes, or plays of each recorded one"),
+        Option("sizes", (3, 6, 9), "furniture of each of four rooms, home after home", 1, MOST),
+        count("days", 7, "of looks to learn from"),
+        count("play_days", 7, "with questions, after these"),
+        count("looks", 2, "looks in each time step, an hour", low=0),
+        count("questions", 4, "questions in each time step"),
+        Option("asks_moved", TASKS_ASK_MOVED, _ABOUT_MOVED, 0, 1),
+        Option("seed", 0, "of the homes", low=0),
+    )
 
     def check(self, options: Namespace) -> None:
-        """Check counts, and how is learnt."""
-        counts = {name: options[name] for name in ("num_homes", "days", "play_days", "questions")}
-        check_at_least(1, **counts, sizes=min(options.sizes, default=0))
-        check_at_least(0, seed=options.seed, looks=options.looks)
-        check_at_most(_MOST, **counts, looks=options.looks, sizes=max(options.sizes))
+        """Check how is learnt."""
         for how in options.learn:
             if how not in (ADAPTED, TUNED):
                 raise ValueError(
                     f"learn must be {ADAPTED}, {TUNED} or both, got {shorten(how)}. "
                     "Choose among these."
                 )
-        check_shares(asks_moved=options.asks_moved)
 
     def list_games(self, options: Namespace, folder: Path) -> Mapping[str, OwnHomeGame]:
         """List the homes."""

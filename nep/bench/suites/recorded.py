@@ -6,19 +6,18 @@ import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from jsonargparse import ArgumentParser, Namespace
+from jsonargparse import Namespace
 
 from nep.bench.best_rule import make_overview
 from nep.bench.columns import make_accuracy_table, make_table
 from nep.bench.home_games import choose_games, list_benchmark
 from nep.bench.runner import Report, Suite
 from nep.bench.score_cache import ScoreCache
-from nep.bench.table_options import add_table_options, describe_made
+from nep.bench.table_options import Option, describe_made, list_table_options
 from nep.bench.task_game import TaskGame
 from nep.players.contestants import Checkpoint, MakePolicy
 from nep.players.left_out import LeftOut
 from nep.report.figures import draw_by_hour
-from sgm.checks import check_at_least
 from sgm.files import write_whole
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph, load_prior
@@ -36,6 +35,14 @@ those about things that are not where they have been most of the time so far, th
 all. NLL, calibration error and looks: less is better. `oracle` knows how often each thing is put at
 each place, the future included.
 [docs/traces.md](../docs/traces.md#the-benchmark-of-recorded-homes) says more."""
+_ABOUT_SOURCE = (
+    "NAME=SOURCE of networks that were each trained without one home, {home} in SOURCE: every home "
+    "is played by that which has not seen it"
+)
+_ABOUT_PRIOR = (
+    "NAME=FILE of further priors, each with kinds of its own: of word vectors, or filled in by a "
+    "language model (docs/priors.md)"
+)
 _ABOUT_LEFT_OUT = " {names}: networks that were each trained in the other homes."
 
 
@@ -49,41 +56,19 @@ class Recorded(Suite[TaskGame]):
         "one counted in the other homes."
     )
 
-    def add_options(self, parser: ArgumentParser) -> None:
-        """Add those of homes, priors and networks."""
-        parser.add_argument(
-            "--trace",
-            type=tuple[str, ...],
-            default=(),
-            help="two or more recorded homes, or folders of them",
-        )
-        add_table_options(parser, "recorded_homes.md", ("heat",))
-        parser.add_argument(
-            "--left_out",
-            type=tuple[str, ...],
-            default=(),
-            help="NAME=SOURCE of networks that were each trained without one home, {home} in "
-            "SOURCE: every home is played by that which has not seen it",
-        )
-        parser.add_argument(
-            "--also_prior",
-            type=tuple[str, ...],
-            default=(),
-            help="NAME=FILE of further priors, each with kinds of its own: of word vectors, or "
-            "filled in by a language model (docs/priors.md)",
-        )
-        parser.add_argument(
-            "--kinds", type=tuple[str, ...] | None, help="names of kinds; all if left out"
-        )
-        parser.add_argument("--steps", type=int, default=200, help="of an episode")
-        parser.add_argument("--step_seconds", type=float, default=3600.0, help="length of a step")
-        parser.add_argument(
-            "--replays", type=int, default=4, help="of each home in episodes, half as many in lives"
-        )
+    options = (
+        Option("trace", (), "two or more recorded homes, or folders of them"),
+        *list_table_options("recorded_homes.md", ("heat",)),
+        Option("left_out", (), _ABOUT_SOURCE),
+        Option("also_prior", (), _ABOUT_PRIOR),
+        Option("kinds", None, "names of kinds; all if left out", type=tuple[str, ...] | None),
+        Option("steps", 200, "of an episode", low=1),
+        Option("step_seconds", 3600.0, "length of a step"),
+        Option("replays", 4, "of each home in episodes, half as many in lives", low=1),
+    )
 
     def check(self, options: Namespace) -> None:
-        """Check counts and the length of a step."""
-        check_at_least(1, steps=options.steps, replays=options.replays)
+        """Check the length of a step."""
         check_step_seconds(options.step_seconds)
 
     def list_games(self, options: Namespace, folder: Path) -> Mapping[str, TaskGame]:

@@ -10,19 +10,18 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from jsonargparse import ArgumentParser, Namespace
+from jsonargparse import Namespace
 
 from nep.bench.lived_homes import list_lived_homes
 from nep.bench.robot_life import LifeGame, LivedHome
 from nep.bench.runner import Report, Suite
 from nep.bench.score_cache import ScoreCache
 from nep.bench.search_orders import COLUMNS, MOST_LOOKS, SEARCHERS, TOLD, WITHIN, search_all
-from nep.bench.table_options import add_table_options, describe_made
+from nep.bench.table_options import Option, count, describe_made, list_table_options
 from nep.players.contestants import Checkpoint
 from nep.report.tables import Difference, format_difference, join_table
 from nep.robot.finder import ObjectFinder
 from sgm.belief import Detector
-from sgm.checks import check_at_least, check_at_most, check_shares
 from sgm.finder.finder import Finder
 from simulator.policies.registry import find_policy
 from simulator.world.config import HomeConfig
@@ -30,7 +29,6 @@ from simulator.world.source import SampledSource
 
 RULES = ("bayesian", "adaptive")
 _SIZES = (3, 6, 9)  # furniture nodes of each of four rooms, of one simulated home after the other
-_MOST = 10_000  # homes, days, looks and searches
 _ASKED = ("days", "looks", "searches", "miss_rate")  # what a score depends on
 _BOUND = 1.05  # of the looks of a greedy search
 _GROUPS = {
@@ -169,30 +167,16 @@ class Searches(Suite[SearchGame]):
         "of looks, and count the looks."
     )
 
-    def add_options(self, parser: ArgumentParser) -> None:
-        """Add those of the table, homes, looks and searches."""
-        add_table_options(parser, "searches.md", ("any_home",))
-        parser.add_argument(
-            "--trace", type=tuple[str, ...], default=(), help="recorded homes, or folders of them"
-        )
-        parser.add_argument(
-            "--num_homes", type=int, default=6, help="simulated homes of each group"
-        )
-        parser.add_argument("--days", type=int, default=7, help="of looks before the searches")
-        parser.add_argument("--looks", type=int, default=2, help="looks in each time step, an hour")
-        parser.add_argument("--searches", type=int, default=100, help="in each home, one an hour")
-        parser.add_argument(
-            "--miss_rate", type=float, default=0.25, help="probability that a look misses the thing"
-        )
-        parser.add_argument("--seed", type=int, default=0, help="of the homes")
-
-    def check(self, options: Namespace) -> None:
-        """Check counts and the miss rate."""
-        counts = {name: options[name] for name in ("num_homes", "days", "searches")}
-        check_at_least(1, **counts)
-        check_at_least(0, seed=options.seed, looks=options.looks)
-        check_at_most(_MOST, **counts, looks=options.looks)
-        check_shares(miss_rate=options.miss_rate)
+    options = (
+        *list_table_options("searches.md", ("any_home",)),
+        Option("trace", (), "recorded homes, or folders of them"),
+        count("num_homes", 6, "simulated homes of each group"),
+        count("days", 7, "of looks before the searches"),
+        count("looks", 2, "looks in each time step, an hour", low=0),
+        count("searches", 100, "in each home, one an hour"),
+        Option("miss_rate", 0.25, "probability that a look misses the thing", 0, 1),
+        Option("seed", 0, "of the homes", low=0),
+    )
 
     def list_games(self, options: Namespace, folder: Path) -> Mapping[str, SearchGame]:
         """List the homes of every group."""
