@@ -131,18 +131,18 @@ class Detector:
             That of the looks of earlier steps that were for whatever is there, which the memory
             keeps for all objects; and that of the others: of this step, and for this object alone.
         """
-        weight = 1 - looks_counted * looks.is_remembered
-        before = 1 - (1 - self.miss_rate) * self._compute_stay(looks.steps_ago)
-        sought = 1 - (1 - self.compute_miss(looks.sought)) * self._compute_stay(looks.sought_ago)
-        with np.errstate(divide="ignore", invalid="ignore"):  # 0 times -inf: counted already
-            earlier = np.nan_to_num(weight * np.log(before).sum(axis=-1), nan=0.0, neginf=-np.inf)
-            own = np.nan_to_num(weight * np.log(sought), nan=0.0, neginf=-np.inf)
-            return earlier, np.log(self.compute_miss(looks.in_vain)) + own
+        from sgm.compiled.look_likelihood import weigh_looks  # loads numba
 
-    def _compute_stay(self, steps: np.ndarray) -> np.ndarray:
-        """Return how likely nothing came to a place in some steps; 0 if they are infinite."""
-        stay: np.ndarray = np.where(np.isfinite(steps), (1 - self.leave_rate) ** steps, 0.0)
-        return stay
+        shape = looks.in_vain.shape
+        rows = [np.reshape(one, (-1, shape[-1])) for one in (looks.in_vain, looks.sought,
+                looks.sought_ago, looks.is_remembered)]  # fmt: skip
+        in_vain, sought, sought_ago, is_remembered = rows
+        steps_ago = looks.steps_ago.reshape(*in_vain.shape, -1)
+        earlier, own = weigh_looks(
+            in_vain, steps_ago, sought, sought_ago, is_remembered, float(self.miss_rate),
+            float(self.leave_rate), float(self.repeated_share), float(looks_counted),
+        )  # fmt: skip
+        return earlier.reshape(shape), own.reshape(shape)
 
 
 def compute_miss(

@@ -29,6 +29,7 @@ from sgm.names.names import Resolution, Similarity
 from sgm.policies.policy import Policy
 from sgm.policies.probabilities import compute_probabilities
 
+_USUAL_DETECTOR = Detector()
 _MOST_JUDGED = 2000  # beliefs that are kept of a time step
 
 
@@ -113,7 +114,7 @@ class Finder:
     @property
     def detector(self) -> Detector:
         """How often a look misses what is there, and how fast the home changes."""
-        return self._detector or Detector()
+        return self._detector or _USUAL_DETECTOR
 
     @detector.setter
     def detector(self, detector: Detector) -> None:
@@ -391,6 +392,8 @@ def _doubt(belief: Belief, asked: Asked) -> Belief:
     Then a thing is where it was held to be before; where that is nowhere, it may be at any place.
     What was said in this time step is weighed as what was seen in it.
     """
+    if all(said is None for said in asked.said):
+        return belief
     share = np.zeros(len(asked.said))
     places = np.ones((len(share), len(asked.furniture_ids)))
     elsewhere = belief.elsewhere.copy()

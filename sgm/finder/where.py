@@ -98,9 +98,15 @@ def _tell_why(place: Place) -> str:
 
 def _fit(answer: WhereIs) -> WhereIs:
     """Leave places out, then shorten names, until an answer is short enough."""
-    while len(write_json(answer)) > MOST_BYTES and len(answer.places) > 1:
-        answer = replace(answer, places=answer.places[:-1], left_out=answer.left_out + 1)
-    whole = answer
+    sizes = [len(write_json(place)) + 1 for place in answer.places]  # with a comma, but for one
+    left = MOST_BYTES - len(write_json(replace(answer, places=()))) + 1
+    kept = len(sizes)
+    while kept > 1 and sum(sizes[:kept]) > left:
+        kept -= 1
+    num_left_out = answer.left_out + len(sizes) - kept
+    whole = answer = replace(answer, places=answer.places[:kept], left_out=num_left_out)
+    if sum(sizes[:kept]) <= left:
+        return answer
     for most in (60, 40, 20, 10, 5, 1):  # names may have hundreds of letters
         if len(write_json(answer)) <= MOST_BYTES:
             break

@@ -30,18 +30,19 @@ def _list_edges(
     memory: MemoryBatch, furniture_ids: Sequence[int], row: int, seen: np.ndarray
 ) -> list[SeenAt]:
     """List the places of an object, given its edges that were ever true, (n,)."""
-    edges = memory.edges
+    names = ("last_true", "furniture", "relation", "is_true", "num_true", "num_observed")
+    columns = (memory.edges[name][seen].tolist() for name in names)
     places = [
         SeenAt(
-            time=int(edges["last_true"][edge]),
-            steps_ago=memory.time - int(edges["last_true"][edge]),
-            furniture=furniture_ids[edges["furniture"][edge]],
-            relation=RELATIONS[edges["relation"][edge]],
-            is_there=bool(edges["is_true"][edge]),
-            times_seen=int(edges["num_true"][edge]),
-            times_looked=int(edges["num_observed"][edge]),
+            time=time,
+            steps_ago=memory.time - time,
+            furniture=furniture_ids[furniture],
+            relation=RELATIONS[relation],
+            is_there=is_true,
+            times_seen=num_true,
+            times_looked=num_observed,
         )
-        for edge in seen
+        for time, furniture, relation, is_true, num_true, num_observed in zip(*columns, strict=True)
     ]
     last = int(memory.objects["last_observed"][row])
     if last != NEVER and all(place.time < last for place in places):

@@ -406,8 +406,7 @@ class MemoryState:
         sought = np.zeros(len(self.layout.furniture))
         position = self.furniture.position
         if self.step.before is not None and batch.time == now == self.batch.time:
-            by_id = dict(zip(self.furniture_ids, map(tuple, share.tolist()), strict=True))
-            sums = [self.step.sum_in_vain(member, words, by_id) for member in members]
+            sums = [self.step.sum_in_vain(member, words, share, position) for member in members]
             for furniture in set.intersection(*map(set, sums)):  # where none of its names was seen
                 in_vain[position[furniture]] += min(count[furniture] for count in sums)
         edges = current.edges
@@ -418,7 +417,7 @@ class MemoryState:
             is_now &= edges["furniture"] == place
         np.maximum.at(seen, edges["furniture"][is_now], edges["confidence"][is_now])
         names = {words}
-        if row_now >= 0:
+        if row_now >= 0 and self.sought:
             own = [self.things[member] for member in members]
             names |= {read_words("description", one.description) for one in own}
             names |= {read_words("id", one.id) for one in own if one.id}

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from sgm.memory.coverage import Coverage, parse_coverage, split_coverage
 from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
@@ -118,7 +120,7 @@ class StepLog:
         return sum(self.counts.get(row, {}).values())
 
     def sum_in_vain(
-        self, row: int, words: str, share: Mapping[int, tuple[float, float]]
+        self, row: int, words: str, share: np.ndarray, position: Mapping[int, int]
     ) -> dict[int, float]:
         """Return the coverage of the looks that did not show an object, by furniture id.
 
@@ -127,7 +129,8 @@ class StepLog:
         Args:
             row: of the object.
             words: of its description.
-            share: by furniture id, how likely it is "in" and "onTop" of it if it is there.
+            share: how likely it is "in" and "onTop" of the furniture that it is at, (F, 2).
+            position: which row of these is that of a furniture id.
         """
         found, name = self.num_until_seen.get(row, {}), read_name(words)
         in_vain: dict[int, float] = {}
@@ -138,7 +141,7 @@ class StepLog:
                 continue
             coverage = look.coverage
             if isinstance(coverage, tuple):
-                inside, on_top = share[look.furniture]
+                inside, on_top = share[position[look.furniture]].tolist()
                 coverage = inside * coverage[0] + on_top * coverage[1]
             in_vain[look.furniture] = in_vain.get(look.furniture, 0.0) + coverage
         return in_vain

@@ -19,6 +19,7 @@ Similarity = Callable[[str, Sequence[str]], Sequence[float]]
 SYNONYM = 0.9  # mug and cup .96, phone and telephone .93; plate and bowl .87 stay apart
 RELATED = 0.8  # enough for a "did you mean"
 _MOST_ALTERNATIVES = 3
+_MOST_RESOLVED = 2000  # questions whose answers are kept
 _MOST_SIBLINGS = 12  # of a kind, whose things are offered for one another
 _SKIPPED = frozenset(
     "a an the my your his her its our their this that these those some any where is are".split()
@@ -129,6 +130,7 @@ class NameIndex:
         self._things: dict[int, list[_Entry]] = {}
         self._contents: dict[int, list[_Entry]] = {}
         self._endings: dict[str, list[_Entry]] = {}
+        self._resolved: dict[str, Resolution] = {}
 
     def update(self, descriptions: Sequence[str]) -> None:
         """Take over the descriptions of a memory; only those that are new cost anything."""
@@ -140,6 +142,7 @@ class NameIndex:
             self._add(description)
 
     def _add(self, description: str) -> None:
+        self._resolved.clear()
         number = len(self._descriptions)
         readings = self._reader.read(read_words("description", description))
         self._descriptions.append(description)
@@ -166,6 +169,9 @@ class NameIndex:
         Raises:
             ValueError: if the question is no name (`read_words`).
         """
+        known = self._resolved.get(question)
+        if known is not None:
+            return known
         words = read_words("description", question)
         text = words if words in self._written else strip_question(words)
         readings = self._read_main(text)
@@ -175,6 +181,7 @@ class NameIndex:
             if mended != text:
                 _, groups = self._match(self._read_main(mended))
                 how = "typo"
+        is_by_words = bool(groups)
         if not groups:
             how, groups = "similar meaning", self._find_similar(readings, similarity, SYNONYM)
         found = sorted({number for group in groups for number in group})
@@ -183,7 +190,7 @@ class NameIndex:
             return Resolution(question, (), "unknown", others, owner=readings[0].owner)
         if len(found) == 1 and self._descriptions[found[0]].casefold() == words:
             how = "exact"
-        return Resolution(
+        resolution = Resolution(
             question,
             self._name(found),
             how,
@@ -191,6 +198,11 @@ class NameIndex:
             tuple(self._name(group) for group in groups),
             readings[0].owner,
         )
+        if is_by_words:  # whoever compares names: it says the same until there are others
+            if len(self._resolved) >= _MOST_RESOLVED:
+                self._resolved.clear()
+            self._resolved[question] = resolution
+        return resolution
 
     def _name(self, numbers: Iterable[int]) -> tuple[str, ...]:
         return tuple(self._descriptions[number] for number in numbers)
