@@ -60,12 +60,7 @@ def gather_counts(
     missed = np.full((num_queries, num_places), np.inf)
     is_true = np.zeros((num_queries, num_places), dtype=np.bool_)
     hours = np.zeros((2, num_queries, num_places, num_hours), dtype=np.float32)
-    # The queries of each object are a chain: the last one, and the one before each.
-    latest = np.full(num_objects, -1, dtype=np.int64)
-    before = np.empty(num_queries, dtype=np.int64)
-    for query in range(num_queries):
-        before[query] = latest[query_object[query]]
-        latest[query_object[query]] = query
+    latest, before = _chain_queries(query_object, num_objects)
     for edge in range(len(edge_object)):
         query = latest[edge_object[edge]]
         if query < 0 or edge_num_true[edge] == 0:
@@ -93,3 +88,62 @@ def gather_counts(
     return (
         num_true, last_true, num_left, time_true, num_known, last_known, missed, is_true, hours,
     )  # fmt: skip
+
+
+@kernel
+def choose_edges(
+    query_object: np.ndarray,
+    num_objects: int,
+    query_prior: np.ndarray,
+    edge_object: np.ndarray,
+    edge_place: np.ndarray,
+    edge_relation: np.ndarray,
+    edge_num_true: np.ndarray,
+    edge_prior: np.ndarray,
+) -> np.ndarray:
+    """Choose a relation for Q objects at each of F places: seen most often so, else likelier.
+
+    Args:
+        query_object: row of each object, which may be asked for twice, int64 (Q,).
+        num_objects: rows there are.
+        query_prior: prior weight of both relations, (Q, F, 2).
+        edge_object: column of edges, (E,).
+        edge_place: likewise.
+        edge_relation: likewise.
+        edge_num_true: likewise.
+        edge_prior: likewise.
+
+    Returns:
+        Prior weight in it, and the relation, float32 (Q, F, 2).
+    """
+    num_queries, num_places = query_prior.shape[:2]
+    num_true = np.full((num_queries, num_places, 2), -1, dtype=np.int32)
+    prior = query_prior.copy()
+    latest, before = _chain_queries(query_object, num_objects)
+    for edge in range(len(edge_object)):
+        query = latest[edge_object[edge]]
+        while query >= 0:
+            num_true[query, edge_place[edge], edge_relation[edge]] = edge_num_true[edge]
+            prior[query, edge_place[edge], edge_relation[edge]] = edge_prior[edge]
+            query = before[query]
+    chosen = np.empty((num_queries, num_places, 2), dtype=np.float32)
+    for query in range(num_queries):
+        for place in range(num_places):
+            inside, on_top = num_true[query, place]
+            is_on_top = on_top > inside
+            if inside < 0 and on_top < 0:
+                is_on_top = query_prior[query, place, 0] <= query_prior[query, place, 1]
+            chosen[query, place, 0] = prior[query, place, 1 if is_on_top else 0]
+            chosen[query, place, 1] = is_on_top
+    return chosen
+
+
+@kernel
+def _chain_queries(query_object: np.ndarray, num_objects: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the last query for each object, (O,), and the one before each, -1 for none, (Q,)."""
+    latest = np.full(num_objects, -1, dtype=np.int64)
+    before = np.empty(len(query_object), dtype=np.int64)
+    for query in range(len(query_object)):
+        before[query] = latest[query_object[query]]
+        latest[query_object[query]] = query
+    return latest, before

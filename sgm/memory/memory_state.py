@@ -196,17 +196,15 @@ class MemoryState:
             batch.time = current.time
         question, known, descriptions = self._find_asked(descriptions)
         words = [read_words("description", description) for description in descriptions]
-        vocabulary = self.vocabulary.with_labels(batch.labels)
         is_known = (known >= 0) & (known < num_known)
-        labels, types = batch.objects["label"], batch.objects["type"]
-        kinds = [
-            (labels[row], types[row]) if is_old else vocabulary.find_type(description)
-            for row, is_old, description in zip(known, is_known, descriptions, strict=True)
-        ]
-        batch.labels = vocabulary.labels
         keys = np.where(is_known, known, num_known + np.arange(len(words)))
-        home = np.zeros(len(words), dtype=np.int64)
-        queries = batch.query(home, keys, *np.array(kinds).T)
+        if is_known.all():
+            kinds = [batch.objects["label"][known], batch.objects["type"][known]]
+        else:
+            vocabulary = self.vocabulary.with_labels(batch.labels)
+            kinds = list(np.array([vocabulary.find_type(name) for name in descriptions]).T)
+            batch.labels = vocabulary.labels
+        queries = batch.query(np.zeros(len(words), dtype=np.int64), keys, *kinds)
         shares = compute_relation_shares(batch, queries)
         at_once = np.append(current.objects["num_at_once"], 0)
         return Asked(

@@ -109,16 +109,10 @@ def _gather_edges(memory: MemoryBatch, queries: Queries) -> np.ndarray:
 
     The relation in which the object was seen there the most often; else the likelier one.
     """
-    num_true = np.full(queries.prior.shape, -1)
-    prior = queries.prior.copy()
-    query, edge = memory.edges_of(queries)
-    at = (query, memory.edges["furniture"][edge], memory.edges["relation"][edge])
-    num_true[at] = memory.edges["num_true"][edge]
-    prior[at] = memory.edges["prior"][edge]
-    is_on_top = np.where(
-        num_true.max(axis=2) >= 0,
-        num_true[..., 1] > num_true[..., 0],
-        queries.prior[..., 0] <= queries.prior[..., 1],
-    )
-    of_relation = np.where(is_on_top, prior[..., 1], prior[..., 0])
-    return np.stack([of_relation, is_on_top], axis=2).astype(np.float32)
+    from sgm.compiled.object_counts import choose_edges  # loads numba
+
+    edges = memory.edges
+    return choose_edges(
+        queries.object.astype(np.int64), len(memory.objects), queries.prior, edges["object"],
+        edges["furniture"], edges["relation"], edges["num_true"], edges["prior"],
+    )  # fmt: skip
