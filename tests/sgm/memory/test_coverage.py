@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from sgm.evidence.adaptive_filter import _list_look_times
+from sgm.evidence.adaptive_filter import list_look_times
 from sgm.finder.finder import Finder
 from sgm.memory.coverage import parse_coverage, read_coverage
 from sgm.memory.look_log import read_log
@@ -128,7 +128,8 @@ def test_looks_of_earlier_steps_are_of_their_relation():
     }
     assert since == {"cup": 1, "ruler": np.inf}
     asked = memory.ask(["cup", "ruler"], before_looks=False)
-    times = _list_look_times(asked.batch, asked.queries)[:, table].max(axis=1)
+    times, row = list_look_times(asked.batch, asked.queries)
+    times = times[row][:, table].max(axis=1)
     assert times.tolist() == [1, 0]
 
 
