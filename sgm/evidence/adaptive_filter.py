@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,11 +47,9 @@ class FilterSettings:
 
 
 # The filter of `follow_prior`: an object is soon elsewhere in its room.
-_FOLLOWS_PRIOR = FilterSettings(
-    rate=CORRECTIONS.prior_rate, crossing=0.0, asks_moved=TASKS_ASK_MOVED
-)
+_FOLLOWS_PRIOR = FilterSettings(rate=CORRECTIONS.prior_rate, crossing=0.0)
 # That of `trust_prior`: it leaves as often as it was found gone.
-_TRUSTS_PRIOR = FilterSettings(crossing=1.0, asks_moved=TASKS_ASK_MOVED, counts_left=True)
+_TRUSTS_PRIOR = FilterSettings(crossing=1.0, counts_left=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,7 +230,11 @@ def list_look_times(memory: MemoryBatch, queries: Queries) -> tuple[np.ndarray, 
 
 
 def follow_prior(
-    memory: MemoryBatch, queries: Queries, rates: Rates, prior: Expected
+    memory: MemoryBatch,
+    queries: Queries,
+    rates: Rates,
+    prior: Expected,
+    asks_moved: float = TASKS_ASK_MOVED,
 ) -> np.ndarray:
     """Return the belief of who heeds the last sighting and the looks since, but no earlier ones.
 
@@ -244,11 +246,17 @@ def follow_prior(
     """
     anywhere = 1 + CORRECTIONS.prior_anywhere - prior.trust
     goes = _spread(memory, queries, prior.share, anywhere[:, None])
-    return compute_beliefs(memory, queries, rates, goes, [_FOLLOWS_PRIOR])[:, 0, :-1]
+    follows = replace(_FOLLOWS_PRIOR, asks_moved=asks_moved)
+    return compute_beliefs(memory, queries, rates, goes, [follows])[:, 0, :-1]
 
 
 def trust_prior(
-    memory: MemoryBatch, queries: Queries, rates: Rates, prior: Expected, counts: ObjectCounts
+    memory: MemoryBatch,
+    queries: Queries,
+    rates: Rates,
+    prior: Expected,
+    counts: ObjectCounts,
+    asks_moved: float = TASKS_ASK_MOVED,
 ) -> np.ndarray:
     """Return the belief of who takes the prior for sixteen sightings more, and heeds them all.
 
@@ -261,7 +269,8 @@ def trust_prior(
     weight = counts.num_true + CORRECTIONS.prior_sightings * prior.share
     anywhere = 1 + CORRECTIONS.other_sightings - prior.trust
     goes = _spread(memory, queries, weight, anywhere[:, None])
-    return compute_beliefs(memory, queries, rates, goes, [_TRUSTS_PRIOR])[:, 0, :-1]
+    trusts = replace(_TRUSTS_PRIOR, asks_moved=asks_moved)
+    return compute_beliefs(memory, queries, rates, goes, [trusts])[:, 0, :-1]
 
 
 def _compute_left_rates(

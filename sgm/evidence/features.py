@@ -47,9 +47,11 @@ class Features:
         """
         asked, trust = self.asked, self._compute_trust()
         prior = Expected.by_prior(asked.memory, asked.queries)
-        belief = follow_prior(asked.memory, asked.queries, asked.rates, prior)
+        belief = follow_prior(asked.memory, asked.queries, asked.rates, prior, asked.asks_moved)
         if trust.any():
-            trusting = trust_prior(asked.memory, asked.queries, asked.rates, prior, asked.counts)
+            trusting = trust_prior(
+                asked.memory, asked.queries, asked.rates, prior, asked.counts, asked.asks_moved
+            )
             belief += CORRECTIONS.prior_second * trust[:, None] * (trusting - belief)
         return trust, belief
 
