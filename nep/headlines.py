@@ -1,4 +1,4 @@
-"""Prints the numbers of the README from the stored results: `python -m nep.headlines`."""
+"""Prints the first numbers of README and results/headlines.md: `python -m nep.headlines`."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from sgm.files import read_json
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.process import run_main
 
-# Kinds of homes in the README, of those of results/any_home.md.
+# Kinds of homes in README and results/headlines.md, of those of results/any_home.md.
 _KINDS = {
     "paper-32": "the paper's homes, 32 places",
     "paper-8": "8 places",
     "routine": "people with routines",
     "mixed": "a mixture of homes",
     "recorded-hour-200": "five scripted households, 200 hours, the paper's prior",
-    "household-hour-200": "the same, the household prior, by which a robot's memory goes",
-    "household-hour-1000": "the same, 1,000 hours",
+    "household-hour-200": "the same, with the household prior of robots",
+    "household-hour-1000": "the same, in 1,000 hours",
 }
 _COLUMNS = ("location ↑", "likelihood ↑", "find ↓")
 _NETWORK, _BESIDE = "any_home", "heat"
@@ -180,7 +180,7 @@ def _write(value: float, form: str) -> str:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
     parser = make_parser(
-        "python -m nep.headlines", "Print the numbers of the README from the stored results."
+        "python -m nep.headlines", "Print the first numbers of README, from the stored results."
     )
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder of results")
     with one_line_errors(status=2):

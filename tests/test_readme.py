@@ -19,17 +19,27 @@ def test_the_twenty_lines_print_what_the_readme_says(capsys, tmp_path, monkeypat
 
 
 def test_what_is_said_of_results_is_what_the_command_prints(capsys):
-    """Every table and sentence of `nep.headlines` stands in the README, word for word."""
-    main(["--results", str(README.parent / "results")])
-    readme = README.read_text(encoding="utf-8")
+    """All that `nep.headlines` prints stands in results/headlines.md; its end in README, too."""
+    results = README.parent / "results"
+    main(["--results", str(results)])
     parts = capsys.readouterr().out.strip().split("\n\n")
     assert len(parts) == 5
-    for part in parts:
-        assert part in readme, f"README.md must have what `python -m nep.headlines` prints:\n{part}"
+    for page, shown in ((results / "headlines.md", parts), (README, parts[3:])):
+        for part in shown:
+            assert part in page.read_text("utf-8"), (
+                f"{page.name} must have what is printed:\n{part}"
+            )
 
 
 def test_other_numbers_are_those_of_the_results():
-    claims = (README.parent / "results" / "claims.md").read_text(encoding="utf-8")
+    results = README.parent / "results"
+    claims = (results / "claims.md").read_text("utf-8")
     found = re.search(r"\| 32 places, on \| informed \| 0(\.\d+) \|", claims)
     assert found is not None
-    assert f"(`informed`, {found[1]})" in README.read_text(encoding="utf-8")
+    assert f"(`informed`, {found[1]})" in (results / "headlines.md").read_text("utf-8")
+
+
+def test_the_readme_is_a_screen_longer_than_its_twenty_lines():
+    text = README.read_text("utf-8").partition("## Cite")[0]
+    twenty = re.search(r"## In twenty lines.*?\n## ", text, re.DOTALL)[0]
+    assert len(text.splitlines()) - len(twenty.splitlines()) <= 60

@@ -306,7 +306,7 @@ class MemoryService:
         confidence: float | None = None,
         was_at: int | str | None = None,
     ) -> Noted:
-        """Note that somebody said where a thing is now: "I put the keys in the drawer".
+        """Note where a thing is now, as a person says: "I put the keys in the drawer".
 
         Args:
             thing: in words; a new name is a new thing.

@@ -86,7 +86,7 @@ class MemoryCorrections(ABC):
         confidence: float | None = None,
         was_at: int | None = None,
     ) -> None:
-        """Note that somebody said where a thing is now: "I put the keys in the drawer".
+        """Note where a thing is now, as a person says: "I put the keys in the drawer".
 
         Args:
             thing: name or id, of a thing that was seen before or not.

@@ -28,7 +28,7 @@ class Policy(ABC):
         looks_counted: how much of what the looks in vain of earlier time steps say is in its
             scores already, by which a finder counts them less where the object was ever seen: 0
             nothing, 1 all of it, as in a Bayes filter. Who reads the counters of the memory has
-            half of it: measured (docs/any_home.md).
+            half of it: measured (results/notes.md).
         needs: what it must know of the true homes (`HomeSource.knows`); empty for all but oracles.
     """
 

@@ -211,7 +211,7 @@ CALLS: Final[tuple[Call, ...]] = (
     ),
     Call(
         "note_moved",
-        "Note that somebody said where a thing is now: I put the keys in the drawer. It is "
+        "Note where a thing is now, as a person says: I put the keys in the drawer. It is "
         "believed as far as the confidence says, and later looks outweigh it.",
         (
             _THING,

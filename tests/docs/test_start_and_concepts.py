@@ -10,7 +10,14 @@ from tests.guides import DOCS, list_commands, read_page, run_page, write_files
 
 ROOT = DOCS.parent
 CONCEPTS = ("memory", "belief", "questions", "priors", "time")
-PAGES = ["index", "start/robot", "start/researcher", *(f"concepts/{name}" for name in CONCEPTS)]
+PAGES = [
+    "index",
+    "start/robot",
+    "start/researcher",
+    "any_home",
+    "priors",
+    *(f"concepts/{name}" for name in CONCEPTS),
+]
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -14,7 +14,7 @@ from sgm.policies.heuristics import Bayesian
 from sgm.policies.policy import Policy
 
 ROOT = Path(__file__).parents[2]
-GUIDE = (ROOT / "docs" / "any_home.md").read_text(encoding="utf-8")
+GUIDE = (ROOT / "docs" / "reference" / "network.md").read_text(encoding="utf-8")
 SECTION = GUIDE.partition("\n## After the network\n")[2].partition("\n## ")[0]
 
 

@@ -184,8 +184,8 @@ def test_the_page_of_language_priors_is_what_its_scores_say(tmp_path):
     main(["--play", "false", *words, "--out", str(out)])
     assert out.read_text() == page
     scores = json.loads((results / name).read_text())["scores"]
-    docs = (results.parent / "docs" / "priors.md").read_text()
+    notes = (results / "notes.md").read_text()
     for kind, title in (("shipped", "default (counted"), ("words", "word vectors alone")):
         own = scores[f"episodes-policy-{kind}"]["any_home"]
         cell = f"{np.mean(own['accuracy']):.3f} / {np.mean(own['nll']):.2f}".lstrip("0")
-        assert cell in next(line for line in docs.splitlines() if line.startswith(f"| {title}"))
+        assert cell in next(line for line in notes.splitlines() if line.startswith(f"| {title}"))

@@ -1,0 +1,203 @@
+"""Plain technical English over pages, docstrings, comments and messages; links, terms, widths."""
+
+import itertools
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.prose import (
+    IS_OUT,
+    MEAN_WORDS,
+    MOST_WORDS,
+    NUMBER,
+    count_words,
+    drop_code,
+    list_comments,
+    list_docstring_sentences,
+    list_docstrings,
+    list_messages,
+    list_paragraphs,
+    list_sentences,
+)
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = sorted(
+    path.relative_to(ROOT).as_posix()
+    for pattern in ("*.md", "docs/**/*.md", "benchmarks/*.md", "notebooks/*.md", "ros/*.md")
+    for path in ROOT.glob(pattern)
+    if path.name != "CHANGELOG.md"
+)
+RESULTS = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "results").glob("*.md"))
+CODE = ("docs",)
+WIDTH = 200  # characters of a line of prose; tables are as wide as they are
+MOST_NUMBERS = 3.0  # in 100 words of prose
+# Pages that are about numbers, with the bound of their own.
+NUMBERS = {
+    "README.md": 6.0,  # versions of Python, the headline figures
+    "benchmarks/README.md": 5.0,
+    "docs/design.md": 6.5,  # figures of rulings and claims
+    "docs/rl.md": 4.0,
+    "docs/scale.md": 5.5,  # an estimate of costs
+    "docs/serve.md": 4.0,  # bounds of requests
+    "docs/text.md": 5.0,  # a model card
+    "ros/README.md": 6.0,  # versions of ROS and Python
+}
+# Abbreviations that a reader from the field knows; all others are in the glossary or spelled out.
+KNOWN = """
+    AI API AUROC AVX BEHAVIOR CI CLI CONTRIBUTING CPU CSV CUDA DGL EPYC FIFO GB GCN GELU GPU GRU
+    HAN HEAT HGT HMS HOMER HTML HTTP ICML ID ISO JSON JSONL KB LLVM MB MIT ML MLP ONNX OWL PNG
+    DINO MCAP NF POSIX RAM README REST ROS SECURITY SHA SIGTERM SLAM SQL SVG TB TGB TGM TGN TLS TXT
+    URL UTC UTF VS XML YAML
+""".split()
+LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+
+
+def read(page: str) -> str:
+    return (ROOT / page).read_text("utf-8")
+
+
+def list_page_sentences(page: str) -> list[str]:
+    return [s for text in list_paragraphs(read(page)) for s in list_sentences(text)]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_has_no_words_that_are_out(page):
+    text = re.sub(r"`[^`]*`", "", drop_code(read(page)))
+    assert IS_OUT.findall(text) == []
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_sentences_of_a_page_are_short(page):
+    words = {sentence: count_words(sentence) for sentence in list_page_sentences(page)}
+    assert [sentence for sentence, number in words.items() if number > MOST_WORDS] == []
+    assert not words or sum(words.values()) / len(words) <= MEAN_WORDS
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_has_few_numbers(page):
+    """Figures belong into results."""
+    sentences = list_page_sentences(page)
+    num_words = sum(count_words(sentence) for sentence in sentences)
+    numbers = [number for sentence in sentences for number in NUMBER.findall(sentence)]
+    assert 100 * len(numbers) <= NUMBERS.get(page, MOST_NUMBERS) * max(num_words, 100), numbers
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_lines_of_a_page_are_not_too_wide(page):
+    lines = drop_code(read(page)).split("\n")
+    assert [line for line in lines if len(line) > WIDTH and not line.lstrip().startswith("|")] == []
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_lists_and_tables_begin_after_an_empty_line(page):
+    """Else the site shows them as part of the paragraph."""
+    lines = drop_code(read(page)).split("\n")
+    begins = re.compile(r"(?:[-*] |\d+\. |\|)")
+    lost = [
+        line
+        for before, line in itertools.pairwise(lines)
+        if begins.match(line) and before.strip() and not re.match(r"\s|[-*] |\d+\. |\|", before)
+    ]
+    assert lost == []
+
+
+def list_anchors(path: Path) -> set[str]:
+    """Anchors of a page: its headings in small letters, as site and repository make them."""
+    headings = re.findall(r"^#+ (.+)$", drop_code(path.read_text("utf-8")), re.MULTILINE)
+    plain = [re.sub(r"[`*]|\[([^\]]*)\]\([^)]*\)", r"\1", heading) for heading in headings]
+    return {re.sub(r"[^\w\- ]", "", text.lower()).strip().replace(" ", "-") for text in plain}
+
+
+@pytest.mark.parametrize("page", [*PAGES, *RESULTS])
+def test_links_lead_somewhere(page):
+    broken = []
+    for link in LINK.findall(drop_code(read(page))):
+        path, _, anchor = link.partition("#")
+        if re.match(r"\w+:", path):
+            continue
+        target = (ROOT / page).parent / path if path else ROOT / page
+        is_there = target.exists() and (
+            not anchor or target.suffix != ".md" or anchor in list_anchors(target)
+        )
+        broken += [] if is_there else [link]
+    assert broken == []
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page.startswith("docs/")])
+def test_abbreviations_are_defined(page):
+    """In the glossary, on the page itself in brackets, or known in the field."""
+    text = re.sub(r"`[^`]*`|\]\([^)]*\)", "", drop_code(read(page)))
+    used = set(re.findall(r"\b(?:[A-Z][a-z]?){2,}[A-Z]?\b", text))
+    used = {word for word in used if sum(letter.isupper() for letter in word) >= 2}
+    spelled = set(re.findall(r"\(([A-Za-z]+)\)|\*\*([A-Z]+)\*\*", text))
+    defined = {word for pair in spelled for word in pair} | set(KNOWN)
+    defined |= set(re.findall(r"\*\*([A-Z]\w+)\*\*", read("docs/concepts/glossary.md")))
+    names = set(re.findall(r"\*\*([A-Z][\w.-]+)", text))
+    assert {word for word in used if word.isupper()} - defined - names == set()
+
+
+def test_the_glossary_has_some_twenty_words_in_one_sense():
+    rows = re.findall(
+        r"^\| (\*{2,3}.+?\*{2,3}) \| (.+) \|$", read("docs/concepts/glossary.md"), re.M
+    )
+    words = [word for term, _ in rows for word in term.strip("*").split(", ")]
+    assert 20 <= len(words) <= 35
+    assert len(set(words)) == len(words)
+    pages = " ".join(read(page) for page in PAGES if page != "docs/concepts/glossary.md").lower()
+    assert [word for word in words if word.lower() not in pages] == []
+
+
+def list_modules(folder: str) -> list[Path]:
+    return sorted((ROOT / folder).rglob("*.py"))
+
+
+@pytest.mark.parametrize("folder", CODE)
+def test_words_that_are_out_are_in_no_docstring_comment_or_message(folder):
+    found = []
+    for path in list_modules(folder):
+        source = path.read_text("utf-8")
+        for texts in (list_docstrings, list_comments, list_messages):
+            for line, text in texts(source):
+                words = IS_OUT.findall(re.sub(r"`[^`]*`", "", text))
+                found += [f"{path.relative_to(ROOT)}:{line}: {word}" for word in words]
+    assert found == []
+
+
+@pytest.mark.parametrize("folder", CODE)
+def test_sentences_of_the_code_are_short(folder):
+    counts, long = [], []
+    for path in list_modules(folder):
+        source = path.read_text("utf-8")
+        for texts, split in (
+            (list_docstrings, list_docstring_sentences),
+            (list_comments, list_sentences),
+            (list_messages, list_sentences),
+        ):
+            for line, text in texts(source):
+                for sentence in split(text):
+                    counts.append(count_words(sentence))
+                    if counts[-1] > MOST_WORDS:
+                        long.append(f"{path.relative_to(ROOT)}:{line}: {sentence}")
+    assert long == []
+    assert sum(counts) / len(counts) <= MEAN_WORDS
+
+
+def test_the_reader_of_prose_reads_as_a_person_does():
+    page = "# No\n\nOne `a.b` two. Three [four](x.md#y):\n- five\n  six.\n\n| no | no |\n"
+    assert list_paragraphs(page) == ["One `a.b` two. Three [four](x.md#y):", "five six."]
+    assert list_sentences("One `a.b` two. Three [four](x.md#y).") == ["One X two.", "Three four."]
+    assert list_sentences("See e.g. Figure 3. It shows .5 of 2.") == [
+        "See e.g Figure 3.",
+        "It shows .5 of 2.",
+    ]
+    assert IS_OUT.findall("It was looked for in vain, and was worth it.") == ["in vain", "worth"]
+    assert NUMBER.findall("1,000 homes, .5 and 3.10 of `x2` in v1") == ["1,000", ".5", "3.10"]
+    source = '# One\n# two.\nraise ValueError("a b", x)\n'
+    assert [text for _, text in list_comments(source)] == ["One two."]
+    assert [text for _, text in list_messages(source)] == ["a b"]
+    assert list_docstring_sentences("Doc one.\n\nArgs:\n    a: of it.\n") == [
+        "Doc one.",
+        "Args:",
+        "a: of it.",
+    ]
