@@ -14,6 +14,8 @@ from sgm.checks import check_at_least
 from sgm.messages import shorten
 
 _MOST_PIXELS = 1 << 15  # of a side of an image
+_UNIT = np.eye(3)
+_SKEW = 1e-3  # by which a product of a rotation and its inverse may miss 1 or 0
 _LEAST_DEPTH = 1e-6  # metres: what is nearer to the camera, or behind it, has no pixel
 
 
@@ -119,7 +121,7 @@ class Pose:
         """
         rotation = read_numbers("rotation", self.rotation, (3, 3))
         position = read_numbers("position of a camera", self.position, (3,))
-        is_rotation = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-3)
+        is_rotation = np.abs(rotation @ rotation.T - _UNIT).max() <= _SKEW
         if not is_rotation or np.linalg.det(rotation) < 0:
             raise ValueError(
                 "rotation must be an orthonormal matrix with determinant 1, got "

@@ -183,11 +183,12 @@ def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> Non
     )
     # The upper part is measured: behind it the bearing surface is farther away. Middle and foot
     # must not be hidden: a thing that lies along the ray is lower than its box says.
-    upper, foot = (center + np.outer(share * height, [0.0, 0.0, 1.0]) for share in (0.25, -0.45))
-    behind = view.measure_behind(upper, volumes)
-    below = np.minimum(
-        view.measure_behind(center, volumes), view.measure_behind(foot, volumes)
-    )  # nan if one of them is
+    heights = np.outer((0.25, 0.0, -0.45), height)  # (3, n)
+    points = center + heights[..., None] * np.array([0.0, 0.0, 1.0])
+    behind, middle, foot = view.measure_behind(points.reshape(-1, 3), np.tile(volumes, 3)).reshape(
+        3, -1
+    )
+    below = np.minimum(middle, foot)  # nan if one of them is
     is_in_front = np.fmin(behind, below) < -half - through_margin
     # Where it lay on a surface, a ray through its upper part meets that 3/4 of its height deeper.
     expected = 0.75 * height / np.maximum(-ray[:, 2], 1e-3)

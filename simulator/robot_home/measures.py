@@ -173,14 +173,11 @@ class EyesExam:
 
     def _list_remembered(self, furniture: int) -> set[tuple[str, ...]]:
         """Return the names of what the memory has at a piece of furniture."""
-        return {
-            read_name(row["description"])
-            for room in self._memory.to_dict()["rooms"]
-            for node in room["furniture"]
-            if node["id"] == furniture
-            for row in node["objects"]
-            if row["is_there"]
-        }
+        batch, names = self._memory.batch, self._memory.descriptions
+        is_there = (batch.edges["furniture"] == furniture) & batch.edges["is_true"]
+        rows = batch.edges["object"][is_there & (batch.edges["num_true"] > 0)]
+        rows = rows[batch.objects["same_as"][rows] < 0]  # the others stand under another name
+        return {read_name(names[row]) for row in rows.tolist()}
 
     def _count_absences(self, look: BuiltLook, before: set[tuple[str, ...]]) -> None:
         """Count what the memory took for absent, of what was hidden and of what has left."""
