@@ -97,7 +97,7 @@ class Desk:
             ranking=ranking,
             search=search,
             true_places=true_places,
-            looked=[look.furniture for look in story.looks if look.step == step],
+            looked={look.furniture: look.viewpoint for look in story.looks if look.step == step},
             selected=selected,
             view=view,
         )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from sgm.arrays.grouped import mark_rows
 from sgm.arrays.relations import NUM_RELATIONS
 from sgm.finder.ranking import Ranking
 from sgm.finder.search_plan import SearchPlan
+from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.columns import NEVER
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.drawing.belief import SMALLEST_SHOWN, list_probabilities
@@ -39,7 +40,8 @@ class MapContent:
         ranking: the answer to a question; None before there is one.
         search: the plan of a search, drawn as a way; None for none.
         true_places: ids of furniture where the thing asked for truly is.
-        looked: ids of furniture that was looked at in this step.
+        looked: furniture that was looked at in this step, by id, and from where the last look at it
+            was, None where nobody knows.
         selected: id of furniture that was clicked; None for none.
         view: what is on the screen; None for all.
     """
@@ -49,7 +51,7 @@ class MapContent:
     ranking: Ranking | None = None
     search: SearchPlan | None = None
     true_places: Sequence[int] = ()
-    looked: Sequence[int] = ()
+    looked: Mapping[int, Viewpoint | None] = field(default_factory=dict)
     selected: int | None = None
     view: View | None = None
 
@@ -242,7 +244,8 @@ def _draw_marks(
                 "line": {"color": colour, "width": width},
             }
         )  # fmt: skip
-    traces += _draw_views(plan, [index[number] for number in content.looked if number in index])
+    looked = {index[n]: view for n, view in content.looked.items() if n in index}
+    traces += _draw_views(plan, looked)
     if content.ranking is not None:
         own = shown[probability[shown] >= SMALLEST_SHOWN]
         if len(own) <= MOST_NAMES:
@@ -290,25 +293,39 @@ def _draw_marks(
     return traces
 
 
-def _draw_views(plan: FloorPlan, looked: Sequence[int]) -> list[dict[str, Any]]:
-    """Draw where a robot stood to look at furniture with a box, and the angle that it filled."""
-    if plan.footprints is None or plan.stands is None:
+def _draw_views(plan: FloorPlan, looked: Mapping[int, Viewpoint | None]) -> list[dict[str, Any]]:
+    """Draw from where furniture was looked at, and the cone of what the camera saw.
+
+    Where a look does not say it, that is where one stands to look at furniture with a box, and the
+    angle that it fills.
+
+    Args:
+        plan: where everything stands.
+        looked: from where each was looked at, by number in the plan.
+    """
+    wedges = []
+    for node, viewpoint in looked.items():
+        corners = None if plan.footprints is None else plan.footprints[node]
+        if corners is not None and not np.isfinite(corners).all():
+            corners = None
+        if viewpoint is not None:
+            at = np.array([viewpoint.x, viewpoint.y])
+            away = np.inf if corners is None else np.linalg.norm(corners - at, axis=1).max()
+            wedges.append(viewpoint.compute_corners(float(away)))
+        elif corners is not None and plan.stands is not None:
+            stand = plan.stands[node]
+            if np.isfinite(stand).all():
+                wedges.append(np.array([stand, *find_outer_corners(stand, corners)]))
+    if not wedges:
         return []
-    rows = [n for n in looked if np.isfinite(plan.stands[n]).all()]
-    rows = [n for n in rows if np.isfinite(plan.footprints[n]).all()]
-    if not rows:
-        return []
-    corners = [
-        np.array([plan.stands[n], *find_outer_corners(plan.stands[n], plan.footprints[n])])
-        for n in rows
-    ]
+    apexes = np.array(wedges)[:, 0]
     return [
         {
-            **_outline_polygons(np.array(corners)), "mode": "lines", "fill": "toself",
+            **_outline_polygons(np.array(wedges)), "mode": "lines", "fill": "toself",
             "fillcolor": "rgba(22,150,84,0.12)", "line": {"width": 0}, "hoverinfo": "skip",
         },
         {
-            "x": plan.stands[rows, 0].tolist(), "y": plan.stands[rows, 1].tolist(),
+            "x": apexes[:, 0].tolist(), "y": apexes[:, 1].tolist(),
             "mode": "markers", "marker": {"symbol": "circle", "size": 9, "color": "#169654"},
             "hoverinfo": "text", "hovertext": "the robot stood here",
         },

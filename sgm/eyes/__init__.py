@@ -6,6 +6,7 @@ from sgm.eyes.detection import Detection
 from sgm.eyes.gate import Gate
 from sgm.eyes.look_builder import LookBuilder, Unassigned
 from sgm.layout.box import ABOVE_TOP, BELOW_TOP, INTERIORS, Box, sample_volume
+from sgm.layout.viewpoint import Viewpoint
 
 __all__ = [
     "ABOVE_TOP",
@@ -19,5 +20,6 @@ __all__ = [
     "LookBuilder",
     "Pose",
     "Unassigned",
+    "Viewpoint",
     "sample_volume",
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 
@@ -20,6 +21,7 @@ class BuiltLook:
             that they were not seen says nothing.
         start, end: seconds of the first and the last frame.
         num_frames: frames in which it was in view.
+        viewpoint: of the frame that showed most of it; None if nobody knows.
     """
 
     furniture: int
@@ -29,7 +31,8 @@ class BuiltLook:
     start: float
     end: float
     num_frames: int
+    viewpoint: Viewpoint | None = None
 
     def tell(self, memory: SceneGraphMemory) -> None:
         """Fold the look into a memory."""
-        memory.observe(self.furniture, self.seen, self.coverage, self.hidden)
+        memory.observe(self.furniture, self.seen, self.coverage, self.hidden, self.viewpoint)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.scene import Scene, compute_entries
+from sgm.layout.viewpoint import Viewpoint
 
 _FARTHEST_METRES = 200.0  # no depth camera of a home measures more: these are other units
 _LEAST_WEIGHT = (
@@ -54,6 +56,17 @@ class CameraView:
         self._scene, self._reach = scene, reach
         self._depth = None if depth is None else read_depth(depth, intrinsics)
         self._occluders = self._find_in_cone(scene.center, scene.radius, 0.0)
+
+    def make_viewpoint(self) -> Viewpoint:
+        """Return from where the frame was taken, as it is drawn on a floor plan."""
+        left = math.atan((self.intrinsics.cx + 0.5) / self.intrinsics.fx)
+        right = math.atan((self.intrinsics.width - 0.5 - self.intrinsics.cx) / self.intrinsics.fx)
+        ahead = self.pose.rotation[:2, 2]
+        if np.hypot(*ahead) < 1e-6:  # straight down: ahead is what is up in the image
+            ahead = -self.pose.rotation[:2, 1]
+        yaw = math.atan2(ahead[1], ahead[0]) + (left - right) / 2
+        x, y, z = self.pose.position.tolist()
+        return Viewpoint(x, y, z, yaw, left + right, self._reach[1])
 
     def find_seen_points(
         self, volumes: np.ndarray, margin: float, known: np.ndarray

@@ -203,11 +203,11 @@ class LookBuilder:
         volumes = self._scene.list_volumes()
         known = self._visits.list_known(volumes)
         volumes, share = view.find_seen_points(volumes, self._margin, known)
-        shown = self._visits.note_points(time, volumes, share, view.has_depth)
+        shown = self._visits.note_points(time, volumes, share, view)
         shown |= self._note_detections(time, view, detections)
         self._tracks.note_view(view, self._frame, self._through_margin)
         self._spots.note_rays(view, shown, self._through_margin)
-        self._visits.note_frame(time, shown)
+        self._visits.note_frame(time, shown, view)
         return True
 
     def looks(self) -> Iterator[BuiltLook]:
@@ -321,6 +321,7 @@ class LookBuilder:
         return BuiltLook(
             furniture=self._scene.ids[visit.place], seen=seen, coverage=coverage, hidden=hidden,
             start=visit.start, end=visit.last, num_frames=visit.num_frames,
+            viewpoint=visit.viewpoint,
         )  # fmt: skip
 
 

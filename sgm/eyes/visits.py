@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sgm.eyes.camera_view import CameraView
 from sgm.eyes.scene import Scene
+from sgm.layout.viewpoint import Viewpoint
 
 _SURE = 1 - 1e-6  # of all four pixels around a point
 _ALWAYS = 128  # points of a volume that every frame projects, the first ones
@@ -25,6 +27,8 @@ class Visit:
         num_share: how many frames those are, (2, n).
         num_frames: frames that showed it.
         has_depth: whether all of them had a depth image.
+        num_best: points that the frame showed that showed most.
+        viewpoint: of its camera.
     """
 
     place: int
@@ -35,6 +39,8 @@ class Visit:
     num_share: np.ndarray
     num_frames: int = 0
     has_depth: bool = True
+    num_best: int = 0
+    viewpoint: Viewpoint | None = None
 
     def compute_coverage(self, scene: Scene, most_blind: float) -> dict[str, float]:
         """Return the share in view of what is "in" and "onTop" of the place.
@@ -79,7 +85,7 @@ class Visits:
         return known
 
     def note_points(
-        self, time: float, volumes: np.ndarray, share: np.ndarray, has_depth: bool
+        self, time: float, volumes: np.ndarray, share: np.ndarray, view: CameraView
     ) -> set[int]:
         """Unite the points that a frame shows, and return the places that it shows.
 
@@ -87,9 +93,11 @@ class Visits:
             time: of the frame, seconds.
             volumes: (k,).
             share: how far each of their points is in view, 0 to 1, (k, n).
-            has_depth: whether there is a depth image.
+            view: of the frame.
         """
         shown = set()
+        # Of points that every frame is asked for: the others are known after some frames.
+        num_shown = np.count_nonzero(share[:, :_ALWAYS] >= 0.5, axis=1)
         for row in np.flatnonzero((share >= 0.5).any(axis=1)):
             volume = int(volumes[row])
             visit = self._continue(volume // 2, time)
@@ -98,16 +106,20 @@ class Visits:
             is_doubtful = (share[row] > 0) & ~is_sure
             visit.sum_share[side, is_doubtful] += share[row, is_doubtful]
             visit.num_share[side] += is_doubtful
-            visit.has_depth &= has_depth
+            visit.has_depth &= view.has_depth
+            if num_shown[row] > visit.num_best:
+                visit.num_best, visit.viewpoint = int(num_shown[row]), view.make_viewpoint()
             shown.add(volume // 2)
         return shown
 
-    def note_frame(self, time: float, places: set[int]) -> None:
+    def note_frame(self, time: float, places: set[int], view: CameraView) -> None:
         """Count a frame for the places that it shows, or in which it shows a thing."""
         for place in places:
             visit = self._continue(place, time)
             visit.last = time
             visit.num_frames += 1
+            if visit.viewpoint is None:
+                visit.viewpoint = view.make_viewpoint()
 
     def take_ended(self, time: float, pause: float, longest: float) -> list[Visit]:
         """Take out the visits whose place was out of view for `pause` s, or that last `longest`."""

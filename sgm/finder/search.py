@@ -20,6 +20,7 @@ from sgm.finder.search_plan import (
     is_at,
     plan_search,
 )
+from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.coverage import read_coverage, split_coverage
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS, Sighting
@@ -190,6 +191,7 @@ class ObjectSearch:
         sightings: Sequence[Sighting],
         coverage: float | Mapping[str, float] = 1.0,
         hidden: Sequence[str] = (),
+        viewpoint: Viewpoint | None = None,
     ) -> bool:
         """Say all that was seen at the place that `next` gave.
 
@@ -198,6 +200,7 @@ class ObjectSearch:
             coverage: share of the furniture that was in view, or shares of "in" and "onTop" of it,
                 as `SceneGraphMemory.observe` takes them.
             hidden: descriptions of things whose own spots were out of view.
+            viewpoint: from where the camera looked, for the log.
 
         Returns:
             Whether what is looked for was among it.
@@ -205,7 +208,7 @@ class ObjectSearch:
         look = self._get_going()
         others = {read_name(name) for name in self.memory.descriptions}
         others -= {read_name(name) for name in self._list_meant()}
-        self.memory.observe(look.place.furniture, sightings, coverage, hidden)
+        self.memory.observe(look.place.furniture, sightings, coverage, hidden, viewpoint)
         names = [sighting.description for sighting in sightings]
         meant = {read_name(name) for name in self._list_meant()}
         # The detector may call it otherwise than before: "mug" for the "large red mug". A name

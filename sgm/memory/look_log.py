@@ -14,6 +14,7 @@ from sgm.files import make_read_error, parse_json, read_file
 from sgm.layout.box import Box
 from sgm.layout.furniture import read_open_cost
 from sgm.layout.layout import Layout, read_map_id
+from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import Clock
 from sgm.memory.corrections import ThingName
 from sgm.memory.coverage import parse_coverage
@@ -24,8 +25,9 @@ from sgm.memory.time_steps import MAX_TIME
 from sgm.messages import shorten
 from sgm.names.words import read_words
 
-LOG_VERSION = 3
-# Without the memory that goes on, and without questions; 2 without what people say.
+LOG_VERSION = 4
+# Without the memory that goes on, and without questions; 2 without what people say, 3 without
+# from where was looked.
 _FIRST_VERSION = 1
 MOST_LOG_BYTES = 1 << 34
 # What the values of a line must name, by kind.
@@ -67,7 +69,8 @@ class LogLine:
             arguments as values; a thing is named by its description and, where it has one, its id.
             `seen` of a look holds the arguments of each sighting: description, relation, confidence
             (a score where the memory calibrates it) and, of some, owner, id and embedding;
-            `coverage` is one share or those of "in" and "onTop".
+            `coverage` is one share or those of "in" and "onTop", `viewpoint` of a look is None or
+            says from where it was.
         time: time step of the memory, after the change.
         values: JSON values by name.
     """
@@ -298,6 +301,8 @@ def _read_line(data: Any) -> LogLine:
             for description, relation, confidence, *about in values["seen"]
         ]
         values["hidden"] = [_check_words(name) for name in data.get("hidden", ())]
+        point = data.get("viewpoint")
+        values["viewpoint"] = None if point is None else Viewpoint.from_json(point)
     elif kind in STATEMENTS:
         if not LEAST_CONFIDENCE <= float(values["confidence"]) <= 1:
             raise ValueError(f"confidence {shorten(values['confidence'])}")

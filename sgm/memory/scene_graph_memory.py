@@ -16,6 +16,7 @@ from sgm.arrays.read_numbers import read_numbers
 from sgm.layout.box import Box
 from sgm.layout.furniture import Furniture, read_position
 from sgm.layout.layout import Layout, read_map_id
+from sgm.layout.viewpoint import Viewpoint, read_viewpoint
 from sgm.memory.asking import Asked, Scorer
 from sgm.memory.clock import Clock
 from sgm.memory.corrections import MemoryCorrections
@@ -506,6 +507,7 @@ class SceneGraphMemory(MemoryCorrections):
         seen: Sequence[Sighting],
         coverage: float | Mapping[str, float] = 1.0,
         hidden: Sequence[str] = (),
+        viewpoint: Viewpoint | None = None,
     ) -> None:
         """Fold one look at a furniture node into the memory.
 
@@ -524,6 +526,8 @@ class SceneGraphMemory(MemoryCorrections):
                 for one that was not in view: {"in": 0, "onTop": 0.8} of a fridge that is shut.
             hidden: descriptions of things whose own spots were out of view, behind something else:
                 that they were not seen is not counted against them.
+            viewpoint: from where the camera looked, for the log and the page that shows it; the
+                memory does not use it.
 
         Looks must lie some time apart: a memory that seems to be told of every frame of a video
         warns once (`LookPerFrameWarning`), and counts ten looks at a place in a time step and those
@@ -531,7 +535,8 @@ class SceneGraphMemory(MemoryCorrections):
 
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
-            TypeError: if `seen` holds something else than sightings, or `hidden` no list.
+            TypeError: if `seen` holds something else than sightings, `hidden` is no list, or the
+                viewpoint none.
             ValueError: if the coverage is out of range, or something hidden has no name.
 
         Source: paper section 4.2, appendix B. Differs: negative evidence is counted (released
@@ -541,6 +546,7 @@ class SceneGraphMemory(MemoryCorrections):
         seen = read_sightings(seen, place)  # may take its time: others go on meanwhile
         share = read_coverage(coverage, place)
         names = read_hidden(hidden, place)
+        from_where = read_viewpoint(viewpoint)
         furniture = int(furniture)  # of any kind of number
         rows = [one.to_row() for one in seen]
         with self._lock:
@@ -552,6 +558,8 @@ class SceneGraphMemory(MemoryCorrections):
             else:
                 self._warn_of_scores(seen)
             about: dict[str, Any] = {"hidden": names} if names else {}
+            if from_where is not None:
+                about["viewpoint"] = from_where.to_json()
             self._write("look", furniture=furniture, coverage=share, seen=rows, **about)
             self._state.look(furniture, seen, share, names)
 

@@ -152,7 +152,10 @@ class Replay(Story):
                             there.remove(text)
                     missed = tuple(there)
                 sought = None if is_look else values["description"]
-                yield PastLook(line.time, furniture, seen, missed, sought, values["coverage"])
+                yield PastLook(
+                    line.time, furniture, seen, missed, sought, values["coverage"],
+                    values.get("viewpoint"),
+                )  # fmt: skip
             elif line.kind != "query":  # a look at no furniture is an error
                 player.apply(line)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sgm.finder.finder import Finder
+from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import HOUR_SECONDS, Clock
 from sgm.memory.coverage import Coverage
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -31,6 +32,7 @@ class PastLook:
         missed: what was truly there and was not detected; None if nobody knows.
         sought: the one thing that was looked for; None for all.
         coverage: share of the furniture that was in view, or of "in" and "onTop" of it.
+        viewpoint: from where it was; None if nobody knows.
     """
 
     step: int
@@ -39,6 +41,7 @@ class PastLook:
     missed: tuple[str, ...] | None = None
     sought: str | None = None
     coverage: Coverage = 1.0
+    viewpoint: Viewpoint | None = None
 
 
 @dataclass(frozen=True, slots=True)

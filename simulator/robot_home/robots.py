@@ -88,7 +88,7 @@ class HomeRobot(ABC):
             look = self.look_at(furniture)
             if look is None:
                 search.not_found(0.01)
-            elif search.seen(look.seen, look.coverage, look.hidden):
+            elif search.seen(look.seen, look.coverage, look.hidden, look.viewpoint):
                 is_found = self._is_there(description, furniture)
                 break
         return Errand(description, is_found, search.num_looks, metres)

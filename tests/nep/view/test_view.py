@@ -22,8 +22,11 @@ from nep.view.saved_page import save_page
 from nep.view.texts import tell_furniture, tell_ranking, tell_step
 from sgm.finder.finder import Finder
 from sgm.layout.box import Box
+from sgm.layout.viewpoint import Viewpoint
+from sgm.memory.look_log import read_log
 from simulator import Bayesian, SceneGraphMemory, Sighting
 from simulator.drawing import FloorPlan
+from simulator.replay.replay import Replay
 from simulator.replay.still_memory import StillMemory
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -266,7 +269,7 @@ def test_furniture_with_a_box_is_a_polygon_and_a_look_at_it_a_wedge():
     box = Box((3, 2, 0.4), (2, 1, 0.8))
     table = memory.add_furniture("table", kitchen, box=box, position=(5, 2))
     plan = FloorPlan.of_memory(memory)
-    traces = make_map(MapContent(plan, memory, looked=[table]))["data"]
+    traces = make_map(MapContent(plan, memory, looked={table: None}))["data"]
     outline = [[4, 2.5], [2, 2.5], [2, 1.5], [4, 1.5], [4, 2.5]]
     drawn = [list(zip(one["x"], one["y"], strict=True)) for one in traces]
     assert [tuple(point) for point in outline] in [points[:5] for points in drawn]
@@ -275,6 +278,37 @@ def test_furniture_with_a_box_is_a_polygon_and_a_look_at_it_a_wedge():
     assert [(5.0, 2.0), (4.0, 2.5), (4.0, 1.5), (5.0, 2.0)] in [points[:4] for points in drawn]
     plain = make_map(MapContent(plan, memory))["data"]
     assert not [one for one in plain if one.get("hovertext") == "the robot stood here"]
+
+
+def test_a_look_that_says_from_where_it_was_is_drawn_as_the_cone_of_the_camera():
+    """The table reaches from x = 2 to 4 and y = 1.5 to 2.5; the camera is at (5, 2), turned to -x.
+
+    Its farthest corners are hypot(3, .5) = 3.04 m away; half of a right angle to both sides of -x
+    are the directions (-1, -1) and (-1, 1) / sqrt 2: x = y - 2 = 3.04 / sqrt 2 = 2.15 m.
+    """
+    memory = SceneGraphMemory()
+    table = memory.add_furniture(
+        "table", memory.add_room("kitchen"), box=Box((3, 2, 0.4), (2, 1, 0.8))
+    )
+    plan = FloorPlan.of_memory(memory)
+    camera = Viewpoint(5.0, 2.0, 1.4, yaw=np.pi, angle=np.pi / 2, reach=4.0)
+    traces = make_map(MapContent(plan, memory, looked={table: camera}))["data"]
+    (stood,) = [one for one in traces if one.get("hovertext") == "the robot stood here"]
+    assert (stood["x"], stood["y"]) == ([5.0], [2.0])
+    wedge = [(5.0, 2.0), (2.849, -0.151), (2.849, 4.151), (5.0, 2.0)]
+    assert wedge in [list(zip(one["x"], one["y"], strict=True))[:4] for one in traces]
+
+
+def test_the_page_reads_from_where_a_log_was_looked(tmp_path):
+    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    table = memory.add_furniture(
+        "table", memory.add_room("kitchen"), box=Box((3, 2, 0.4), (2, 1, 0.8))
+    )
+    camera = Viewpoint(5.0, 2.0, 1.4, yaw=3.0, angle=1.0, reach=4.0)
+    memory.observe(table, [Sighting("mug")], viewpoint=camera)
+    memory.observe(table, [Sighting("mug")])
+    looks = Replay(read_log(tmp_path / "looks.jsonl"), "home").looks
+    assert [look.viewpoint for look in looks] == [camera, None]
 
 
 def test_outer_corners_by_hand():

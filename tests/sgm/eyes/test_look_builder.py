@@ -4,6 +4,8 @@ import pytest
 from sgm.eyes import Box, Gate, Intrinsics, LookBuilder, Pose
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.scene import Scene
+from sgm.memory.look_log import read_log
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from tests.sgm.eyes.scenes import (
     CAMERA,
     FLOOR,
@@ -275,6 +277,39 @@ def test_a_visit_ends_with_a_pause_and_is_cut_when_it_is_long():
         builder.frame(0.5 * number, away, CAMERA, (), np.full_like(depth, np.inf))
     assert [(look.start, look.end) for look in builder.looks()] == [(21.0, 29.5)]
     assert list(builder.finish()) == []
+
+
+def test_a_look_says_from_where_most_was_in_view(tmp_path):
+    """The camera turns to the table from the side, so that the middle frame shows all of it.
+
+    Columns reach from -.5 to 159.5 around 79.5: 80 pixels to both sides at a focal length of 140.
+    """
+    at = np.array([0.0, 0.0, 1.4])
+    turns = np.linspace(-0.8, 0.8, 17)
+    ways = [np.array([np.cos(turn), np.sin(turn), -0.4]) for turn in turns]
+    poses = [Pose.look_at(at, at + way) for way in ways]
+    looks = walk(LookBuilder({7: TABLE}), poses, [TABLE])
+    seen = looks[7].viewpoint
+    assert (seen.x, seen.y, seen.z) == (0.0, 0.0, 1.4)
+    assert abs(seen.yaw) < 0.25
+    assert seen.angle == pytest.approx(2 * np.arctan(80 / 140))
+    assert seen.reach == Gate().farthest
+    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    room = memory.add_room("kitchen")
+    while memory.num_furniture < 8:
+        memory.add_furniture("table", room)
+    looks[7].tell(memory)
+    (line,) = [one for one in read_log(tmp_path / "looks.jsonl") if one.kind == "look"]
+    assert line.values["viewpoint"].yaw == pytest.approx(seen.yaw, abs=1e-3)
+
+
+def test_from_straight_above_ahead_is_what_is_up_in_the_image():
+    """The image's x is the map's x, its y the map's -y."""
+    down = Pose(np.diag([1.0, -1.0, -1.0]), np.array([1.0, 2.0, 3.0]))
+    view = CameraView(Scene({}), down, Intrinsics(10.0, 10.0, 5.0, 5.0, 11, 11), None, (0.2, 9.0))
+    found = view.make_viewpoint()
+    assert found.yaw == pytest.approx(np.pi / 2)
+    assert found.angle == pytest.approx(2 * np.arctan(0.55))
 
 
 def test_looks_are_handed_to_a_callback():

@@ -1,0 +1,70 @@
+import json
+import math
+
+import numpy as np
+import pytest
+
+from sgm import Sighting
+from sgm.layout.viewpoint import Viewpoint
+from sgm.memory.look_log import LOG_VERSION, read_log
+from sgm.memory.replay import replay
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+
+CAMERA = Viewpoint(1.0, 2.0, 1.4, yaw=0.5, angle=1.2, reach=4.0)
+
+
+def test_corners_by_hand():
+    """Ahead is +y; half of 60 degrees to both sides: (-sin 30, cos 30) and (sin 30, cos 30) x 2."""
+    camera = Viewpoint(1.0, 2.0, 1.4, yaw=math.pi / 2, angle=math.pi / 3, reach=4.0)
+    expected = [[1, 2], [0, 2 + math.sqrt(3)], [2, 2 + math.sqrt(3)]]
+    np.testing.assert_allclose(camera.compute_corners(2.0), expected, atol=1e-12)
+    far = camera.compute_corners() - (1, 2)
+    np.testing.assert_allclose(np.linalg.norm(far, axis=1), [0, 4, 4])
+
+
+def test_a_log_holds_from_where_was_looked(tmp_path):
+    path = tmp_path / "looks.jsonl"
+    memory = SceneGraphMemory(log=path)
+    table = memory.add_furniture("table", memory.add_room("kitchen"))
+    memory.observe(table, [Sighting("mug")], viewpoint=CAMERA)
+    memory.observe(table, [], 0.5)
+    lines = [json.loads(line) for line in path.read_text("utf-8").splitlines()]
+    assert lines[0]["version"] == LOG_VERSION == 4
+    looks = [line for line in lines if line["kind"] == "look"]
+    assert looks[0]["viewpoint"] == [1.0, 2.0, 1.4, 0.5, 1.2, 4.0]
+    assert "viewpoint" not in looks[1]
+    read = [line.values["viewpoint"] for line in read_log(path) if line.kind == "look"]
+    assert read == [CAMERA, None]
+    again = [before for before, _, _ in replay(read_log(path))][-1]
+    assert again.to_dict() == memory.to_dict()  # the memory itself does not use it
+    lines[0]["version"] = 3  # a log of an earlier version has none
+    del looks[0]["viewpoint"]
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines), "utf-8")
+    assert [one.values["viewpoint"] for one in read_log(path) if one.kind == "look"] == [None] * 2
+    looks[0]["viewpoint"] = [1, 2, 3]
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines), "utf-8")
+    with pytest.raises(ValueError, match=r"line 4 of a log.*viewpoint must be a list of x, y, z"):
+        read_log(path)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"x": math.nan}, "viewpoint must be finite numbers"),
+        ({"yaw": "north"}, "viewpoint must be finite numbers"),
+        ({"angle": 0}, "angle and reach of a viewpoint must lie above 0"),
+        ({"angle": 4}, "the angle below pi, got 4 and"),
+        ({"reach": -1}, "angle and reach of a viewpoint must lie above 0"),
+    ],
+)
+def test_bad_values(values, message):
+    good = {"x": 0, "y": 0, "z": 1, "yaw": 0, "angle": 1, "reach": 4}
+    with pytest.raises(ValueError, match=message):
+        Viewpoint(**{**good, **values})
+
+
+def test_a_memory_wants_a_viewpoint():
+    memory = SceneGraphMemory()
+    table = memory.add_furniture("table", memory.add_room("kitchen"))
+    with pytest.raises(TypeError, match=r"viewpoint must be a Viewpoint, got \(1, 2\)\. Take"):
+        memory.observe(table, [], viewpoint=(1, 2))
