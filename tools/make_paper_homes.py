@@ -9,6 +9,8 @@ from pathlib import Path
 from nep.bench.paper.experiments import Setting
 from nep.bench.paper.paper_numbers import PAPER_TABLE_1
 from nep.bench.paper.paper_tables import (
+    CLAIM,
+    VERDICT,
     compute_table,
     correct_claims,
     find_known,
@@ -17,14 +19,7 @@ from nep.bench.paper.paper_tables import (
     load_table_1,
 )
 from nep.report.results import ScoreSummary
-from nep.report.tables import (
-    BOUNDED,
-    TOP,
-    format_difference,
-    format_number,
-    format_p,
-    join_table,
-)
+from nep.report.tables import BOUNDED, TOP, TableColumn, join_table, lay_out
 
 TASKS = {
     "predict_location": "location ↑",
@@ -59,19 +54,11 @@ def make_orderings(results: Results) -> str:
         for setting, scores in results.items()
         for claim in list_claims(setting, compute_table(setting, scores), scores)
     ]
-    rows = [
-        [
-            f"{TASKS[claim.setting.task].split()[0]}, {claim.setting.nodes}",
-            f"{claim.better} better than {claim.worse}",
-            format_difference(claim.difference, ".3f"),
-            format_number(claim.difference.detectable, ".3f"),
-            format_p(claim.corrected),
-            claim.verdict,
-        ]
-        for claim in correct_claims(claims)
-    ]
-    header = ["setting", "claim", "difference [95 %]", "detectable", "Holm's p", "verdict"]
-    return join_table(header, rows, num_text=2)
+    where = TableColumn(
+        "setting",
+        lambda own: f"{TASKS[own.setting.task].split()[0]}, {own.setting.nodes}",
+    )
+    return lay_out(correct_claims(claims), (where, CLAIM, *VERDICT), 2)
 
 
 if __name__ == "__main__":

@@ -13,10 +13,12 @@ from nep.bench.task_game import GameScores
 from nep.report.statistics import LEVEL, correct_holm
 from nep.report.tables import (
     Difference,
+    TableColumn,
     format_difference,
     format_number,
     format_p,
     join_table,
+    lay_out,
 )
 from simulator.tasks.metrics import Metric
 
@@ -137,35 +139,37 @@ def make_overview(about: Mapping[str, Mapping[str, Any]], scores: GameScores, ne
     """
     rows = compare_with_rules(about, scores, network)
     parts = [_ABOUT, count_decided(about, rows).strip()]
-    header = [
-        "homes",
-        "units",
-        network,
-        "best rule",
-        "difference [95 %]",
-        "detectable",
-        "p",
-        "Holm",
-    ]
     for column in map(COLUMNS.__getitem__, COMPARED):
-        lines = [_make_row(about, row) for row in rows if row.column == column]
+        own = [row for row in rows if row.column == column]
         better = "more" if column.is_higher_better else "less"
         title = column.title[:1].upper() + column.title[1:]
-        parts.append(f"### {title} ({better} is better)\n\n{join_table(header, lines)}")
+        table = lay_out(own, _list_columns(about, network, column.format))
+        parts.append(f"### {title} ({better} is better)\n\n{table}")
     return "\n\n".join(part.strip() for part in parts) + "\n"
 
 
-def _make_row(about: Mapping[str, Mapping[str, Any]], row: RuleComparison) -> list[str]:
-    form = row.column.format
-    difference = format_difference(row.difference, form)
-    mark = "**" if row.corrected < 1 - LEVEL else ""
-    tests = ["the same plays", f"as {about[row.same_as]['title']}"] if row.same_as else []
+def _list_columns(
+    about: Mapping[str, Mapping[str, Any]], network: str, form: str
+) -> list[TableColumn]:
+    """List the columns of a table of comparisons."""
+
+    def write_difference(row: RuleComparison) -> str:
+        mark = "**" if row.corrected < 1 - LEVEL else ""
+        return f"{mark}{format_difference(row.difference, form)}{mark}"
+
+    def write_p(row: RuleComparison) -> str:
+        return "the same plays" if row.same_as else format_p(row.difference.p)
+
+    def write_corrected(row: RuleComparison) -> str:
+        return f"as {about[row.same_as]['title']}" if row.same_as else format_p(row.corrected)
+
     return [
-        about[row.kind]["title"],
-        str(row.num_units),
-        format(row.own, form),
-        f"{row.other:{form}} {row.rule}",
-        f"{mark}{difference}{mark}",
-        format_number(row.difference.detectable, form),
-        *(tests or [format_p(row.difference.p), format_p(row.corrected)]),
+        TableColumn("homes", lambda row: about[row.kind]["title"]),
+        TableColumn("units", lambda row: str(row.num_units)),
+        TableColumn(network, lambda row: format(row.own, form)),
+        TableColumn("best rule", lambda row: f"{row.other:{form}} {row.rule}"),
+        TableColumn("difference [95 %]", write_difference),
+        TableColumn("detectable", lambda row: format_number(row.difference.detectable, form)),
+        TableColumn("p", write_p),
+        TableColumn("Holm", write_corrected),
     ]

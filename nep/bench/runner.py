@@ -16,7 +16,13 @@ from jsonargparse import Namespace
 from nep.bench.game import Game
 from nep.bench.score_cache import ScoreCache, find_scores
 from nep.bench.scoring_code import checksum_code
-from nep.bench.table_options import Option, list_names, make_command
+from nep.bench.table_options import (
+    Option,
+    add_options,
+    check_options,
+    list_names,
+    make_command,
+)
 from nep.players.contestants import Checkpoint
 from nep.report.code_version import describe_code
 from sgm.files import write_whole
@@ -66,11 +72,14 @@ class Suite(ABC, Generic[GameType]):
         command: how it is called, `python -m` and this.
         summary: what it does, in its help.
         options: its options, among them those of `list_table_options`.
+        shows_all: whether the table has all games that were ever played, those of `--kinds` alone
+            if these are named, and not only those of this command.
     """
 
     command: ClassVar[str]
     summary: ClassVar[str]
     options: ClassVar[tuple[Option, ...]]
+    shows_all: ClassVar[bool] = False
 
     def check(self, options: Namespace) -> None:
         """Raise `ValueError` for what bounds do not say."""
@@ -95,6 +104,8 @@ class Suite(ABC, Generic[GameType]):
 
     def list_shown(self, options: Namespace, cache: ScoreCache, played: Sequence[str]) -> list[str]:
         """Name the games in the table; `played` are those of this command, none if it plays not."""
+        if self.shows_all:
+            return [*(options.get("kinds") or cache.about)]
         return [*(played or cache.about)]
 
     def list_needed(self, options: Namespace, networks: Sequence[str]) -> Sequence[str]:
@@ -108,15 +119,13 @@ class Suite(ABC, Generic[GameType]):
             f"{self.summary} Run again to resume: what has been played is in the JSON file beside "
             "the table.",
         )
-        for option in self.options:
-            option.add(parser)
+        add_options(parser, self.options)
         add_worker_arguments(parser, workers=1)
         torch.set_num_threads(1)
         with one_line_errors(status=2):
             options = parse(parser, arguments)
             check_workers(options.workers, options.backend)
-            for option in self.options:
-                option.check(options[option.name])
+            check_options(self.options, options)
             self.check(options)
             path = find_scores(options.out)
             networks = list_names(options.checkpoint)

@@ -33,8 +33,11 @@ class StoredPlay(ABC):
         """Return the scores, as JSON values."""
 
     def is_done(self) -> bool:
-        """Tell whether the file holds the scores of these settings."""
-        return read_unit(self.path, self._tell()) is not None
+        """Tell whether the file holds the scores of these settings, of a network that is there."""
+        try:
+            return read_unit(self.path, self._tell()) is not None
+        except FileNotFoundError:
+            return False
 
     def run(self) -> None:
         """Play and write the file, unless it is there already."""

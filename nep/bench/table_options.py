@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from jsonargparse import ArgumentParser, Namespace
 
 from nep.bench.score_cache import ScoreCache
 from sgm.checks import check_at_least, check_at_most, check_shares
+from sgm.messages import shorten
 from sgm.network.shipped import split_name
 
 MOST = 10_000  # of homes, days, and looks or questions in a time step
@@ -31,6 +32,7 @@ class Option:
         help: what it says.
         low, high: bounds of the number, or of each of several; None for none.
         type: of its value; that of the default if left out, names for an empty tuple.
+        known: what its values may be; None for anything.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Option:
     low: int | None = None
     high: int | None = None
     type: Any = None
+    known: Collection[str] | None = None
 
     def add(self, parser: ArgumentParser) -> None:
         """Add it to the parser of a command."""
@@ -53,10 +56,28 @@ class Option:
             check_shares(**{self.name: value})
             return
         for number in (value or (0,)) if isinstance(value, tuple) else (value,):
+            if self.known is not None and number not in self.known:
+                raise ValueError(
+                    f"{self.name} must be some of {', '.join(self.known)}, got {shorten(number)}. "
+                    "Choose among these."
+                )
             if self.low is not None:
                 check_at_least(self.low, **{self.name: number})
             if self.high is not None:
                 check_at_most(self.high, **{self.name: number})
+
+
+def add_options(parser: ArgumentParser, options: Sequence[Option]) -> None:
+    """Add options to the parser of a command."""
+    for option in options:
+        option.add(parser)
+
+
+def check_options(options: Sequence[Option], given: Namespace) -> None:
+    """Raise `ValueError` if a value that was given is out of bounds."""
+    for option in options:
+        if given[option.name] is not None:
+            option.check(given[option.name])
 
 
 def count(name: str, default: int, text: str, low: int = 1) -> Option:

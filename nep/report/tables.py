@@ -5,8 +5,9 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
@@ -224,6 +225,19 @@ def make_markdown(
     if parts:
         text += f"\nWould be found with 80 % power, if true: {', '.join(parts)}. Not corrected.\n"
     return text
+
+
+class TableColumn(NamedTuple):
+    """A column of a table: its title, and what makes the cell of a row."""
+
+    title: str
+    make_cell: Callable[[Any], str]
+
+
+def lay_out(rows: Iterable[Any], columns: Sequence[TableColumn], num_text: int = 1) -> str:
+    """Make a Markdown table of rows and columns; the first `num_text` columns are text."""
+    cells = [[column.make_cell(row) for column in columns] for row in rows]
+    return join_table([column.title for column in columns], cells, num_text)
 
 
 def join_table(header: Sequence[str], cells: Iterable[Sequence[str]], num_text: int = 1) -> str:

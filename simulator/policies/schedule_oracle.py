@@ -39,7 +39,6 @@ class ScheduleOracle(Policy):
     that is new in the home is in none of the copies.
     """
 
-    knows_looks: ClassVar[bool] = True
     needs: ClassVar[frozenset[str]] = frozenset((TRUE_SCHEDULES,))
 
     def __init__(self, homes: SampledHomes) -> None:

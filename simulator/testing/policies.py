@@ -152,10 +152,6 @@ class _Watched(Policy):
         _check_unchanged(memory, before, "observe")
 
 
-def _list_parts(queries: Queries) -> tuple[np.ndarray, ...]:
-    return queries.home, queries.object, queries.prior
-
-
 def _check_scores(memory: MemoryBatch, queries: Queries, scores: np.ndarray) -> None:
     shape = (len(queries.home), memory.num_furniture)
     if np.shape(scores) != shape:

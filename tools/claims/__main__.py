@@ -7,17 +7,32 @@ from pathlib import Path
 
 from nep.bench.paper.stages import run_stages
 from nep.bench.paper.work import (
-    add_work_options,
+    list_work_options,
     make_console,
     stop_if_failed,
     work_in,
     write_files,
 )
-from sgm.checks import check_at_least
+from nep.bench.table_options import Option, add_options, check_options
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.process import run_main
 from tools.claims.plan import ClaimsPlan, plan_claims
 from tools.claims.report import make_report
+
+OPTIONS = (
+    *list_work_options("runs/claims", "tables"),
+    Option("train", True, "false: play with the networks that are there, and write the tables"),
+    Option("seeds", 3, "trainings of every network", low=1),
+    Option(
+        "table_1", None, "table_1.json of nep.reproduce with seed 0: its networks are the "
+        "trainings of seed 0 in homes of 32 places", type=Path | None,
+    ),
+    Option("num_homes", 100, "test homes", low=1),
+    Option("steps", 100, "steps in each", low=1),
+    Option(
+        "epochs", None, "of every training; what its config says if left out", 1, type=int | None
+    ),
+)  # fmt: skip
 
 
 def _make_plan(arguments: Sequence[str] | None) -> tuple[ClaimsPlan, Path, int, bool]:
@@ -26,30 +41,9 @@ def _make_plan(arguments: Sequence[str] | None) -> tuple[ClaimsPlan, Path, int, 
         "Train and play what settles the paper's claims, as far as that is not done yet, and write "
         "claims.md and claims.json. Interrupted, the same command goes on; what is finished stays.",
     )
-    add_work_options(parser, "runs/claims", "tables")
-    parser.add_argument(
-        "--train",
-        type=bool,
-        default=True,
-        help="false: play with the networks that are there, and write tables of what was played",
-    )
-    parser.add_argument("--seeds", type=int, default=3, help="trainings of every network")
-    parser.add_argument(
-        "--table_1",
-        type=Path | None,
-        help="table_1.json of nep.reproduce with seed 0: its networks are the trainings of seed 0 "
-        "in homes of 32 places",
-    )
-    parser.add_argument("--num_homes", type=int, default=100, help="test homes")
-    parser.add_argument("--steps", type=int, default=100, help="steps in each")
-    parser.add_argument(
-        "--epochs", type=int | None, help="of every training; what its config says if left out"
-    )
+    add_options(parser, OPTIONS)
     options = parse(parser, arguments)
-    check_at_least(
-        1, seeds=options.seeds, num_homes=options.num_homes, steps=options.steps,
-        epochs=options.epochs, jobs=options.jobs,
-    )  # fmt: skip
+    check_options(OPTIONS, options)
     if options.table_1 is not None and not options.table_1.is_file():
         raise ValueError(
             f"table_1 must be a file, got {options.table_1}. Name a table_1.json, or leave it out."

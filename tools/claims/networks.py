@@ -10,24 +10,21 @@ from typing import Any
 import numpy as np
 
 from nep.bench.paper.paper_numbers import PAPER_TABLE_1
-from nep.bench.paper.paper_tables import Claim, correct_claims
+from nep.bench.paper.paper_tables import CLAIM, VERDICT, Claim, correct_claims
 from nep.report.results import ScoreSummary
 from nep.report.statistics import LEVEL, correct_holm
 from nep.report.tables import (
     Difference,
+    TableColumn,
     compute_difference,
     format_difference,
-    format_number,
-    format_p,
     join_table,
+    lay_out,
 )
 from tools.claims.plan import LOCATION, ORDER, RATES, SOURCES, SWITCHES
 from tools.claims.scores import ClaimsScores, list_homes, round_all
 
 _WITH_MESSAGES = ("gcn", "heat")
-_CLAIMS_HEADER = (
-    "claim", "trainings", "difference [95 %]", "detectable", "Holm's p", "verdict",
-)  # fmt: skip
 _OUTSIDE = 40  # of so many 95 % intervals, one lies above what is true by chance, and one below
 
 
@@ -92,7 +89,7 @@ class NetworkSections:
             "A training draws its homes, weights and batches by its seed. Detectable: the "
             "smallest true difference that would be found with 80 % power. Holds or reversed: p, "
             f"corrected by Holm's method for all {len(lines)} rows, is below .05.\n",
-            join_table(["homes", *_CLAIMS_HEADER], _format_claims(lines), 2),
+            _lay_out_claims("homes", lines),
         ]
         return "\n".join(text), kept
 
@@ -174,7 +171,7 @@ class NetworkSections:
             "nor of the test, after the last epoch. The rate that is best there is bold; test "
             "scores chose nothing.\n",
             join_table(["learning rate", *header], lines),
-            join_table(["learning rate", *_CLAIMS_HEADER], _format_claims(claims), 2),
+            _lay_out_claims("learning rate", claims),
         ]
         return "\n".join(text), {
             "validation": {name: round_all(by_rate) for name, by_rate in known.items()},
@@ -246,21 +243,21 @@ class NetworkSections:
         return f"Parameters: {', '.join(counts)}.\n" if counts else ""
 
 
-def _format_claims(rows: Sequence[tuple[str, int, Claim]]) -> list[list[str]]:
-    """Make the cells of a table of claims, of where, trainings and claim: `_CLAIMS_HEADER`."""
+def _lay_out_claims(title: str, rows: Sequence[tuple[str, int, Claim]]) -> str:
+    """Make a table of claims, of where, trainings and claim."""
     corrected = correct_claims([claim for _, _, claim in rows])
-    return [
-        [
-            where,
-            f"{claim.better} better than {claim.worse}",
-            str(num_trainings),
-            format_difference(claim.difference, ".3f"),
-            format_number(claim.difference.detectable, ".3f"),
-            format_p(claim.corrected),
-            claim.verdict,
-        ]
-        for (where, num_trainings, _), claim in zip(rows, corrected, strict=True)
-    ]
+
+    def read(column: TableColumn) -> TableColumn:
+        return TableColumn(column.title, lambda row: column.make_cell(row[2]))
+
+    columns = (
+        TableColumn(title, lambda row: row[0]),
+        read(CLAIM),
+        TableColumn("trainings", lambda row: str(row[1])),
+        *map(read, VERDICT),
+    )
+    own = [(where, num, claim) for (where, num, _), claim in zip(rows, corrected, strict=True)]
+    return lay_out(own, columns, 2)
 
 
 def _make_switch_row(

@@ -32,12 +32,14 @@ from nep.report.tables import (
     TOP,
     Difference,
     Row,
+    TableColumn,
     compute_difference,
     compute_rows,
     format_difference,
     format_number,
     format_p,
     join_table,
+    lay_out,
     make_csv,
     make_markdown,
 )
@@ -231,7 +233,7 @@ def make_table_1(results: Mapping[Setting, Scores], provenance: Provenance) -> d
         "be found with 80 % power. Decided where p of the paired t test, corrected by Holm's "
         f"method for all {len(claims)} rows, is below .05. {provenance.about_trainings}"
         "The heuristic is the best one of each setting in these homes.\n",
-        _make_claims(claims),
+        lay_out(claims, (_SETTING, CLAIM, *VERDICT), 2),
         *(make_markdown(TASKS[s.task], rows, s.title) for s, rows in tables.items()),
         provenance.make_footer(),
     ]
@@ -391,22 +393,15 @@ def find_known(title: str) -> str:
     return "rules" if title in KNOWS_RULES else ""
 
 
-def _make_claims(claims: Sequence[Claim]) -> str:
-    header = ["setting", "claim", "difference [95 %]", "detectable", "Holm's p", "verdict"]
-    lines = []
-    for claim in claims:
-        better = f"{claim.better} better than {claim.worse}"
-        lines.append(
-            [
-                claim.setting.title,
-                better,
-                format_difference(claim.difference, _FORMAT),
-                format_number(claim.difference.detectable, _FORMAT),
-                format_p(claim.corrected),
-                claim.verdict,
-            ]
-        )
-    return join_table(header, lines, num_text=2)
+# Columns of a table of claims.
+_SETTING = TableColumn("setting", lambda own: own.setting.title)
+CLAIM = TableColumn("claim", lambda own: f"{own.better} better than {own.worse}")
+VERDICT = (
+    TableColumn("difference [95 %]", lambda own: format_difference(own.difference, _FORMAT)),
+    TableColumn("detectable", lambda own: format_number(own.difference.detectable, _FORMAT)),
+    TableColumn("Holm's p", lambda own: format_p(own.corrected)),
+    TableColumn("verdict", lambda own: own.verdict),
+)
 
 
 def _pack(row: Row, scores: ScoreSummary) -> dict[str, Any]:

@@ -101,11 +101,6 @@ class ReadingScores(StoredPlay):
         """Return everything that the numbers depend on, as JSON values."""
         return {**self.evaluation.describe(), "readings": [*READINGS]}
 
-    def is_done(self) -> bool:
-        """Tell whether the file holds the numbers of these settings and this checkpoint."""
-        checkpoint = self.evaluation.checkpoint
-        return (checkpoint is None or checkpoint.is_file()) and super().is_done()
-
     def play(self) -> dict[str, list[float]]:
         """Play, and return the mean of every home by reading."""
         homes = self.evaluation.make_homes()

@@ -71,10 +71,6 @@ class Evaluation(StoredPlay):
             **({"cross_room_moves": True} if self.cross_room_moves else {}),
         }
 
-    def is_done(self) -> bool:
-        """Tell whether the file holds the scores of these settings and this checkpoint."""
-        return (self.checkpoint is None or self.checkpoint.is_file()) and super().is_done()
-
     def play(self) -> dict[str, Any]:
         """Play, and return the summary as JSON values."""
         streams = Streams(self.seed, "test", range(self.num_homes))

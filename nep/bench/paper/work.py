@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import NoReturn
 
 from filelock import FileLock, Timeout
-from jsonargparse import ArgumentParser
 from rich.console import Console
 
+from nep.bench.table_options import Option
 from sgm.files import write_whole
 
 # Held in the folder of runs by the command that works there: a training deletes what it finds of
@@ -22,23 +22,18 @@ LOCK = ".lock"
 _LOG_WIDTH = 100
 
 
-def add_work_options(parser: ArgumentParser, runs: str, made: str) -> None:
-    """Add the options of folders and of processes.
+def list_work_options(runs: str, made: str) -> tuple[Option, ...]:
+    """List the options of folders and of processes.
 
     Args:
-        parser: of the command.
         runs: folder of networks and scores, if none is given.
         made: what is made of them.
     """
-    folders = {
-        "out": ("results", made),
-        "runs": (runs, "networks and scores"),
-        "data": ("data", "collected snapshots"),
-    }
-    for name, (folder, what) in folders.items():
-        parser.add_argument(f"--{name}", type=Path, default=Path(folder), help=f"folder for {what}")
-    parser.add_argument(
-        "--jobs", type=int, default=os.cpu_count() or 1, help="processes with one thread each"
+    return (
+        Option("out", Path("results"), f"folder for {made}", type=Path),
+        Option("runs", Path(runs), "folder for networks and scores", type=Path),
+        Option("data", Path("data"), "folder for collected snapshots", type=Path),
+        Option("jobs", os.cpu_count() or 1, "processes with one thread each", low=1),
     )
 
 

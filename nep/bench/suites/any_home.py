@@ -12,7 +12,6 @@ from nep.bench.best_rule import compare_with_rules, count_decided, make_overview
 from nep.bench.columns import make_network_table, make_table
 from nep.bench.home_games import choose_games, list_recorded, list_simulated
 from nep.bench.runner import Report, Suite
-from nep.bench.score_cache import ScoreCache
 from nep.bench.table_options import Option, describe_made, list_table_options
 from nep.bench.task_game import TaskGame
 from nep.players.checkpoints import CONFIG, load_config
@@ -47,6 +46,7 @@ class AnyHome(Suite[TaskGame]):
     command = "nep.any_home"
     summary = "Play all policies and some networks in every kind of home, and write a table."
 
+    shows_all = True
     options = (
         *list_table_options("any_home.md", ("any_home",), _ABOUT_FIRST),
         Option("card", None, "exported folder whose card gets the overview", type=Path | None),
@@ -75,10 +75,6 @@ class AnyHome(Suite[TaskGame]):
     ) -> Mapping[str, MakePolicy]:
         """List the policies that can play there, and the networks."""
         return game.list_players(checkpoints)
-
-    def list_shown(self, options: Namespace, cache: ScoreCache, played: Sequence[str]) -> list[str]:
-        """Name all that were ever played, unless some are named."""
-        return [*(options.kinds or cache.about)]
 
     def write(self, report: Report) -> list[str]:
         """Return the overview, networks side by side, and a table of each kind."""

@@ -29,7 +29,6 @@ from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.finder import object_finder
 from sgm.finder.finder import Finder
 from sgm.memory.clock import DEFAULT_STEP_SECONDS
-from sgm.messages import shorten
 from simulator.policies.registry import find_policy
 from simulator.trace.__main__ import main as trace
 from simulator.world.config import HomeConfig
@@ -237,7 +236,12 @@ class OwnHome(Suite[OwnHomeGame]):
 
     options = (
         *list_table_options("own_home.md", ("heat", "any_home")),
-        Option("learn", (ADAPTED, TUNED), f"what is done with the log: {ADAPTED}, {TUNED} or both"),
+        Option(
+            "learn",
+            (ADAPTED, TUNED),
+            f"what is done with the log: {ADAPTED}, {TUNED} or both",
+            known=(ADAPTED, TUNED),
+        ),
         Option("trace", (), "recorded homes, or folders of them; people are simulated if left out"),
         count("num_homes", 6, "simulated homes, or plays of each recorded one"),
         Option("sizes", (3, 6, 9), "furniture of each of four rooms, home after home", 1, MOST),
@@ -248,15 +252,6 @@ class OwnHome(Suite[OwnHomeGame]):
         Option("asks_moved", TASKS_ASK_MOVED, _ABOUT_MOVED, 0, 1),
         Option("seed", 0, "of the homes", low=0),
     )
-
-    def check(self, options: Namespace) -> None:
-        """Check how is learnt."""
-        for how in options.learn:
-            if how not in (ADAPTED, TUNED):
-                raise ValueError(
-                    f"learn must be {ADAPTED}, {TUNED} or both, got {shorten(how)}. "
-                    "Choose among these."
-                )
 
     def list_games(self, options: Namespace, folder: Path) -> Mapping[str, OwnHomeGame]:
         """List the homes."""

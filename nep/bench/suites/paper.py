@@ -23,14 +23,14 @@ from nep.bench.paper.plan import TABLES, Plan, plan_stages
 from nep.bench.paper.stages import run_stages
 from nep.bench.paper.weights import check_weights, export_weights
 from nep.bench.paper.work import (
-    add_work_options,
+    list_work_options,
     make_console,
     stop_if_failed,
     work_in,
     write_files,
 )
+from nep.bench.table_options import Option, add_options, check_options
 from nep.report.figures import draw_over_steps
-from sgm.checks import check_at_least
 from sgm.messages import shorten
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.policies import POLICIES
@@ -87,68 +87,52 @@ def make_files(plan: Plan) -> dict[str, bytes]:
     return files
 
 
+_COUNT = int | None
+OPTIONS = (
+    Option("table", "all", f"what to make: {', '.join(_CHOICES)}"),
+    *list_work_options("runs/reproduce", "tables and figure"),
+    Option(
+        "models", None, f"networks of Table 1, of {', '.join(model.name for model in MODELS)}, or "
+        "config files; the paper's if left out", type=tuple[str, ...] | None,
+    ),
+    Option("encoders", (), "modules of your own with encoders of --models"),
+    Option(
+        "homes", "sampled", "those of the paper's text, or of its released code: 24 places, 120 "
+        "objects, 10 looks; give them --runs and --out of their own",
+        type=Literal["sampled", "paper"],
+    ),
+    Option("num_homes", None, "test homes; 100 if left out", type=_COUNT),
+    Option("steps", None, "steps in each; 100 if left out", type=_COUNT),
+    Option("epochs", None, "of every training; what its config says if left out", 1, type=_COUNT),
+    Option("seed", 0, "of training and of the test homes"),
+    Option(
+        "seeds", 1, "trainings of every network, of this seed and those that follow; intervals are "
+        "then over homes and trainings",
+    ),
+    Option(
+        "stored", None, "table_1.json: write Table 1 again from its scores, and train and play "
+        "nothing", type=Path | None,
+    ),
+    Option(
+        "weights", None, "folder: also export the networks of the tables there, with weights.json, "
+        "a list of their names and checksums", type=Path | None,
+    ),
+    Option(
+        "check_weights", None, "folder of --weights: check every network by its name, with "
+        "--stored also against the checkpoints of that table, and do nothing else",
+        type=Path | None,
+    ),
+    Option("tiny", False, "everything as small as can be, to try the command: three minutes"),
+)  # fmt: skip
+
+
 def _make_parser() -> ArgumentParser:
     parser = make_parser(
         "python -m nep.reproduce",
         "Train and play what the paper's tables need, as far as that is not done yet, and write "
         "them. Interrupted, the same command goes on; what is finished stays.",
     )
-    parser.add_argument(
-        "--table", type=str, default="all", help=f"what to make: {', '.join(_CHOICES)}"
-    )
-    add_work_options(parser, "runs/reproduce", "tables and figure")
-    known = ", ".join(model.name for model in MODELS)
-    text = f"networks of Table 1, of {known}, or config files; the paper's if left out"
-    parser.add_argument("--models", type=tuple[str, ...] | None, help=text)
-    parser.add_argument(
-        "--encoders",
-        type=tuple[str, ...],
-        default=(),
-        help="modules of your own with encoders of --models",
-    )
-    parser.add_argument(
-        "--homes",
-        type=Literal["sampled", "paper"],
-        default="sampled",
-        help="those of the paper's text, or of its released code: 24 places, 120 objects, 10 "
-        "looks; give them --runs and --out of their own",
-    )
-    parser.add_argument("--num_homes", type=int | None, help="test homes; 100 if left out")
-    parser.add_argument("--steps", type=int | None, help="steps in each; 100 if left out")
-    parser.add_argument(
-        "--epochs", type=int | None, help="of every training; what its config says if left out"
-    )
-    parser.add_argument("--seed", type=int, default=0, help="of training and of the test homes")
-    parser.add_argument(
-        "--seeds",
-        type=int,
-        default=1,
-        help="trainings of every network, of this seed and those that follow; intervals are then "
-        "over homes and trainings",
-    )
-    parser.add_argument(
-        "--stored",
-        type=Path | None,
-        help="table_1.json: write Table 1 again from its scores, and train and play nothing",
-    )
-    parser.add_argument(
-        "--weights",
-        type=Path | None,
-        help="folder: also export the networks of the tables there, with weights.json, a list of "
-        "their names and checksums",
-    )
-    parser.add_argument(
-        "--check_weights",
-        type=Path | None,
-        help="folder of --weights: check every network by its name, with --stored also against "
-        "the checkpoints of that table, and do nothing else",
-    )
-    parser.add_argument(
-        "--tiny",
-        type=bool,
-        default=False,
-        help="everything as small as can be, to try the command: about three minutes",
-    )
+    add_options(parser, OPTIONS)
     return parser
 
 
@@ -157,9 +141,9 @@ def _make_plan(options: Namespace) -> Plan:
         raise ValueError(
             f"table must be one of {', '.join(_CHOICES)}, got {shorten(options.table)}. Choose one."
         )
+    check_options(OPTIONS, options)
     fit_options: tuple[str, ...] = _TINY_FIT if options.tiny else ()
     if options.epochs is not None:
-        check_at_least(1, epochs=options.epochs)
         fit_options += (f"--trainer.max_epochs={options.epochs}",)
     homes, steps = (_TINY_HOMES, _TINY_STEPS) if options.tiny else (100, 100)
     plan = Plan(
@@ -177,7 +161,6 @@ def _make_plan(options: Namespace) -> Plan:
         num_trainings=options.seeds,
     )
     plan.check()
-    check_at_least(1, jobs=options.jobs)
     return plan
 
 

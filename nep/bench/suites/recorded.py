@@ -12,7 +12,6 @@ from nep.bench.best_rule import make_overview
 from nep.bench.columns import make_accuracy_table, make_table
 from nep.bench.home_games import choose_games, list_benchmark
 from nep.bench.runner import Report, Suite
-from nep.bench.score_cache import ScoreCache
 from nep.bench.table_options import Option, describe_made, list_table_options
 from nep.bench.task_game import TaskGame
 from nep.players.contestants import Checkpoint, MakePolicy
@@ -56,6 +55,7 @@ class Recorded(Suite[TaskGame]):
         "one counted in the other homes."
     )
 
+    shows_all = True
     options = (
         Option("trace", (), "two or more recorded homes, or folders of them"),
         *list_table_options("recorded_homes.md", ("heat",)),
@@ -95,10 +95,6 @@ class Recorded(Suite[TaskGame]):
                 point.load()  # what is missing is missed now
             checksums[several.name] = " ".join(point.compute_checksum() for point in found)
         return checksums
-
-    def list_shown(self, options: Namespace, cache: ScoreCache, played: Sequence[str]) -> list[str]:
-        """Name all that were ever played, unless some are named."""
-        return [*(options.kinds or cache.about)]
 
     def list_needed(self, options: Namespace, networks: Sequence[str]) -> Sequence[str]:
         """Name nobody: a table has who has played."""

@@ -167,6 +167,7 @@ class Searches(Suite[SearchGame]):
         "of looks, and count the looks."
     )
 
+    shows_all = True
     options = (
         *list_table_options("searches.md", ("any_home",)),
         Option("trace", (), "recorded homes, or folders of them"),
@@ -199,10 +200,6 @@ class Searches(Suite[SearchGame]):
             for name, make in list_finders(checkpoints).items()
             for who in SEARCHERS
         }
-
-    def list_shown(self, options: Namespace, cache: ScoreCache, played: Sequence[str]) -> list[str]:
-        """Name all homes that were ever played."""
-        return [*cache.about]
 
     def list_needed(self, options: Namespace, networks: Sequence[str]) -> Sequence[str]:
         """Name every network with every order of looks."""

@@ -14,6 +14,7 @@ from jsonargparse import ArgumentParser, Namespace
 
 from nep.bench.paper.work import work_in
 from nep.bench.stored_play import read_unit
+from nep.bench.table_options import Option, add_options, check_options
 from nep.bench.temporal.plan import (
     HOUSEHOLDS,
     TINY,
@@ -27,7 +28,6 @@ from nep.bench.temporal.report import NEGATIVES, SIGHTINGS, make_report
 from nep.event_networks.registry import NETWORKS
 from nep.players.contestants import Checkpoint, list_contestants
 from nep.report.code_version import describe_code
-from sgm.checks import check_at_least
 from sgm.files import read_json, write_whole
 from sgm.messages import shorten
 from simulator.command_line import make_parser, one_line_errors, parse, pick
@@ -108,56 +108,42 @@ def write_table(content: dict[str, Any], out: Path) -> None:
     write_whole(out / TABLE, make_report(content).encode())
 
 
+OPTIONS = (
+    Option("out", Path("results"), "folder for the table", type=Path),
+    Option("runs", Path("runs/temporal"), "folder for networks and scores", type=Path),
+    Option("kinds", _KINDS, f"some of {', '.join(_KINDS)}", known=_KINDS),
+    Option("recorded", (), "recorded homes (docs/traces.md), which networks of mixed play, too"),
+    Option("networks", tuple(NETWORKS), f"some of {', '.join(NETWORKS)}", known=NETWORKS),
+    Option(
+        "information", _INFORMATION, "sightings: events of things that were seen alone; negatives: "
+        "of negative looks, too", known=_INFORMATION,
+    ),
+    Option("seeds", 3, "trainings of each network", low=1),
+    Option(
+        "checkpoint", (), "[NAME=]SOURCE: graph memories beside them, as in nep.evaluate: "
+        "any_home, heat, files",
+    ),
+    Option("table_only", False, "write the table of what is complete"),
+    Option(
+        "stored", None, "temporal.json: write the table again from its scores", type=Path | None
+    ),
+    Option("threads", 1, "CPU threads", low=1),
+    Option("tiny", False, "everything as small as can be, to try the command"),
+    *(
+        Option(row.name, None, f"{row.default} if left out", int(row.name != "trials"),
+               type=int | None)
+        for row in fields(Sizes)
+    ),
+)  # fmt: skip
+
+
 def _make_parser() -> ArgumentParser:
     parser = make_parser(
         "python -m nep.temporal",
         "Tune, train and play temporal graph networks beside rules, and write temporal.md. "
         "Interrupted, the same command goes on; the table has what is complete at any time.",
     )
-    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the table")
-    parser.add_argument(
-        "--runs", type=Path, default=Path("runs/temporal"), help="folder for networks and scores"
-    )
-    parser.add_argument(
-        "--kinds", type=tuple[str, ...], default=_KINDS, help=f"some of {', '.join(_KINDS)}"
-    )
-    parser.add_argument(
-        "--recorded",
-        type=tuple[str, ...],
-        default=(),
-        help="recorded homes (docs/traces.md), which networks of the kind mixed play, too",
-    )
-    parser.add_argument(
-        "--networks",
-        type=tuple[str, ...],
-        default=tuple(NETWORKS),
-        help=f"some of {', '.join(NETWORKS)}",
-    )
-    parser.add_argument(
-        "--information",
-        type=tuple[str, ...],
-        default=_INFORMATION,
-        help="sightings: events of things that were seen alone; negatives: of negative looks, too",
-    )
-    parser.add_argument("--seeds", type=int, default=3, help="trainings of each network")
-    parser.add_argument(
-        "--checkpoint",
-        type=tuple[str, ...],
-        default=(),
-        help="[NAME=]SOURCE: graph memories beside them, as in nep.evaluate: any_home, heat, files",
-    )
-    parser.add_argument(
-        "--table_only", type=bool, default=False, help="write the table of what is complete"
-    )
-    parser.add_argument(
-        "--stored", type=Path | None, help="temporal.json: write the table again from its scores"
-    )
-    parser.add_argument("--threads", type=int, default=1, help="CPU threads")
-    parser.add_argument(
-        "--tiny", type=bool, default=False, help="everything as small as can be, to try the command"
-    )
-    for row in fields(Sizes):
-        parser.add_argument(f"--{row.name}", type=int | None, help=f"{row.default} if left out")
+    add_options(parser, OPTIONS)
     return parser
 
 
@@ -167,21 +153,9 @@ def _check(options: Namespace) -> Sizes:
     Raises:
         ValueError: if a name is unknown, or a number out of range.
     """
-    for name, known in (
-        ("kinds", _KINDS), ("networks", NETWORKS), ("information", _INFORMATION),
-    ):  # fmt: skip
-        for value in options[name]:
-            if value not in known:
-                raise ValueError(
-                    f"{name} must be some of {', '.join(known)}, got {shorten(value)}. Choose "
-                    "among these."
-                )
-    check_at_least(1, seeds=options.seeds, threads=options.threads)
+    check_options(OPTIONS, options)
     own = {name: value for name, value in pick(options, Sizes).items() if value is not None}
     sizes = replace(TINY if options.tiny else Sizes(), **own)
-    check_at_least(0, trials=sizes.trials)
-    others = {name: value for name, value in asdict(sizes).items() if name != "trials"}
-    check_at_least(1, **others)
     if options.recorded and "mixed" not in options.kinds:
         raise ValueError(
             "recorded homes must come with the kind mixed, whose networks play them, got "

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 import pytest
@@ -11,6 +12,10 @@ from nep.bench.game import Game
 from nep.bench.runner import play_all
 from nep.bench.score_cache import ScoreCache
 from nep.bench.scoring_code import strip_code
+from nep.bench.stored_play import StoredPlay
+from nep.bench.table_options import Option, count
+from nep.report.tables import TableColumn, lay_out
+from sgm.files import compute_checksum
 
 PLAYERS = {"one": 1.0, "two": 2.0, "three": 3.0}
 
@@ -123,3 +128,67 @@ def test_every_suite_has_help(suite, python):
     done = subprocess.run([python, "-m", "nep.bench", suite, "--help"], capture_output=True)
     assert (done.returncode, done.stderr) == (0, b"")
     assert b"usage: python -m " in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "message"),
+    [
+        (count("days", 7, ""), 0, "days must be at least 1, got 0"),
+        (count("days", 7, ""), 10**5, "days must be at most 10000, got 100000"),
+        (Option("share", 0.5, "", 0, 1), 2.0, r"share must lie in \[0, 1\], got 2.0"),
+        (Option("sizes", (3, 6), "", 1), (3, 0), "sizes must be at least 1, got 0"),
+        (Option("sizes", (3, 6), "", 1), (), "sizes must be at least 1, got 0"),
+        (Option("kinds", ("a",), "", known="ab"), ("c",), "kinds must be some of a, b, got 'c'"),
+    ],
+)
+def test_bounds_of_options(option, value, message):
+    option.check(option.default)
+    with pytest.raises(ValueError, match=message):
+        option.check(value)
+
+
+def test_tables_are_lists_of_columns():
+    columns = (TableColumn("who", str), TableColumn("twice", lambda row: str(2 * row)))
+    assert lay_out([1, 2], columns) == "| who | twice |\n| --- | ---: |\n| 1 | 2 |\n| 2 | 4 |\n"
+
+
+@dataclass(frozen=True)
+class Doubled(StoredPlay):
+    """A play that keeps twice a number; its network is a file."""
+
+    path: Path
+    number: int
+    network: Path
+
+    scored_by: ClassVar[tuple[str, ...]] = ("nep.bench.game",)
+
+    def describe(self):
+        return {"number": self.number, "network": compute_checksum(self.network)}
+
+    def play(self):
+        return 2 * self.number
+
+
+def test_a_play_is_kept_until_it_would_be_another(tmp_path):
+    network = tmp_path / "network"
+    play = Doubled(tmp_path / "new" / "play.json", 3, network)
+    assert not play.is_done()  # without its network
+    network.write_text("a")
+    assert not play.is_done()
+    with pytest.raises(ValueError, match="scores must be a file of a play, got none at"):
+        play.read()
+    play.run()
+    assert (play.is_done(), play.read()) == (True, 6)
+    play.path.write_text(play.path.read_text().replace('"done": 6', '"done": 7'))
+    play.run()  # what is there is not played again
+    assert play.read() == 7
+    assert not Doubled(play.path, 4, network).is_done()
+    network.write_text("b")
+    assert not play.is_done()
+    network.write_text("a")
+    found = json.loads(play.path.read_text())
+    found["about"]["code"] = "0" * 64
+    play.path.write_text(json.dumps(found))
+    assert not play.is_done()
+    play.path.write_text("[")
+    assert not play.is_done()
