@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sgm.belief.corrections import CORRECTIONS
+from sgm.belief.look_likelihood_kernel import weigh_looks
 from sgm.checks import is_number
 from sgm.memory.asking import Looks
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -131,8 +132,6 @@ class Detector:
             That of the looks of earlier steps that were for whatever is there, which the memory
             keeps for all objects; and that of the others: of this step, and for this object alone.
         """
-        from sgm.compiled.look_likelihood import weigh_looks  # loads numba
-
         shape = looks.in_vain.shape
         rows = [np.reshape(one, (-1, shape[-1])) for one in (looks.in_vain, looks.sought,
                 looks.sought_ago, looks.is_remembered)]  # fmt: skip

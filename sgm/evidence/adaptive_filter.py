@@ -9,6 +9,7 @@ import numpy as np
 
 from sgm.arrays.padded import sum_rows
 from sgm.belief.corrections import CORRECTIONS
+from sgm.evidence.adaptive_filter_kernel import follow_looks
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.home_sums import HomeSums
 from sgm.evidence.object_counts import (
@@ -199,8 +200,6 @@ def compute_beliefs(
     Returns:
         Probability of each place and of elsewhere, (Q, K, F + 1).
     """
-    from sgm.compiled.adaptive_filter import follow_looks  # loads numba
-
     num_queries, home = len(queries.home), queries.home
     num_rooms = memory.room_label.shape[1] + 1
     room = np.full(destinations.shape, num_rooms - 1, dtype=np.int64)  # elsewhere is no room

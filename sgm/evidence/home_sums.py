@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sgm.evidence.home_sums_kernel import sum_edges, sum_objects
 from sgm.memory.memory_batch import MemoryBatch
 
 
@@ -54,8 +55,6 @@ class HomeSums:
 
     @classmethod
     def _compute(cls, memory: MemoryBatch) -> HomeSums:
-        from sgm.compiled.home_sums import sum_edges, sum_objects  # loads numba
-
         objects, edges, history = memory.objects, memory.edges, memory.history
         num_crossing = np.zeros(memory.num_homes, dtype=np.int64)
         if history.counts_moves:

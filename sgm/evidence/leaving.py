@@ -11,6 +11,7 @@ from sgm.evidence.adaptive_filter import (
     compute_own_rates,
     list_look_times,
 )
+from sgm.evidence.leaving_kernel import follow_left
 from sgm.evidence.object_counts import ObjectCounts, compute_hours_per_step
 from sgm.memory.home_history import NUM_LOOKS_KEPT
 from sgm.memory.memory_batch import MemoryBatch
@@ -98,8 +99,6 @@ def _follow(memory: MemoryBatch, things: Queries) -> tuple[np.ndarray, np.ndarra
     the home's own rates says if it stayed, and certain if it left. What is in the home, at a place
     that nobody knows, is as good as gone.
     """
-    from sgm.compiled.leaving import follow_left  # loads numba
-
     objects, home, row = memory.objects, things.home, things.object
     hours, _, own = compute_own_rates(memory, things)
     leaving = own[:, None] * _SHARES

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sgm.evidence.object_counts_kernel import gather_counts
 from sgm.memory.home_history import NUM_HOURS
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -44,8 +45,6 @@ class ObjectCounts:
     @classmethod
     def gather(cls, memory: MemoryBatch, queries: Queries) -> ObjectCounts:
         """Gather the counters of the query objects."""
-        from sgm.compiled.object_counts import gather_counts  # loads numba
-
         edges, has_hours = memory.edges, memory.clock is not None
         *counts, missed, is_true, hours = gather_counts(
             queries.object.astype(np.int64), len(memory.objects), memory.num_furniture,

@@ -8,6 +8,7 @@ import numpy as np
 
 from sgm.arrays.grouped import compute_rank_in_group, join_groups
 from sgm.evidence.object_counts import compute_hours_per_step
+from sgm.evidence.outings_kernel import follow_outings
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.memory.week_hours import NUM_WEEK_HOURS
@@ -116,8 +117,6 @@ class Outings:
             Probabilities that things which have not left for good are out; and the likelihood of
             the looks since the last sighting, divided by what it is if nothing ever goes out.
         """
-        from sgm.compiled.outings import follow_outings  # loads numba
-
         out, gain = np.zeros(len(queries.home)), np.ones(len(queries.home))
         if memory.clock is None:
             return out, gain

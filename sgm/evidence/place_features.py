@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from sgm.evidence import place_columns_kernel, sighting_columns_kernel
 from sgm.evidence.adaptive_filter import weigh_hour
 from sgm.evidence.object_counts import compute_hour
 from sgm.evidence.question import FILTERS, Question
@@ -20,20 +21,16 @@ ASKED = list(FILTERS).index("asked")
 
 def fill_sightings(out: np.ndarray, question: Question) -> None:
     """Where the object was seen, how often and in which order."""
-    from sgm.compiled.sighting_columns import fill_sightings  # loads numba
-
     asked, counts = question, question.counts
-    fill_sightings(
+    sighting_columns_kernel.fill_sightings(
         out, asked.is_place, counts.num_true, counts.last_true, asked.looks, asked.last
     )  # fmt: skip
 
 
 def fill_looks(out: np.ndarray, question: Question) -> None:
     """Looks at the place, and those that missed the object since it was there."""
-    from sgm.compiled.sighting_columns import fill_looks  # loads numba
-
     asked, counts = question, question.counts
-    fill_looks(
+    sighting_columns_kernel.fill_looks(
         out, asked.is_place, counts.num_true, counts.last_true, counts.num_absent, asked.looks,
         asked.last_look, asked.num_places,
     )  # fmt: skip
@@ -41,10 +38,8 @@ def fill_looks(out: np.ndarray, question: Question) -> None:
 
 def fill_times(out: np.ndarray, question: Question) -> None:
     """Time since the object was there and since the place was looked at, in hours and in moves."""
-    from sgm.compiled.sighting_columns import fill_times  # loads numba
-
     asked, counts = question, question.counts
-    fill_times(
+    sighting_columns_kernel.fill_times(
         out, asked.is_place, counts.num_true, counts.last_true, asked.last_look, asked.memory.time,
         asked.hours, asked.rates.home, asked.rates.own,
     )  # fmt: skip
@@ -52,10 +47,8 @@ def fill_times(out: np.ndarray, question: Question) -> None:
 
 def fill_stays(out: np.ndarray, question: Question) -> None:
     """How long the object stays at the place, and whether it is there by that alone."""
-    from sgm.compiled.sighting_columns import fill_stays  # loads numba
-
     asked, counts = question, question.counts
-    fill_stays(
+    sighting_columns_kernel.fill_stays(
         out, asked.is_place, counts.num_true, counts.last_true, counts.num_left, counts.time_true,
         counts.num_known, counts.last_known, counts.is_true, asked.looks, asked.last_look,
         asked.goes, asked.num_places, asked.memory.time, asked.hours, asked.rates.left,
@@ -64,10 +57,8 @@ def fill_stays(out: np.ndarray, question: Question) -> None:
 
 def fill_prior(out: np.ndarray, question: Question) -> None:
     """The prior, and posteriors that trust it as so many looks."""
-    from sgm.compiled.place_columns import fill_prior  # loads numba
-
     asked, memory = question, question.memory
-    fill_prior(
+    place_columns_kernel.fill_prior(
         out, asked.is_place, asked.counts.num_true, asked.looks, asked.expected.share,
         asked.expected.trust, memory.place_prior.crowding, asked.queries.home, asked.room,
         memory.room_label.shape[1], asked.last, asked.num_places,
@@ -76,10 +67,8 @@ def fill_prior(out: np.ndarray, question: Question) -> None:
 
 def fill_words(out: np.ndarray, question: Question) -> None:
     """Where things of such names are kept by the prior and in this home, and the place's own."""
-    from sgm.compiled.place_columns import fill_words  # loads numba
-
     asked, expected = question, question.expected
-    fill_words(
+    place_columns_kernel.fill_words(
         out, asked.is_place, expected.by_name, expected.name_cosine, asked.similar,
         expected.furniture_cosine, asked.num_places,
     )  # fmt: skip
@@ -87,18 +76,16 @@ def fill_words(out: np.ndarray, question: Question) -> None:
 
 def fill_filters(out: np.ndarray, question: Question) -> None:
     """What the adaptive filters believe."""
-    from sgm.compiled.place_columns import fill_filters  # loads numba
-
-    fill_filters(out, question.is_place, question.belief, ASKED, question.num_places)
+    place_columns_kernel.fill_filters(
+        out, question.is_place, question.belief, ASKED, question.num_places
+    )
 
 
 def fill_places(out: np.ndarray, question: Question) -> None:
     """How much the place is used, and how often objects go there from where this one was."""
-    from sgm.compiled.place_columns import fill_places  # loads numba
-
     asked, home = question, question.queries.home
     moves, last = asked.memory.history.moves, np.maximum(asked.last, 0)
-    fill_places(
+    place_columns_kernel.fill_places(
         out, asked.is_place, asked.popularity, asked.sums.arrivals[home], moves[home, last],
         moves[home, :, last], asked.num_known, asked.num_seen, asked.num_places,
     )  # fmt: skip
@@ -106,10 +93,8 @@ def fill_places(out: np.ndarray, question: Question) -> None:
 
 def fill_others(out: np.ndarray, question: Question) -> None:
     """Where things of the same name, its companions, and what is out of its place were seen."""
-    from sgm.compiled.place_columns import fill_others  # loads numba
-
     asked = question
-    fill_others(
+    place_columns_kernel.fill_others(
         out, asked.is_place, asked.counts.num_true, asked.looks, asked.same, asked.fresh,
         asked.often, asked.strays, asked.memory.furniture_label, asked.room, asked.queries.home,
     )  # fmt: skip
@@ -117,10 +102,8 @@ def fill_others(out: np.ndarray, question: Question) -> None:
 
 def fill_rooms(out: np.ndarray, question: Question) -> None:
     """The room of the place."""
-    from sgm.compiled.place_columns import fill_rooms  # loads numba
-
     asked = question
-    fill_rooms(
+    place_columns_kernel.fill_rooms(
         out, asked.is_place, asked.counts.num_true, asked.num_seen, asked.room,
         asked.memory.room_label.shape[1], asked.last,
     )  # fmt: skip
@@ -131,14 +114,12 @@ def fill_hours(out: np.ndarray, question: Question) -> None:
 
     All is 0 where nobody knows what time it is.
     """
-    from sgm.compiled.sighting_columns import fill_hours  # loads numba
-
     asked, counts, memory = question, question.counts, question.memory
     if counts.hours is None:  # in none of the homes
         return
     home = asked.queries.home
     wide, narrow = (weigh_hour(memory, home, width) for width in (3.0, 8.0))
-    fill_hours(
+    sighting_columns_kernel.fill_hours(
         out, asked.is_place, counts.num_true, counts.num_known, counts.hours, wide, narrow,
         ~np.isnan(compute_hour(memory, home)), asked.strays_at_hour, asked.num_places,
     )  # fmt: skip

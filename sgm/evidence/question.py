@@ -16,6 +16,7 @@ from sgm.evidence.adaptive_filter import (
     compute_destinations,
     weigh_hour,
 )
+from sgm.evidence.companions_kernel import gather_others
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.home_sums import HomeSums
 from sgm.evidence.object_counts import ObjectCounts, compute_hours_per_step
@@ -108,8 +109,6 @@ class Question:
             queries: what is asked.
             asks_moved: share of the questions that are about what has just moved.
         """
-        from sgm.compiled.companions import gather_others  # loads numba
-
         home, objects, edges = queries.home, memory.objects, memory.edges
         counts = ObjectCounts.gather(memory, queries)
         rates = Rates.estimate(memory, queries, counts)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from sgm.evidence import question_columns_kernel
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED, weigh_hour
 from sgm.evidence.object_counts import compute_hour
 from sgm.evidence.place_features import ASKED
@@ -17,10 +18,8 @@ from sgm.evidence.question import Question
 
 def fill_size(out: np.ndarray, question: Question) -> None:
     """How large the home is, and how much of it is known."""
-    from sgm.compiled.question_columns import fill_size  # loads numba
-
     asked, home = question, question.queries.home
-    fill_size(
+    question_columns_kernel.fill_size(
         out, asked.num_places, asked.memory.home_num_rooms[home], asked.num_known,
         asked.sums.sightings[home], asked.memory.time, asked.hours,
     )  # fmt: skip
@@ -31,11 +30,9 @@ def fill_movement(out: np.ndarray, question: Question) -> None:
 
     `any_moved` is zero where what has just moved is not asked for more often than other things.
     """
-    from sgm.compiled.question_columns import fill_movement  # loads numba
-
     asked, objects, rates = question, question.memory.objects, question.rates
     row = asked.queries.object
-    fill_movement(
+    question_columns_kernel.fill_movement(
         out, asked.num_seen, objects["last_observed"][row], objects["num_moved"][row],
         asked.memory.time, asked.hours, rates.home, rates.own,
         rates.any_moved * (asked.asks_moved / TASKS_ASK_MOVED), rates.crossing,
@@ -45,11 +42,9 @@ def fill_movement(out: np.ndarray, question: Question) -> None:
 
 def fill_stays(out: np.ndarray, question: Question) -> None:
     """How long things stay here, and this one; how often it was gone when it was asked for."""
-    from sgm.compiled.question_columns import fill_stays  # loads numba
-
     asked, objects, counts = question, question.memory.objects, question.counts
     row = asked.queries.object
-    fill_stays(
+    question_columns_kernel.fill_stays(
         out, asked.num_seen, counts.num_true, counts.num_known, counts.num_left,
         objects["last_observed"][row], objects["num_sought"][row], objects["num_still"][row],
         asked.memory.time, asked.hours, asked.rates.home_left, asked.rates.left,
@@ -58,12 +53,10 @@ def fill_stays(out: np.ndarray, question: Question) -> None:
 
 def fill_trust(out: np.ndarray, question: Question) -> None:
     """How well simple rules and the prior have done in this home."""
-    from sgm.compiled.question_columns import fill_trust  # loads numba
-
     asked, sums, home = question, question.sums, question.queries.home
     counters = asked.memory.history.counters
     rights = ("num_last_right", "num_common_right", "num_prior_right")
-    fill_trust(
+    question_columns_kernel.fill_trust(
         out, asked.expected.trust, sums.num_typed[home], asked.num_known, sums.num_placed[home],
         sums.lift[home], counters["num_asked"][home], counters["num_found"][home],
         tuple(counters[name][home] for name in rights),
@@ -72,10 +65,8 @@ def fill_trust(out: np.ndarray, question: Question) -> None:
 
 def fill_words(out: np.ndarray, question: Question) -> None:
     """Whether the prior knows the object, and how sure its name tells where it is kept."""
-    from sgm.compiled.question_columns import fill_words  # loads numba
-
     expected = question.expected
-    fill_words(
+    question_columns_kernel.fill_words(
         out, expected.trust, expected.name_cosine, expected.by_name, question.similar,
         question.most_similar,
     )  # fmt: skip
@@ -83,10 +74,8 @@ def fill_words(out: np.ndarray, question: Question) -> None:
 
 def fill_object(out: np.ndarray, question: Question) -> None:
     """Where the object tends to be, how sure that is, and what filters say in sum."""
-    from sgm.compiled.question_columns import fill_object  # loads numba
-
     asked, counts = question, question.counts
-    fill_object(
+    question_columns_kernel.fill_object(
         out, asked.is_place, counts.num_true, asked.num_seen, counts.num_absent,
         asked.expected.share, asked.same, asked.room, asked.last, asked.num_places, asked.belief,
         ASKED,
@@ -95,14 +84,12 @@ def fill_object(out: np.ndarray, question: Question) -> None:
 
 def fill_hour(out: np.ndarray, question: Question) -> None:
     """What time it is, and how often the object is away from its usual place at that time."""
-    from sgm.compiled.question_columns import fill_hour  # loads numba
-
     asked, counts, memory = question, question.counts, question.memory
     if counts.hours is None:  # in none of the homes
         out[:] = 0
         return
     home = asked.queries.home
-    fill_hour(
+    question_columns_kernel.fill_hour(
         out, counts.num_true, asked.num_seen, counts.hours, weigh_hour(memory, home, 8.0),
         compute_hour(memory, home), asked.last,
     )  # fmt: skip

@@ -11,6 +11,7 @@ import numpy as np
 from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.features import compute_features
+from sgm.evidence.object_counts_kernel import choose_edges
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -109,8 +110,6 @@ def _gather_edges(memory: MemoryBatch, queries: Queries) -> np.ndarray:
 
     The relation in which the object was seen there the most often; else the likelier one.
     """
-    from sgm.compiled.object_counts import choose_edges  # loads numba
-
     edges = memory.edges
     return choose_edges(
         queries.object.astype(np.int64), len(memory.objects), queries.prior, edges["object"],

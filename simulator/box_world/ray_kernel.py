@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from sgm.compiled.kernel import kernel
+from sgm.kernel import kernel
 
 _NEAR = 0.02  # metres in front of the camera, where nothing is seen
 _FLAT = 1e-30  # a direction that stands for 0

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from sgm.arrays.table import Table
-
-if TYPE_CHECKING:  # loads numba
-    from simulator.compiled.filters import ChainArrays
+from simulator.policies.filter_kernel import ChainArrays
 
 
 class Chains:
@@ -30,7 +26,7 @@ class Chains:
 
     @property
     def arrays(self) -> ChainArrays:
-        """What compiled functions read, see `simulator.compiled.filters`."""
+        """What compiled functions read, see `simulator.policies.filter_kernel`."""
         entries = self._entries
         return (
             self._newest, self._first, entries["at"], entries["value"], entries["share"],

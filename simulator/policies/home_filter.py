@@ -12,6 +12,7 @@ from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from simulator.policies.filter_belief import AsOf, FilterBelief, Rules, Subjects
+from simulator.policies.filter_kernel import follow_home
 from simulator.policies.filters import PriorFilter
 
 
@@ -130,8 +131,6 @@ class HomeFilter(PriorFilter):
         self, belief: FilterBelief, as_of: AsOf, now: int, subjects: Subjects, rules: Rules
     ) -> None:
         """Carry beliefs on to a time, in place, with the looks and questions until then."""
-        from simulator.compiled.filters import follow_home  # loads numba
-
         assert isinstance(belief, HomeBelief)
         home, types = subjects.home, subjects.type
         log = self._log

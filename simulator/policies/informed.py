@@ -287,7 +287,7 @@ def _start(density: np.ndarray, moves: np.ndarray, joined: np.ndarray) -> _Draws
 
 
 def _step(draws: _Draws, joined: np.ndarray, rate: float, kept: float, coming: float) -> None:
-    """Let objects move, leave and come for one step, as `simulator.compiled.filters.spread`."""
+    """Let objects move, leave and come for one step, as `filter_kernel.spread`."""
     density, leave = draws.density, draws.leave
     movers = np.where(leave > 0, density * rate, 0)
     out = np.divide(movers, leave, out=np.zeros_like(movers), where=leave > 0)

@@ -16,6 +16,7 @@ from sgm.memory.queries import Queries
 from sgm.policies.policy import Policy, mask_furniture
 from sgm.prior.prior_graph import PriorGraph
 from simulator.policies.filter_belief import AsOf, CompiledRules, FilterBelief, Rules, Subjects
+from simulator.policies.filter_kernel import follow_places
 from simulator.policies.filter_looks import FilterLooks
 from simulator.policies.inventory import Inventory
 from simulator.policies.kept_beliefs import KeptBeliefs
@@ -169,8 +170,6 @@ class PlaceFilter(Policy):
         self, belief: FilterBelief, as_of: AsOf, now: int, subjects: Subjects, rules: Rules
     ) -> None:
         """Carry beliefs on to a time, in place, with the looks and questions until then."""
-        from simulator.compiled.filters import follow_places  # loads numba
-
         log = self._log
         follow_places(
             belief.last, belief.others, (as_of.time, as_of.num_rounds, now),

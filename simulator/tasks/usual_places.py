@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from simulator.tasks.usual_place_kernel import end_stays, mark_out_of_place
 from simulator.world.homes import Homes
 
 
@@ -43,13 +44,9 @@ class UsualPlaces:
             codes: description codes, (Q,).
             answers: furniture that truly holds such an object, bool (Q, F).
         """
-        from simulator.compiled.usual_places import mark_out_of_place  # loads numba
-
         self._end_stays()
         return mark_out_of_place(home, codes, answers, self._num_counted, *self._stays)
 
     def _end_stays(self) -> None:
-        from simulator.compiled.usual_places import end_stays  # loads numba
-
         homes = self._homes
         end_stays(homes.object_place, homes.object_code, self._num_counted, *self._stays)

@@ -8,6 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
+from simulator.world.description_kernel import sample_codes
+
 Adjectives = Sequence[Sequence[str]]
 
 
@@ -44,8 +46,6 @@ class DescriptionTable:
 
     def sample(self, types: np.ndarray, uniform: np.ndarray) -> np.ndarray:
         """Draw a description code for each type index; (n,), (n,) in [0, 1) -> (n,) int32."""
-        from simulator.compiled.descriptions import sample_codes  # loads numba
-
         return sample_codes(self._ruler, self._first_code, types.astype(np.int64), uniform)
 
     def text(self, code: int) -> str:

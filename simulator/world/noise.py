@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from simulator.world.noise_kernel import add_noise
+
 NUMBERS_AT_ONCE = 1 << 20  # random numbers of noise worked on together: 8 MB
 
 
@@ -44,8 +46,6 @@ def compute_noisy_weights(
 
     Source: paper appendix A, "Sampling noise"; docs/design.md, rulings 5 and 6.
     """
-    from simulator.compiled.noise import add_noise  # loads numba
-
     return add_noise(
         weights, rows, places, uniform, row_home, place_room, num_places, zero_prob, scale, min_kept
     )

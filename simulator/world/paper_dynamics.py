@@ -9,7 +9,9 @@ from typing import ClassVar
 import numpy as np
 
 from simulator.world.dynamics import Dynamics, Life
+from simulator.world.paper_dynamics_kernel import choose_below, run_race
 from simulator.world.sampled_state import SampledState
+from simulator.world.slot_kernel import find_empty_slots
 
 
 @dataclass(frozen=True)
@@ -63,8 +65,6 @@ class PaperLife(Life):
 
     def remove_objects(self) -> None:
         """Let objects leave with their remove probability, never below the lower count bound."""
-        from simulator.compiled.dynamics import choose_below  # loads numba
-
         homes = self._homes
         uniform = homes.streams.rows("remove", homes.home_num_slots).take(self._members)
         budget = self._compute_budget(homes.num_objects - homes.min_count)
@@ -77,8 +77,6 @@ class PaperLife(Life):
         Movers are drawn without replacement with weight `move_freq` (an exponential race: the
         largest log(u) / weight win), among the objects that have somewhere else to go.
         """
-        from simulator.compiled.dynamics import run_race  # loads numba
-
         homes = self._homes
         uniform = homes.streams.rows("move who", homes.home_num_slots).take(self._members)
         num_moves = homes.num_objects[self._members] * self._move_share
@@ -99,9 +97,6 @@ class PaperLife(Life):
 
     def add_objects(self) -> None:
         """Let each object type appear once with its add probability, up to the upper bound."""
-        from simulator.compiled.dynamics import choose_below  # loads numba
-        from simulator.compiled.homes import find_empty_slots
-
         homes = self._homes
         # Three numbers per type: whether and when it comes, its description, its place.
         stream = homes.streams.rows("add", homes.type_add_prob.shape[1] * 3)

@@ -9,6 +9,7 @@ import numpy as np
 
 from sgm.checks import check_seed
 from sgm.messages import shorten
+from simulator.world.stream_kernel import claim_rows, fill_rows, make_jumps, read_rows
 
 # Homes of different splits never share a stream, whatever their index.
 SPLITS = ("train", "val", "test")
@@ -29,8 +30,6 @@ class UniformRows:
 
         A row that is narrower than the widest one ends with nan.
         """
-        from simulator.compiled.streams import fill_rows  # loads numba
-
         width = len(self._jumps) - 1
         numbers = np.empty((len(self._starts), -(-width // every)))
         fill_rows(self._starts, self._jumps[min(every, width)], -(-self._widths // every), numbers)
@@ -38,8 +37,6 @@ class UniformRows:
 
     def read(self, rows: np.ndarray, columns: np.ndarray, count: int = 1) -> np.ndarray:
         """Return the numbers of rows (k,) from columns (k,) on, (k, count)."""
-        from simulator.compiled.streams import read_rows  # loads numba
-
         numbers = np.empty((len(rows), count))
         read_rows(self._starts, self._jumps, rows, columns, numbers)
         return numbers
@@ -54,8 +51,6 @@ class UniformStream:
     """
 
     def __init__(self, generators: Sequence[np.random.Generator], widths: np.ndarray) -> None:
-        from simulator.compiled.streams import make_jumps  # loads numba
-
         self._state = np.array([_get_state(rng) for rng in generators], dtype=np.uint64)  # (H, 4)
         self._widths = widths
         self._jumps = make_jumps(int(widths.max()))
@@ -63,8 +58,6 @@ class UniformStream:
 
     def claim(self, homes: np.ndarray | None = None) -> UniformRows:
         """Return one fresh row per entry of `homes`, (n,), or one of every home."""
-        from simulator.compiled.streams import claim_rows  # loads numba
-
         homes = self._homes if homes is None else homes
         starts = np.empty((len(homes), 4), dtype=np.uint64)
         claim_rows(self._state, self._jumps, self._widths, homes, starts)

@@ -6,6 +6,7 @@ import numpy as np
 
 from sgm.arrays.grouped import concatenate_ranges
 from sgm.arrays.table import Table
+from simulator.world.transition_kernel import can_leave, list_entries, sample_moves, sample_places
 
 # A weight and where it leads: eight bytes, so that a block is one or two lines of the cache.
 _ENTRY = np.dtype([("place", np.int32), ("weight", np.float32)])
@@ -55,8 +56,6 @@ class Transitions:
             places: their places, ascending within a row, (k,).
             weights: non-negative, (k,).
         """
-        from simulator.compiled.transitions import list_entries  # loads numba
-
         entry = np.empty(len(rows), dtype=_ENTRY)
         ends = np.empty(len(homes) * self._num_blocks, dtype=np.int64)
         count = list_entries(
@@ -93,16 +92,12 @@ class Transitions:
         Returns:
             The new places, and whether they can move on from there, (n,) each.
         """
-        from simulator.compiled.transitions import sample_moves  # loads numba
-
         return sample_moves(*self._tables, rows, self._layout_of_home[homes], places, uniform)
 
     def sample_places(
         self, rows: np.ndarray, homes: np.ndarray, uniform: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Draw where n new objects are put, anywhere in their rows (n,); see `sample_moves`."""
-        from simulator.compiled.transitions import sample_places  # loads numba
-
         return sample_places(*self._tables, rows, self._layout_of_home[homes], uniform)
 
     def can_leave(self, rows: np.ndarray, homes: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -110,8 +105,6 @@ class Transitions:
 
         The places may have weight zero themselves.
         """
-        from simulator.compiled.transitions import can_leave  # loads numba
-
         return can_leave(*self._tables, rows, self._layout_of_home[homes], places)
 
     @property

@@ -7,15 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from simulator.world.routine.life_kernel import Habits
 from simulator.world.routine.rules import RoutineRules
 from simulator.world.sampled_state import SampledState
-
-if TYPE_CHECKING:
-    from simulator.compiled.routine import Habits
 
 _LONG_MINUTES = 240.0  # from here on, an outing is a long one: a job, not an errand
 _LEFT = 0.1  # how often what was carried is left where its owner comes in, not put back

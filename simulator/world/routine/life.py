@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,12 +15,19 @@ from simulator.world.routine.activity_kinds import (
     load_kinds,
 )
 from simulator.world.routine.carried import add_carried, choose_carried
+from simulator.world.routine.life_kernel import (
+    RULES,
+    Customs,
+    Habits,
+    Roles,
+    State,
+    draw_habits,
+    live,
+)
 from simulator.world.routine.occasions import ROLES
+from simulator.world.routine.place_kernel import count_places, draw_own_places
 from simulator.world.routine.rules import RoutineRules
 from simulator.world.sampled_state import SampledState
-
-if TYPE_CHECKING:
-    from simulator.compiled.routine import Customs, Habits, Roles, State
 
 _LATER_PLACES = 4  # of an object: its usual place, a second one, two that may become usual
 
@@ -43,8 +49,6 @@ class RoutineLife(Life):
             members: the homes with routines, (n,).
             rules: of each of them, (n,).
         """
-        from simulator.compiled.routine import draw_habits  # loads numba
-
         self._homes = homes
         self._members = members
         self._outlook: np.ndarray | None = None
@@ -102,8 +106,6 @@ class RoutineLife(Life):
         Found by living `outlook_days` in a copy of the homes as they were at step 0, with random
         numbers of its own, and looking every hour. Time out of the home does not count.
         """
-        from simulator.compiled.routine_places import count_places  # loads numba
-
         if self._outlook is None:
             homes = self._homes
             state, habits, place = self._start_copy("routine outlook")
@@ -158,8 +160,6 @@ class RoutineLife(Life):
         members: np.ndarray,
         until: np.ndarray,
     ) -> None:
-        from simulator.compiled.routine import live  # loads numba
-
         live(self._rules, self._roles, habits, state, place, members, until)
 
 
@@ -170,8 +170,6 @@ def _copy(state: State, habits: Habits, place: np.ndarray) -> tuple[State, Habit
 
 
 def _get_rules_type() -> np.dtype:
-    from simulator.compiled.routine import RULES  # loads numba
-
     return RULES
 
 
@@ -209,8 +207,6 @@ def _count_most_things(rule: RoutineRules, homes: SampledState, home: int) -> in
 
 def _make_roles() -> Roles:
     """Return what is special about kinds of activity."""
-    from simulator.compiled.routine import Roles  # loads numba
-
     names = list(load_kinds())
     collects = np.zeros((len(names), len(names)), dtype=bool)
     for left_by in ("cooking", "eating"):
@@ -226,8 +222,6 @@ def _make_habits(
 
     The last `num_carried` columns of items are for what is carried out.
     """
-    from simulator.compiled.routine import Habits  # loads numba
-
     num_homes, num_slots = homes.object_place.shape
     num_kinds = len(load_kinds())
     num_residents = max(rule.max_residents for rule in rules)
@@ -274,8 +268,6 @@ def _make_habits(
 
 def _make_state(homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules]) -> State:
     """Return the state before the first day, with the number of residents drawn."""
-    from simulator.compiled.routine import State  # loads numba
-
     num_homes, num_slots = homes.object_place.shape
     num_residents = max(rule.max_residents for rule in rules)
     num_occurrences = num_residents * max(len(rule.occasions) for rule in rules)
@@ -319,8 +311,6 @@ def _draw_own_places(
 
     An object without a place in its row stays where it was put at first.
     """
-    from simulator.compiled.routine_places import draw_own_places  # loads numba
-
     for home, rule in zip(members, rules, strict=True):
         num_slots = int(homes.home_num_slots[home])
         uniform = homes.streams.generator("routine places", home).random((num_slots, 5))
@@ -335,8 +325,6 @@ def _draw_own_places(
 
 def _tabulate(homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules]) -> Customs:
     """Return what people usually do, by the rules of each home."""
-    from simulator.compiled.routine import Customs  # loads numba
-
     num_occasions = max(len(rule.occasions) for rule in rules)
     size = (homes.num_homes, num_occasions)
     customs = Customs(

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sgm.compiled.adaptive_filter import follow_looks
 from sgm.evidence.adaptive_filter import (
     FilterSettings,
     Rates,
@@ -14,6 +13,7 @@ from sgm.evidence.adaptive_filter import (
     follow_prior,
     trust_prior,
 )
+from sgm.evidence.adaptive_filter_kernel import follow_looks
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.object_counts import ObjectCounts
 from sgm.evidence.question import FILTERS

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sgm.compiled import places
+from sgm.evidence import rank_kernel as places
 from sgm.evidence.columns import (
     PLACE_COLUMNS,
     PLACE_GROUP_COLUMNS,

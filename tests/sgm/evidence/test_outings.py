@@ -5,9 +5,9 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
-from sgm.compiled.outings import follow_outings
 from sgm.evidence.leaving import Leaving
 from sgm.evidence.outings import Outings, join_left
+from sgm.evidence.outings_kernel import follow_outings
 from sgm.finder.finder import Finder
 from sgm.finder.object_finder import ObjectFinder
 from sgm.memory.clock import Clock

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from simulator.compiled.filters import list_entries
+from simulator.policies.filter_kernel import list_entries
 from simulator.policies.filter_looks import Chains, FilterLooks
 
 

@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 
 from sgm.memory.queries import Queries
-from simulator.compiled.filters import (
+from simulator.policies import make_policy
+from simulator.policies.filter_belief import Subjects
+from simulator.policies.filter_kernel import (
     make_transitions,
     update_class_noise,
     update_instance_noise,
 )
-from simulator.policies import make_policy
-from simulator.policies.filter_belief import Subjects
 from simulator.policies.home_filter import HomeFilter
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 import simulator
-from simulator.compiled.streams import _multiply_add
+from simulator.world.stream_kernel import _multiply_add
 from simulator.world.streams import SPLITS, Streams, sample_categorical
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sgm.compiled.kernel import kernel
+from sgm.kernel import kernel
 
 
 @kernel

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from sgm.compiled.kernel import kernel
+from sgm.kernel import kernel
 
 _SAME = 0.97  # probability that what was seen is the object that is asked for
 _TINY = 1e-12

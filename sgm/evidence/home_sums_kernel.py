@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from sgm.compiled.kernel import kernel
+from sgm.kernel import kernel
 
 
 @kernel

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sgm.compiled.kernel import kernel
+from sgm.kernel import kernel
 
 DAY = 86_400.0
 DAY_STARTS = 4 * 3600.0

@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
-from sgm.compiled.kernel import kernel
-from sgm.compiled.places import rank_row
+from sgm.evidence.rank_kernel import rank_row
+from sgm.kernel import kernel
 
 _MOST = 1 - 1e-3  # of a presence: odds stay finite
 LEAST = 0.02  # of a share times the number of places, in logarithms

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.compiled.kernel import kernel
+from sgm.kernel import kernel
 
 
 @kernel

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from sgm.compiled.kernel import kernel
+from sgm.kernel import kernel
 
 _SAME = 0.97  # probability that what was seen is the object that is asked for
 _TICK = 0.5  # hours: in between, the share of the time at home is taken for linear

@@ -1,6 +1,6 @@
 """Features of places from what is expected, from filters, and from the other objects of a home.
 
-As in `sgm.compiled.sighting_columns`: each function fills the columns of a group.
+As in `sgm.evidence.sighting_columns_kernel`: each function fills the columns of a group.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ import math
 
 import numpy as np
 
-from sgm.compiled.kernel import kernel
-from sgm.compiled.places import rank_row
-from sgm.compiled.sighting_columns import LEAST
+from sgm.evidence.rank_kernel import rank_row
+from sgm.evidence.sighting_columns_kernel import LEAST
+from sgm.kernel import kernel
 
 
 @kernel

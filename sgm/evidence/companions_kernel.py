@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from sgm.compiled.kernel import kernel
+from sgm.kernel import kernel
 
 _LATELY = 10  # times as fast as a sighting of a companion, one out of place loses its worth
 _ALIKE = 0.3  # cosine of the sightings by place from which an object counts as a companion

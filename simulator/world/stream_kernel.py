@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.compiled.kernel import kernel
+from sgm.kernel import kernel
 
 _HIGH, _LOW = np.uint64(0x2360ED051FC65DA4), np.uint64(0x4385DF649FCCF645)  # M
 _ZERO, _ONE = np.uint64(0), np.uint64(1)

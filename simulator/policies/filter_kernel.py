@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from sgm.compiled.kernel import kernel
+from sgm.kernel import kernel
 
 # No single look and no number of them rules out a place for good: the densities are approximate.
 MOST_CERTAIN = 0.95  # a look is no more certain to find an object than this

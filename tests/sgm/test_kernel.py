@@ -1,0 +1,77 @@
+"""Functions that numba compiles when they are first called."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sgm.kernel import kernel
+
+ROOT = Path(__file__).resolve().parents[2]
+FILES = sorted(path for name in ("sgm", "simulator") for path in (ROOT / name).rglob("*_kernel.py"))
+# Six lines that two files rank by: whoever changes them deletes `__pycache__`.
+SHARED = {"sgm.evidence.rank_kernel"}
+
+
+def test_importing_what_has_kernels_does_not_load_numba():
+    modules = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in FILES]
+    assert len(modules) > 15
+    code = f"import sys, sgm.finder, {', '.join(modules)}; assert 'numba' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_kernels_call_functions_of_their_own_file_alone(file):
+    """What is kept on disk would not notice that another file has changed."""
+    found = set()
+    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith(("sgm", "simulator")):
+            found |= {node.module for alias in node.names if not alias.name.isupper()}
+    assert found <= {"sgm.kernel"} | SHARED
+
+
+def make(code: str) -> dict[str, object]:
+    """Functions without a file, so that there is nowhere to keep them."""
+    namespace = {"kernel": kernel}
+    exec(code, namespace)
+    return namespace
+
+
+def test_a_function_that_cannot_be_kept_is_compiled_all_the_same():
+    double = make("@kernel\ndef double(number):\n    return 2 * number")["double"]
+    assert double(21) == 42
+    assert double.compile().nopython_signatures
+
+
+def test_kernels_call_each_other():
+    """Whichever is called first, and themselves."""
+    code = """
+@kernel
+def add(a, b):
+    return a + b
+
+@kernel
+def total(numbers):
+    if len(numbers) == 0:
+        return 0.0
+    return add(numbers[0], total(numbers[1:]))
+"""
+    for first in ("total", "add"):
+        made = make(code)
+        arguments = {"total": (np.arange(4.0),), "add": (1.0, 5.0)}
+        total, add = made["total"], made["add"]  # as another module has imported them
+        assert {"total": total, "add": add}[first](*arguments[first]) == 6
+        assert total(np.arange(5.0)) == 10
+        assert add(1, 2) == 3
+
+
+def test_it_keeps_the_name_and_the_docstring():
+    @kernel
+    def halve(number: float) -> float:
+        """Divide by two."""
+        return number / 2
+
+    assert (halve.__name__, halve.__doc__) == ("halve", "Divide by two.")
