@@ -6,9 +6,6 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-# What compiled functions read of `Rules`, in this order.
-CompiledRules = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-
 
 @dataclass(frozen=True, slots=True)
 class Subjects:
@@ -77,6 +74,11 @@ class FilterBelief:
     def get_names(cls) -> tuple[str, ...]:
         """Return the names of the columns."""
         return tuple(field.name for field in fields(cls))
+
+    @property
+    def noise(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+        """What a filter that learns of noise believes about it; None for others."""
+        return None
 
     @property
     def columns(self) -> dict[str, np.ndarray]:

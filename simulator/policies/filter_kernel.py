@@ -1,8 +1,4 @@
-"""What filters do with the densities of each query over furniture nodes.
-
-One file, since a kernel calls functions of its own file alone: first what all filters share, then
-how `HomeFilter` learns which places a home uses, and follows objects among them.
-"""
+"""What filters do with the densities of each query over furniture nodes."""
 
 from __future__ import annotations
 
@@ -136,79 +132,6 @@ def correct_places(
 
 
 @kernel
-def follow_places(
-    last: np.ndarray,
-    others: np.ndarray,
-    as_of: tuple[np.ndarray, np.ndarray, int],
-    subjects: tuple[np.ndarray, np.ndarray],
-    rules: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
-    room: np.ndarray,
-    num_nodes: np.ndarray,
-    round_time: np.ndarray,
-    first_round: int,
-    looks: ChainArrays,
-    sightings: ChainArrays,
-    questions: ChainArrays,
-) -> None:
-    """Carry the belief about each query from its time to now, in place; see `PlaceFilter`.
-
-    Args:
-        last: `Belief.last`, (Q, F).
-        others: `Belief.others`, (Q, F).
-        as_of: time of each belief (Q,), rounds of looks that it knows (Q,), and now.
-        subjects: home and object row of each query, (Q,).
-        rules: moves (Q, F), move_rate, asked_move_rate, remove_rate, add_rate and miss_rate (Q,).
-        room: number of what objects stay in when they move, (Q, F).
-        num_nodes: furniture nodes of each query's home, (Q,).
-        round_time: time of each round of looks, (R,).
-        first_round: number of the first of them.
-        looks: chains of `LookLog`.
-        sightings: likewise.
-        questions: likewise.
-    """
-    since_time, since_round, now = as_of
-    home, subject = subjects
-    weight, move_rate, asked_move_rate, remove_rate, add_rate, miss_rate = rules
-    for query in range(len(last)):
-        num = num_nodes[query]
-        rooms = room[query, :num]
-        own_last, own_others = last[query, :num], others[query, :num]
-        moves, leave = np.empty(num), np.empty(num)
-        scratch = np.empty((2, max(num, rooms.max() + 1)))
-        make_transition(weight[query, :num], 1.0, rooms, moves, leave)
-        time = since_time[query]
-        look = list_entries(looks, home[query], since_round[query])
-        seen = list_entries(sightings, subject[query], since_round[query])
-        asked = list_entries(questions, subject[query], time + 1)
-        next_look = next_seen = next_asked = 0
-        was_seen = own_last.any()
-        while True:
-            while next_look < len(look):
-                number = looks[2][look[next_look]]
-                if round_time[number - first_round] != time:
-                    break
-                is_seen = next_seen < len(seen) and sightings[2][seen[next_seen]] == number
-                next_seen += is_seen
-                was_seen |= is_seen
-                node = looks[3][look[next_look]]
-                out_of_view = 1 - looks[4][look[next_look]]
-                miss = miss_rate[query] + out_of_view * (1 - miss_rate[query])
-                correct_places(own_last, own_others, node, is_seen, miss)
-                next_look += 1
-            if time == now:
-                break
-            time += 1
-            rate = move_rate[query]
-            if next_asked < len(asked) and questions[2][asked[next_asked]] == time:
-                rate = asked_move_rate[query]
-                next_asked += 1
-            kept = 1 - remove_rate[query]
-            if was_seen:  # else there is nothing to spread
-                spread(own_last, moves, leave, kept, rate, 0.0, rooms, scratch)
-            spread(own_others, moves, leave, kept, rate, add_rate[query], rooms, scratch)
-
-
-@kernel
 def update_class_noise(
     type_possible: np.ndarray,
     unseen: np.ndarray,
@@ -302,64 +225,61 @@ def _make_shares(
 
 
 @kernel
-def follow_home(
-    last: np.ndarray,
-    others: np.ndarray,
-    type_possible: np.ndarray,
-    own_possible: np.ndarray,
-    unseen: np.ndarray,
+def follow(
+    belief: tuple[np.ndarray, np.ndarray],
+    noise: tuple[np.ndarray, np.ndarray, np.ndarray],
+    learns: bool,
     as_of: tuple[np.ndarray, np.ndarray, int],
     subjects: tuple[np.ndarray, np.ndarray, np.ndarray],
-    rules: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
-    type_add_rate: np.ndarray,
-    room: np.ndarray,
-    group: np.ndarray,
-    num_nodes: np.ndarray,
+    rules: tuple[np.ndarray, ...],
+    layout: tuple[np.ndarray, np.ndarray, np.ndarray],
     round_time: np.ndarray,
     first_round: int,
-    looks: ChainArrays,
-    sightings: ChainArrays,
-    type_sightings: ChainArrays,
-    questions: ChainArrays,
+    chains: tuple[ChainArrays, ChainArrays, ChainArrays, ChainArrays],
 ) -> None:
-    """Carry the belief about each query from its time to now, in place; see `HomeFilter`.
+    """Carry the belief about each query from its time to now, in place.
+
+    See `PlaceFilter`, and `HomeFilter` for what is learnt about noise.
 
     Args:
-        last: `HomeBelief.last`, (Q, F).
-        others: likewise.
-        type_possible: likewise.
-        own_possible: likewise.
-        unseen: likewise.
-        as_of: as for `follow_places`.
+        belief: `Belief.last` and `others`, (Q, F).
+        noise: `HomeBelief.type_possible`, `own_possible` and `unseen`, (Q, F); of a filter that
+            does not learn, any (Q, F).
+        learns: whether what noise has left to types and descriptions is learnt.
+        as_of: time of each belief (Q,), rounds of looks that it knows (Q,), and now.
         subjects: home, object row and type key of each query, (Q,).
-        rules: as for `follow_places`.
-        type_add_rate: expected number of objects of the type that come in a step, (Q,).
-        room: number of what objects stay in when they move, (Q, F).
-        group: number of each furniture node's room and label, (Q, F).
-        num_nodes: furniture nodes of each query's home, (Q,).
+        rules: moves (Q, F), move_rate, asked_move_rate, remove_rate, add_rate, miss_rate, and the
+            expected number of objects of the type that come in a step, (Q,).
+        layout: number of what objects stay in when they move, (Q, F); of each furniture node's room
+            and label, (Q, F); and furniture nodes of each query's home, (Q,).
         round_time: time of each round of looks, (R,).
         first_round: number of the first of them.
-        looks: chains of `LookLog`.
-        sightings: likewise.
-        type_sightings: likewise.
-        questions: likewise.
+        chains: of `LookLog`: looks, sightings, sightings of types, and questions.
     """
+    last, others = belief
+    type_possible, own_possible, unseen = noise
     since_time, since_round, now = as_of
     home, subject, type_key = subjects
-    weight, move_rate, asked_move_rate, remove_rate, add_rate, miss_rate = rules
+    weight, move_rate, asked_move_rate, remove_rate, add_rate, miss_rate, type_add_rate = rules
+    room, group, num_nodes = layout
+    looks, sightings, type_sightings, questions = chains
     for query in range(len(last)):
         num = num_nodes[query]
-        rooms, groups = room[query, :num], group[query, :num]
+        rooms, groups, weights = room[query, :num], group[query, :num], weight[query, :num]
         own_last, own_others = last[query, :num], others[query, :num]
         for_type, for_own = type_possible[query, :num], own_possible[query, :num]
         of_type = unseen[query, :num]
         transitions = np.empty((4, num))
         scratch = np.empty((2, max(num, rooms.max() + 1)))
-        make_transitions(weight[query, :num], for_type, for_own, rooms, transitions)
+        if learns:
+            make_transitions(weights, for_type, for_own, rooms, transitions)
+        else:
+            make_transition(weights, 1.0, rooms, transitions[0], transitions[1])
         time = since_time[query]
         look = list_entries(looks, home[query], since_round[query])
         seen = list_entries(sightings, subject[query], since_round[query])
-        type_seen = list_entries(type_sightings, type_key[query], since_round[query])
+        of_key = type_key[query] if learns else -1
+        type_seen = list_entries(type_sightings, of_key, since_round[query])
         asked = list_entries(questions, subject[query], time + 1)
         next_look = next_seen = next_type = next_asked = 0
         was_seen = own_last.any()
@@ -372,22 +292,24 @@ def follow_home(
                 is_seen = next_seen < len(seen) and sightings[2][seen[next_seen]] == number
                 next_seen += is_seen
                 was_seen |= is_seen
-                is_type_seen = (
-                    next_type < len(type_seen) and type_sightings[2][type_seen[next_type]] == number
-                )
-                next_type += is_type_seen
                 node = looks[3][look[next_look]]
                 out_of_view = 1 - looks[4][look[next_look]]
                 miss = miss_rate[query] + out_of_view * (1 - miss_rate[query])
-                update_class_noise(for_type, of_type, groups, node, is_type_seen, miss)
-                believed = own_last[node] + own_others[node]
-                update_instance_noise(for_own, for_type, believed, node, is_seen, miss)
+                if learns:
+                    is_type_seen = (
+                        next_type < len(type_seen)
+                        and type_sightings[2][type_seen[next_type]] == number
+                    )
+                    next_type += is_type_seen
+                    update_class_noise(for_type, of_type, groups, node, is_type_seen, miss)
+                    believed = own_last[node] + own_others[node]
+                    update_instance_noise(for_own, for_type, believed, node, is_seen, miss)
                 correct_places(own_last, own_others, node, is_seen, miss)
                 next_look += 1
             if time == now:
                 break
-            if next_look > first_look:
-                make_transitions(weight[query, :num], for_type, for_own, rooms, transitions)
+            if learns and next_look > first_look:
+                make_transitions(weights, for_type, for_own, rooms, transitions)
             time += 1
             rate = move_rate[query]
             if next_asked < len(asked) and questions[2][asked[next_asked]] == time:
@@ -398,7 +320,7 @@ def follow_home(
             if was_seen:  # else there is nothing to spread
                 spread(own_last, moves, leave, kept, rate, 0.0, rooms, scratch)
             spread(own_others, moves, leave, kept, rate, add_rate[query], rooms, scratch)
-            moves, leave = transitions[2], transitions[3]
-            spread(
-                of_type, moves, leave, kept, move_rate[query], type_add_rate[query], rooms, scratch
-            )
+            if learns:
+                coming = type_add_rate[query]
+                moves, leave = transitions[2], transitions[3]
+                spread(of_type, moves, leave, kept, move_rate[query], coming, rooms, scratch)

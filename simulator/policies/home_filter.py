@@ -11,8 +11,7 @@ from sgm.arrays.padded import sum_rows
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from simulator.policies.filter_belief import AsOf, FilterBelief, Rules, Subjects
-from simulator.policies.filter_kernel import follow_home
+from simulator.policies.filter_belief import FilterBelief, Rules, Subjects
 from simulator.policies.filters import PriorFilter
 
 
@@ -30,6 +29,11 @@ class HomeBelief(FilterBelief):
     type_possible: np.ndarray
     own_possible: np.ndarray
     unseen: np.ndarray
+
+    @property
+    def noise(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What it believes about noise."""
+        return self.type_possible, self.own_possible, self.unseen
 
     def stack(self) -> np.ndarray:
         """Return last, others, type_possible and own_possible as columns, float32 (Q, F, 4)."""
@@ -126,23 +130,6 @@ class HomeFilter(PriorFilter):
             own_possible=own_possible,
             unseen=self._inventory.expected[subjects.home, np.maximum(subjects.type, 0)],
         )
-
-    def advance(
-        self, belief: FilterBelief, as_of: AsOf, now: int, subjects: Subjects, rules: Rules
-    ) -> None:
-        """Carry beliefs on to a time, in place, with the looks and questions until then."""
-        assert isinstance(belief, HomeBelief)
-        home, types = subjects.home, subjects.type
-        log = self._log
-        type_add_rate = rules.add_rate / self._inventory.sameness[np.maximum(types, 0)]
-        follow_home(
-            belief.last, belief.others, belief.type_possible, belief.own_possible, belief.unseen,
-            (as_of.time, as_of.num_rounds, now),
-            (home, subjects.object, self._number_types(home, types)),
-            self.list_rates(rules), type_add_rate, self._room[home], self._group[home],
-            self._num_furniture[home], log.round_time, log.first_round, log.looks.arrays,
-            log.sightings.arrays, log.type_sightings.arrays, log.questions.arrays,
-        )  # fmt: skip
 
     def _mark_used(self, memory: MemoryBatch, edges: np.ndarray) -> None:
         """Note that types were seen at furniture of a label in a room; rows of edges (n,)."""

@@ -15,8 +15,8 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.policies.policy import Policy, mask_furniture
 from sgm.prior.prior_graph import PriorGraph
-from simulator.policies.filter_belief import AsOf, CompiledRules, FilterBelief, Rules, Subjects
-from simulator.policies.filter_kernel import follow_places
+from simulator.policies.filter_belief import AsOf, FilterBelief, Rules, Subjects
+from simulator.policies.filter_kernel import follow
 from simulator.policies.filter_looks import FilterLooks
 from simulator.policies.inventory import Inventory
 from simulator.policies.kept_beliefs import KeptBeliefs
@@ -82,6 +82,7 @@ class PlaceFilter(Policy):
         # What objects stay in when they move, their room or home, (H, F).
         stays_in_room = np.array([not config.cross_room_moves for config in configs])
         self._room = np.where(stays_in_room[:, None], memory.furniture_room, 0).astype(np.int64)
+        self._group = self._room  # what shares class noise, of a filter that learns of it
         self._log = FilterLooks(num_homes, num_types + 1)
         names = self.belief_type.get_names()
         self._kept = KeptBeliefs(names, memory.num_furniture, self.num_basis)
@@ -170,21 +171,27 @@ class PlaceFilter(Policy):
         self, belief: FilterBelief, as_of: AsOf, now: int, subjects: Subjects, rules: Rules
     ) -> None:
         """Carry beliefs on to a time, in place, with the looks and questions until then."""
-        log = self._log
-        follow_places(
-            belief.last, belief.others, (as_of.time, as_of.num_rounds, now),
-            (subjects.home, subjects.object), self.list_rates(rules),
-            self._room[subjects.home], self._num_furniture[subjects.home],
-            log.round_time, log.first_round,
-            log.looks.arrays, log.sightings.arrays, log.questions.arrays,
-        )  # fmt: skip
-
-    @staticmethod
-    def list_rates(rules: Rules) -> CompiledRules:
-        """Return what compiled functions read of the rules."""
-        return (
-            rules.moves, rules.move_rate, rules.asked_move_rate, rules.remove_rate,
-            rules.add_rate, rules.miss_rate,
+        home, types, log = subjects.home, subjects.type, self._log
+        noise, type_add_rate = belief.noise, rules.add_rate
+        if noise is not None:
+            type_add_rate = type_add_rate / self._inventory.sameness[np.maximum(types, 0)]
+        follow(
+            (belief.last, belief.others),
+            noise or (belief.last, belief.last, belief.last),
+            noise is not None,
+            (as_of.time, as_of.num_rounds, now),
+            (home, subjects.object, self._number_types(home, types)),
+            (
+                rules.moves, rules.move_rate, rules.asked_move_rate, rules.remove_rate,
+                rules.add_rate, rules.miss_rate, type_add_rate,
+            ),
+            (self._room[home], self._group[home], self._num_furniture[home]),
+            log.round_time,
+            log.first_round,
+            (
+                log.looks.arrays, log.sightings.arrays, log.type_sightings.arrays,
+                log.questions.arrays,
+            ),
         )  # fmt: skip
 
     @abstractmethod
