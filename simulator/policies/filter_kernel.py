@@ -12,6 +12,7 @@ from sgm.kernel import kernel
 MOST_CERTAIN = 0.95  # a look is no more certain to find an object than this
 LEAST_POSSIBLE = 0.02
 MOST_EXPECTED = 3.0  # no more objects than so many are expected at a place
+LEAST_LIKELY = 1e-9  # of a look: no draw is ruled out for good
 
 # The arrays of `simulator.policies.filter_looks.Chains`: number of each key's newest entry, number
 # of the oldest entry kept, then `at`, `value`, `share` and `previous` of the entries kept.
@@ -324,3 +325,56 @@ def follow(
                 coming = type_add_rate[query]
                 moves, leave = transitions[2], transitions[3]
                 spread(of_type, moves, leave, kept, move_rate[query], coming, rooms, scratch)
+
+
+@kernel
+def spread_draws(
+    density: np.ndarray,
+    moves: np.ndarray,
+    leave: np.ndarray,
+    kept: float,
+    rate: float,
+    coming: float,
+    room: np.ndarray,
+) -> None:
+    """Let objects move, leave and come for one step in n draws of a home, in place.
+
+    Args:
+        density: of the instance seen last, if that is followed, and of others, (1 or 2, n, S).
+        moves: of each draw, (n, S).
+        leave: of each draw, (n, S).
+        kept: as for `spread`.
+        rate: as for `spread`.
+        coming: objects that come, which are among the others.
+        room: number of what objects at each place stay in when they move, (S,).
+    """
+    scratch = np.empty((2, max(len(room), room.max() + 1)))
+    for part in range(len(density)):
+        new = coming if part == len(density) - 1 else 0.0
+        for draw in range(len(moves)):
+            own = density[part, draw]
+            spread(own, moves[draw], leave[draw], kept, rate, new, room, scratch)
+
+
+@kernel
+def correct_draws(
+    density: np.ndarray, log_likelihood: np.ndarray, node: int, is_seen: bool, miss: float
+) -> None:
+    """Fold one look into n draws of a home, in place, and count how likely it was in each.
+
+    Args:
+        density: as for `spread_draws`.
+        log_likelihood: of the looks so far, (n,).
+        node: place looked at.
+        is_seen: whether the object was seen there.
+        miss: probability that a look misses it.
+    """
+    for draw in range(len(log_likelihood)):
+        others = density[-1, draw]
+        missed = math.exp(-others[node] * (1 - miss))
+        if len(density) > 1:
+            missed *= 1 - density[0, draw, node] * (1 - miss)
+            correct_places(density[0, draw], others, node, is_seen, miss)
+        else:
+            others[node] *= miss
+        log_likelihood[draw] += math.log(max(1 - missed if is_seen else missed, LEAST_LIKELY))

@@ -15,12 +15,11 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.policies.policy import Policy, mask_furniture
 from sgm.prior.prior_graph import PriorGraph
+from simulator.policies.filter_kernel import correct_draws, spread_draws
 from simulator.policies.inventory import Inventory
 from simulator.world.homes import Homes
 from simulator.world.noise import compute_noisy_weights
 from simulator.world.rules import HomeRules
-
-_LEAST_LIKELY = 1e-9  # of a look: densities are approximate, no draw is ruled out for good
 
 
 @dataclass(slots=True)
@@ -52,7 +51,7 @@ class _Type:
         places: furniture that the prior deems possible, (S,).
         number: of each furniture node among the places, -1 for none, (F,).
         room: of each place, (S,).
-        joined: whether an object can move from one place to another, (S, S).
+        stays_in: number of what objects at each place stay in when they move, (S,).
         class_weights: what class noise may have left, (C, S, 2).
         expected: objects of the type that this leads one to expect at t = 0, (C, S).
         rest: objects of the type whose description was neither seen nor asked for; its
@@ -63,7 +62,7 @@ class _Type:
     places: np.ndarray
     number: np.ndarray
     room: np.ndarray
-    joined: np.ndarray
+    stays_in: np.ndarray
     class_weights: np.ndarray
     expected: np.ndarray
     rest: _Draws
@@ -211,7 +210,7 @@ class Informed(Policy):
         others = np.repeat(kind.expected, num_instance, axis=0)
         others = others * self._inventory.sameness[number]
         density = np.stack([np.zeros_like(others), others])  # the last one seen, and others
-        kind.objects[row] = _start(density, moves, kind.joined)
+        kind.objects[row] = _start(density, moves, kind.stays_in)
 
     def _make_type(self, memory: MemoryBatch, home: int, number: int) -> _Type:
         """Draw class noise of an object type, and what it leads one to expect in a home."""
@@ -230,13 +229,13 @@ class Informed(Policy):
         place_number = np.full(len(nodes), -1)
         place_number[places] = np.arange(len(places))
         room = memory.furniture_room[home, places]
-        joined = (room[:, None] == room) | config.cross_room_moves
+        stays_in = np.where(config.cross_room_moves, 0, room)
         class_weights = of_nodes[:, nodes[places]]  # (C, S, 2)
         total = class_weights.sum(axis=2)  # (C, S)
         factor = total / self._weights[number][nodes[places]].sum(axis=1)
         expected = self._inventory.expected[home, number, places] * factor
-        rest = _start(expected[None].copy(), _normalise(total), joined)
-        return _Type(places, place_number, room, joined, class_weights, expected, rest)
+        rest = _start(expected[None].copy(), _normalise(total), stays_in)
+        return _Type(places, place_number, room, stays_in, class_weights, expected, rest)
 
     def _draw_instance_noise(self, config: HomeRules, kind: _Type, key: int) -> np.ndarray:
         """Draw K times what instance noise leaves of each draw of class noise, (C K, S)."""
@@ -269,54 +268,22 @@ class Informed(Policy):
                 if place >= 0:
                     found = coverage * (1 - self._configs[home].detection_error)
                     is_seen = row is not None and draws.num_looks in self._sightings[row]
-                    _look(draws, place, found, is_seen)
+                    correct_draws(draws.density, draws.log_likelihood, place, is_seen, 1 - found)
                 draws.num_looks += 1
             if draws.time == memory.time:
                 return
             draws.time += 1
             is_asked = row is not None and draws.time in self._questions[row]
             rate = rates["asked" if is_asked else "move"]
-            _step(draws, kind.joined, rate, 1 - rates["remove"], add)
+            kept = 1 - rates["remove"]
+            spread_draws(draws.density, draws.moves, draws.leave, kept, rate, add, kind.stays_in)
 
 
-def _start(density: np.ndarray, moves: np.ndarray, joined: np.ndarray) -> _Draws:
+def _start(density: np.ndarray, moves: np.ndarray, stays_in: np.ndarray) -> _Draws:
     """Return draws at t = 0."""
-    leave = moves @ joined - moves
+    leave = moves @ (stays_in[:, None] == stays_in) - moves
     leave[leave < 1e-9] = 0
     return _Draws(density, moves, leave, np.zeros(len(moves)))
-
-
-def _step(draws: _Draws, joined: np.ndarray, rate: float, kept: float, coming: float) -> None:
-    """Let objects move, leave and come for one step, as `filter_kernel.spread`."""
-    density, leave = draws.density, draws.leave
-    movers = np.where(leave > 0, density * rate, 0)
-    out = np.divide(movers, leave, out=np.zeros_like(movers), where=leave > 0)
-    density += draws.moves * (out @ joined - out) - movers
-    density *= kept
-    density[-1] += coming * draws.moves  # new ones are among the others
-
-
-def _look(draws: _Draws, place: int, found: float, is_seen: bool) -> None:
-    """Fold a look at a place into the draws; `found`: probability to see what is there."""
-    *last, others = draws.density
-    missed = np.exp(-others[:, place] * found)
-    if last:
-        missed *= 1 - last[0][:, place] * found
-    likelihood = 1 - missed if is_seen else missed
-    draws.log_likelihood += np.log(np.maximum(likelihood, _LEAST_LIKELY))
-    if is_seen:
-        here = last[0][:, place]
-        same = here / np.maximum(here + others[:, place], 1e-12)
-        others[:, place] *= 1 - found
-        others += (1 - same)[:, None] * last[0]
-        last[0][:] = 0
-        last[0][:, place] = 1
-        return
-    if last:
-        left = 1 - last[0][:, place] * found
-        last[0][:, place] *= 1 - found
-        last[0] /= np.maximum(left, 1e-12)[:, None]
-    others[:, place] *= 1 - found
 
 
 def _draw_noise(
