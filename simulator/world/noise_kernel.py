@@ -23,8 +23,8 @@ def list_positive(
     most = len(sources) * weights.shape[1] + 1
     rows, places = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
     values = np.empty(most)
-    # Ask for the memory of all rows at once, instead of row after row, as `transition_kernel._touch`
-    # does (`benchmarks/collect.py`); no sum is negative.
+    # Ask for the memory of all rows at once, instead of row after row, as for a draw from T
+    # (`benchmarks/evolve.py`); no sum is negative.
     total = 0.0
     for row in range(len(sources)):
         for place in range(0, weights.shape[1], 16):
