@@ -143,14 +143,12 @@ class Plan:
 
     def make_evaluation(self, setting: Setting, policy: str) -> Evaluation:
         """Return the evaluation of a policy."""
-        path = self.runs / setting.name / "scores" / f"{policy}.json"
-        return self._evaluate(setting, policy, None, path)
+        return self._evaluate(setting, policy, None, self.runs)
 
     def evaluate_training(self, training: Training) -> Evaluation:
         """Return the evaluation of a network that was trained."""
-        setting, name = training.contestant.setting, training.contestant.name
-        path = training.runs / setting.name / "scores" / f"{name}.json"
-        return self._evaluate(setting, name, training.checkpoint, path)
+        own = training.contestant
+        return self._evaluate(own.setting, own.name, training.checkpoint, training.runs)
 
     def load_scores(self, network: Contestant) -> ScoreSummary:
         """Return what the trainings of a network have scored; one alone as it is."""
@@ -159,19 +157,13 @@ class Plan:
         return scores[0] if len(scores) == 1 else ScoreSummary.join(scores)
 
     def _evaluate(
-        self, setting: Setting, contestant: str, checkpoint: Path | None, path: Path
+        self, setting: Setting, name: str, checkpoint: Path | None, runs: Path
     ) -> Evaluation:
+        path = runs / setting.name / "scores" / f"{name}.json"
         return Evaluation(
-            setting,
-            contestant,
-            checkpoint,
-            self.num_homes,
-            self.steps,
-            self.seed,
-            path,
-            self.encoders,
+            setting, name, checkpoint, self.num_homes, self.steps, self.seed, path, self.encoders,
             self.source,
-        )
+        )  # fmt: skip
 
     def make_job(
         self,

@@ -8,7 +8,6 @@ from contextlib import redirect_stdout
 from dataclasses import dataclass
 from functools import partial
 from io import StringIO
-from itertools import cycle
 from pathlib import Path
 from typing import ClassVar
 
@@ -147,22 +146,6 @@ def list_players(
     return players
 
 
-@dataclass(frozen=True, slots=True)
-class OwnHomeDifference:
-    """Two players in the same homes, by one column.
-
-    Attributes:
-        who, other: names; `other` is a rule where the best one is meant.
-        is_rule: whether it is.
-        difference: of `who` minus `other`.
-    """
-
-    who: str
-    other: str
-    is_rule: bool
-    difference: Difference
-
-
 def make_tables(
     scores: Mapping[str, Mapping[str, Mapping[str, float]]],
     networks: Sequence[str],
@@ -193,22 +176,22 @@ def make_tables(
         learnt = [f"{network} {how}" for how in (ADAPTED, TUNED) if f"{network} {how}" in players]
         pairs += [(who, network) for who in learnt]
         pairs += [(who, "") for who in (network, *learnt)]
-    found = []
-    tests: dict[tuple[str, bytes], float] = {}  # a player that is another one in all but its name
-    keys = []
+    found = []  # column, who, than whom, whether that is the best rule
     for who, other in pairs:
         for name in COMPARED:
             than = other or find_best_rule(values, COLUMNS[name], RULES)
-            delta = values[who][name] - values[than][name]
-            found.append(OwnHomeDifference(who, than, not other, Difference.of(delta, units)))
-            keys.append((name, delta.tobytes()))
-            if delta.any():
-                tests[keys[-1]] = found[-1].difference.p
+            found.append((name, who, than, not other))
+    deltas = [values[who][name] - values[than][name] for name, who, than, _ in found]
+    differences = [Difference.of(delta, units) for delta in deltas]
+    # A player that is another one in all but its name is tested once, and not against itself.
+    keys = [(name, delta.tobytes()) for (name, *_), delta in zip(found, deltas, strict=True)]
+    tests = {
+        key: own.p for key, own, delta in zip(keys, differences, deltas, strict=True) if delta.any()
+    }
     by_test = dict(zip(tests, correct_holm([*tests.values()]), strict=True))
-    corrected = [by_test.get(key, float("nan")) for key in keys]
     cells = [
-        _format_compared(one, p, COLUMNS[name].format)
-        for one, p, name in zip(found, corrected, cycle(COMPARED))
+        _format_compared(own, by_test.get(key, float("nan")), name, than if is_rule else "")
+        for own, key, (name, _, than, is_rule) in zip(differences, keys, found, strict=True)
     ]
     rows = [
         [who, other or "the best rule", *cells[number : number + len(COMPARED)]]
@@ -218,11 +201,10 @@ def make_tables(
     return f"{means}\n{join_table(header, rows, num_text=2)}", len(tests)
 
 
-def _format_compared(one: OwnHomeDifference, p: float, form: str) -> str:
-    mark = "**" if p < 1 - LEVEL else ""
-    text = f"{mark}{format_difference(one.difference, form)}{mark}"
-    text += f", d {format_number(one.difference.detectable, form)}"
-    return f"{text} {one.other}" if one.is_rule else text
+def _format_compared(difference: Difference, p: float, name: str, rule: str) -> str:
+    mark, form = "**" if p < 1 - LEVEL else "", COLUMNS[name].format
+    text = f"{mark}{format_difference(difference, form)}{mark}"
+    return f"{text}, d {format_number(difference.detectable, form)} {rule}".rstrip()
 
 
 class OwnHome(Suite[OwnHomeGame]):
