@@ -148,7 +148,7 @@ def test_the_command_plays_resumes_and_writes_tables(tmp_path, monkeypatch):
     ]  # fmt: skip
     main(command)
     text = Path("elsewhere.md").read_text(encoding="utf-8")
-    assert "`python -m nep.bench.elsewhere --kinds carrying --num_homes 2 --days 2" in text
+    assert "`python -m nep.elsewhere --kinds carrying --num_homes 2 --days 2" in text
     assert "## People who carry things out" in text
     for who in ("bayesian", "adaptive", "any_home"):
         assert f"| {who} | {who} without hours | " in text
