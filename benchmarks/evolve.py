@@ -3,7 +3,7 @@
 Limit: the random numbers. A home-step takes 201 numbers for removals, 201 for the race of the
 movers, 11 for where they go and 108 for additions, one after the other: 521 of 2.5 ns, as each is a
 product of 128 bits that waits for the one before. Two more are read for each of 5 objects that
-come, and two for each of the 7.7 weights of descriptions that are new to the home (2.7 a step among
+come. Two are for each of the 7.7 weights of descriptions that are new to the home (2.7 a step among
 the first hundred, 1 after five hundred): 25 pairs of 9.4 ns, a jump ahead each. 1.5 us in all:
 650,000 home-steps/s if nothing else took any time. What else does is counted in README.md.
 """

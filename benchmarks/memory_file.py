@@ -1,7 +1,7 @@
 """Size of a saved memory of a home of 32 furniture nodes and 200 objects.
 
 The limit counts what is in it: 200 objects x 7 columns and some 270 edges x 10 columns of 1 byte
-each, and 200 descriptions of 20 letters. The file is JSON, so that anybody can read it.
+each, and 200 descriptions of 20 letters. The file is JSON, so that people can read it.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ class MappedTable:
     """Rows of named columns in a file without a name, which is gone when the table is.
 
     What was read stays in the memory of the process, as pages of the file, until `release`; the
-    system keeps those pages for as long as nobody else needs the room.
+    system keeps those pages for as long as no other process needs the room.
     """
 
     def __init__(self, file: BinaryIO, dtype: np.dtype) -> None:

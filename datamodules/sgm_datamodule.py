@@ -49,9 +49,9 @@ class SGMDataModule(pl.LightningDataModule):
             num_hops: prune graphs to this many hops around the query edges; None keeps all.
 
         Raises:
-            ValueError: if a count or a name is out of range, a trace is broken, recorded homes are
-                to train on and to validate on, or it is not known of all homes what time it was
-                and `features.clock` needs it.
+            ValueError: if a count or a name is out of range, or a trace is broken; if recorded
+                homes are both to train on and to validate on; if `features.clock` is on and the
+                time of a home is unknown.
         """
         super().__init__()
         train, val, also = collection.make(source, features)

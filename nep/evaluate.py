@@ -120,7 +120,7 @@ def evaluate(
     backend: str = "processes",
     threads: int | None = None,
 ) -> Scores:
-    """Let everybody play every task in the same homes; the same config gives the same scores.
+    """Let all players play every task in the same homes; the same config gives the same scores.
 
     Args:
         config: what is played; `config.check()` says beforehand whether it can be.

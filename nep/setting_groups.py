@@ -64,7 +64,7 @@ def _name_in_config(text: str, groups: Mapping[str, Mapping[str, str]]) -> str:
     """Return a config, a file or what would stand in one, with the groups of settings."""
     try:
         config = read_yaml(text) if Path(text).is_file() else json.loads(text)
-    except (OSError, ValueError):  # whoever parses it says what is wrong
+    except (OSError, ValueError):  # its parser says what is wrong
         return text
     if not isinstance(config, dict):
         return text

@@ -53,7 +53,7 @@ def read_tensors(path: str | Path) -> Any:
         OSError: if it cannot be read, or is no regular file.
         ValueError: if it is another file, damaged, compressed, has other values than texts,
             numbers, lists, dictionaries, sets and dense tensors, or says that it holds more than it
-            does. Whoever calls names the file and what to do.
+            does. The caller names the file and what to do.
     """
     content = read_file(path, _MOST_BYTES)
     try:

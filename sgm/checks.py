@@ -9,7 +9,7 @@ from sgm.messages import shorten
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Tell whether a value that anybody may have given is a number; nan is one."""
+    """Tell whether a value that any caller may have given is a number; nan is one."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
 

@@ -128,7 +128,7 @@ def write_whole(path: str | Path, content: bytes) -> None:
 def lock_folder(folder: Path) -> Iterator[None]:
     """Have a folder for oneself, on this machine and where the file system tells others of locks.
 
-    Nothing of the lock is left afterwards; what a killed process leaves locks nobody out.
+    Nothing of the lock is left afterwards; what a killed process leaves locks no other out.
 
     Args:
         folder: which exists.
@@ -164,7 +164,7 @@ def read_json(path: str | Path, *, allow_nan: bool = False) -> Any:
 
     Raises:
         OSError: if it cannot be read, or is no regular file.
-        ValueError: as `parse_json` does; whoever calls names the file and what to do.
+        ValueError: as `parse_json` does; the caller names the file and what to do.
     """
     return parse_json(read_file(path), allow_nan=allow_nan)
 
@@ -258,7 +258,7 @@ def _remove_left_over(partial: Path) -> bool:
 
 
 def lock_file(file: BinaryIO) -> bool | None:
-    """Lock a file until it is closed; False if another one has it, None where nobody can tell."""
+    """Lock a file until it is closed; False if another one has it, None where no one can say."""
     if fcntl is None:
         return None
     try:

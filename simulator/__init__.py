@@ -1,4 +1,4 @@
-"""Homes that change while nobody looks, and a memory of what was seen of them.
+"""Homes that change between looks, and a memory of what was seen of them.
 
 The names are loaded when they are first used.
 """

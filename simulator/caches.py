@@ -13,7 +13,7 @@ from pathlib import Path
 def keep_home_clean() -> None:
     """Let matplotlib keep its list of fonts in a temporary folder, if it has none at home.
 
-    It would make two folders in the home folder of whoever imports it, and print advice where it
+    It would make two folders in the home folder of its user, and print advice where it
     cannot. Has an effect before matplotlib is imported, and none where it was used before or
     `MPLCONFIGDIR` says where.
     """

@@ -116,7 +116,7 @@ class CollectConfig:
         """Check that the homes are there, and can be played.
 
         Raises:
-            ValueError: if there are fewer homes or steps, or the policy needs what nobody knows
+            ValueError: if there are fewer homes or steps, or the policy needs what is unknown
                 of them.
         """
         self.homes.check_homes(range(self.num_homes))
@@ -281,17 +281,17 @@ def collect_homes(
     if config.evidence:
         task.rollout.memory.count_history()
     # A collecting filter believes already; another policy is watched by one.
-    believer = policy if isinstance(policy, HomeFilter) else HomeFilter.make(state)
-    watches = config.belief and believer is not policy
+    belief_filter = policy if isinstance(policy, HomeFilter) else HomeFilter.make(state)
+    watches = config.belief and belief_filter is not policy
     if watches:
-        believer.reset(task.rollout.memory)
+        belief_filter.reset(task.rollout.memory)
 
     def record(answer: Answer) -> None:
         if step not in kept:
             return
         extras = {}
         if config.belief:
-            extras["belief"] = believer.follow(task.rollout.memory, answer.queries).stack()
+            extras["belief"] = belief_filter.follow(task.rollout.memory, answer.queries).stack()
         if config.relevance and answer.relevance is not None:
             extras["relevance"] = answer.relevance
         question_extras = {}
@@ -304,7 +304,7 @@ def collect_homes(
     def record_change(change: Change) -> None:
         recorder.add_change(change)
         if watches:
-            believer.observe(task.rollout.memory, change)
+            belief_filter.observe(task.rollout.memory, change)
 
     task.on_answer = record
     task.rollout.on_change = record_change

@@ -65,7 +65,7 @@ def use_plain_yaml() -> str:
 
 
 def add_home_arguments(parser: ArgumentParser) -> None:
-    """Add the options of `HomeOptions`, by which a command is told its homes."""
+    """Add the options of `HomeOptions`, by which a command gets its homes."""
     parser.add_class_arguments(HomeOptions)
 
 
@@ -209,7 +209,7 @@ def choose(
         return commands[arguments[0]](arguments[1:])
     except ArgumentError as error:
         return _report(error, 2)
-    except BrokenPipeError:  # whoever calls knows whether it matters
+    except BrokenPipeError:  # the caller knows whether it matters
         raise
     except BAD_INPUT as error:
         return _report(error, status)

@@ -1,4 +1,4 @@
-"""A command as a process: what it does where nobody reads on, or cannot read all letters."""
+"""A command as a process: what it does where its output is not read, or not in all letters."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import NoReturn
 def run_main(main: Callable[[], object]) -> NoReturn:
     """Run a command and end the process with the status that it returns, 0 if it returns none.
 
-    Letters that the terminal's encoding has not are printed as "?". Where whoever reads the output
+    Letters that the terminal's encoding has not are printed as "?". Where the reader of the output
     has closed it (`| head -1`), the command ends with status 1 and says nothing.
 
     Args:
@@ -33,7 +33,7 @@ def run_main(main: Callable[[], object]) -> NoReturn:
 
 
 def _is_closed(file: int) -> bool:
-    """Tell whether nobody reads a pipe any more."""
+    """Tell whether a pipe has no reader any more."""
     poll = select.poll()
     poll.register(file, 0)
     return any(event & (select.POLLERR | select.POLLHUP) for _, event in poll.poll(0))

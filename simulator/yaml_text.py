@@ -23,7 +23,7 @@ def read_yaml(path: str | Path) -> Any:
 
     Raises:
         OSError: if it cannot be read, or is no regular file.
-        ValueError: as `parse_yaml` does; whoever calls names the file and what to do.
+        ValueError: as `parse_yaml` does; the caller names the file and what to do.
     """
     return parse_yaml(read_file(path, MOST_BYTES).decode("utf-8-sig"))
 

@@ -64,6 +64,12 @@ def count_words(sentence: str) -> int:
     return len(sentence.split())
 
 
+def drop_formulas(sentence: str) -> str:
+    """A sentence without numbers, signs and single letters, which formulas of docstrings have."""
+    words = sentence.split()
+    return " ".join(word for word in words if re.search(r"[A-Za-z]{2}|^[aAI]$|^X", word))
+
+
 def list_docstrings(source: str) -> Iterator[tuple[int, str]]:
     """Line and text of each docstring of a module."""
     for node in ast.walk(ast.parse(source)):
@@ -79,7 +85,8 @@ def list_comments(source: str) -> Iterator[tuple[int, str]]:
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type != tokenize.COMMENT:
             continue
-        if token.start[0] != last + 1 and lines:
+        is_trailing = not token.line.lstrip().startswith("#")  # it is about its own line
+        if (token.start[0] != last + 1 or is_trailing) and lines:
             yield last, " ".join(lines)
             lines = []
         lines.append(token.string.lstrip("# "))
@@ -118,7 +125,13 @@ def list_docstring_sentences(docstring: str) -> list[str]:
                 entry = []
             entry.append(line.strip())
         paragraphs.append(" ".join(entry))
-    return [sentence for text in paragraphs for sentence in list_sentences(text)]
+    return [sentence for text in paragraphs for sentence in list_thoughts(text)]
+
+
+def list_thoughts(text: str) -> list[str]:
+    """Sentences of a text of the code, in which a semicolon ends a thought as well."""
+    parts = (part for sentence in list_sentences(text) for part in re.split(r";\s+", sentence))
+    return [part for part in parts if part]
 
 
 def _join_text(node: ast.expr) -> str:

@@ -85,7 +85,7 @@ class _Life:
         ]
 
     def step(self, seconds: dict[str, float]) -> None:
-        """Let a step pass; add what everybody's part of it takes to `seconds`."""
+        """Let a step pass; add what each part of it takes to `seconds`."""
         self._seconds = seconds
         rollout = self.rollout
         rollout.evolve()

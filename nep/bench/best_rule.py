@@ -79,7 +79,7 @@ def compare_with_rules(
     for column in map(COLUMNS.__getitem__, COMPARED):
         seen: dict[tuple[bytes, str, bytes], str] = {}
         for kind, own in about.items():
-            if column.name not in scores[kind][network]:  # looks, where nobody searches
+            if column.name not in scores[kind][network]:  # looks, where there is no search
                 continue
             rule = find_best_rule(scores[kind], column)
             first, second = (np.array(scores[kind][who][column.name]) for who in (network, rule))

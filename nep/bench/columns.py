@@ -57,7 +57,7 @@ def make_network_table(
 def make_table(scores: Mapping[str, Mapping[str, Sequence[float]]]) -> str:
     """Return the Markdown table of one kind, the best first guess last.
 
-    Columns that some player lacks are left out, such as looks where nobody searches.
+    Columns that some player lacks are left out, such as looks where there is no search.
     """
     shown = [name for name in COLUMNS if all(name in own for own in scores.values())]
     order = sorted(scores, key=lambda player: float(np.mean(scores[player]["accuracy"])))

@@ -64,7 +64,7 @@ def deal_placements(prior: PriorGraph, seed: int = 0) -> PriorGraph:
     """Return a world in which mugs may be kept where books are: its homes, and the agents' prior.
 
     Each object type gets the placements of another, at random; nothing else changes. Who learnt by
-    heart what is kept where, or goes by what a thing is called, is wrong there.
+    heart what is kept where, or uses what a thing is called, is wrong there.
     """
     labels = [row.label for row in prior.objects]
     order = np.random.default_rng(seed).permutation(len(labels))
@@ -175,7 +175,7 @@ def list_benchmark(
                     f"days, got one of {life}. Leave it out, or record longer."
                 )
             num_steps = min(num_steps, life)
-            # On patrol nobody searches: Find Object looks where the policy says.
+            # On patrol there is no search: Find Object looks where the policy says.
             searches = looks == "policy"
             kinds[f"episodes-{looks}-{name}"] = TaskGame(
                 f"Episodes of {num_steps} steps from an empty memory; {looking}, {knowing}",

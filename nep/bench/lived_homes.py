@@ -22,8 +22,8 @@ def list_lived_homes(
     Args:
         sizes: furniture nodes of each room, of one simulated home after the other, in turn.
         num_homes: simulated homes, or plays of each recording.
-        folders: traces, or folders of traces, where a robot's memory goes by the household prior,
-            as it does unless it is told otherwise; none for simulated homes.
+        folders: traces, or folders of traces, where a robot's memory uses the household prior,
+            as it does by default; none for simulated homes.
         rules: of looking.
         seed: of the first play, or of all simulated homes.
     """

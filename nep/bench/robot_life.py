@@ -101,7 +101,7 @@ class RobotLife:
     """What a robot saw in one home while it learnt, and afterwards.
 
     Attributes:
-        run: looks at random places, whatever anybody answers, and the truth.
+        run: looks at random places, whatever is answered, and the truth.
         num_learnt: time steps to learn from; questions are asked in the later ones.
         seed: of the questions.
     """

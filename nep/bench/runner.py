@@ -165,7 +165,7 @@ def play_all(
     workers: int = 1,
     backend: str = "processes",
 ) -> ScoreCache:
-    """Let everybody play what has not been played yet, and say who is done.
+    """Let all play what has not been played yet, and say which are done.
 
     Args:
         games: by name.
@@ -200,7 +200,7 @@ def play_all(
             name = jobs[number][0]
             cache.keep(name, scores, made)
             print(f"{name}: {', '.join(scores)}", flush=True)
-    for name, _, part in jobs:  # in their order, whoever was ready first
+    for name, _, part in jobs:  # in their order, whichever was ready first
         for who in part:
             cache.scores[name][who] = cache.scores[name].pop(who)
     cache.save()

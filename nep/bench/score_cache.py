@@ -62,7 +62,7 @@ class ScoreCache:
         """Read what has been played; nothing where there is no file.
 
         The scores of a network that is another one by now, under the same name, are left out: it
-        plays again; so does everybody in a game that is scored by other code by now.
+        plays again; so do all players of a game that other code scores by now.
 
         Args:
             path: the file.

@@ -77,7 +77,7 @@ def search_all(
         searcher: where it looks.
         questions: each is searched for in a copy of its memory; time stands still.
         miss_rate: probability that a look misses the thing, independently.
-        seed: of what is missed: the n-th look at a place shows the same, whoever looks.
+        seed: of what is missed: the n-th look at a place shows the same to every policy.
 
     Returns:
         "within": share of the things that were found within `WITHIN` looks. "found": share that was

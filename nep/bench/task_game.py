@@ -96,7 +96,7 @@ class TaskGame(Game):
 
         Returns:
             By player: `HOME_METRICS` and "looks", a number per home each, and `SHARED_METRICS`, one
-            number each; without "looks" where nobody searches. Where all homes have a clock,
+            number each; without "looks" where there is no search. Where all homes have a clock,
             "by_hour", too: the share of right first guesses in each hour of the day, nan where
             nothing was asked.
         """

@@ -48,9 +48,9 @@ class OnlineEvaluation(pl.Callback):
     All homes run in lockstep, one forward pass per time step. Where the data are recorded homes,
     the recorded validation homes are played, all of them and all their steps. Heuristics and
     oracles play the same homes once, before the model does so for the first time. Logs the score,
-    candidate recall and the share of the gap between Bayesian and each oracle that is closed,
-    draws the score over steps, how well the probabilities are calibrated and three searches, and
-    ends with a table, which is also written beside the checkpoints (`online_evaluation.md`,
+    candidate recall and the share of the gap between Bayesian and each oracle that is closed.
+    Draws the score over steps, how well the probabilities are calibrated, and three searches.
+    Ends with a table, which is also written beside the checkpoints (`online_evaluation.md`,
     `.json`). TensorBoard and Weights & Biases show the figures and the table, and the settings with
     the final score.
 

@@ -62,7 +62,7 @@ class EventStream:
     Attributes:
         num_homes, num_places: H and F.
         node_label: index of its label, of every known node, (N,).
-        node_number: number of a node in its home, by which its random features are told: of places
+        node_number: number of a node in its home, by which its random features are found: of places
             from 0 on, of things from -1 down, so that no other home's size shows, (N,).
         src, dst, time: things, places and time steps of events, (E,).
         message: `MESSAGE_DIM` columns of events, float32 (E, 4).

@@ -18,8 +18,8 @@ class AlikeConv(nn.Module):
 
     Candidates are the furniture ends of query edges. Other nodes, and furniture without its like,
     stay as they are. After a convolution, x_j is what was seen at j: whether mugs were seen at the
-    tables of this room, for a table where none was. The graph has no edges for this: whoever knows
-    the rooms and labels can make them, and no edge type more changes the shape of any weight.
+    tables of this room, for a table where none was. The graph has no edges for this: with
+    the rooms and labels a layer can make them, and no weight has another shape for it.
 
     Args:
         units: width of the nodes.

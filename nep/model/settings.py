@@ -84,7 +84,7 @@ class PlayingConfig:
     Attributes:
         prior_share: share of a filter of the prior in them, see `NEPPolicy`.
         learns_asked: whether it has learnt from questions of tasks and from those about anything
-            (`simulator.tasks.ask_anything`), and is told which it is.
+            (`simulator.tasks.ask_anything`), and reads which it is.
     """
 
     prior_share: float = 0.0

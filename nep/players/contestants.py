@@ -115,7 +115,7 @@ def check_contestants(
 
     Raises:
         ValueError: if a task or policy is unknown or named twice, two contestants of a task share
-            a name, nobody plays, or a checkpoint is no fit for this version of the package.
+            a name, there are no players, or a checkpoint is no fit for this version of the package.
     """
     for task in tasks:
         check_task(task)
@@ -134,7 +134,7 @@ def check_contestants(
     for task in tasks:
         if not policies and all(point.task not in (None, task) for point in checkpoints):
             raise ValueError(
-                f"somebody must play {task}, got no policy and no checkpoint for it. Name some "
+                f"a policy must play {task}, got no policy and no checkpoint for it. Name some "
                 "with --policies or --checkpoint."
             )
     for checkpoint in checkpoints:

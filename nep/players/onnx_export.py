@@ -40,7 +40,7 @@ def make_onnx(module: NEPModule, features: FeatureConfig) -> bytes:
 
     Each member of an ensemble is a chain of its own. The answer is the logarithm of the mean of
     their probabilities, as in `NodeEdgePredictor.join_answers`. Products are in float32: ONNX
-    Runtime computes their rows alike whoever shares the batch. What is added to them and the
+    Runtime computes their rows alike in any batch. What is added to them and the
     softmax are in float64.
 
     Args:

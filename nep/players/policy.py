@@ -35,7 +35,7 @@ class NEPPolicy(Policy):
     number of rows and who shares a vector register, enough to break a tie. So a copy of the network
     computes in float64, and its logits are rounded to six decimals.
 
-    A network with evidence may share its answers with who goes by the prior, whatever was seen
+    A network with evidence may share its answers with a filter of the prior, whatever was seen
     before the last sighting (`PlayingConfig.prior_share`, `follow_prior`): the probability of a
     place is then (1 - share) times the network's plus share times that one's. A network that has
     seen a thing at three places for weeks is too sure of them where people live. The share is up to
@@ -44,7 +44,7 @@ class NEPPolicy(Policy):
     Asked again in a time step, it says what it said first and, by Bayes' rule, what looks have
     shown since (`StepAnswers`): where people live, asking the network anew took a tenth more looks.
 
-    Half of what the tasks ask for has just moved, whereas people ask for anything. A network that
+    Half of what the tasks ask for has just moved, whereas users ask for anything. A network that
     has learnt from both kinds of questions reads which it is (`PlayingConfig.learns_asked`); the
     answers of another one are corrected (`Features.compare_asked`).
     """
@@ -55,7 +55,7 @@ class NEPPolicy(Policy):
         self,
         module: NEPModule,
         builder: GraphBuilder,
-        believer: HomeFilter | None = None,
+        belief_filter: HomeFilter | None = None,
         asks_moved: float = TASKS_ASK_MOVED,
     ) -> None:
         """Keep the model and what turns snapshots into its batches.
@@ -63,12 +63,12 @@ class NEPPolicy(Policy):
         Args:
             module: the model.
             builder: with the features that it was trained on.
-            believer: the filter whose belief is among the features; None if there is none.
+            belief_filter: the filter whose belief is among the features; None if there is none.
             asks_moved: share of the questions that are about what has just moved.
         """
         self._module = module
         self._builder = builder
-        self._believer = believer
+        self._belief_filter = belief_filter
         self._asks_moved = asks_moved
         self._predictor: NodeEdgePredictor | None = None
         self._answers: StepAnswers | None = None
@@ -84,9 +84,9 @@ class NEPPolicy(Policy):
         return self._builder.config.text_pipeline
 
     def play_in(self, homes: Homes) -> NEPPolicy:
-        """Return the same network for some homes, whose rules it is told if it reads a belief."""
-        believer = HomeFilter.make(homes) if self._builder.config.belief else None
-        return NEPPolicy(self._module, self._builder, believer, self._asks_moved)
+        """Return the same network for some homes, whose rules it gets if it reads a belief."""
+        belief_filter = HomeFilter.make(homes) if self._builder.config.belief else None
+        return NEPPolicy(self._module, self._builder, belief_filter, self._asks_moved)
 
     @classmethod
     def identify(cls, source: str | Path) -> str:
@@ -101,21 +101,21 @@ class NEPPolicy(Policy):
         """Return the same network for such questions."""
         if asks_moved == self._asks_moved:
             return self
-        return NEPPolicy(self._module, self._builder, self._believer, asks_moved)
+        return NEPPolicy(self._module, self._builder, self._belief_filter, asks_moved)
 
     def reset(self, memory: MemoryBatch) -> None:
-        """Forget earlier homes, ask for what features are computed from, take today's weights."""
+        """Forget earlier homes, ask for what features are computed from, take present weights."""
         self._predictor = None
         if self._builder.config.evidence:
             memory.count_history()
             self._answers = StepAnswers(memory)
-        if self._believer is not None:
-            self._believer.reset(memory)
+        if self._belief_filter is not None:
+            self._belief_filter.reset(memory)
 
     def observe(self, memory: MemoryBatch, change: Change) -> None:
-        """Tell the filter about a look, and heed it in the answers of this step."""
-        if self._believer is not None:
-            self._believer.observe(memory, change)
+        """Tell the filter about a look, and use it in the answers of this step."""
+        if self._belief_filter is not None:
+            self._belief_filter.observe(memory, change)
         if self._answers is not None and memory is self._answers.memory:
             self._answers.note_look(change)
 
@@ -149,8 +149,8 @@ class NEPPolicy(Policy):
         """Return logits of every place, (Q, F, 2), the last axis "in", "onTop"; -inf for none."""
         predictor = self._take_predictor()
         extras, question_extras, evidence = {}, {}, None
-        if self._believer is not None:
-            extras["belief"] = self._believer.follow(memory, queries).stack()
+        if self._belief_filter is not None:
+            extras["belief"] = self._belief_filter.follow(memory, queries).stack()
         if self._builder.config.evidence:
             evidence = compute_features(memory, queries, self._read_asked())
             extras["evidence"] = evidence.place

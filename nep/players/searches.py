@@ -1,4 +1,4 @@
-"""Searches in homes, some of them in vain: what probabilities are calibrated on."""
+"""Searches in homes, some without a find: what probabilities are calibrated on."""
 
 from __future__ import annotations
 

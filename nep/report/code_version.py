@@ -38,7 +38,7 @@ def find_commit() -> str | None:
     A commit whose files were edited since ends with "+changes".
     """
     try:
-        # The package may lie in an environment within somebody else's repository.
+        # The package may lie in an environment within another repository.
         _run_git("ls-files", "--error-unmatch", str(Path(__file__).relative_to(_CHECKOUT)))
         commit = _run_git("rev-parse", f"--short={_COMMIT_LENGTH}", "HEAD")
         changed = _run_git("status", "--porcelain", "--untracked-files=no", "--", *_CODE)

@@ -29,7 +29,7 @@ In its training homes one object in twenty moves per time step. Let your steps b
   takes for that.""",
     "size_limit": """\
 All training homes had 32 places, one of which was looked at in a time step. In homes of 8 and 16 it
-  is better than Bayesian (results/experiments.md), but it makes too little of looks in vain at one
+  is better than Bayesian (results/experiments.md), but it makes too little of negative looks at one
   place in several time steps, which such homes hardly teach.""",
 }
 _MIXED = {
@@ -58,7 +58,7 @@ played in a simulator.
 {}"""
 _RECORDED = {
     "data": """\
-Recorded homes (docs/traces.md): {memories}. Whoever has the network may find out what was where in
+Recorded homes (docs/traces.md): {memories}. A reader of the network may find out what was where in
 them, and when: hand it on as you would hand on the recordings.""",
     "step_limit": "Let your time steps be as long as those that it was trained with.",
     "size_limit": "How well it does in homes of other sizes than theirs was not measured.",
@@ -86,7 +86,7 @@ Temperature {temperature:.2f}. "Elsewhere" is {elsewhere_share:.3f} before any l
 _ALIKE = """\
 the same for every question. That is most of its error: things that are gone are rather those that
 a network is unsure of, so that it is too low where the best place is unlikely, and too high after
-a look in vain at a likely one."""
+a negative look at a likely one."""
 _BY_BEST = """\
 on average: its odds are multiplied by ({usual:.2f} / probability of the best place) ** {slope:.2f},
 since things that are gone are rather those that a network is unsure of."""

@@ -75,8 +75,8 @@ def compute_interval(
 def compute_error(values: np.ndarray) -> tuple[float, float]:
     """Return the standard error of a mean over units, and its degrees of freedom.
 
-    Of several trainings, trainings and units were both drawn: their effects and what is left are
-    told apart by their mean squares A, B and E, and the variance of the mean is (A + B - E) / SU,
+    Of several trainings, trainings and units were both drawn. Their effects and the residual have
+    the mean squares A, B and E, and the variance of the mean is (A + B - E) / SU,
     but at least that of any of the three alone.
 
     Args:

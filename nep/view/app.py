@@ -330,7 +330,7 @@ def _make_table(table: TextTable) -> html.Div:
 
 
 def _read_view(zoom: dict[str, Any] | None) -> View | None:
-    """Return what is on the screen, from what plotly says when somebody zooms."""
+    """Return what is on the screen, from what plotly says when the user zooms."""
     keys = [f"{axis}axis.range[{end}]" for axis in "xy" for end in (0, 1)]
     if zoom is None or not all(key in zoom for key in keys):
         return None

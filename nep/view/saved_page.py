@@ -90,7 +90,7 @@ def save_page(desk: Desk, asked: Sequence[str], path: Path) -> None:
     """Write the page to a file that any browser opens.
 
     It holds the answers of the first judge to what is asked, at up to `MOST_FRAMES` steps;
-    furniture is told as of the last step.
+    furniture is described as of the last step.
 
     Args:
         desk: answers.

@@ -85,7 +85,7 @@ class Table:
         Neither table's columns are to be written then; either may be appended to.
         """
         shared = clone(self)
-        shared._capacity = self._num_rows  # what is added is nobody else's
+        shared._capacity = self._num_rows  # what is added is in no other table
         return shared
 
     def __deepcopy__(self, memo: object) -> Table:

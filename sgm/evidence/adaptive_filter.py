@@ -235,7 +235,7 @@ def follow_prior(
     prior: Expected,
     asks_moved: float = TASKS_ASK_MOVED,
 ) -> np.ndarray:
-    """Return the belief of who heeds the last sighting and the looks since, but no earlier ones.
+    """Return the belief by the last sighting and the looks since, but no earlier ones.
 
     Objects go where the prior has them, and what it does not know to any place alike: a second
     opinion where all sightings of a thing were at a few places, and it is at none of them.
@@ -257,10 +257,10 @@ def trust_prior(
     counts: ObjectCounts,
     asks_moved: float = TASKS_ASK_MOVED,
 ) -> np.ndarray:
-    """Return the belief of who takes the prior for sixteen sightings more, and heeds them all.
+    """Return the belief by all sightings, with the prior as sixteen sightings more.
 
     A second opinion where the prior has told well where things are: a network that has learnt from
-    homes in which priors err soon goes by the sightings alone.
+    homes in which priors err soon uses the sightings alone.
 
     Returns:
         Probability of each place, (Q, F); the rest is elsewhere.

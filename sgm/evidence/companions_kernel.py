@@ -8,7 +8,7 @@ import numpy as np
 
 from sgm.kernel import kernel
 
-_LATELY = 10  # times as fast as a sighting of a companion, one out of place loses its worth
+_LATELY = 10  # times as fast as a sighting of a companion, one out of place loses its weight
 _ALIKE = 0.3  # cosine of the sightings by place from which an object counts as a companion
 
 
@@ -35,7 +35,7 @@ def gather_others(
         query_home: (Q,).
         query_object: (Q,).
         seen: sightings of the object asked for by place, float64 (Q, F).
-        age_rate: at which a sighting of a companion loses its worth, per step, (Q,).
+        age_rate: at which a sighting of a companion loses its weight, per step, (Q,).
         now: the present time step.
         object_label: column of objects, (O,).
         object_last_place: likewise.

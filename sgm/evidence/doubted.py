@@ -24,7 +24,7 @@ def doubt_sightings(
     """Weigh a belief by how sure the last sighting of each thing was.
 
     Policies and networks take a sighting that counts for true. With confidence c it was right with
-    that probability, and else the thing is where it goes by its other sightings and the prior:
+    that probability, and else the thing is where its other sightings and the prior say:
 
         P = c P(policy) + (1 - c) P(without it)
 

@@ -20,7 +20,7 @@ class Expected:
 
     Attributes:
         share: of each place, (Q, F).
-        trust: how many sightings it is worth: 1 for the prior, less for words, (Q,).
+        trust: how many sightings it counts as: 1 for the prior, less for words, (Q,).
         by_name: share of each place for things that are called most alike, (Q, F).
         name_cosine: of the name to the most alike one, 0 if nothing is known, (Q,).
         furniture_cosine: of each furniture node's label to the known one it is most like, 1 for

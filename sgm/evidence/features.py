@@ -40,7 +40,7 @@ class Features:
     asked: Question
 
     def follow_prior(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return how far to trust the prior, (Q,), and what who goes by it believes, (Q, F).
+        """Return how far to trust the prior, (Q,), and the belief of its filter, (Q, F).
 
         No feature but a second opinion: `follow_prior`, up to half of it `trust_prior`. The memory
         must be as it was when the features were computed.

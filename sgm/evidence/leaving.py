@@ -97,7 +97,7 @@ def _follow(memory: MemoryBatch, things: Queries) -> tuple[np.ndarray, np.ndarra
 
     It may leave at any time; the looks since, which did not find it, are as likely as the filter of
     the home's own rates says if it stayed, and certain if it left. What is in the home, at a place
-    that nobody knows, is as good as gone.
+    that is not known, is as good as gone.
     """
     objects, home, row = memory.objects, things.home, things.object
     hours, _, own = compute_own_rates(memory, things)

@@ -62,7 +62,7 @@ class ObjectCounts:
 
 
 def compute_hours_per_step(memory: MemoryBatch, home: np.ndarray) -> np.ndarray:
-    """Return how long a time step is in hours, one where nobody knows, (n,) -> (n,)."""
+    """Return how long a time step is in hours, one where it is unknown, (n,) -> (n,)."""
     if memory.clock is None:
         return np.ones(len(home))
     seconds = memory.clock[home, 1]
@@ -70,7 +70,7 @@ def compute_hours_per_step(memory: MemoryBatch, home: np.ndarray) -> np.ndarray:
 
 
 def compute_hour(memory: MemoryBatch, home: np.ndarray) -> np.ndarray:
-    """Return the hour of day in homes, in [0, 24), nan where nobody knows, (n,) -> (n,)."""
+    """Return the hour of day in homes, in [0, 24), nan where it is unknown, (n,) -> (n,)."""
     if memory.clock is None:
         return np.full(len(home), np.nan)
     return np.mod(memory.clock[home, 0] / 3600 + memory.time * memory.clock[home, 1] / 3600, 24)

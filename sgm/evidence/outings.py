@@ -41,7 +41,7 @@ _GOES_OUT_NAMED = 0.25  # of those that people carry, by name
 _MIXING = 0.06  # per hour
 _DETECTOR_LOOKS = 100.0  # that what is expected of the detector counts for
 _ANYWHERE = 0.2  # of where a thing is at home
-_ROUNDS = 3  # in which places and hours are told apart
+_ROUNDS = 3  # in which places and hours are distinguished
 _LEAST, _MOST = 0.01, 0.97  # of a share of the time at home
 
 
@@ -81,7 +81,7 @@ class Outings:
     showed it to those that would have, had it been there: looks at each place count by how much of
     its time at home it spends there. Where it was looked for seldom, its own share gives way to
     those of the hours beside it and to the home's, which all its things tell that go out, and they
-    to what is usual. Whether it goes out at all is told by how much likelier its sightings are so.
+    to what is usual. Whether it goes out at all follows from how much likelier its sightings are.
 
     Between looks it leaves and comes back at the rates that lead from one hour's share to the next,
     and besides it is forgotten at a small rate where it was (`follow_outings`).

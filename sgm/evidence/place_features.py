@@ -112,7 +112,7 @@ def fill_rooms(out: np.ndarray, question: Question) -> None:
 def fill_hours(out: np.ndarray, question: Question) -> None:
     """Where the object was seen at this hour of the day, and where others that are out of place.
 
-    All is 0 where nobody knows what time it is.
+    All is 0 where the time is unknown.
     """
     asked, counts, memory = question, question.counts, question.memory
     if counts.hours is None:  # in none of the homes

@@ -195,7 +195,7 @@ def fill_hour(
 ) -> None:
     """What time it is, and how often the object is away from its usual place at that time.
 
-    `now` is the hour of day, nan where nobody knows; `weight` how much each hour counts, (Q, bins
+    `now` is the hour of day, nan where it is unknown; `weight` how much each hour counts, (Q, bins
     of the day), of `hours` (2, Q, F, bins).
     """
     for query in range(len(out)):

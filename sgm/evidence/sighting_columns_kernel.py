@@ -132,9 +132,8 @@ def fill_stays(
 ) -> None:
     """How long the object stays at the place, and whether it is there by that alone.
 
-    Presence is that of two states, there and not, which are left at a rate from the looks that
-    found it gone and balance at the share of the looks that found it, as if the places had nothing
-    to do with each other.
+    Presence is that of two states, there and not. They are left at a rate from the looks that
+    found it gone, and balance at the share of the looks that found it. Places are independent.
     """
     odds = np.empty(is_place.shape[1])
     for query in range(len(out)):

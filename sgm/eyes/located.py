@@ -11,7 +11,7 @@ from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import Detection
 
 _MOST_RADIUS = 0.25  # metres: what a box in pixels is wider than that may be two things, or a part
-_USUAL_SIZE = (0.04, 0.04, 0.1)  # half of length and width, and the height, where nobody knows
+_USUAL_SIZE = (0.04, 0.04, 0.1)  # half of length and width, and the height, where they are unknown
 
 
 @dataclass(frozen=True, slots=True, eq=False)

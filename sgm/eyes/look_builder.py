@@ -36,7 +36,7 @@ class Unassigned:
     Attributes:
         detection: what was seen.
         time: of its frame, seconds.
-        center: where in the map, x, y, z; None if nobody knows.
+        center: where in the map, x, y, z; None if it is unknown.
     """
 
     detection: Detection

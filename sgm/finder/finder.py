@@ -70,7 +70,7 @@ class Finder:
             given, its miss rate is that of the policy's counts, of `Leaving` and of Bayes' rule
             alike; else the memory counts it for the former, and the last has the usual one.
         elsewhere_share: how often what is asked for is at no known place. Things never seen are so
-            with this share before anybody looked for them; for what was seen, the memory says how
+            with this share before the first look for them; for what was seen, the memory says how
             likely it has left (`Leaving`), with odds that are greater or less than that as those of
             the share are than those of one in ten.
     """

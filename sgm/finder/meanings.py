@@ -14,7 +14,7 @@ from sgm.names.names import Resolution
 from sgm.names.words import read_words
 
 MOST_CANDIDATES = 5
-_NUMBERED = re.compile(r".*\(place (\d{1,9})\)")  # as candidates of one name are told apart
+_NUMBERED = re.compile(r".*\(place (\d{1,9})\)")  # as candidates of one name are distinguished
 _MOST_NAME = 60  # characters of a name in a question
 
 

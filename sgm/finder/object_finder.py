@@ -151,8 +151,8 @@ class ObjectFinder(Finder):
         """Learn the home that a robot has looked around in, in seconds.
 
         The looks are made again in a new memory; whatever one of them showed is asked for just
-        before it, as if nobody knew. The adaptation is kept where it makes looks likelier that it
-        was not fitted to, and left out where it does not; it is returned in both cases.
+        before it, as if it were unknown. The adaptation is kept where it makes looks likelier that
+        it was not fitted to, and left out where it does not; it is returned in both cases.
 
         Args:
             log: of a `SceneGraphMemory(log="looks.jsonl")` of this home.

@@ -31,7 +31,7 @@ _GLANCE = 0.01  # share of the furniture in view when only the thing itself was
 
 
 class Ranker(Protocol):
-    """Whoever says where things are: `sgm.finder.finder.Finder`."""
+    """What says where things are: `sgm.finder.finder.Finder`."""
 
     @property
     def detector(self) -> Detector:
@@ -123,7 +123,7 @@ class ObjectSearch:
         self._going: Look | None = None
         self._reason = ""
         self._found_at = ""
-        self._plan(self._split(self.ranking)[0])  # bad arguments are told now
+        self._plan(self._split(self.ranking)[0])  # bad arguments are reported now
 
     @property
     def ranking(self) -> Ranking:

@@ -94,8 +94,8 @@ def plan_search(
 ) -> SearchPlan:
     """Order looks so that the expected cost until the object is found is small.
 
-    The k-th look at a place is the first that finds the object with probability p d a^(k - 1): it
-    is there with p, a look shows it with d (`Place.detection`), and each look that misses it leaves
+    The k-th look at a place is the first that finds the object with probability p d a^(k - 1). It
+    is there with p, and a look shows it with d (`Place.detection`). Each look that misses it leaves
     the share a (`Detector.miss_again`) of what the next one can find.
 
     Two orders are made, and the cheaper one is taken: the best gain per cost of the next leg first;

@@ -110,7 +110,7 @@ class MemoryService:
         Args:
             memory: with a clock, or time does not pass.
             finder: such as `ObjectFinder.load()`.
-            now: tells the local time; None where somebody else calls `memory.step`.
+            now: tells the local time; None where the caller itself calls `memory.step`.
             accept_jump: whether the first time is right, however far ahead of the memory's.
 
         Raises:

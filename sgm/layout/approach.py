@@ -11,7 +11,7 @@ from sgm.layout.furniture import Furniture, Room
 
 _DISTANCES = (0.7, 0.9, 0.5, 1.2, 1.6)  # metres from the side to the robot's middle, best first
 _CLEARANCE = 0.3  # metres around the robot's middle that must be free
-_TALLEST = 1.8  # metres: what hangs higher is in nobody's way
+_TALLEST = 1.8  # metres: what hangs higher is in no robot's way
 _STEP = 0.1  # metres above the floor: what is lower is walked over
 _FLOOR = "floor"
 

@@ -32,8 +32,8 @@ class Room:
 class Furniture:
     """A furniture node.
 
-    What it may have besides a label, a room and a description is the last fields, None where nobody
-    knows: they are read and written here (`from_row`, `to_row`), for memory files and logs.
+    What it may have besides a label, a room and a description is the last fields, None where it is
+    unknown: they are read and written here (`from_row`, `to_row`), for memory files and logs.
 
     Attributes:
         label: what it is, such as "fridge".
@@ -41,8 +41,8 @@ class Furniture:
         description: for people, such as "white fridge".
         name: tells it from all other furniture of the home, such as "shelf 2"; empty where its id
             does.
-        position: where one stands to look at it, in metres; None if nobody knows.
-        box: its extents in the map; None if nobody knows.
+        position: where one stands to look at it, in metres; None if it is unknown.
+        box: its extents in the map; None if it is unknown.
         open_cost: of opening it to look into it, in the unit of distances; None if there is nothing
             to open.
     """
@@ -75,7 +75,7 @@ class Furniture:
         return replace(self, position=position, box=box)
 
     def to_row(self) -> list[Any]:
-        """Return JSON values, without the last ones that nobody knows; names are in no row."""
+        """Return JSON values, without the last ones that are unknown; names are in no row."""
         row: list[Any] = [self.label, self.room, self.description]
         row.append(None if self.position is None else list(self.position))
         row.append(None if self.box is None else self.box.to_json())

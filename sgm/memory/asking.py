@@ -17,7 +17,7 @@ from sgm.memory.statement import ROBOT_CONFIDENCE, Statement
 
 
 class Scorer(Protocol):
-    """Whoever scores the places of what is asked for: any `sgm.policies.policy.Policy`."""
+    """What scores the places of what is asked for: any `sgm.policies.policy.Policy`."""
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Score every furniture node for every query, (Q, F); -inf without an opinion."""
@@ -32,7 +32,7 @@ class Looks:
             or all, each weighed by how much of the furniture was in view, (F,).
         steps_ago: time steps since each of the latest looks of earlier steps that did not show it,
             since it was last seen there, infinite where there was none, (F, n).
-        sought: how often it alone was looked for in an earlier step, in vain, (F,).
+        sought: how often it alone was looked for in an earlier step and not found, (F,).
         sought_ago: time steps since then, infinite where that never was, (F,).
         seen: confidence with which it was seen there in this step, 0 where it was not, (F,).
         is_remembered: whether it was ever seen there, so that the memory counts the looks that did
@@ -75,7 +75,7 @@ class Asked:
         question: for each name that was asked for, which of the K things it means, the first of
             several with ids, (n,).
         rows: the objects' rows in `current.objects`, -1 for what it does not know, (K,).
-        said: the last statement about each, None where a look has shown it since or nobody said
+        said: the last statement about each, None where a look has shown it since or it was not said
             anything, K of them.
         descriptions: of all objects of `current`, (O,).
         looks: what the looks say about each, K of them.
@@ -160,7 +160,7 @@ def compute_relation_shares(batch: MemoryBatch, queries: Queries) -> np.ndarray:
 
 
 def list_looks_before(batch: MemoryBatch, row: int, now: int, share: np.ndarray) -> np.ndarray:
-    """Return the steps since the latest looks in vain for an object, infinite for none, (F, n).
+    """Return the steps since the latest negative looks for an object, infinite for none, (F, n).
 
     Args:
         batch: memory of one home.

@@ -1,4 +1,4 @@
-"""Hypothetical edges: where a query object may be although nobody has seen it there."""
+"""Hypothetical edges: where a query object may be although it was never seen there."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ class Clock:
             return None
 
     def shift(self, seconds: float) -> Clock:
-        """Return the clock of somebody who starts so many seconds later.
+        """Return the clock of a home that starts so many seconds later.
 
         Raises:
             ValueError: if that is no date any more.

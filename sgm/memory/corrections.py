@@ -36,7 +36,7 @@ class ThingName:
 
 
 class MemoryCorrections(ABC):
-    """The part of `SceneGraphMemory` that is told things, rather than shown them.
+    """The part of `SceneGraphMemory` for statements, rather than looks.
 
     Things are named as people name them, or by the id of a tracker: a name must mean one thing.
     What was said counts as a sighting of that thing alone, whose confidence is the one of who said
@@ -376,7 +376,7 @@ class MemoryCorrections(ABC):
             self._state.remove(furniture=[furniture])
 
     def _match(self, thing: str) -> tuple[str, ...]:
-        """Return the descriptions that a name may mean; nobody waits for text vectors."""
+        """Return the descriptions that a name may mean; no call waits for text vectors."""
         read_words("thing", thing)
         return self.resolve(thing).matches
 
@@ -412,7 +412,7 @@ class MemoryCorrections(ABC):
 
 
 def _tell(by: str | None) -> dict[str, Any]:
-    """Return who said it, for a log, if somebody did."""
+    """Return who said it, for a log, if a person did."""
     return {} if by is None else {"by": by}
 
 

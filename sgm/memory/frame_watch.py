@@ -19,7 +19,7 @@ _WHAT_TO_DO = (
 
 
 class LookPerFrameWarning(UserWarning):
-    """A memory is told of every frame of a camera as if it were a look."""
+    """A memory gets every frame of a camera as if it were a look."""
 
 
 class FrameWatch:

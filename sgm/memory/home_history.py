@@ -231,7 +231,7 @@ class HomeHistory:
         """Count looks by hour of day.
 
         Args:
-            clock: of the home of each edge, nan where nobody knows, (n, 2).
+            clock: of the home of each edge, nan where it is unknown, (n, 2).
             time: time step.
             edges: rows of the edges that were looked at, each once, (n,).
             is_seen: whether they were found true, bool (n,).

@@ -75,7 +75,7 @@ class KeptHome:
         """
         path = Path(path)
         log = _name_log(path)
-        # First of all, so that nobody writes while the files are read; the memory has it later.
+        # First of all, so that no process writes while the files are read; the memory has it later.
         lock = LogLock.of(log)
         lines = _read_latest(log)
         if lines:

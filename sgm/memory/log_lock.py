@@ -12,7 +12,7 @@ from weakref import WeakValueDictionary
 
 from sgm.files import find_target
 
-ENDING = ".lock"  # of the file beside a log by which it is locked; it stays, and locks nobody out
+ENDING = ".lock"  # of the file beside a log by which it is locked; it stays and locks nothing
 
 
 class LogLock:

@@ -59,7 +59,7 @@ class MemoryBatch:
             from looks that found it true to the next one each; `confidence` that of the last
             sighting, 0 without one.
         place_prior: the prior for these layouts.
-        history: what is counted of each home as a whole, where somebody asked for it.
+        history: what is counted of each home as a whole, where a policy asked for it.
         derived: what was computed of a memory whose content does not change, by what computed it,
             shared by all who `share` it; None of one that changes.
         clock: where in the week step 0 of each home is, and how long its steps are
@@ -82,7 +82,7 @@ class MemoryBatch:
             labels: text per label index.
             layout: rooms and furniture of the homes.
             threshold: prior weight above which a place gets a hypothetical edge.
-            clock: of every home, (H, 2); None if nobody knows what time it is.
+            clock: of every home, (H, 2); None if the time is unknown.
         """
         self.time = 0
         self.clock = clock
@@ -117,7 +117,7 @@ class MemoryBatch:
         """What is counted of each home as a whole.
 
         Raises:
-            ValueError: if nobody asked for it in time.
+            ValueError: if no policy asked for it in time.
         """
         if self._history is None:
             raise ValueError(

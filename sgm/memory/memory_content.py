@@ -47,7 +47,7 @@ class MemoryContent:
         tables: of furniture (F,), objects (O,) and edges (E,); they name each other by position.
         history: of the home as a whole.
         asked: position of the object asked for since the last step, None without one.
-        clock: what time it is at every time step; None if nobody knows.
+        clock: what time it is at every time step; None if it is unknown.
         looks: of the present time step, in order; all else is as it was before them.
         queries: what was asked for after the first of these looks, in order: how many looks came
             before it, and its description.

@@ -40,7 +40,7 @@ class MemoryState:
 
     Attributes:
         prior: where things tend to be.
-        clock: what time it is at every time step; None if nobody knows.
+        clock: what time it is at every time step; None if it is unknown.
         layout: rooms and furniture.
         things: the objects, what is not in their table, (O,).
         step: looks of the present time step.
@@ -149,7 +149,7 @@ class MemoryState:
     def note_absent(self, furniture: int, words: str, coverage: float) -> None:
         """Note that a look for one thing, by its words, did not find it."""
         count, time = self.sought.get((words, furniture), (0.0, self.batch.time))
-        if time < self.batch.time:  # from now on: what was in vain before is long ago
+        if time < self.batch.time:  # from now on: negative looks before are long ago
             count = 0.0
         self.sought[words, furniture] = (count + coverage, self.batch.time)
 
@@ -355,7 +355,7 @@ class MemoryState:
         ]
 
     def get_last_said(self, row: int) -> Statement | None:
-        """Return what was said last of an object; None if a look has shown it since, or nobody."""
+        """Return what was said last of an object; None if a look has shown it since."""
         members = self.list_members(row) if row >= 0 else []
         spoken_of = [number for number in members if self.things[number].statements]
         if not spoken_of:

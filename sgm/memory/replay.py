@@ -68,10 +68,10 @@ class Replayer:
             prior: of all memories that are started; None for what the log says.
             clock: of all memories that are started; None for what the log says.
             gives_new_ids: whether no id is given twice, even where a new memory begins, so that its
-                furniture is told from what was there before.
+                furniture is distinguished from what was there before.
         """
         self.memory = memory
-        memory._was_warned = True  # of scores: whoever looked was told
+        memory._was_warned = True  # of scores: the process that looked was warned
         self._prior = prior
         self._clock = clock
         self._gives_new_ids = gives_new_ids

@@ -17,7 +17,7 @@ class SaveLock:
     """Has a memory file for this process, as long as a memory that saved it lives.
 
     The file itself is locked, so that nothing lies beside it. Memories of one process may save one
-    file, one after the other; reading is free. Where the system has no locks, nobody is refused.
+    file, one after the other; reading is free. Where the system has no locks, none is refused.
     """
 
     def __init__(self) -> None:
@@ -31,8 +31,8 @@ class SaveLock:
     def hold(cls, path: str | Path) -> Iterator[SaveLock]:
         """Have a file while it is saved, alone in this process, too; yields what keeps it.
 
-        Whoever writes a file locks the new one before it has its name, so that threads that save
-        to one path wait for each other.
+        A process that writes a file locks the new one before it has its name, so that threads
+        that save to one path wait for each other.
 
         Raises:
             ValueError: if another process has it.

@@ -57,7 +57,7 @@ if TYPE_CHECKING:  # pandas is an extra
 class SceneGraphMemory(MemoryCorrections):
     """One graph that holds everything ever observed in a home.
 
-    Object nodes are told apart by the words of their description, and one description may be
+    Object nodes are distinguished by the words of their description, and one description may be
     seen at several places at once: one node then has several true edges. Looking at furniture
     updates every remembered edge of it: seen -> true, not seen -> false. Rooms, furniture and
     objects may be added and removed at any time; ids of rooms and furniture never change and are
@@ -223,7 +223,7 @@ class SceneGraphMemory(MemoryCorrections):
             OSError: if the folder does not exist, or the disk does not take the file; an older
                 file is left as it was.
         """
-        # Of two saves the later one lasts; nobody waits for the disk.
+        # Of two saves the later one lasts; no other call waits for the disk.
         with self._saving, SaveLock.hold(path) as lock:
             with self._lock:
                 content = self._state.get_content_to_save().copy()
@@ -300,7 +300,7 @@ class SceneGraphMemory(MemoryCorrections):
 
     @property
     def map_id(self) -> str:
-        """Id of the map that positions and boxes are in; empty if nobody said."""
+        """Id of the map that positions and boxes are in; empty if it was not said."""
         with self._lock:
             return self._state.layout.map_id
 
@@ -435,7 +435,7 @@ class SceneGraphMemory(MemoryCorrections):
             self._state.note_new()
 
     def get_position(self, furniture: int) -> tuple[float, float] | None:
-        """Return where one stands to look at a furniture node; None if nobody knows.
+        """Return where one stands to look at a furniture node; None if it is unknown.
 
         As it was given; where it was not, a point before the front of its box, outside all others.
 
@@ -529,7 +529,7 @@ class SceneGraphMemory(MemoryCorrections):
             viewpoint: from where the camera looked, for the log and the page that shows it; the
                 memory does not use it.
 
-        Looks must lie some time apart: a memory that seems to be told of every frame of a video
+        Looks must lie some time apart: a memory that seems to get every frame of a video
         warns once (`LookPerFrameWarning`), and counts ten looks at a place in a time step and those
         that show something new.
 
@@ -714,7 +714,7 @@ class SceneGraphMemory(MemoryCorrections):
             descriptions = self._state.names
             if self._state.has_id(description):
                 return Resolution(description, (description,), "exact")
-        with self._naming:  # nobody else waits for text vectors
+        with self._naming:  # no other call waits for text vectors
             self._names.update(descriptions)
             return self._names.resolve(description, similarity)
 

@@ -40,12 +40,12 @@ class Sighting:
     """An object that was detected on a furniture node.
 
     Attributes:
-        description: what it is, such as "large red mug"; objects are told apart by its words alone.
+        description: what it is, such as "large red mug"; its words alone distinguish objects.
         relation: "in" or "onTop" the furniture, spelled as `read_relation` reads it.
         confidence: probability that it is right. Below one half it counts as if the object had
             not been seen, the more so the lower it is.
         owner: whose it is, where the detector or the robot knows. It becomes a part of the
-            description, by which objects are told apart: "phone" of "dad" is "dad's phone".
+            description, by which objects are distinguished: "phone" of "dad" is "dad's phone".
         id: of a tracker or of re-identification: things of one description and two ids are two.
             A thing of a known id is that one, whatever it is called. None where words alone tell
             things apart.

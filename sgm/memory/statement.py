@@ -22,11 +22,11 @@ MOST_KEPT = 8  # statements of each thing; what older ones said has been overtak
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """That a thing is somewhere since a time: somebody put it there, or the robot has it.
+    """That a thing is somewhere since a time: a person put it there, or the robot has it.
 
     Attributes:
         time: time step.
-        kind: "moved" as somebody said, or what the robot did: "picked_up", "put_down".
+        kind: "moved" as a person said, or what the robot did: "picked_up", "put_down".
         furniture: id of the place; None for with the robot.
         relation: "in" or "onTop" it; None with the robot.
         by: who says so; "robot" of its own actions.

@@ -14,10 +14,10 @@ class Thing:
 
     Attributes:
         description: in words, as first written.
-        id: of a tracker or of re-identification, by which it is told from others of its
+        id: of a tracker or of re-identification, by which it is distinguished from others of its
             description; empty where words alone tell things apart.
         statements: what was said of it, and done with it, the latest last.
-        embedding: how it looks to whoever gave the id, (D,); empty if nobody said.
+        embedding: how it looks to the tracker that gave the id, (D,); empty if it was not said.
     """
 
     description: str

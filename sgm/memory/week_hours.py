@@ -69,7 +69,7 @@ class WeekHours:
         """Count one look in each of some homes.
 
         Args:
-            clock: of all homes, nan where nobody knows, (H, 2).
+            clock: of all homes, nan where it is unknown, (H, 2).
             time: time step.
             home: that looked, each once, (n,).
             furniture: that each looked at, (n,).
@@ -125,7 +125,7 @@ class WeekHours:
 
 
 def compute_week_hours(clock: np.ndarray, time: int | np.ndarray) -> np.ndarray:
-    """Return which of `NUM_WEEK_HOURS` time steps begin in, int64 (n,), -1 where nobody knows.
+    """Return which of `NUM_WEEK_HOURS` time steps begin in, int64 (n,), -1 where it is unknown.
 
     Args:
         clock: of the home of each, nan where it has none, (n, 2).

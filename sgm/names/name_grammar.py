@@ -28,7 +28,7 @@ _CONTAINERS = frozenset(
 )
 # Containers, and what is said after the thing: "banana bunch", "lego set".
 _AFTER_THING = _CONTAINERS | frozenset(("set", "bunch", "pile", "stack", "pair", "roll", "bar"))
-# "men's shoes" are a kind of shoes, and nobody's.
+# "men's shoes" are a kind of shoes, and have no owner.
 _NOBODY = frozenset(
     "man men woman women lady ladies gentleman kid kids child children boy boys girl girls".split()
 )
@@ -79,7 +79,7 @@ class Reading:
         head_words: words of the head, as they are compared.
         properties: words before the head, as they are compared.
         said: all words of the name, as they are compared.
-        owner: whose it is, empty if nobody is named.
+        owner: whose it is, empty if no owner is named.
         is_content: whether it is what the thing holds, or a remark: "cereal" of "cereal box".
     """
 

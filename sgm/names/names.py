@@ -40,13 +40,13 @@ class Resolution:
         question: as it was asked.
         matches: descriptions of the memory that it may mean, in the order in which they came up; a
             thing is found when one of them is. Empty where the memory has nothing of that name.
-        how: "exact", "same words" (but for articles, case, order, plural), "any of the kind" (the
-            question says less than the descriptions), "synonym", "fewer words" (the descriptions
-            say less than the question), "more general name", "part of the name", "what it holds",
-            "typo", "similar meaning" (by text vectors), or "unknown".
+        how: "exact"; "same words" (but for articles, case, order, plural); "any of the kind" (the
+            question says less than the descriptions); "synonym"; "fewer words" (the descriptions
+            say less than the question); "more general name"; "part of the name"; "what it holds";
+            "typo"; "similar meaning" (by text vectors); or "unknown".
         alternatives: other descriptions that may have been meant, the nearest first.
         readings: the matches by what the name may mean: eyeglasses, and drinking glasses.
-        owner: whose it is, by the question: "dad" of "dad's phone"; empty if it names nobody.
+        owner: whose it is, by the question: "dad" of "dad's phone"; empty if it names no owner.
     """
 
     question: str
@@ -198,7 +198,7 @@ class NameIndex:
             tuple(self._name(group) for group in groups),
             readings[0].owner,
         )
-        if is_by_words:  # whoever compares names: it says the same until there are others
+        if is_by_words:  # for any way to compare names: it says the same until there are others
             if len(self._resolved) >= _MOST_RESOLVED:
                 self._resolved.clear()
             self._resolved[question] = resolution

@@ -24,8 +24,8 @@ from sgm.policies.policy import Policy
 class NetworkPolicy(Policy):
     """Asks a network about all queries of all homes at once, each place one row of an array.
 
-    A home's scores do not depend on the homes beside it, nor on threads, to the last bit: ONNX
-    Runtime computes every row in the same order whoever shares the batch, sums over places are sums
+    A home's scores do not depend on the homes beside it, nor on threads, to the last bit. ONNX
+    Runtime computes every row in the same order in any batch. Sums over places are sums
     of whole numbers, and what the last sums round differently is rounded away.
 
     The answers of a time step stay, but for what looks have shown since (`StepAnswers`).

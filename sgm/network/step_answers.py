@@ -16,21 +16,21 @@ from sgm.prior.place_prior import PlacePrior
 
 
 class StepAnswers:
-    """The answers of one time step, which looks in vain change as Bayes' rule says.
+    """The answers of one time step, which negative looks change by Bayes' rule.
 
     Nothing moves within a step. So a look at a place that does not show a thing says of this step
     that it is not there, or was missed, and nothing else: the odds of the place are multiplied by
     the share of things that such a look misses (`sgm.belief.compute_miss`), those of all others
     stay. What was seen is no longer known here.
 
-    Answers are of one memory, and hold for as long as every look at it is told (`note_look`).
+    Answers are of one memory, and hold for as long as every look at it is noted (`note_look`).
     """
 
     def __init__(self, memory: MemoryBatch) -> None:
         """Start without answers.
 
         Args:
-            memory: whose looks are told; it counts `history`.
+            memory: whose looks are noted; it counts `history`.
         """
         self.memory = memory
         self._clear()
@@ -62,7 +62,7 @@ class StepAnswers:
         return self._logits[row[queries.object]]
 
     def note_look(self, change: Change) -> None:
-        """Heed a look that the memory has just folded in."""
+        """Use a look that the memory has just folded in."""
         memory = self.memory
         if self._state[0] != memory.time:
             self._clear()

@@ -1,4 +1,4 @@
-"""The contract between a task and whoever answers it."""
+"""The contract between a task and the policy that answers it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Policy(ABC):
 
     Attributes:
         score_kind: what its scores mean as probabilities, see `compute_probabilities`.
-        looks_counted: how much of what the looks in vain of earlier time steps say is in its
+        looks_counted: how much of what negative looks of earlier time steps say is in its
             scores already, by which a finder counts them less where the object was ever seen: 0
             nothing, 1 all of it, as in a Bayes filter. Who reads the counters of the memory has
             half of it: measured (results/notes.md).

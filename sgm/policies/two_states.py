@@ -16,7 +16,7 @@ def compute_presence(
         presence: probability that it is there now.
         leave: rate of leaving while it is there, per step, positive.
         come: rate of coming while it is not there, per step.
-        steps: how long nobody looks.
+        steps: how long there are no looks.
     """
     in_the_long_run = come / (leave + come)
     return in_the_long_run + (presence - in_the_long_run) * np.exp(-(leave + come) * steps)

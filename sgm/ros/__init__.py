@@ -1,4 +1,4 @@
-"""Messages of ROS 2, whoever decoded them, to frames of a camera; needs no ROS."""
+"""Messages of ROS 2, decoded by any library, to frames of a camera; needs no ROS."""
 
 from sgm.ros.camera_feed import CameraFeed
 from sgm.ros.home_map import HomeMap

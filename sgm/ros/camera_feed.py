@@ -188,7 +188,7 @@ class CameraFeed:
                 known = np.eye(4) if source is None else source[0]
                 detections = read_detections_3d(waiting.message, known, self._names)
                 if source is None:
-                    pose = None  # nobody knows where these are
+                    pose = None  # where these are is unknown
             depth = self._find_depth(waiting.time) if self._uses_depth else None
             size = (self._intrinsics.height, self._intrinsics.width)
             if depth is not None and depth.shape != size:

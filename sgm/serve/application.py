@@ -67,7 +67,7 @@ class Application:
         Args:
             caller: makes the calls.
             guard: refuses requests.
-            tools: answers /mcp; None for nobody.
+            tools: answers /mcp; None for no tools.
             snapshot_seconds: time between snapshots.
             body_seconds: in which the body of a request has to arrive.
         """

@@ -49,7 +49,7 @@ class Caller:
         self._sync = sync
         self._readers = ThreadPoolExecutor(NUM_READERS, "sgm-read")
         self._writer = ThreadPoolExecutor(1, "sgm-write")
-        self._keeper = ThreadPoolExecutor(1, "sgm-keep")  # of files, which nobody waits for
+        self._keeper = ThreadPoolExecutor(1, "sgm-keep")  # of files, for which no caller waits
         self._counting = Lock()
         self._num_waiting = 0
         self.num_writes = 0
@@ -117,7 +117,7 @@ class Caller:
                     await self._try(self._keeper, self.save)
 
     async def _try(self, pool: ThreadPoolExecutor, do: Callable[[], object]) -> None:
-        """Do something in a thread; what goes wrong is told, and tried again later."""
+        """Do something in a thread; what goes wrong is reported, and tried again later."""
         try:
             await asyncio.get_running_loop().run_in_executor(pool, do)
         except (OSError, ValueError) as error:

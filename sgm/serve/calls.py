@@ -36,7 +36,7 @@ class Argument:
         name: in JSON.
         rule: what it must be.
         about: in one line.
-        default: `REQUIRED`, or what is told as the value of one that is left out.
+        default: `REQUIRED`, or what is documented as the value of one that is left out.
         python: its name in Python, if another.
     """
 

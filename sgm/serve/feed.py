@@ -1,4 +1,4 @@
-"""Tells whoever listens what has changed, as server-sent events."""
+"""Tells listeners what has changed, as server-sent events."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Feed:
         self._service = service
         self._queues: set[asyncio.Queue[bytes | None]] = set()
         self._loop = asyncio.get_running_loop()
-        # Of a subscription, which there is while somebody listens: telling costs the writer time.
+        # Of a subscription, which there is while a client listens: telling costs the writer time.
         self._end: Callable[[], None] | None = None
 
     @property

@@ -62,7 +62,7 @@ class BoundedProtocol(H11Protocol):
 
 
 class Server(uvicorn.Server):
-    """Ends the feed when it is to end, so that nobody waits for those who listen."""
+    """Ends the feed when it is to end, so that nothing waits for its listeners."""
 
     def __init__(self, config: uvicorn.Config, application: Application) -> None:
         """Run an application."""

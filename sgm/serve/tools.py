@@ -34,7 +34,7 @@ class MCPTools:
     """
 
     def __init__(self, caller: Caller) -> None:
-        """Offer the calls that somebody makes."""
+        """Offer the calls that a client makes."""
         self._caller = caller
         self._server: Any = Server(
             "scene-graph-memory",

@@ -36,7 +36,7 @@ class FloorPlan:
         has_positions: whether furniture stands where it is in metres, and not in rows by room.
         footprints: corners of the furniture with boxes, nan for others, (F, 4, 2); None without
             boxes.
-        stands: where one stands to look at the furniture, nan where nobody knows, (F, 2); None
+        stands: where one stands to look at the furniture, nan where it is unknown, (F, 2); None
             without boxes.
     """
 

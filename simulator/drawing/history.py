@@ -19,9 +19,9 @@ class History:
         description: what it is called.
         places: names, (P,).
         hours: time of each step, (T,), ascending.
-        belief: probability of each place at each step, (T, P), nan where nobody was asked; None if
-            nobody was asked at all.
-        truth: whether it was there, bool (T, P); None if nobody knows.
+        belief: probability of each place at each step, (T, P), nan where none was asked; None if
+            none was asked at all.
+        truth: whether it was there, bool (T, P); None if it is unknown.
         look_hour, look_place, is_found: looks at these places, and whether they saw it, (n,) each.
         unit: of the hours, for the axis.
     """

@@ -1,4 +1,4 @@
-"""Figures as arrays of pixels, for whoever shows pictures and knows no figures."""
+"""Figures as arrays of pixels, for viewers of pictures that know no figures."""
 
 from __future__ import annotations
 

@@ -142,5 +142,5 @@ class EventRecorder:
 
 
 def _get_step_seconds(clock: np.ndarray) -> float | None:
-    """Return the length of a step of a row of `MemoryBatch.clock`, None where nobody knows."""
+    """Return the length of a step of a row of `MemoryBatch.clock`, None where it is unknown."""
     return None if np.isnan(clock).any() else float(clock[1])

@@ -15,7 +15,7 @@ class Subjects:
         home: (Q,).
         object: row of `MemoryBatch.objects`, -1 for what was neither seen nor asked for, (Q,).
         type: the prior's object type, or -1, (Q,).
-        moves: weight of each furniture node when it moves, zeros if nobody knows, (Q, F).
+        moves: weight of each furniture node when it moves, zeros if they are unknown, (Q, F).
     """
 
     home: np.ndarray

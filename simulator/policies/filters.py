@@ -54,7 +54,7 @@ class PriorFilter(PlaceFilter):
 
 
 class Ceiling(PlaceFilter):
-    """The filter over the home's true dynamics T: what an answer can be worth.
+    """The filter over the home's true dynamics T: how good an answer can be.
 
     Exact for a description with a single instance; with several, it approximates. A description
     that is asked for late in a long life, when the log of looks was cut before, starts from what

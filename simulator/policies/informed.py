@@ -86,7 +86,7 @@ class Informed(Policy):
 
     Attributes:
         effective_sizes: of every answer so far, how many equally weighed draws its C K draws are
-            worth, 1 / sum of their squared weights.
+            (effective sample size), 1 / sum of their squared weights.
 
     Source: paper appendix A, "Sampling noise"; docs/design.md, rulings 3-9.
     """

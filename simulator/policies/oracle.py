@@ -18,7 +18,7 @@ class Oracle(LastSeenUnlessAbsent):
     """The same rule, falling back on the home's true dynamics T.
 
     Source: paper section 5.3: "ground truth knowledge about the dynamics" and a "memory of past
-    observed object locations"; docs/design.md, ruling 20. `Ceiling` is what an answer can be worth.
+    observed object locations"; docs/design.md, ruling 20. `Ceiling` is how good an answer can be.
     """
 
     needs: ClassVar[frozenset[str]] = frozenset((TRUE_TRANSITIONS,))

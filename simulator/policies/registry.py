@@ -122,6 +122,6 @@ def check_policies(names: Iterable[str], source: HomeSource | None = None) -> No
         missing = find_policy(name).needs - (frozenset() if source is None else source.knows)
         if source is not None and missing:
             raise ValueError(
-                f"policies must not need what nobody knows of the homes, got {name}, which reads "
+                f"policies must not need what is unknown of the homes, got {name}, which reads "
                 f"their true {' and '.join(sorted(missing))}. Leave it out."
             )

@@ -29,7 +29,7 @@ class PastLook:
         step: when.
         furniture: id of the furniture node.
         seen: what was detected there.
-        missed: what was truly there and was not detected; None if nobody knows.
+        missed: what was truly there and was not detected; None if it is unknown.
         sought: the one thing that was looked for; None for all.
         coverage: share of the furniture that was in view, or of "in" and "onTop" of it.
         viewpoint: from where it was; None if nobody knows.
@@ -69,7 +69,7 @@ class Story(ABC):
         first_step, num_steps: first and last step that there is a memory of, 0 <= first <= T.
         looks: all looks that are known, in order.
         questions: what was asked in a run, in order.
-        truth: where everything was; None if nobody knows.
+        truth: where everything was; None if it is unknown.
         plan: floor plan, for homes that have one of their own; None to make it from the memory.
         clock: of step 0; None if there is none.
     """

@@ -38,7 +38,7 @@ class TaskScores:
             at b + (n + 1) / (m + 1) on average. Places without a score (-inf) come last and tie.
         is_out_of_place: whether the object was not where such objects had been most of the time
             so far, see `UsualPlaces`; the same for every policy, bool (H, A).
-        hour: of the day when it was asked, 0 to 23, -1 where nobody knows, (H, A).
+        hour: of the day when it was asked, 0 to 23, -1 where it is unknown, (H, A).
     """
 
     values: np.ndarray
@@ -145,7 +145,7 @@ def compute_rank(scores: np.ndarray, answers: np.ndarray, is_place: np.ndarray) 
 
 
 def compute_hours(memory: MemoryBatch, home: np.ndarray) -> np.ndarray:
-    """Return the hour of the day that it is in homes (Q,), -1 where nobody knows, int (Q,)."""
+    """Return the hour of the day that it is in homes (Q,), -1 where it is unknown, int (Q,)."""
     hours = np.full(len(home), -1)
     if memory.clock is not None:
         clock = memory.clock[home]

@@ -83,7 +83,7 @@ class Search:
             queries: from `rollout.query`, one per home.
             max_looks: None for as many as there is furniture.
             ends_when_seen: whether a search succeeds when the detector has seen the object, as it
-                must be where nobody knows the truth.
+                must be where the truth is unknown.
         """
         self.rollout = rollout
         self.codes = codes

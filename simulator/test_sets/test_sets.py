@@ -59,7 +59,7 @@ class TestSet:
     def compute_checksums(self) -> dict[str, str]:
         """Make the homes, let them live, and return what `checksums` should be.
 
-        Where objects go does not depend on who looks where, so that nobody plays.
+        Where objects go does not depend on who looks where, so that no policy plays.
         """
         source = SampledSource(PriorGraph.default(), HomeConfig.from_json(self.home))
         layout, life = hashlib.sha256(), hashlib.sha256()

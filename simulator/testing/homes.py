@@ -56,7 +56,7 @@ def check_homes(
                 row = both[name][home][tuple(map(slice, values[0].shape))]
                 if not np.array_equal(row, values[0]):
                     raise AssertionError(
-                        f"homes must be the same whoever is beside them, got another '{name}' for "
+                        f"homes must be the same whatever is beside them, got another '{name}' for "
                         f"home {home} alone in step {step}. Draw rows as wide as each home needs, "
                         "for the homes that need them."
                     )

@@ -61,7 +61,7 @@ def check_dynamics(dynamics: Dynamics | str, *, num_steps: int = 12, seed: int =
 def check_sensing(sensing: Sensing | str, *, num_steps: int = 60, seed: int = 0) -> None:
     """Check sensing, beside homes of the paper's and in homes of several sizes.
 
-    All that `check_homes` says, and: looks are told of in order, by those that look alone; coverage
+    All that `check_homes` says, and: looks are reported in order, for those that look; coverage
     and confidences are in range; what is seen in a part of a look is no more than that part of what
     is there, and a detection is right no less often than its confidence says; fields survive JSON
     and pickling.
@@ -121,7 +121,7 @@ def check_sensing(sensing: Sensing | str, *, num_steps: int = 60, seed: int = 0)
 def _check_observation(homes: SampledHomes, furniture: np.ndarray, seen: Observation) -> None:
     looking = np.flatnonzero(furniture >= 0)
     for holds, rule in (
-        (np.array_equal(seen.home, looking), "be told of in order, for those that look alone"),
+        (np.array_equal(seen.home, looking), "be reported in order, for those that look alone"),
         (np.array_equal(seen.furniture, furniture[looking]), "name the furniture looked at"),
         (((seen.coverage > 0) & (seen.coverage <= 1)).all(), "have a coverage above 0, at most 1"),
         (np.isin(seen.seen_home, looking).all(), "see in homes that look"),

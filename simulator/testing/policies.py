@@ -73,7 +73,7 @@ def check_policy(
         for step, (single, batch) in enumerate(zip(own, scores, strict=True), start=1):
             _check_equal(
                 batch[home::num_homes, : alone.num_furniture], single, tolerance,
-                f"be the same whoever shares the batch, got others for home {home} alone in step "
+                f"be the same in any batch, got others for home {home} alone in step "
                 f"{step}. Work on each home by itself",
             )  # fmt: skip
     if policy.needs:

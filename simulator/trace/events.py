@@ -49,7 +49,7 @@ def load_events(path: Path, layout: Layout, start: datetime | None = None) -> tu
     Args:
         path: of the file.
         layout: rooms and furniture of the trace.
-        start: of the trace, for rows with a date and time; None if nobody knows.
+        start: of the trace, for rows with a date and time; None if it is unknown.
 
     Raises:
         ValueError: if it is missing or broken; names the file and the row.

@@ -73,7 +73,7 @@ class LoggedThing:
 def make_trace(lines: Sequence[LogLine], name: str = "home") -> Trace:
     """Make a trace from a log.
 
-    Nobody knows where a thing was between two looks. The trace says: where it was last seen, until
+    Where a thing was between two looks is unknown. The trace says: where it was last seen, until
 
     - it is seen elsewhere, said to be there, or put there by the robot: it is there from then on,
       and moved in that step;
@@ -81,7 +81,7 @@ def make_trace(lines: Sequence[LogLine], name: str = "home") -> Trace:
       has left the home, until it is seen again. So nothing is said, and nothing asked, of a thing
       that the robot itself did not know of.
 
-    Things are told apart by their words, as in the memory. Of one name there are as many as were
+    Things are distinguished by their words, as in the memory. Of one name there are as many as were
     seen in one time step; which one is seen is not told: one that stayed, else one that is gone,
     else the one whose last sighting is longest ago. Furniture that was moved
     stands where it stood last; what lay on furniture that was removed is gone. What was taken out
@@ -224,7 +224,7 @@ class _LogReader:
 
     @property
     def start(self) -> datetime | None:
-        """Date and time of time 0; None if nobody knows."""
+        """Date and time of time 0; None if it is unknown."""
         return None if self._clock is None else self._clock.start
 
     def make_layout(self) -> Layout:
@@ -243,13 +243,13 @@ class _LogReader:
         )
 
     def _start(self, line: LogLine) -> None:
-        """Go on with another memory of the home; what has number and name of before is the same."""
+        """Go on with another memory of the home; what has the same number and name is the same."""
         clock: Clock | None = line.values["clock"]
         self._step_seconds = DEFAULT_STEP_SECONDS if clock is None else clock.step_seconds
         if clock is not None and self._clock is not None:
             self._shift_s = (clock.start - self._clock.start).total_seconds()
         elif self._shift_s + line.time * self._step_seconds < self._time_s:
-            # a new memory, nobody knows how much later: one step
+            # a new memory, an unknown time later: one step
             self._shift_s = self._time_s + self._step_seconds * (1 - line.time)
         memory = line.values.get("memory")
         self._calibration = None if memory is None else memory.score_calibration

@@ -1,4 +1,4 @@
-"""The memory of somebody who has seen everything in a recorded home at one time."""
+"""The memory of an observer who has seen everything in a recorded home at one time."""
 
 from __future__ import annotations
 

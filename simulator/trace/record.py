@@ -61,7 +61,7 @@ class TraceRecorder:
         homes = self._homes
         place, code = homes.object_place, homes.object_code
         was_here, is_here = self._place >= 0, place >= 0
-        # Who takes a slot that somebody has just left is another object, and it did not move.
+        # What takes a slot that has just become free is another object, and it did not move.
         is_same = was_here & is_here & (code == self._code)
         is_same &= homes.object_moved | (place == self._place) | self._keeps_slots
         for home, slot in np.argwhere(was_here & ~is_same):

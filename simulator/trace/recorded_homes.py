@@ -146,7 +146,7 @@ class RecordedHomes(Homes):
             if trace.truth is None:
                 raise ValueError(
                     f"ceiling must play in simulated homes, got the recorded home {trace.name}, "
-                    "whose true dynamics nobody knows. Leave it out."
+                    "whose true dynamics are unknown. Leave it out."
                 )
             for object_type, label in enumerate(self.object_labels):
                 row = trace.truth.place_weights.get(label, {})

@@ -33,7 +33,7 @@ class Trace:
         events: what happened, in order of time; none in a map of the furniture alone, which can be
             remembered (`remember_trace`) and not be played.
         truth: the rules and dynamics of a simulated home, None for any other.
-        start: local date and time of time 0; None if nobody knows.
+        start: local date and time of time 0; None if it is unknown.
         until_s: until when the home was watched, in seconds; None for the last event.
     """
 

@@ -56,7 +56,7 @@ class Homes(ABC):
         object_place: the place it is at, -1 if the slot is empty, (H, C).
         object_moved: whether it moved in the last step, (H, C).
         clock: where in the week step 0 is and how long steps are (`Clock.row`), (H, 2), nan where
-            nobody knows; None where no time of day means anything, as in the paper's homes.
+            unknown; None where no time of day means anything, as in the paper's homes.
     """
 
     prior: PriorGraph
@@ -154,7 +154,7 @@ class Homes(ABC):
         """Return how likely each place of a home is for each object type at t = 0, (H, T, P).
 
         Raises:
-            ValueError: if nobody knows: the homes were recorded.
+            ValueError: if they are unknown: the homes were recorded.
         """
 
     @abstractmethod

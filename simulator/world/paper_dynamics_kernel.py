@@ -97,7 +97,7 @@ def _list_runners(
 ) -> int:
     """List the slots that take part and may be in reach, and how far they lag; count them.
 
-    As log(u) <= u - 1, whoever has 1 - u > reach * weight is out of reach.
+    As log(u) <= u - 1, an object with 1 - u > reach * weight is out of reach.
     """
     count = 0
     for slot in range(len(weight)):

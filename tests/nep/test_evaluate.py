@@ -160,7 +160,7 @@ def test_exported_and_shipped_networks_play_like_their_checkpoint(checkpoint, tm
         (["--tasks", "dance"], "task must be one of predict_location, .*, got 'dance'. Choose"),
         (["--policies", "clever"], "policy must be one of random, .*, got 'clever'. Choose"),
         (["--policies", "random", "random"], "policies must differ, got random, random. Name"),
-        (["--policies", "none"], "somebody must play predict_location, got no policy"),
+        (["--policies", "none"], "a policy must play predict_location, got no policy"),
         (["--num_homes", "0"], "num_homes must be at least 1, got 0. Raise it."),
         (["--steps", "-1"], "steps must be at least 1, got -1. Raise it."),
         (["--seed", "-1"], "seed must be non-negative, got -1. Choose 0 or more."),

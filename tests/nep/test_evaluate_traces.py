@@ -65,7 +65,7 @@ def test_a_replay_ends_with_the_scores_of_the_simulated_homes(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--policies", "ceiling"], "nobody knows of the homes, got ceiling, which reads"),
+        (["--policies", "ceiling"], "is unknown of the homes, got ceiling, which reads"),
         (["--steps", "7"], "at most the 6 steps of 3600 s"),
         (["--step-seconds", "-1"], "step must be a number of seconds > 0, got -1.0"),
     ],

@@ -81,7 +81,7 @@ class Unlabelled(SampledHomes):
     ("broken", "message"),
     [
         (OutsideHomes, r"homes must have objects at their own furniture, got others in step 1"),
-        (SharedDraws, r"homes must be the same whoever is beside them, got another 'object_"),
+        (SharedDraws, r"homes must be the same whatever is beside them, got another 'object_"),
         (Unlabelled, r"homes must have object labels in labels"),
     ],
 )
@@ -132,7 +132,7 @@ class NotAFrozenDataclass(PaperDynamics):
     ("broken", "message"),
     [
         (Stuck(), r"object_moved must mark who is elsewhere than before"),
-        (Haunted(), r"homes must be the same whoever is beside them"),
+        (Haunted(), r"homes must be the same whatever is beside them"),
         (NotAFrozenDataclass(), r"fields must survive JSON"),
     ],
 )

@@ -13,7 +13,7 @@ from tools.claims.scores import ClaimsScores, round_all
 
 
 def make_known(scores: ClaimsScores) -> tuple[str, Any]:
-    """Compare everybody with who knows all rules but not the home."""
+    """Compare all with a policy that is given all rules but not the home."""
     lines = []
     kept: dict[str, Any] = {}
     texts = []
@@ -27,8 +27,8 @@ def make_known(scores: ClaimsScores) -> tuple[str, Any]:
             top = found[INFORMED] = informed.load()
             sizes = informed.read()["sizes"]
             texts.append(
-                f"{where}, {nodes}: of its 1,024 draws an answer is worth {sizes[5]:.0f} "
-                f"(median), {sizes[1]:.0f} in the worst tenth."
+                f"{where}, {nodes}: an answer has an effective sample size of {sizes[5]:.0f} "
+                f"of its 1,024 draws (median), {sizes[1]:.0f} in the worst tenth."
             )
             means = {name: float(own.home_values.mean()) for name, own in found.items()}
             for name in sorted(means, key=means.__getitem__):

@@ -176,7 +176,7 @@ class ClaimsPlan:
         )
 
     def load_table_1(self, setting: Setting) -> dict[str, ScoreSummary]:
-        """Return what everybody has scored in Table 1, by title; nothing without the file.
+        """Return what all have scored in Table 1, by title; nothing without the file.
 
         Raises:
             ValueError: if Table 1 was not played in these test homes.
@@ -200,7 +200,7 @@ class ClaimsPlan:
 
 @dataclass(frozen=True)
 class InformedScores(Evaluation):
-    """What `Informed` scores, some homes at a time, and how many draws its answers are worth."""
+    """What `Informed` scores, some homes at a time, and the effective sample size of its draws."""
 
     def play(self) -> dict[str, Any]:
         """Return the summary, and quantiles 0, .1, ... 1 of the effective sample sizes."""

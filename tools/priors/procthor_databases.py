@@ -53,9 +53,9 @@ def count_procthor_databases(
 ) -> PlacementCounts:
     """Sample symbolic houses and count what stands and lies where.
 
-    A symbolic house is what ProcTHOR's generator would draw, less meshes and physics: rooms with
-    sizes, up to seven pieces or groups of furniture that fit the free floor, and small objects on
-    them with probability p + parent's bias + object's bias + the house's bias, one to three each.
+    A symbolic house is what ProcTHOR's generator would draw, less meshes and physics. It has rooms
+    with sizes, and up to seven pieces or groups of furniture that fit the free floor. Small objects
+    are on them, one to three each, with probability p + parent's, object's and house's bias.
 
     Args:
         folder: the package's `databases` folder; None finds the installed package.

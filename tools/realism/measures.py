@@ -51,7 +51,7 @@ class Behaviour:
 def follow_homes(homes: Homes, num_steps: int) -> list[np.ndarray]:
     """Let homes live and note the furniture at which every object is, home by home.
 
-    An object is told by its slot and its description: one that leaves and comes back is the same.
+    An object is known by its slot and description: one that leaves and comes back is the same.
 
     Returns:
         For every home (N, T + 1): furniture index, `OUT` between two stays, `NOT_THERE` otherwise.

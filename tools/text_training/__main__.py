@@ -175,8 +175,8 @@ def compute_loss(vectors: FloatArray, targets: FloatArray) -> tuple[float, Float
     """Compute the error of the cosines plus the peakedness of the vectors, and the gradient.
 
     With u a vector of unit length and k a target: sum over pairs of w (u_i u_j - k_ij)^2, where w
-    is proportional to 1 + 10 k because most pairs are unlike, plus `SPREAD` times the mean over
-    vectors of 96 sum u^4, which is 3 for normally distributed entries and 96 for a one-hot.
+    is proportional to 1 + 10 k because most pairs are unlike. To it comes `SPREAD` times the mean
+    over vectors of 96 sum u^4, which is 3 for normally distributed entries and 96 for a one-hot.
 
     Args:
         vectors: float32 (B, 96).

@@ -187,7 +187,7 @@ def list_claims(setting: Setting, rows: Sequence[Row], scores: Scores) -> list[C
     Args:
         setting: where.
         rows: its table, worst first.
-        scores: of everybody.
+        scores: of all players.
     """
     pairs = list(pairwise(title for title in list_claimed_order() if title in scores))
     heuristics = [
@@ -373,7 +373,7 @@ def _make_wide(cells: Mapping[Setting, Mapping[str, str]], says_known: bool = Fa
 
 
 def _sort_titles(titles: Iterable[str]) -> list[str]:
-    """Put heuristics first, in the order of `POLICIES`, then networks, then who knows more."""
+    """Put heuristics first, in the order of `POLICIES`, then networks, then oracles."""
     order = [name for name in POLICIES if name not in ORACLES]
     order += [model.title for model in MODELS]
     others = sorted({*titles} - {*order, *ORACLES})  # from configs that are no part of Table 1

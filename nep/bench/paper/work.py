@@ -38,7 +38,7 @@ def list_work_options(runs: str, made: str) -> tuple[Option, ...]:
 
 
 def make_console() -> Console:
-    """Return a console, of one width where nobody reads along."""
+    """Return a console, of one width where no terminal shows it."""
     return Console() if sys.stdout.isatty() else Console(width=_LOG_WIDTH)
 
 

@@ -40,7 +40,7 @@ same memories.
 Of the things that go out: how likely *elsewhere* was said to be while they were out and while they
 were in, how often it was likelier than every place while they were out, the negative log likelihood
 (NLL) of whether they are elsewhere and of where they are, in nats, and the calibration error of
-*elsewhere* (ten bins, over all homes). *By chance*: that of somebody whose probabilities are right,
+*elsewhere* (ten bins, over all homes). *By chance*: that of answers whose probabilities are right,
 in as many questions, if these are independent. *Of all things*: the calibration error where the
 others count as all things of the home that stay in it; who does not know what goes out is too low
 of what does, and right of all. Of the others: *elsewhere* and the NLL of where they are.

@@ -97,7 +97,7 @@ class Recorded(Suite[TaskGame]):
         return checksums
 
     def list_needed(self, options: Namespace, networks: Sequence[str]) -> Sequence[str]:
-        """Name nobody: a table has who has played."""
+        """Name none: a table has the players that have played."""
         return ()
 
     def write(self, report: Report) -> list[str]:

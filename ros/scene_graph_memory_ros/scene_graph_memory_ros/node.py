@@ -22,7 +22,7 @@ from sgm import Bayesian, Finder, ObjectFinder, SceneGraphMemory
 from sgm.ros import HomeMap, LiveMemory
 from sgm.ros.live_memory import BeliefMarker, NextPose
 
-# Parameters and what they are if nobody says.
+# Parameters and their defaults.
 PARAMETERS: dict[str, Any] = {
     "map_file": "",  # rooms and furniture with boxes (docs/bags.md)
     "memory_file": "",  # is gone on with if it exists, and saved every `save_seconds`

@@ -70,8 +70,8 @@ class HomeBuilder:
             label: what it is.
             room: index from `add_room`.
             description: for people; None for the label.
-            position: in metres; None if nobody knows.
-            box: its extents; None if nobody knows.
+            position: in metres; None if it is unknown.
+            box: its extents; None if it is unknown.
             open_cost: of opening it; None where there is nothing to open.
         """
         words = read_words("furniture label", label)

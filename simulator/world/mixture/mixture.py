@@ -118,7 +118,7 @@ class Mixture:
     def draw_home(
         self, rng: np.random.Generator, rules: HomeConfig
     ) -> tuple[HomeConfig, Clock | None]:
-        """Draw the rules of a home, and what time it is there; None if nobody knows.
+        """Draw the rules of a home, and what time it is there; None if it is unknown.
 
         Args:
             rng: the home's own.

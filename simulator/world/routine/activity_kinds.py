@@ -54,7 +54,7 @@ def compute_object_weights(labels: Sequence[str], move_freq: np.ndarray) -> np.n
 
     A type that shares the placements of another one in the type table (`alias_of`) is used like
     it. A type that no activity names is used by every kind, a tenth as readily as what it needs.
-    Square roots of the products of both weights: what has a use at all is used by somebody.
+    Square roots of the products of both weights: what has a use at all is used in some activity.
 
     Args:
         labels: of the object types, (T,).

@@ -23,8 +23,8 @@ class RoutineDynamics(RoutineRules):
     place where this resident does such things; when it ends, each is left there or put back to
     its usual place, now and then to its second one, seldom to a new one for good. Those who leave
     the home carry things out and bring them back. Washing up collects what cooking and eating
-    have left, cleaning puts everything back, and in the evening somebody tidies up a part. Things
-    that nobody uses never move.
+    have left, cleaning puts everything back, and in the evening a resident tidies up a part. Things
+    that no resident uses never move.
 
     Usual places are drawn from T^i, the home's own noisy prior (`Transitions`). The life of a home
     does not depend on the length of its steps: they say only when one looks. It begins

@@ -1,7 +1,7 @@
 """Residents' days: who starts and ends what, and the things that go along.
 
 Times are seconds since the Monday, 00:00, before a home's first step. A day goes from four in the
-morning to four in the morning, when nobody is in the middle of anything. Its occurrences (occasion
+morning to four in the morning, when no resident is busy. Its occurrences (occasion
 n of resident r has the number r N + n) are drawn when it begins; what happens to things is drawn
 when they begin and end, in the order of time. So a home's life does not depend on how long its
 time steps are: they only say when one looks.
@@ -24,7 +24,7 @@ from sgm.kernel import kernel
 
 DAY = 86_400.0
 DAY_STARTS = 4 * 3600.0
-TIDY = -1  # the event that is no occurrence: somebody tidies up in the evening
+TIDY = -1  # the event that is no occurrence: tidying up in the evening
 
 # The rules of a home that the kernels read, from the fields of `RoutineDynamics`.
 RULES = np.dtype(

@@ -22,7 +22,7 @@ class Occasion:
         weekday_share: share of the weekdays on which it is done.
         weekend_share: likewise of the weekend's days.
         after: the occasion that it follows at once where that is done, "" for none.
-        role: one of `ROLES` whose people alone do it, "" for everybody.
+        role: one of `ROLES` whose people alone do it, "" for all.
     """
 
     name: str

@@ -39,7 +39,7 @@ class RoutineRules(Dynamics):
         together: how often a thing that is kept apart from a resident's other things for a kind of
             activity is passed over for it.
         min_use, max_use: bounds of how often each of them is taken.
-        static_share: share of the objects that nobody uses.
+        static_share: share of the objects that no resident uses.
         own_spot_share: how often a resident has an own place for a kind of activity.
         elsewhere_share: how often an activity is done elsewhere than usual.
         extra_share: how often one more thing is taken than usual.

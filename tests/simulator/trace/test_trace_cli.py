@@ -95,7 +95,7 @@ def test_collecting_a_simulated_home_again(tmp_path):
     ("arguments", "message"),
     [
         (["--by-day"], "step_seconds, by_day and replays must come with trace"),
-        (["--trace", "{home}", "--policy", "ceiling"], "nobody knows of the homes, got ceiling"),
+        (["--trace", "{home}", "--policy", "ceiling"], "is unknown of the homes, got ceiling"),
         (["--trace", "{home}", "--steps", "7"], "at most the 6 steps of 3600 s"),
         (["--trace", "{home}", "--step-seconds", "0"], "step must be a number of seconds > 0"),
         (["--trace", "{home}", "--by-day"], "must cover a day from midnight to midnight"),

@@ -110,7 +110,7 @@ def test_without_the_truth_dynamics_are_counted(write_home, tiny_prior):
     assert list_policies(source) == tuple(name for name in POLICIES if name != "ceiling")
     with pytest.raises(
         ValueError,
-        match=r"nobody knows of the homes, got ceiling, which reads .*place weights. Leave it",
+        match=r"is unknown of the homes, got ceiling, which reads .*place weights. Leave it",
     ):
         check_policies(["bayesian", "ceiling"], source)
     with pytest.raises(ValueError, match="ceiling must play in simulated homes, got the recorded"):
