@@ -348,6 +348,7 @@ def _outline_furniture(plan: FloorPlan, nodes: np.ndarray) -> dict[str, Any]:
     polygons = np.stack(corners, axis=1).reshape(-1, 4, 2)
     if plan.footprints is not None:
         own = plan.footprints[nodes]
+        polygons = polygons[:, np.minimum(np.arange(own.shape[1]), 3)]
         polygons = np.where(np.isnan(own), polygons, own)
     return _outline_polygons(polygons)
 

@@ -9,6 +9,7 @@ from sgm.eyes.detection import Detection
 from sgm.eyes.located import Located
 from sgm.eyes.scene import Scene, compute_entries
 from sgm.layout.box import ABOVE_TOP, BELOW_TOP
+from sgm.layout.outline import compute_outline_distance
 
 NOWHERE = -1
 _IN_SIGHT = 2.0  # standard deviations of the pose by which volumes are dilated
@@ -32,9 +33,13 @@ def assign(scene: Scene, located: Located, dilation: float) -> np.ndarray:
         return np.full(len(located.detections), NOWHERE)
     places, is_top = volumes // 2, volumes % 2 == 1
     offset = located.center[:, None] - scene.volume_center[volumes]
-    own = np.abs(np.einsum("kvi,vij->kvj", offset, scene.rotation[places]))
-    outside = np.maximum(own - scene.volume_half[volumes], 0)
+    own = np.einsum("kvi,vij->kvj", offset, scene.rotation[places])
+    outside = np.maximum(np.abs(own) - scene.volume_half[volumes], 0)
     beside = np.hypot(outside[..., 0], outside[..., 1])  # (k, v)
+    for column, place in enumerate(places.tolist()):
+        if place in scene.outlines:
+            flat = own[:, column, :2]
+            beside[:, column] = compute_outline_distance(scene.outlines[place], flat)
     allowed = dilation + _IN_SIGHT * located.sd[:, None]
     bottom, height = located.bottom[:, None], located.height[:, None]
 
@@ -46,7 +51,7 @@ def assign(scene: Scene, located: Located, dilation: float) -> np.ndarray:
     gap = np.where(is_top, np.abs(above), beyond)
     fits = np.where(is_top, is_on, np.hypot(beside, beyond) <= allowed) & (beside <= allowed)
     # How high a thing is that lies along the ray is only guessed: its middle alone will do.
-    fits |= np.linalg.norm(outside, axis=2) <= allowed
+    fits |= np.hypot(beside, outside[..., 2]) <= allowed
     cost = np.where(fits, np.hypot(gap, beside), np.inf)
     cost += 1e-6 * np.linalg.norm(offset, axis=2)
     best = cost.argmin(axis=1)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from sgm.layout.box import Box, read_box, sample_volume
+from sgm.layout.outline import compute_prism_entries
 from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten
 
@@ -24,6 +25,7 @@ class Scene:
         rotation: from the own axes of each box to the map, (P, 3, 3).
         radius: half the diagonal of each box, (P,).
         has_inside, has_door, is_open: of each place, bool (P,); doors are shut until `set_open`.
+        outlines: footprints of those that are no rectangles, in their own axes, by place.
         points: of the volumes in the map, (2 P, n, 3).
         is_free: which of them are inside no other box, bool (2 P, n).
         num_free: how many those are, (2 P,).
@@ -57,6 +59,9 @@ class Scene:
         self.has_inside = np.array([box.interior != "none" for box in rows], dtype=bool)
         self.has_door = np.array([box.has_door for box in rows], dtype=bool)
         self.is_open = ~self.has_door
+        self.outlines = {
+            place: box.outline for place, box in enumerate(rows) if box.outline is not None
+        }
         self._sample(num_points)
 
     def _sample(self, num_points: int) -> None:
@@ -77,8 +82,7 @@ class Scene:
             distance = np.linalg.norm(self.volume_center - box.center, axis=1)
             near = np.flatnonzero(distance < self.volume_radius + box.radius)
             near = near[near // 2 != place]
-            outside = np.abs(box.to_own(self.points[near])) - np.array(box.size) / 2
-            self.is_free[near] &= outside.max(axis=-1) > -_TOUCHING
+            self.is_free[near] &= ~box.holds(self.points[near], _TOUCHING)
         self.num_free = self.is_free.sum(axis=1)
 
     def set_open(self, furniture: int, is_open: bool) -> None:
@@ -139,4 +143,11 @@ def compute_entries(
     first, second = (scene.half[places] * sign - start for sign in (-1, 1))
     first, second = first / along, second / along
     near = np.minimum(first, second)
-    return near.max(axis=2), np.maximum(first, second).min(axis=2), near.argmax(axis=2)
+    entry, leave = near.max(axis=2), np.maximum(first, second).min(axis=2)
+    for column, place in enumerate(places.tolist()):
+        if place in scene.outlines:  # the way within it does not matter
+            half = float(scene.half[place, 2])
+            outline, rays = scene.outlines[place], along[:, column]
+            entry[:, column] = compute_prism_entries(outline, half, start[0, column], rays)
+            leave[:, column] = np.where(np.isfinite(entry[:, column]), np.inf, -np.inf)
+    return entry, leave, near.argmax(axis=2)

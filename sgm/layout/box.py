@@ -10,12 +10,22 @@ from typing import Any
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
+from sgm.layout.outline import (
+    Outline,
+    compute_area,
+    compute_edge_distance,
+    compute_outline_distance,
+    contains_points,
+    read_outline,
+)
 from sgm.messages import shorten
 
 INTERIORS = ("none", "open", "door")
 BELOW_TOP, ABOVE_TOP = 0.03, 0.40  # metres around the top within which things are on top
 _WALL = 0.02  # metres of wall, board and door around what is inside
 _MOST_METRES = 1e5  # of any coordinate: farther away nothing is in a home
+FLOOR_THICKNESS = 0.1  # metres downwards: the top of a floor's box is the floor
+_LEAST_SHARE = 0.01  # of its rectangle that an outline fills
 LEAST_METRES = 1e-3  # of any side
 
 
@@ -31,19 +41,23 @@ class Box:
         yaw: angle from the x axis of the map to the own one, counter-clockwise, in radians.
         interior: what is inside: "none" (a table, a bed), "open" (shelves) or "door", which must
             be open to look into it.
+        outline: corners of a footprint that is no rectangle, in the own axes, within the size and
+            without an inside (an L-shaped counter, the floor of a room with a bay); None for all
+            of the rectangle. `of_polygon` makes it of corners in the map.
     """
 
     center: tuple[float, float, float]
     size: tuple[float, float, float]
     yaw: float = 0.0
     interior: str = "none"
+    outline: Outline | None = None
 
     def __post_init__(self) -> None:
         """Check the values.
 
         Raises:
-            ValueError: if one is no finite number, a side is shorter than 1 mm, or the interior
-                unknown.
+            ValueError: if one is no finite number, a side is shorter than 1 mm, the interior is
+                unknown, or the outline no polygon in the box.
         """
         for name, value in (("center", self.center), ("size", self.size)):
             read = read_numbers(f"{name} of a box", value, (3,)).tolist()
@@ -65,6 +79,55 @@ class Box:
                 f"{shorten(self.interior)} at {shorten(self.center)}. Choose one of these."
             )
 
+        if self.outline is not None:
+            self._read_outline()
+
+    def _read_outline(self) -> None:
+        outline = read_outline("outline of a box", self.outline)
+        if self.interior != "none":
+            raise ValueError(
+                f"interior of a box with an outline must be none, got {self.interior!r} at "
+                f"{shorten(self.center)}. Give the part with an inside a box of its own."
+            )
+        beyond = np.abs(np.array(outline)) - np.array(self.size[:2]) / 2
+        if beyond.max() > LEAST_METRES:
+            raise ValueError(
+                f"outline of a box must lie within its size, got {shorten(outline)} with "
+                f"{shorten(self.size)}. Use Box.of_polygon."
+            )
+        if compute_area(np.array(outline)) < _LEAST_SHARE * self.size[0] * self.size[1]:
+            raise ValueError(
+                f"outline of a box must fill {_LEAST_SHARE:.0%} of it or more, got "
+                f"{shorten(outline)}. Turn the box (yaw), or make it of two."
+            )
+        object.__setattr__(self, "outline", outline)
+
+    @classmethod
+    def of_polygon(cls, corners: Any, bottom: float, top: float, yaw: float = 0.0) -> Box:
+        """Return furniture, or the floor of a room, with a polygon as its footprint.
+
+        Args:
+            corners: x, y of each in the map, in the order in which they follow each other.
+            bottom: height of its lower side.
+            top: height of its upper side.
+            yaw: where its front looks to, radians from the x axis.
+
+        Raises:
+            ValueError: if the corners are no polygon, or the top is not above the bottom.
+        """
+        outline = np.array(read_outline("polygon", corners))
+        low, high, turn = read_numbers("bottom, top and yaw", (bottom, top, yaw), (3,)).tolist()
+        cos, sin = math.cos(turn), math.sin(turn)
+        own = outline @ np.array([[cos, -sin], [sin, cos]])
+        middle, size = (own.min(axis=0) + own.max(axis=0)) / 2, np.ptp(own, axis=0)
+        center = np.array([[cos, -sin], [sin, cos]]) @ middle
+        return cls(
+            (float(center[0]), float(center[1]), (low + high) / 2),
+            (float(size[0]), float(size[1]), high - low),
+            turn,
+            outline=tuple((float(x), float(y)) for x, y in own - middle),
+        )
+
     @classmethod
     def of_floor(
         cls, corner: Sequence[float], opposite: Sequence[float], height: float = 0.0
@@ -79,9 +142,8 @@ class Box:
         (x, y), (to_x, to_y) = (
             read_numbers("corner", at, (2,)).tolist() for at in (corner, opposite)
         )
-        thickness = 0.1  # downwards: its top is the floor
-        center = ((x + to_x) / 2, (y + to_y) / 2, height - thickness / 2)
-        return cls(center, (abs(to_x - x), abs(to_y - y), thickness))
+        center = ((x + to_x) / 2, (y + to_y) / 2, height - FLOOR_THICKNESS / 2)
+        return cls(center, (abs(to_x - x), abs(to_y - y), FLOOR_THICKNESS))
 
     @classmethod
     def from_json(cls, data: Any) -> Box:
@@ -90,16 +152,17 @@ class Box:
         Raises:
             ValueError: if it is malformed.
         """
-        if not isinstance(data, list) or len(data) != 8:
+        if not isinstance(data, list) or len(data) not in (8, 9):
             raise ValueError(
-                "box must be a list of x, y, z, length, width, height, yaw and interior, got "
-                f"{shorten(data)}. Mend it."
+                "box must be a list of x, y, z, length, width, height, yaw and interior, and an "
+                f"outline if it has one, got {shorten(data)}. Mend it."
             )
-        return cls(tuple(data[:3]), tuple(data[3:6]), data[6], data[7])
+        return cls(tuple(data[:3]), tuple(data[3:6]), *data[6:])
 
     def to_json(self) -> list[Any]:
-        """Return x, y, z, length, width, height, yaw and interior."""
-        return [*self.center, *self.size, self.yaw, self.interior]
+        """Return x, y, z, length, width, height, yaw and interior, and the outline, if any."""
+        row: list[Any] = [*self.center, *self.size, self.yaw, self.interior]
+        return row if self.outline is None else [*row, [list(corner) for corner in self.outline]]
 
     @property
     def has_door(self) -> bool:
@@ -123,8 +186,10 @@ class Box:
 
     @property
     def corners(self) -> np.ndarray:
-        """The footprint counter-clockwise, from front left on, (4, 2)."""
+        """The footprint counter-clockwise, of a rectangle from front left on, (4 or more, 2)."""
         own = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * np.array(self.size[:2]) / 2
+        if self.outline is not None:
+            own = np.array(self.outline)
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return own @ np.array([[cos, sin], [-sin, cos]]) + self.center[:2]
 
@@ -158,12 +223,26 @@ class Box:
 
     def compute_distance(self, points: np.ndarray) -> np.ndarray:
         """Return how far points (..., 3) are from it, (...,); 0 inside."""
-        outside = np.abs(self.to_own(points)) - np.array(self.size) / 2
-        return np.linalg.norm(np.maximum(outside, 0), axis=-1)
+        own = self.to_own(points)
+        outside = np.maximum(np.abs(own) - np.array(self.size) / 2, 0)
+        if self.outline is not None:
+            return np.hypot(compute_outline_distance(self.outline, own[..., :2]), outside[..., 2])
+        return np.linalg.norm(outside, axis=-1)
 
     def contains(self, points: np.ndarray, dilation: float = 0.0) -> np.ndarray:
         """Tell which points (..., 3) are within `dilation` metres of it, bool (...,)."""
         return self.compute_distance(points) <= dilation
+
+    def holds(self, points: np.ndarray, depth: float) -> np.ndarray:
+        """Tell which points (..., 3) lie inside, `depth` metres or more from every side."""
+        own = self.to_own(points)
+        outside = np.abs(own) - np.array(self.size) / 2
+        if self.outline is None:
+            within: np.ndarray = outside.max(axis=-1) <= -depth
+            return within
+        flat = own[..., :2]
+        is_in = contains_points(self.outline, flat) & (outside[..., 2] <= -depth)
+        return is_in & (compute_edge_distance(self.outline, flat) >= depth)
 
     def _between(self, bottom: float, top: float) -> Box:
         """Return the same footprint between two heights."""
@@ -194,8 +273,15 @@ def sample_volume(box: Box, relation: str, num_points: int = 128) -> np.ndarray:
     if volume is None:
         return np.empty((0, 3))
     root = 1.2207440846057596  # of x^4 = x + 1
-    steps = np.arange(1, num_points + 1)[:, None] * root ** -np.arange(1.0, 4.0)
-    return volume.to_map(((0.5 + steps) % 1 - 0.5) * volume.size)
+    num_tried = num_points
+    while True:
+        steps = np.arange(1, num_tried + 1)[:, None] * root ** -np.arange(1.0, 4.0)
+        own = ((0.5 + steps) % 1 - 0.5) * volume.size
+        if volume.outline is not None:
+            own = own[contains_points(volume.outline, own[:, :2])]
+        if len(own) >= num_points:
+            return volume.to_map(own[:num_points])
+        num_tried *= 2
 
 
 def read_box(box: Any) -> Box | None:

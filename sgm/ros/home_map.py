@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from sgm.arrays.read_numbers import read_numbers
-from sgm.layout.box import Box
+from sgm.layout.box import FLOOR_THICKNESS, Box
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.names.words import read_words
 
 _MOST_ROOMS, _MOST_FURNITURE = 1000, 10_000
 _ROOM_FIELDS = ("name", "label", "floor")
+_BOX, _POLYGON = ("center", "size"), ("polygon", "bottom", "top")  # one or the other
 _FURNITURE_FIELDS = (
-    "name", "label", "room", "center", "size", "yaw", "interior", "position", "open_cost",
+    "name", "label", "room", *_BOX, *_POLYGON, "yaw", "interior", "position", "open_cost",
     "is_open",
 )  # fmt: skip
 
@@ -95,8 +96,7 @@ class HomeMap:
             rooms[name] = number
             labels.append(read_words(f"label of {spot}", row.get("label", _drop_number(name))))
             if row.get("floor") is not None:
-                corners = read_numbers(f"floor of {spot}", row["floor"], (2, 2))
-                box = Box.of_floor(corners[0].tolist(), corners[1].tolist())
+                box = _read_floor(row["floor"], f"floor of {spot}")
                 furniture.append(MapFurniture(f"floor of {name}", "floor", number, box))
         for number, entry in enumerate(
             _read_list("furniture", data["furniture"], _MOST_FURNITURE, where)
@@ -115,8 +115,22 @@ class HomeMap:
         }
 
 
+def _read_floor(corners: Any, what: str) -> Box:
+    """Return the floor of a room between two corners, or with a polygon of more of them."""
+    if isinstance(corners, list) and len(corners) > 2:
+        try:
+            return Box.of_polygon(corners, -FLOOR_THICKNESS, 0.0)
+        except ValueError as error:
+            raise ValueError(f"{what}: {error}") from None
+    read = read_numbers(what, corners, (2, 2))
+    return Box.of_floor(read[0].tolist(), read[1].tolist())
+
+
 def _read_furniture(entry: Any, rooms: Mapping[str, int], spot: str) -> MapFurniture:
-    _check_fields(entry, _FURNITURE_FIELDS, ("name", "room", "center", "size"), spot)
+    is_polygon = isinstance(entry, Mapping) and "polygon" in entry
+    needed, others = (_POLYGON, _BOX) if is_polygon else (_BOX, _POLYGON)
+    known = tuple(name for name in _FURNITURE_FIELDS if name not in others)
+    _check_fields(entry, known, ("name", "room", *needed), spot)
     name = read_words(f"name of {spot}", entry["name"])
     room = rooms.get(read_words(f"room of {spot}", entry["room"]))
     if room is None:
@@ -131,7 +145,11 @@ def _read_furniture(entry: Any, rooms: Mapping[str, int], spot: str) -> MapFurni
     cost = entry.get("open_cost")
     try:
         yaw, interior = entry.get("yaw", 0.0), entry.get("interior", "none")
-        box = Box(entry["center"], entry["size"], yaw, interior)
+        if is_polygon:
+            box = Box.of_polygon(entry["polygon"], entry["bottom"], entry["top"], yaw)
+            box = replace(box, interior=interior)
+        else:
+            box = Box(entry["center"], entry["size"], yaw, interior)
     except (ValueError, TypeError) as error:
         raise ValueError(f"{spot}: {error}") from None
     is_open = entry.get("is_open", False)

@@ -34,7 +34,8 @@ class FloorPlan:
         corner: lower left corner of the square of each furniture node, (F, 2).
         size: side of the squares.
         has_positions: whether furniture stands where it is in metres, and not in rows by room.
-        footprints: corners of the furniture with boxes, nan for others, (F, 4, 2); None without
+        footprints: corners of the furniture with boxes, nan for others, (F, K, 2), the last one
+            again where there are less than those of the polygon that has most; None without
             boxes.
         stands: where one stands to look at the furniture, nan where it is unknown, (F, 2); None
             without boxes.
@@ -97,12 +98,14 @@ class FloorPlan:
         positions = [place for place in places if place is not None]
         footprints = stands = None
         if nodes and len(positions) == len(nodes) and any(node.box for node in nodes):
-            footprints = np.full((len(nodes), 4, 2), np.nan)
+            most = max(4 if node.box is None else len(node.box.corners) for node in nodes)
+            footprints = np.full((len(nodes), most, 2), np.nan)
             stands = np.full((len(nodes), 2), np.nan)
             for number, (node_id, node) in enumerate(layout.furniture.items()):
                 stand = memory.get_position(node_id)
                 if node.box is not None:
-                    footprints[number] = node.box.corners
+                    corners = node.box.corners
+                    footprints[number] = corners[np.minimum(np.arange(most), len(corners) - 1)]
                 if stand is not None:
                     stands[number] = stand
         return cls.make(

@@ -23,7 +23,7 @@ LAYOUT_VERSION = 1
 _FIELDS = ("version", "rooms", "furniture", "start", "end_s")
 _ROOM_FIELDS = ("name", "label")
 _FURNITURE_FIELDS = ("name", "room", "label", "description", "position", "box", "open_cost")
-_BOX_FIELDS = ("center", "size", "yaw", "interior")
+_BOX_FIELDS = ("center", "size", "yaw", "interior", "outline")
 
 
 def get_label(name: str) -> str:
@@ -102,6 +102,8 @@ def make_layout_json(layout: Layout, start: datetime | None, until_s: float | No
         if row.box is not None:
             entry["box"] = {"center": row.box.center, "size": row.box.size, "yaw": row.box.yaw,
                             "interior": row.box.interior}  # fmt: skip
+            if row.box.outline is not None:
+                entry["box"]["outline"] = row.box.outline
         if row.open_cost is not None:
             entry["open_cost"] = row.open_cost
         furniture.append(entry)

@@ -280,6 +280,26 @@ def test_furniture_with_a_box_is_a_polygon_and_a_look_at_it_a_wedge():
     assert not [one for one in plain if one.get("hovertext") == "the robot stood here"]
 
 
+def test_furniture_with_a_polygon_has_it_on_the_map_beside_rectangles_and_squares():
+    memory = SceneGraphMemory()
+    kitchen = memory.add_room("kitchen")
+    around = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+    memory.add_furniture("counter", kitchen, box=Box.of_polygon(around, 0, 0.9))
+    memory.add_furniture("table", kitchen, box=Box((4, 1, 0.4), (1, 1, 0.8)))
+    memory.add_furniture("shelf", kitchen, position=(6, 1))
+    plan = FloorPlan.of_memory(memory)
+    assert plan.footprints.shape == (3, 6, 2)
+    (drawn, *_) = [
+        list(zip(one["x"], one["y"], strict=True))
+        for one in make_map(MapContent(plan, memory))["data"]
+        if one.get("fill") == "toself" and len(one["x"]) == 3 * 8  # 6, the first again and a gap
+    ]
+    counter, table, shelf = (drawn[8 * row : 8 * row + 7] for row in range(3))
+    assert counter == [tuple(map(float, corner)) for corner in (*around, around[0])]
+    assert set(table) == {(4.5, 1.5), (3.5, 1.5), (3.5, 0.5), (4.5, 0.5)}
+    assert len(set(shelf)) == 4  # a square
+
+
 def test_a_look_that_says_from_where_it_was_is_drawn_as_the_cone_of_the_camera():
     """The table reaches from x = 2 to 4 and y = 1.5 to 2.5; the camera is at (5, 2), turned to -x.
 

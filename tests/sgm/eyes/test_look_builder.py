@@ -4,6 +4,7 @@ import pytest
 from sgm.eyes import Box, Gate, Intrinsics, LookBuilder, Pose
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.scene import Scene
+from sgm.layout.outline import contains_points, read_outline
 from sgm.memory.look_log import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from tests.sgm.eyes.scenes import (
@@ -277,6 +278,36 @@ def test_a_visit_ends_with_a_pause_and_is_cut_when_it_is_long():
         builder.frame(0.5 * number, away, CAMERA, (), np.full_like(depth, np.inf))
     assert [(look.start, look.end) for look in builder.looks()] == [(21.0, 29.5)]
     assert list(builder.finish()) == []
+
+
+_ARMS = [Box((2.0, -0.7, 0.45), (2.0, 0.6, 0.9)), Box((1.3, 0.0, 0.45), (0.6, 2.0, 0.9))]
+_ROUND_THE_CORNER = [(1, -1), (3, -1), (3, -0.4), (1.6, -0.4), (1.6, 1), (1, 1)]
+
+
+@pytest.mark.parametrize("has_depth", [True, False])
+def test_a_counter_round_the_corner_is_one_place(has_depth):
+    """Both arms are in view, and a mug in the notch between them is on the floor."""
+    counter = Box.of_polygon(_ROUND_THE_CORNER, 0.0, 0.9)
+    mug, ball = put_on(_ARMS[1], 0.0, 0.5), put_on(FLOOR, 1.3, 0.2)
+    poses = look_around((1.8, 0.0, 0.7), radius=2.2, turn=1.0, start=0.9)
+    builder = LookBuilder({7: counter, 8: FLOOR}, most_blind=1.0)
+    solid, things = [*_ARMS, FLOOR], [("mug", mug), ("ball", ball)]
+    for number, pose in enumerate(poses):
+        found = [detect(name, body, pose) for name, body in things]
+        depth = render([*solid, mug, ball], pose) if has_depth else None
+        builder.frame(0.2 * number, pose, CAMERA, found, depth)
+    looks = {look.furniture: look for look in builder.finish()}
+    assert [one.description for one in looks[7].seen] == ["mug"]
+    assert [one.description for one in looks[8].seen] == ["ball"]
+    own = np.array([contains(_ROUND_THE_CORNER, point) for point in ((1.3, 0.5), (2.2, 0.2))])
+    assert own.tolist() == [True, False]
+    hidden = [mug, ball] if has_depth else []
+    true = compute_true_share(FLOOR, "onTop", [*solid, *hidden], poses, others=_ARMS)
+    assert looks[8].coverage["onTop"] == pytest.approx(true, abs=0.03)
+
+
+def contains(corners, point):
+    return bool(contains_points(read_outline("polygon", corners), np.array(point, dtype=float)))
 
 
 def test_a_look_says_from_where_most_was_in_view(tmp_path):

@@ -14,7 +14,8 @@ from simulator.trace.layout import load_layout, make_layout_json
 from simulator.trace.memory import remember_trace
 
 FRIDGE = Box((1, 0.3, 0.9), (0.6, 0.7, 1.8), 1.5, "door")
-TABLE = Box((3, 3, 0.35), (0.8, 1.2, 0.7))
+_AROUND = [(2.6, 2.4), (3.4, 2.4), (3.4, 3.6), (3.0, 3.6), (3.0, 3.0), (2.6, 3.0)]
+TABLE = Box.of_polygon(_AROUND, 0.0, 0.7)
 
 
 def make_memory(**more):

@@ -253,6 +253,32 @@ def test_furniture_of_maps_that_is_malformed(change, message):
         HomeMap.from_values({**MAP, "furniture": [{**table, **change}]}, "home.yaml")
 
 
+def test_polygons_of_a_map():
+    around = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]
+    counter = {"name": "counter", "room": "kitchen", "polygon": around, "bottom": 0, "top": 0.9}
+    rooms = [{"name": "kitchen", "floor": around}]
+    home = HomeMap.from_values({"rooms": rooms, "furniture": [counter]})
+    floor, top = (row.box for row in home.furniture)
+    np.testing.assert_allclose(floor.corners, around, atol=1e-12)
+    np.testing.assert_allclose(top.corners, around, atol=1e-12)
+    assert (floor.top, top.top) == (pytest.approx(0.0), pytest.approx(0.9))
+    for change, message in (
+        ({"interior": "open"}, "furniture 0 in map: interior of a box with an outline must be"),
+        ({"polygon": around[:2]}, "furniture 0 in map: polygon must have 3 to 64 corners"),
+        ({"top": None}, "furniture 0 in map must have the fields name, room, polygon, bottom"),
+        ({"size": [1, 1, 1]}, r"got \['size'\]"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            HomeMap.from_values({"rooms": ["kitchen"], "furniture": [{**counter, **change}]})
+    with pytest.raises(ValueError, match="floor of room 1 in map: polygon must have an area"):
+        HomeMap.from_values(
+            {
+                "rooms": ["kitchen", {"name": "hall", "floor": [[0, 0], [1, 1], [2, 2]]}],
+                "furniture": [counter],
+            }
+        )
+
+
 def test_labels_floors_and_doors_of_a_map():
     home = HomeMap.from_values(
         {
