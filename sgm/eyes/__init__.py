@@ -5,6 +5,7 @@ from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.detection import Detection
 from sgm.eyes.gate import Gate
 from sgm.eyes.look_builder import LookBuilder, Unassigned
+from sgm.eyes.look_rules import LookRules
 from sgm.layout.box import ABOVE_TOP, BELOW_TOP, INTERIORS, Box, sample_volume
 from sgm.layout.viewpoint import Viewpoint
 
@@ -18,6 +19,7 @@ __all__ = [
     "Gate",
     "Intrinsics",
     "LookBuilder",
+    "LookRules",
     "Pose",
     "Unassigned",
     "Viewpoint",

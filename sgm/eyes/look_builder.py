@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.checks import check_at_least, check_shares, is_number
+from sgm.checks import is_number
 from sgm.eyes.assignment import NOWHERE, assign, assign_by_ray
 from sgm.eyes.built_look import BuiltLook
 from sgm.eyes.camera import Intrinsics, Pose
@@ -17,6 +17,7 @@ from sgm.eyes.camera_view import CameraView, read_depth
 from sgm.eyes.detection import Detection
 from sgm.eyes.gate import Gate
 from sgm.eyes.located import locate
+from sgm.eyes.look_rules import LookRules
 from sgm.eyes.scene import Scene
 from sgm.eyes.spots import Spots
 from sgm.eyes.tracks import Tracks
@@ -66,16 +67,8 @@ class LookBuilder:
         self,
         boxes: Mapping[int, Box],
         *,
+        rules: LookRules | None = None,
         gate: Gate | None = None,
-        margin: float = 0.0,
-        through_margin: float = 0.03,
-        dilation: float = 0.05,
-        num_points: int = 1000,
-        pause: float = 2.0,
-        longest: float = 30.0,
-        least_coverage: float = 0.05,
-        least_confidence: float = 0.5,
-        most_blind: float = 0.7,
         on_look: Callable[[BuiltLook], None] | None = None,
         on_detection: Callable[[Detection, int | None, str | None], None] | None = None,
     ) -> None:
@@ -83,40 +76,17 @@ class LookBuilder:
 
         Args:
             boxes: of the furniture, by id; floors of rooms, too (`Box.of_floor`).
+            rules: what counts as in view, as seen and as one visit; None for the defaults.
             gate: which frames are good enough; None for the defaults.
-            margin: metres that a point may lie behind what was measured and be in view.
-            through_margin: metres that a ray must go on behind a thing to have gone through it.
-                What bears a thing lies but 4 to 13 cm behind it.
-            dilation: metres by which volumes are larger for detections, beside the uncertainty of
-                the pose.
-            num_points: points of each volume that are projected.
-            pause: seconds out of view after which a visit is over.
-            longest: seconds after which a visit is a look, and a new one begins.
-            least_coverage: share in view below which a visit that showed nothing is no look.
-            least_confidence: below it, a thing was not seen in the visit.
-            most_blind: bound of the coverage where a frame has no depth image: what is in the way
-                is not known.
             on_look: is given every look when it is ready; None to keep them for `looks`.
             on_detection: is given every detection that counts, with the furniture and the relation
                 that it was assigned to in its frame, both None for no known place.
 
         Raises:
             TypeError: if the boxes are none.
-            ValueError: if a number is out of range.
         """
-        check_at_least(
-            0, margin=margin, through_margin=through_margin, dilation=dilation, pause=pause,
-            longest=longest,
-        )  # fmt: skip
-        check_at_least(1, num_points=num_points)
-        check_shares(
-            least_coverage=least_coverage, least_confidence=least_confidence, most_blind=most_blind
-        )
         self.gate = Gate() if gate is None else gate
-        self._margin, self._through_margin, self._dilation = margin, through_margin, dilation
-        self._pause, self._longest = pause, longest
-        self._least_coverage, self._least_confidence = least_coverage, least_confidence
-        self._most_blind, self._num_points = most_blind, num_points
+        self._rules = LookRules() if rules is None else rules
         self._on_look, self._on_detection = on_look, on_detection
         self._ready: deque[BuiltLook] = deque()
         self._counts: Counter[str] = Counter()
@@ -128,7 +98,7 @@ class LookBuilder:
         self._begin(boxes)
 
     def _begin(self, boxes: Mapping[int, Box]) -> None:
-        self._scene = Scene(boxes, self._num_points)
+        self._scene = Scene(boxes, self._rules.num_points)
         self._visits = Visits(self._scene)
         self._tracks = Tracks()
 
@@ -202,11 +172,11 @@ class LookBuilder:
         view = CameraView(self._scene, pose, intrinsics, depth, reach)
         volumes = self._scene.list_volumes()
         known = self._visits.list_known(volumes)
-        volumes, share = view.find_seen_points(volumes, self._margin, known)
+        volumes, share = view.find_seen_points(volumes, self._rules.margin, known)
         shown = self._visits.note_points(time, volumes, share, view)
         shown |= self._note_detections(time, view, detections)
-        self._tracks.note_view(view, self._frame, self._through_margin)
-        self._spots.note_rays(view, shown, self._through_margin)
+        self._tracks.note_view(view, self._frame, self._rules.through_margin)
+        self._spots.note_rays(view, shown, self._rules.through_margin)
         self._visits.note_frame(time, shown, view)
         return True
 
@@ -231,7 +201,7 @@ class LookBuilder:
         if time <= self._time:
             return "time went back" if time < self._time else "frame came twice"
         self._time = time
-        self._end(self._visits.take_ended(time, self._pause, self._longest))
+        self._end(self._visits.take_ended(time, self._rules.pause, self._rules.longest))
         age = 0.0 if pose_time is None else time - pose_time
         fault = self.gate.find_fault(time, pose, age, self._before)
         self._before = None if pose is None else (time, pose)
@@ -245,7 +215,7 @@ class LookBuilder:
         sure = [one for one in detections if one.score >= self.gate.least_score]
         self._counts["detections of low score"] += len(detections) - len(sure)
         located, lost = locate(view, sure)
-        volumes = assign(self._scene, located, self._dilation)
+        volumes = assign(self._scene, located, self._rules.dilation)
         places = set()
         distance = np.linalg.norm(located.center - view.pose.position, axis=1)
         for row, detection in enumerate(located.detections):
@@ -260,7 +230,7 @@ class LookBuilder:
                 self._counts["detections without depth"] += 1
                 continue
             volume, at = assign_by_ray(
-                self._scene, view, detection, self._dilation, self.gate.farthest
+                self._scene, view, detection, self._rules.dilation, self.gate.farthest
             )
             away = float(np.linalg.norm(at - view.pose.position))
             places |= self._note(time, detection, volume, _guess_size(view, detection, at, away))
@@ -303,21 +273,25 @@ class LookBuilder:
                 self._on_look(look)
 
     def _make_look(self, visit: Visit) -> BuiltLook | None:
-        coverage = visit.compute_coverage(self._scene, self._most_blind)
+        coverage = visit.compute_coverage(self._scene, self._rules.most_blind)
         tracks = self._tracks.take(visit.place)
         sure = [(track, track.compute_confidence()) for track in tracks]
-        sure = [(track, sureness) for track, sureness in sure if sureness >= self._least_confidence]
+        sure = [
+            (track, sureness)
+            for track, sureness in sure
+            if sureness >= self._rules.least_confidence
+        ]
         certain = [track for track, sureness in sure if sureness >= _SURE]
         hidden = self._spots.renew(
             visit.place, self._scene.boxes[visit.place].top, [track for track, _ in sure], certain
         )
-        if not sure and max(coverage.values()) < self._least_coverage:
+        if not sure and max(coverage.values()) < self._rules.least_coverage:
             return None
         seen = tuple(
             Sighting(track.name, RELATIONS[track.volume % 2], sureness) for track, sureness in sure
         )
         for one in seen:  # what showed a thing showed something of the place
-            coverage[one.relation] = max(coverage[one.relation], 1 / self._num_points)
+            coverage[one.relation] = max(coverage[one.relation], 1 / self._rules.num_points)
         return BuiltLook(
             furniture=self._scene.ids[visit.place], seen=seen, coverage=coverage, hidden=hidden,
             start=visit.start, end=visit.last, num_frames=visit.num_frames,

@@ -19,7 +19,7 @@ from sgm.evidence.outings import Outings, join_left
 from sgm.finder.adaptation import Adaptation
 from sgm.finder.ranking import Place, Ranking
 from sgm.finder.reasons import gather_evidence
-from sgm.finder.search import ObjectSearch
+from sgm.finder.search import ObjectSearch, SearchRules
 from sgm.finder.search_plan import Distance, SearchPlan, find_distance, plan_search
 from sgm.memory.asking import Asked, Looks
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -266,10 +266,8 @@ class Finder:
         """
         check_ids(exclude)
         distance = check_distance(distance) or find_distance(memory, start)
-        return ObjectSearch(
-            self, memory, description, start, distance, look_cost, frozenset(exclude), give_up_at,
-            budget,
-        )  # fmt: skip
+        rules = SearchRules(look_cost, frozenset(exclude), give_up_at, budget)
+        return ObjectSearch(self, memory, description, start, distance, rules)
 
     def adapt(self, log: str | Path) -> Adaptation:
         """Learn the home of a log; finders with a network can (`ObjectFinder.adapt`).

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -55,6 +55,40 @@ class Ranker(Protocol):
         """Rank the places where something may be."""
 
 
+@dataclass(frozen=True, slots=True)
+class SearchRules:
+    """What a search costs and when it ends; see `Finder.search`.
+
+    Attributes:
+        look_cost: of one look.
+        exclude: furniture ids not to visit.
+        give_up_at: probability that no further look finds it, from which on it ends.
+        budget: most that all looks may cost together; None for as many as make sense.
+    """
+
+    look_cost: float
+    exclude: frozenset[int]
+    give_up_at: float
+    budget: float | None
+
+    def __post_init__(self) -> None:
+        """Check when it ends.
+
+        Raises:
+            ValueError: if `give_up_at` or the budget is out of range.
+        """
+        if not is_number(self.give_up_at) or not 0 < self.give_up_at <= 1:
+            raise ValueError(
+                f"give_up_at must lie above 0 and at most at 1, got {shorten(self.give_up_at)}. "
+                "Give the probability that no look finds it, from which on the search ends."
+            )
+        if self.budget is not None and (not is_number(self.budget) or not self.budget > 0):
+            raise ValueError(
+                f"budget must be a number above 0, got {shorten(self.budget)}. Give the most that "
+                "all looks may cost, or leave it out."
+            )
+
+
 class ObjectSearch:
     """Looks for one thing until it is found, or further looks are unlikely to find it.
 
@@ -89,22 +123,9 @@ class ObjectSearch:
         description: str,
         start: Any,
         distance: Distance | None,
-        look_cost: float,
-        exclude: frozenset[int],
-        give_up_at: float,
-        budget: float | None,
+        rules: SearchRules,
     ) -> None:
         """Start; `Finder.search` says what the arguments are."""
-        if not is_number(give_up_at) or not 0 < give_up_at <= 1:
-            raise ValueError(
-                f"give_up_at must lie above 0 and at most at 1, got {shorten(give_up_at)}. Give "
-                "the probability that no look finds it, from which on the search ends."
-            )
-        if budget is not None and (not is_number(budget) or not budget > 0):
-            raise ValueError(
-                f"budget must be a number above 0, got {shorten(budget)}. Give the most that all "
-                "looks may cost, or leave it out."
-            )
         self.description = description
         self.memory = memory
         self.num_looks = 0
@@ -113,10 +134,7 @@ class ObjectSearch:
         self._finder = finder
         self._at = start
         self._distance = distance
-        self._look_cost = look_cost
-        self._exclude = exclude
-        self._give_up_at = give_up_at
-        self._budget = budget
+        self._rules = rules
         self._missed: dict[int, tuple[float, int]] = {}  # looks, and when the last one was
         self._in_a_row = 0  # looks at the place where it is now
         self._opened: int | None = None  # what was opened at the place where it is now
@@ -128,7 +146,7 @@ class ObjectSearch:
     @property
     def ranking(self) -> Ranking:
         """Where it may be now, all places."""
-        return self._finder.rank(self.memory, self.description, exclude=self._exclude)
+        return self._finder.rank(self.memory, self.description, exclude=self._rules.exclude)
 
     @property
     def outcome(self) -> str:
@@ -156,12 +174,12 @@ class ObjectSearch:
         if not places:
             self._reason = "no place can be reached"
             return None
-        if self._compute_prospect(places) <= 1 - self._give_up_at:
+        if self._compute_prospect(places) <= 1 - self._rules.give_up_at:
             self._reason = _tell_why_given_up(ranking.elsewhere, cut_off)
             return None
         looks = self._plan(places)
         if not looks:
-            self._reason = _tell_why_given_up(ranking.elsewhere, cut_off, self._budget)
+            self._reason = _tell_why_given_up(ranking.elsewhere, cut_off, self._rules.budget)
             return None
         self._going, self._reason = looks[0], ""
         return self._going
@@ -232,31 +250,35 @@ class ObjectSearch:
 
     def _plan(self, places: Sequence[Place]) -> Sequence[Look]:
         """Plan looks, the next one first; none where the budget allows none."""
-        if self._budget is None:
+        if self._rules.budget is None:
             left = MOST_ROUNDS * len(places) - self.num_looks
             new = [place for place in places if place.furniture not in self._missed]
             if left <= len(new):  # the last looks are for places that were not looked at
                 places = new[: max(left, 0)]
-        if self._in_a_row >= MOST_ROUNDS and not self._look_cost:  # looks that cost nothing
+        if self._in_a_row >= MOST_ROUNDS and not self._rules.look_cost:  # looks that cost nothing
             places = [place for place in places if not is_at(self._at, place.furniture)] or places
         looks = self._order(places)
-        if self._budget is None or not looks or looks[0].cost <= self._budget - self.cost:
+        if (
+            self._rules.budget is None
+            or not looks
+            or looks[0].cost <= self._rules.budget - self.cost
+        ):
             return looks
         return self._order([place for place in places if self._is_affordable(place)])
 
     def _order(self, places: Sequence[Place]) -> Sequence[Look]:
         miss_again = self._finder.detector.miss_again
         return plan_search(
-            self.description, places, self._at, self._distance, self._look_cost, miss_again,
+            self.description, places, self._at, self._distance, self._rules.look_cost, miss_again,
             self._opened,
         ).looks  # fmt: skip
 
     def _is_affordable(self, place: Place) -> bool:
         """Tell whether the rest of the budget is enough for a look at a place."""
-        cost = compute_way(self._distance, self._at, place.furniture) + self._look_cost
+        cost = compute_way(self._distance, self._at, place.furniture) + self._rules.look_cost
         if place.furniture != self._opened:
             cost += place.open_cost or 0.0
-        return cost <= (self._budget or 0.0) - self.cost
+        return cost <= (self._rules.budget or 0.0) - self.cost
 
     def _compute_prospect(self, places: Sequence[Place]) -> float:
         """Return how likely looks at places find it, if there are as many as one likes.
@@ -279,7 +301,7 @@ class ObjectSearch:
         for place in ranking:
             to = place.furniture
             way = compute_way(self._distance, self._at, to)
-            is_cut_off = to in self._exclude or math.isinf(way)
+            is_cut_off = to in self._rules.exclude or math.isinf(way)
             detection = min(place.detection, self._compute_detection(to))
             parts[is_cut_off].append(replace(place, detection=detection))
         return parts

@@ -57,8 +57,7 @@ class CameraFeed:
         map_frame: str = "map",
         camera_frame: str | None = None,
         names: Sequence[str] | Mapping[str, str] | None = None,
-        position_sd: float = 0.02,
-        angle_sd: float = 0.01,
+        pose_sd: tuple[float, float] = (0.02, 0.01),
         uses_depth: bool = True,
         slack: float = 0.05,
         patience: float = 0.5,
@@ -70,8 +69,8 @@ class CameraFeed:
             map_frame: name of the frame of the map, in which the furniture is given.
             camera_frame: name of the optical frame of the camera; None for that of the messages.
             names: what class ids of the detector mean; None if they are names.
-            position_sd: standard deviation of the robot's position, metres, until a message says.
-            angle_sd: likewise of its yaw, radians.
+            pose_sd: standard deviations of the robot's position, metres, and of its yaw, radians,
+                until a message says them.
             uses_depth: whether frames wait for depth images.
             slack: seconds between a depth image and the detections that it belongs to, at most.
             patience: seconds that a frame waits.
@@ -80,7 +79,7 @@ class CameraFeed:
         self.counts: Counter[str] = Counter()
         self._builder, self._names = builder, names
         self._map_frame, self._camera_frame = map_frame, camera_frame
-        self._sd = position_sd, angle_sd
+        self._sd = pose_sd
         self._uses_depth, self._slack, self._patience = uses_depth, slack, patience
         self._intrinsics: Intrinsics | None = None
         self._depths: deque[tuple[float, np.ndarray]] = deque(maxlen=_MOST_DEPTHS)

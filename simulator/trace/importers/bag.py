@@ -177,7 +177,7 @@ def read_bag(
                     memory, Finder(Bayesian()), step_seconds=options.step_seconds,
                     on_look=lambda look: looks.update(("looks",)),
                     map_frame=home.frame, camera_frame=options.camera_frame, names=names,
-                    position_sd=options.position_sd, angle_sd=options.angle_sd,
+                    pose_sd=(options.position_sd, options.angle_sd),
                     uses_depth=bool(options.depth) and options.depth in topics,
                 )  # fmt: skip
                 for number, row in zip(memory.furniture_ids, home.furniture, strict=True):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sgm.eyes import Box, Detection, Gate, LookBuilder, Pose
+from sgm.eyes import Box, Detection, Gate, LookBuilder, LookRules, Pose
 from tests.sgm.eyes.scenes import CAMERA, detect, look_around, make_shelf, render
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "eyes.md").read_text(encoding="utf-8")
@@ -64,10 +64,11 @@ def test_the_page_names_what_there_is():
         assert f"`{field.name}`" in PAGE, field.name
     for name in list(inspect.signature(LookBuilder.frame).parameters)[1:]:
         assert f"| `{name}` |" in PAGE, name
-    assert inspect.signature(LookBuilder).parameters["num_points"].default == 1000
+    assert LookRules().num_points == 1000
     assert "1000 points" in PAGE
+    rules = {field.name for field in fields(LookRules)}
+    assert {"margin", "most_blind", "pause", "longest", "least_coverage"} <= rules
     for name in ("margin", "most_blind", "pause", "longest", "least_coverage", "on_look"):
-        assert name in inspect.signature(LookBuilder).parameters
         assert f"`{name}" in PAGE, name
     folder = Path(inspect.getfile(LookBuilder)).parent
     code = "".join(file.read_text("utf-8") for file in folder.glob("*.py"))

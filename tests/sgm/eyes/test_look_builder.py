@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sgm.eyes import Box, Gate, Intrinsics, LookBuilder, Pose
+from sgm.eyes import Box, Gate, Intrinsics, LookBuilder, LookRules, Pose
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.scene import Scene
 from sgm.layout.outline import contains_points, read_outline
@@ -110,7 +110,7 @@ def test_without_depth_the_other_boxes_hide_and_coverage_is_capped():
     true = compute_true_share(TABLE, "onTop", [TABLE, wall], poses)
     assert looks[7].coverage["onTop"] == pytest.approx(min(true, 0.7), abs=0.05)
     assert [(one.description, one.relation) for one in looks[7].seen] == [("mug", "onTop")]
-    alone = LookBuilder({7: TABLE}, most_blind=0.6)
+    alone = LookBuilder({7: TABLE}, rules=LookRules(most_blind=0.6))
     for number, pose in enumerate(look_around(TABLE.center)):
         alone.frame(0.2 * number, pose, CAMERA)
     assert next(alone.finish()).coverage == {"in": 0.6, "onTop": 0.6}
@@ -197,7 +197,7 @@ def test_votes_become_one_confidence():
     mug, poses = put_on(TABLE, 0.1, 0.3), look_around(TABLE.center)
     confidence = {}
     for seen_every in (1, 2, 15):
-        builder = LookBuilder({7: TABLE}, least_confidence=0.0)
+        builder = LookBuilder({7: TABLE}, rules=LookRules(least_confidence=0.0))
         for number, pose in enumerate(poses):
             seen = [detect("mug", mug, pose)] * (number % seen_every == 0)
             builder.frame(0.2 * number, pose, CAMERA, seen, render([TABLE, mug], pose))
@@ -270,7 +270,9 @@ def test_a_visit_ends_with_a_pause_and_is_cut_when_it_is_long():
     pose = look_around(TABLE.center)[0]
     depth = render([TABLE], pose)
     away = Pose(-pose.rotation @ np.diag([1, -1, 1]), pose.position)  # turned round
-    builder = LookBuilder({7: TABLE}, pause=2.0, longest=10.0, gate=Gate(most_turn=1e9))
+    builder = LookBuilder(
+        {7: TABLE}, rules=LookRules(pause=2.0, longest=10.0), gate=Gate(most_turn=1e9)
+    )
     for number in range(60):
         builder.frame(0.5 * number, pose, CAMERA, (), depth)
     assert [(look.start, look.end) for look in builder.looks()] == [(0.0, 10.0), (10.5, 20.5)]
@@ -423,8 +425,8 @@ def test_furniture_may_change():
         (lambda b, at: b.set_open(7), ValueError, "furniture must have a door"),
         (lambda b, at: b.set_boxes({1: "box"}), TypeError, "box must be a Box"),
         (lambda b, at: b.set_boxes([]), TypeError, "boxes must be a mapping"),
-        (lambda b, at: LookBuilder({}, margin=-1), ValueError, "margin must be at least 0"),
-        (lambda b, at: LookBuilder({}, most_blind=2), ValueError, "most_blind must lie in"),
+        (lambda b, at: LookRules(margin=-1), ValueError, "margin must be at least 0"),
+        (lambda b, at: LookRules(most_blind=2), ValueError, "most_blind must lie in"),
         (lambda b, at: Gate(farthest=0.1), ValueError, "farthest must be beyond nearest"),
         (lambda b, at: Gate(most_speed=-1), ValueError, "most_speed must be at least 0"),
     ],
