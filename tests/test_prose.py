@@ -28,7 +28,6 @@ PAGES = sorted(
     path.relative_to(ROOT).as_posix()
     for pattern in ("*.md", "docs/**/*.md", "benchmarks/*.md", "notebooks/*.md", "ros/*.md")
     for path in ROOT.glob(pattern)
-    if path.name != "CHANGELOG.md"
 )
 RESULTS = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "results").glob("*.md"))
 CODE = ("sgm", "simulator", "datamodules", "nep", "tools", "benchmarks", "docs", "ros")
