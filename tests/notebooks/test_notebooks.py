@@ -1,6 +1,7 @@
 """Notebooks run from top to bottom, and what is committed of them is clean."""
 
 import ast
+import itertools
 import re
 from pathlib import Path
 
@@ -8,6 +9,8 @@ import nbformat
 import pytest
 from ipykernel.kernelspec import write_kernel_spec
 from nbclient import NotebookClient
+
+from tests.prose import IS_OUT, MOST_WORDS, count_words, list_paragraphs, list_sentences
 
 pytestmark = pytest.mark.slow
 
@@ -93,6 +96,28 @@ def test_committed_outputs_come_from_one_clean_run(path):
     assert list_complaints(notebook) == []
     outputs = [output for cell in cells for output in cell.outputs]
     assert any("image/png" in output.get("data", {}) for output in outputs)
+
+
+@each_notebook
+def test_a_notebook_says_what_one_learns_and_what_each_figure_shows(path):
+    cells = nbformat.read(path, as_version=4).cells
+    learn = cells[1].source.splitlines()
+    assert learn[0] == "**What you learn**"
+    assert len([line for line in learn if line.startswith("- ")]) == 3
+    for cell, below in itertools.pairwise(cells):
+        if any("image/png" in output.get("data", {}) for output in cell.get("outputs", [])):
+            assert re.fullmatch(r"\*Figure: [A-Z`][^.]+\.\*", below.source), cell.source
+
+
+@each_notebook
+def test_prose_of_a_notebook_is_plain(path):
+    texts = [cell.source for cell in nbformat.read(path, as_version=4).cells]
+    kinds = [cell.cell_type for cell in nbformat.read(path, as_version=4).cells]
+    for text, kind in zip(texts, kinds, strict=True):
+        if kind == "markdown":
+            assert IS_OUT.findall(re.sub(r"`[^`]*`", "", text)) == []
+            sentences = [s for part in list_paragraphs(text) for s in list_sentences(part)]
+            assert [s for s in sentences if count_words(s) > MOST_WORDS] == []
 
 
 @each_notebook
