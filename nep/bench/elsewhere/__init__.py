@@ -1,1 +1,1 @@
-"""How well finders know that things are out of the home: `python -m nep.bench.elsewhere`."""
+"""Things that are out of the home: homes, questions about them, and what finders said."""
