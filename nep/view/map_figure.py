@@ -41,7 +41,7 @@ class MapContent:
         search: the plan of a search, drawn as a way; None for none.
         true_places: ids of furniture where the thing asked for truly is.
         looked: furniture that was looked at in this step, by id, and from where the last look at it
-            was, None where nobody knows.
+            was, None where it is unknown.
         selected: id of furniture that was clicked; None for none.
         view: what is on the screen; None for all.
     """

@@ -21,7 +21,7 @@ class BuiltLook:
             that they were not seen says nothing.
         start, end: seconds of the first and the last frame.
         num_frames: frames in which it was in view.
-        viewpoint: of the frame that showed most of it; None if nobody knows.
+        viewpoint: of the frame that showed most of it; None if it is unknown.
     """
 
     furniture: int

@@ -32,7 +32,7 @@ class PastLook:
         missed: what was truly there and was not detected; None if it is unknown.
         sought: the one thing that was looked for; None for all.
         coverage: share of the furniture that was in view, or of "in" and "onTop" of it.
-        viewpoint: from where it was; None if nobody knows.
+        viewpoint: from where it was; None if it is unknown.
     """
 
     step: int
