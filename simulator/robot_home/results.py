@@ -131,7 +131,7 @@ def _list_coverage(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
         yield (
             f"coverage of {len(errors)} volumes in looks, pose noise {100 * noise:g} cm, beside "
             "the true visible share",
-            f"within .05 in {(np.abs(errors) <= 0.05).mean():.1%}, mean {errors.mean():+.3f}, "
+            f"within .05 in {(np.abs(errors) <= 0.05).sum()}, mean {errors.mean():+.3f}, "
             f"largest error {np.abs(errors).max():.3f}",
             "within .05" if noise == 0 else "",
         )

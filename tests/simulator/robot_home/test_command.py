@@ -65,7 +65,7 @@ def test_table_by_hand():
     home = {name: count for name in ("noise 0.0", "noise 0.02", "noise 0.1", "absences")}
     table = format_results([{**home, "errands": errands}] * 2)
     assert "coverage of 8 volumes in looks, pose noise 0 cm" in table
-    assert "within .05 in 75.0%, mean +0.030, largest error 0.100" in table
+    assert "within .05 in 6, mean +0.030, largest error 0.100" in table
     assert "| right for 98.0%, at no place 2.0% | 98 % |" in table
     assert "200 frames | 2 of 14 occluded things | 0 |" in table
     assert "had its spot all in view | 4 of 4 things that had left |" in table
