@@ -1,0 +1,79 @@
+"""Code of guides that have no test of their own: as it stands there, in small homes."""
+
+import re
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import pytest
+
+from sgm import Bayesian, Finder, SceneGraphMemory, Sighting
+from tests.guides import read_page
+
+
+def find_blocks(page: str) -> list[str]:
+    return re.findall(r"^```python\n(.*?)^```$", read_page(page), re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.slow
+def test_snapshots_are_read_as_in_data(tmp_path, monkeypatch):
+    from simulator.collect import main
+
+    monkeypatch.chdir(tmp_path)
+    main(["--num_homes", "1", "--steps", "4", "--out", "DIR", "--workers", "1"])
+    (code,) = [block for block in find_blocks("data.md") if "SnapshotDataset" in block]
+    names: dict = {}
+    exec(compile(code, "data.md", "exec"), names)
+    assert names["snapshots"].num_snapshots == 3
+    assert names["graph"].num_nodes("house") == 3
+
+
+def test_the_grid_is_made_as_in_igridson():
+    pytest.importorskip("minigrid", reason="minigrid is not installed: extra igridson")
+    names: dict = {}
+    (code,) = find_blocks("igridson.md")
+    exec(compile(code, "igridson.md", "exec"), names)
+    assert names["observation"]["mission"].startswith("find the ")
+
+
+@pytest.mark.slow
+def test_homes_are_shared_out_as_in_scale():
+    (code,) = find_blocks("scale.md")
+    small = code.replace("range(1000)", "range(2)").replace("num_steps=100", "num_steps=2")
+    small = small.replace("workers=8", "workers=1")
+    names: dict = {}
+    exec(compile(small, "scale.md", "exec"), names)
+    assert names["scores"].home_values.shape == (2,)
+
+
+def test_vectors_are_made_as_in_text():
+    (code,) = find_blocks("text.md")
+    lines = [line for line in code.splitlines() if not line.startswith("TextVectors(")]
+    names: dict = {}
+    exec(compile("\n".join(lines), "text.md", "exec"), names)
+    assert names["text"].cosines(["mug", "cup"]).shape == (2, 2)
+
+
+def test_a_log_is_drawn_as_in_view(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    memory = SceneGraphMemory(log="looks.jsonl")
+    table = memory.add_furniture("table", memory.add_room("kitchen"))
+    memory.observe(table, [Sighting("red mug")])
+    memory.step(130)
+    memory.observe(table, [])
+    (code,) = [block for block in find_blocks("view.md") if "Replay" in block]
+    names = {"finder": Finder(Bayesian())}
+    with mpl.rc_context({"backend": "agg"}):
+        exec(compile(code, "view.md", "exec"), names)
+        assert len(plt.get_fignums()) == 3
+        plt.close("all")
+    assert names["memory"].time == 120
+
+
+def test_a_map_of_bags_is_read_as_it_stands_there(tmp_path):
+    from simulator.trace.importers.bag import load_home_map
+
+    (text,) = re.findall(r"^```yaml\n(.*?)^```$", read_page("bags.md"), re.MULTILINE | re.DOTALL)
+    (tmp_path / "map.yaml").write_text(text)
+    home = load_home_map(tmp_path / "map.yaml")
+    assert home.frame == "map"
+    assert len(home.furniture) == 4  # and the floor of a room
