@@ -175,8 +175,8 @@ class Batch:
     def to(self, device: torch.device, dtype: torch.dtype | None = None) -> Batch:
         """Copy the tensors to a device; on the same device it is this batch.
 
-        A DGL graph that was made already stays where it is: moving it takes a build of DGL for the
-        device, which only an encoder that reads it needs.
+        A DGL graph that was made already stays where it is, unless types change: moving it takes a
+        build of DGL for the device, which only an encoder that reads it needs.
 
         Args:
             device: where to.
@@ -192,7 +192,7 @@ class Batch:
             and (value.is_floating_point() or not stays)
         }
         moved = replace(self, **tensors)
-        if "graph" in self.__dict__:
+        if "graph" in self.__dict__ and moved.text.dtype == self.text.dtype:
             moved.__dict__["graph"] = self.graph
         return moved
 

@@ -45,27 +45,16 @@ class DGLEncoder(Encoder):
 
     def forward(self, batch: Batch, node: Tensor, edge: Tensor | None) -> Tensor:
         """Hand the batch to `forward_graph`: (N, D), (E, D) -> (N, D)."""
-        heterograph = _take_graph(batch, node.device)
         # DGL has no kernels for bfloat16 on a CPU.
         dtype = torch.float32 if node.dtype.itemsize < 4 else node.dtype
+        heterograph = _take_graph(batch.to(batch.label.device, dtype), node.device)
         with heterograph.local_scope(), torch.autocast(node.device.type, enabled=False):
-            _convert(heterograph, dtype)
             nodes = dict(zip(NODE_TYPES, node.to(dtype).split(batch.node_counts), strict=True))
             edges = {}
             if edge is not None:
                 edges = dict(zip(EDGE_TYPES, edge.to(dtype).split(batch.edge_counts), strict=True))
             encoded = self.forward_graph(heterograph, nodes, edges)
         return torch.cat([encoded.get(ntype, nodes[ntype]) for ntype in NODE_TYPES])
-
-
-def _convert(graph: dgl.DGLGraph, dtype: torch.dtype) -> None:
-    """Convert all floating-point columns of a graph."""
-    views = [graph.nodes[ntype] for ntype in graph.ntypes]
-    views += [graph.edges[etype] for etype in graph.canonical_etypes]
-    for data in (view.data for view in views):
-        for name, column in data.items():
-            if column.is_floating_point() and column.dtype != dtype:
-                data[name] = column.to(dtype)
 
 
 def _take_graph(batch: Batch, device: torch.device) -> dgl.DGLGraph:
