@@ -66,6 +66,9 @@ class StepLog:
         before: the memory before the first of them; None without any.
         num_labels, num_objects: labels and objects that there were then.
         looks: in order.
+        of_place: numbers of the looks at each furniture id.
+        counted: looks at each, weighed by their coverage.
+        plain: likewise, of those where all looks were for whatever is there.
         counts: things seen, by object row and furniture id.
         num_until_seen: looks up to the latest one that showed it, by object row and furniture id.
         origin: stands for the state of `before`, as in `Asked`.
@@ -77,6 +80,9 @@ class StepLog:
     num_labels: int = 0
     num_objects: int = 0
     looks: list[StepLook] = field(default_factory=list)
+    of_place: dict[int, list[int]] = field(default_factory=dict)
+    counted: dict[int, float] = field(default_factory=dict)
+    plain: dict[int, float] = field(default_factory=dict)
     counts: dict[int, dict[int, int]] = field(default_factory=dict)
     num_until_seen: dict[int, dict[int, int]] = field(default_factory=dict)
     origin: object = None
@@ -96,6 +102,14 @@ class StepLog:
 
     def add(self, look: StepLook, seen: Mapping[int, int]) -> None:
         """Note a look; `seen` counts the things seen by object row."""
+        place, coverage = look.furniture, look.coverage
+        before = self.counted.get(place, 0.0)
+        self.counted[place] = before + sum(split_coverage(coverage)) / 2
+        if isinstance(coverage, tuple) or look.hidden:
+            self.plain.pop(place, None)
+        elif place in self.plain or place not in self.of_place:
+            self.plain[place] = self.plain.get(place, 0.0) + coverage
+        self.of_place.setdefault(place, []).append(len(self.looks))
         self.looks.append(look)
         for row, count in seen.items():
             here = self.counts.setdefault(row, Counter())
@@ -104,15 +118,13 @@ class StepLog:
 
     def count_looks(self, furniture: int) -> float:
         """Return how many looks there were at a furniture node, each by its coverage."""
-        looks = (look for look in self.looks if look.furniture == furniture)
-        return sum(sum(split_coverage(look.coverage)) / 2 for look in looks)
+        return self.counted.get(furniture, 0.0)
 
     def shows_nothing_new(self, look: StepLook) -> bool:
         """Tell whether earlier looks there showed all that a look shows, and as surely."""
         known: Counter[tuple[tuple[str, ...], bool]] = Counter()
-        for earlier in self.looks:
-            if earlier.furniture == look.furniture:
-                known |= _count_seen(earlier)
+        for number in self.of_place.get(look.furniture, ()):
+            known |= _count_seen(self.looks[number])
         return _count_seen(look) <= known
 
     def count_at_once(self, row: int) -> int:
@@ -134,16 +146,20 @@ class StepLog:
         """
         found, name = self.num_until_seen.get(row, {}), read_name(words)
         in_vain: dict[int, float] = {}
-        for number, look in enumerate(self.looks):
-            if number < found.get(look.furniture, 0):
+        for furniture, numbers in self.of_place.items():
+            first = found.get(furniture, 0)
+            if not first and furniture in self.plain:
+                in_vain[furniture] = self.plain[furniture]
                 continue
-            if look.hidden and name in map(read_name, look.hidden):
-                continue
-            coverage = look.coverage
-            if isinstance(coverage, tuple):
-                inside, on_top = share[position[look.furniture]].tolist()
-                coverage = inside * coverage[0] + on_top * coverage[1]
-            in_vain[look.furniture] = in_vain.get(look.furniture, 0.0) + coverage
+            for number in numbers:
+                look = self.looks[number]
+                if number < first or (look.hidden and name in map(read_name, look.hidden)):
+                    continue
+                coverage = look.coverage
+                if isinstance(coverage, tuple):
+                    inside, on_top = share[position[furniture]].tolist()
+                    coverage = inside * coverage[0] + on_top * coverage[1]
+                in_vain[furniture] = in_vain.get(furniture, 0.0) + coverage
         return in_vain
 
 
