@@ -63,8 +63,9 @@ class Looks:
 class Asked:
     """K objects that are asked for, and all that a memory of F furniture nodes says of them.
 
-    Both memories are copies of the asker's own: nothing that is done to them reaches the memory,
-    and what is done to the memory does not reach them.
+    Both memories are the asker's own for questions, and share what was observed with other
+    questions of the same state: what is done to the memory later does not reach them. They are to
+    be read; who wants to change them takes a `copy`.
 
     Attributes:
         batch: the memory as it was before the looks of this time step, which policies are asked of.
