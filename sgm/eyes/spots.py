@@ -17,6 +17,7 @@ _STANDS = 0.03  # metres above a surface at which a thing still stands on it
 _SAME_SPOT = 0.15  # metres within which a thing of the same name is taken for the same one
 _OVERLAP = 0.5  # of half of both sizes: bodies side by side are all of that apart
 _MOST_OVERLAP = 0.05  # metres: thin things, as books, stand closer than they are wide
+_LEAST_SIZE = 0.015  # metres: of what looks smaller all ways round, only a corner was seen
 _SUPPORT = 0.015  # metres of what is behind a thing: less cannot be told from the thing itself
 
 
@@ -161,7 +162,8 @@ def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> Non
     A ray went through if it was measured to go on behind the thing, by `through_margin` and the
     uncertainty of both poses. Where what bears a thing is nearer behind it than that, the ray must
     have come more than half of the way from the front of the thing to it. Where that is less than
-    the uncertainty, as behind a plate, it is enough that nothing was measured in front of it.
+    the uncertainty, as behind a plate, it is enough that nothing was measured in front of it. No
+    ray goes through the spot of a thing of which only a corner was seen: the rest lies beside it.
 
     Args:
         view: of the frame.
@@ -196,7 +198,8 @@ def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> Non
     is_flat |= expected + half < 4 * sd
     least = np.minimum(half + through_margin + 2 * sd, (expected - half) / 2)
     least = np.where(is_flat, -half - through_margin + 2 * sd, least)
-    is_through = (behind > least) & (below >= -half - through_margin)
+    is_whole = np.maximum(2 * radius, height) >= _LEAST_SIZE
+    is_through = is_whole & (behind > least) & (below >= -half - through_margin)
     for spot, through, front in zip(spots, is_through, is_in_front, strict=True):
         spot.num_through += bool(through)
         spot.num_in_front += bool(front)

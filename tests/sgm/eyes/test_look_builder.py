@@ -292,7 +292,7 @@ def test_a_counter_round_the_corner_is_one_place(has_depth):
     counter = Box.of_polygon(_ROUND_THE_CORNER, 0.0, 0.9)
     mug, ball = put_on(_ARMS[1], 0.0, 0.5), put_on(FLOOR, 1.3, 0.2)
     poses = look_around((1.8, 0.0, 0.7), radius=2.2, turn=1.0, start=0.9)
-    builder = LookBuilder({7: counter, 8: FLOOR}, most_blind=1.0)
+    builder = LookBuilder({7: counter, 8: FLOOR}, rules=LookRules(most_blind=1.0))
     solid, things = [*_ARMS, FLOOR], [("mug", mug), ("ball", ball)]
     for number, pose in enumerate(poses):
         found = [detect(name, body, pose) for name, body in things]
@@ -488,6 +488,14 @@ def test_a_thing_that_was_measured_too_low_can_be_absent():
         builder.frame(0.2 * number, wrong, CAMERA, found, render([TABLE, mug], pose))
     assert next(builder.finish()).seen[0].description == "mug"
     assert walk(builder, poses, [TABLE], start=100.0)[7].hidden == ()
+
+
+@pytest.mark.parametrize(("size", "hidden"), [(0.012, ("mug",)), (0.04, ())])
+def test_rays_beside_a_corner_do_not_tell_that_a_thing_has_left(size, hidden):
+    corner, poses = put_on(TABLE, 0.1, 0.0, (size, size, size)), look_around(TABLE.center, turn=0.2)
+    builder = LookBuilder({7: TABLE})
+    walk(builder, poses, [TABLE], [("mug", corner)])
+    assert walk(builder, poses, [TABLE], start=100.0)[7].hidden == hidden
 
 
 def test_what_is_not_sure_is_not_seen():
