@@ -24,13 +24,19 @@ _OF_HOMES = ("dynamics", "sensing", "rooms", "dynamic_nodes", "looks", "looks_pe
 
 
 def list_groups(cls: type[Any]) -> dict[str, str]:
-    """Return the group of each setting in the groups of a constructor, by name."""
-    hints = get_type_hints(cls.__init__)
+    """Return the group of each setting in the groups of a constructor, by name.
+
+    Where a subclass passes on its other arguments, those of the class above are read, too.
+    """
     groups: dict[str, str] = {}
-    for name in inspect.signature(cls).parameters:
-        hint = hints.get(name)
-        if name not in _UNGROUPED and is_dataclass(hint):
-            groups |= {field.name: name for field in fields(hint)}
+    for make in (vars(base)["__init__"] for base in cls.__mro__ if "__init__" in vars(base)):
+        parameters, hints = inspect.signature(make).parameters, get_type_hints(make)
+        for name in parameters:
+            hint = hints.get(name)
+            if name not in _UNGROUPED and is_dataclass(hint):
+                groups |= {field.name: name for field in fields(hint)}
+        if all(row.kind is not row.VAR_KEYWORD for row in parameters.values()):
+            break
     if "home" in groups:  # what command lines may name without it
         groups |= dict.fromkeys(_OF_HOMES, groups["home"])
     return groups

@@ -6,6 +6,7 @@ import errno
 import json
 import warnings
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -246,7 +247,7 @@ def test_damaged_data_ends_with_a_message_that_names_the_file(folder, capsys):
     args = ["--config", "mlp.yaml", *SMALL]
     data = FitCLI(args).datamodule
     data.prepare_data()
-    shard = next(data.data_dir.rglob("home_000001.safetensors"))
+    shard = next(Path(data.collection.data_dir).rglob("home_000001.safetensors"))
     shard.write_bytes(shard.read_bytes()[:-10])
     with pytest.raises(SystemExit) as stop:
         main(args)
