@@ -5,6 +5,7 @@ docs/priors.md says what the default is, and how to count homes and data sets of
 
 from typing import NoReturn
 
+from sgm.messages import shorten
 from simulator.priors.types import load_types
 
 __all__ = ["load_types"]
@@ -25,4 +26,4 @@ def __getattr__(name: str) -> NoReturn:
             f"{name} must be imported in a checkout, got simulator.priors. Import it from "
             f"tools.priors.{_MOVED[name]}."
         )
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    raise AttributeError(f"module {__name__} has no attribute {shorten(name)}")

@@ -8,16 +8,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import sgm
 from sgm.kernel import kernel
 
 ROOT = Path(__file__).resolve().parents[2]
-FILES = sorted(path for name in ("sgm", "simulator") for path in (ROOT / name).rglob("*_kernel.py"))
+PACKAGES = (Path(sgm.__file__).parent, ROOT / "simulator")  # `sgm` may be installed elsewhere
+FILES = sorted(path for package in PACKAGES for path in package.rglob("*_kernel.py"))
 # Six lines that two files rank by: whoever changes them deletes `__pycache__`.
 SHARED = {"sgm.evidence.rank_kernel"}
 
 
 def test_importing_what_has_kernels_does_not_load_numba():
-    modules = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in FILES]
+    modules = [
+        ".".join(path.relative_to(package.parent).with_suffix("").parts)
+        for package in PACKAGES
+        for path in package.rglob("*_kernel.py")
+    ]
     assert len(modules) > 15
     code = f"import sys, sgm.finder, {', '.join(modules)}; assert 'numba' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
