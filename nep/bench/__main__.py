@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
+from sgm.messages import shorten
 from simulator.command_line import one_line_errors
 from simulator.process import run_main
 
@@ -40,7 +41,8 @@ def main(arguments: Sequence[str] | None = None) -> object:
     if name in SUITES:
         module, function = SUITES[name][0], "main"
     if not function:
-        print(f"error: suite must be one of {', '.join(SUITES)}, got {name!r}.", file=sys.stderr)
+        names = ", ".join(SUITES)
+        print(f"error: suite must be one of {names}, got {shorten(name)}.", file=sys.stderr)
         return 2
     with one_line_errors(status=2):
         try:
