@@ -81,7 +81,7 @@ class Editor(Bayesian):
         (NoMask, r"-inf where a home has no furniture, got 0\.0 in column 4 of home 0\. Use"),
         (Unsteady, r"same memory, got others when asked twice in step 1\. Let nothing"),
         (OfTheBatch, r"a question alone, got others for question 0 in step 1\. Answer each"),
-        (OfTheOthers, r"the same in any batch, got others for home 0 alone in step 2\. Work on each"),
+        (OfTheOthers, r"same in any batch, got others for home 0 alone in step 2\. Work on"),
         (Forgetful, r"new policy after reset, got others in step 1 .*\. Forget everything"),
         (Scribbler, r"scores must leave the memory alone, got another 'objects num_moved' in st"),
         (Editor, r"observe must leave the memory alone, got another 'furniture num_observed' in"),
