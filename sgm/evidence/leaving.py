@@ -22,7 +22,7 @@ _SHARES = 10.0 ** np.arange(-2.5, 1.6, 0.5)
 # Before anything was seen: few do, and nothing is ruled out.
 _USUAL = 0.05
 _PRIOR = np.sqrt(_SHARES / _USUAL) / (1 + _SHARES / _USUAL) ** 2
-_HEEDED = 0.5  # of what the things of a home say in sum: they do not leave one by one
+_COUNTED = 0.5  # of what the things of a home say in sum: they do not leave one by one
 # Things of a home to learn from, and how many where every place and look of each were followed.
 _LEAST_THINGS, _MOST_THINGS = 4, 64
 _MOST_WORK = 2**25
@@ -58,7 +58,7 @@ class Leaving:
         hours = age * compute_hours_per_step(memory, things.home)
         likelihood = -leaving * hours[:, None] - np.log1p(-left)
         total = np.zeros((memory.num_homes, len(_SHARES)))
-        np.add.at(total, things.home, _HEEDED * likelihood)
+        np.add.at(total, things.home, _COUNTED * likelihood)
         total += np.log(_PRIOR)
         weights = np.exp(total - total.max(axis=1, keepdims=True))
         self.weights: np.ndarray = weights / weights.sum(axis=1, keepdims=True)

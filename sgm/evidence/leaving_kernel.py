@@ -12,7 +12,7 @@ _SAME = 0.97  # probability that what was seen is the object that is asked for
 _TINY = 1e-12
 # A look that does not show what is still in the home counts for a little less than a look: what
 # hides a thing once may hide it again.
-_LOOKS_HEEDED = 0.85
+_LOOKS_COUNTED = 0.85
 _CARRIED_OFF = 0.005  # right after it was seen, whatever the rate at which things leave
 _SMALL = 1e-100  # of factors that are put off
 
@@ -158,7 +158,7 @@ def follow_left(
                 mass[inside] -= missed
                 unseen = max(1 - missed / whole, _TINY)
                 whole *= unseen
-                weight = unseen**_LOOKS_HEEDED
+                weight = unseen**_LOOKS_COUNTED
                 for other in range(len(left)):
                     left[other] /= left[other] + (1 - left[other]) * weight + _TINY
     return gone

@@ -34,7 +34,6 @@ from nep.report.figures import draw_over_steps
 from sgm.messages import shorten
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.policies import POLICIES
-from simulator.process import run_main
 
 # Everything as small as it can be, to try the command: minutes instead of hours.
 _TINY_FIT = (
@@ -210,7 +209,3 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if options.weights is not None:
             for name in export_weights(plan, options.weights):
                 console.print(f"wrote {options.weights / name}", highlight=False, markup=False)
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -33,7 +33,6 @@ from sgm.messages import shorten
 from simulator.command_line import make_parser, one_line_errors, parse, pick
 from simulator.policies import find_policy
 from simulator.policies.registry import EVENT_RULES
-from simulator.process import run_main
 
 TABLE, SCORES = "temporal.md", "temporal.json"
 RULES = (
@@ -251,7 +250,3 @@ def _load(path: Path) -> dict[str, Any]:
             f"{shorten(str(error))} in {path}. Make it with the command."
         ) from error
     return dict(content)
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -7,27 +7,13 @@ import pytest
 from sgm.prior.prior_graph import PriorGraph
 from simulator.priors.__main__ import main
 from simulator.priors.compare import compare_priors, compute_rank_correlation
+from tests.prior_table import TABLE, build_prior
 from tools.priors.__main__ import main as build
-
-TABLE = """room,furniture,object,relation,weight
-kitchen,fridge,egg,,6
-kitchen,counter,egg,,2
-kitchen,counter,mug,,5
-kitchen,table,mug,,5
-bedroom,bed,book,,9
-bedroom,desk,book,,1
-bedroom,desk,unicorn,,1
-"""
 
 
 @pytest.fixture
 def built(tmp_path):
-    table = tmp_path / "mine.csv"
-    table.write_text(TABLE)
-    path = tmp_path / "mine.json"
-    arguments = ["build", "--source", f"table={table}", "--out", str(path), "--min-edges", "1"]
-    assert build(arguments) == 0
-    return path
+    return build_prior(tmp_path)
 
 
 def test_check_lists_every_problem(built, capsys):

@@ -3,27 +3,13 @@
 import pytest
 
 from sgm.prior.prior_graph import PriorGraph
+from tests.prior_table import TABLE, build_prior
 from tools.priors.__main__ import main
-
-TABLE = """room,furniture,object,relation,weight
-kitchen,fridge,egg,,6
-kitchen,counter,egg,,2
-kitchen,counter,mug,,5
-kitchen,table,mug,,5
-bedroom,bed,book,,9
-bedroom,desk,book,,1
-bedroom,desk,unicorn,,1
-"""
 
 
 @pytest.fixture
 def built(tmp_path):
-    table = tmp_path / "mine.csv"
-    table.write_text(TABLE)
-    path = tmp_path / "mine.json"
-    arguments = ["build", "--source", f"table={table}", "--out", str(path), "--min-edges", "1"]
-    assert main(arguments) == 0
-    return path
+    return build_prior(tmp_path)
 
 
 def test_build_says_what_it_left_out(tmp_path, capsys, built):
