@@ -39,7 +39,10 @@ def draw_memory(axes: Axes) -> None:
     memory = make_memory()
     places = [memory.describe(number).split(" in ") for number in memory.furniture_ids]
     rooms = list(dict.fromkeys(room for _, room in places))
-    things = list(memory.descriptions)
+    seen_at = {
+        thing: [seen.furniture for seen in memory.places_of(thing)] for thing in memory.descriptions
+    }
+    things = sorted(seen_at, key=lambda thing: np.mean(seen_at[thing]))  # edges do not cross
     at = {("room", room): (2 * number + 0.5, 2.0) for number, room in enumerate(rooms)}
     at |= {("place", number): (1.5 * number, 1.0) for number in range(len(places))}
     at |= {("thing", thing): (1.1 * number - 0.2, 0.0) for number, thing in enumerate(things)}

@@ -13,6 +13,7 @@ from tests.imports import PACKAGES, find_part, list_module_imports
 
 PICTURE = Path(__file__).parent / "images" / "layers.png"
 COLOURS = dict(zip(PACKAGES, ("#f6dcdc", "#dcebdc", "#dfe6f5", "#f7e3cd", "#e8e8e8"), strict=True))
+_FIT = 8  # boxes side by side; of more, every second one is lifted
 
 
 def list_arrows() -> dict[str, set[str]]:
@@ -22,12 +23,7 @@ def list_arrows() -> dict[str, set[str]]:
         part = find_part(module)
         arrows.setdefault(part, set()).update({find_part(name) for name in imports} - {part})
     # These hand names on to users: nothing stands above them.
-    for package in (
-        "sgm",
-        "simulator",
-        "nep",
-        "tools",
-    ):
+    for package in ("sgm", "simulator", "nep", "tools"):
         del arrows[package]
     return {part: targets & arrows.keys() for part, targets in arrows.items()}
 
@@ -67,7 +63,8 @@ def main() -> None:
     for floor in range(top + 1):
         parts = sorted(part for part in floors if floors[part] == floor)
         for number, part in enumerate(parts):
-            at[part] = ((number + 0.5) / len(parts), floor)
+            lift = 0.45 * (number % 2) if len(parts) > _FIT else 0
+            at[part] = ((number + 0.5) / len(parts), floor + lift)
     figure, ax = plt.subplots(figsize=(11, 0.62 * (top + 1)), layout="constrained")
     for part, targets in drop_implied(arrows).items():
         for target in targets:
