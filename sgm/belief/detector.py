@@ -111,7 +111,7 @@ class Detector:
             looks: at every place.
         """
         seen = np.minimum(looks.seen, CORRECTIONS.seen_now)
-        missed = seen * self.compute_miss(looks.in_vain)
+        missed = seen * self.compute_miss(looks.negative)
         weighed: np.ndarray = missed / (missed + 1 - seen)
         return weighed
 
@@ -132,13 +132,13 @@ class Detector:
             That of the looks of earlier steps that were for whatever is there, which the memory
             keeps for all objects; and that of the others: of this step, and for this object alone.
         """
-        shape = looks.in_vain.shape
-        rows = [np.reshape(one, (-1, shape[-1])) for one in (looks.in_vain, looks.sought,
+        shape = looks.negative.shape
+        rows = [np.reshape(one, (-1, shape[-1])) for one in (looks.negative, looks.sought,
                 looks.sought_ago, looks.is_remembered)]  # fmt: skip
-        in_vain, sought, sought_ago, is_remembered = rows
-        steps_ago = looks.steps_ago.reshape(*in_vain.shape, -1)
+        negative, sought, sought_ago, is_remembered = rows
+        steps_ago = looks.steps_ago.reshape(*negative.shape, -1)
         earlier, own = weigh_looks(
-            in_vain, steps_ago, sought, sought_ago, is_remembered, float(self.miss_rate),
+            negative, steps_ago, sought, sought_ago, is_remembered, float(self.miss_rate),
             float(self.leave_rate), float(self.repeated_share), float(looks_counted),
         )  # fmt: skip
         return earlier.reshape(shape), own.reshape(shape)

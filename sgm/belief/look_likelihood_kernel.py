@@ -11,7 +11,7 @@ from sgm.kernel import kernel
 
 @kernel
 def weigh_looks(
-    in_vain: np.ndarray,
+    negative: np.ndarray,
     steps_ago: np.ndarray,
     sought: np.ndarray,
     sought_ago: np.ndarray,
@@ -24,7 +24,7 @@ def weigh_looks(
     """Weigh the looks at F places for V objects; see `Detector.compute_log_likelihood`.
 
     Args:
-        in_vain: looks of this step, (V, F).
+        negative: looks of this step, (V, F).
         steps_ago: time steps since earlier ones, infinite for none, (V, F, n).
         sought: earlier looks for the object alone, (V, F).
         sought_ago: time steps since then, (V, F).
@@ -37,9 +37,9 @@ def weigh_looks(
     Returns:
         Log likelihood of earlier looks, and of the others, (V, F) each.
     """
-    earlier, own = np.zeros(in_vain.shape), np.zeros(in_vain.shape)
-    for row in range(in_vain.shape[0]):
-        for place in range(in_vain.shape[1]):
+    earlier, own = np.zeros(negative.shape), np.zeros(negative.shape)
+    for row in range(negative.shape[0]):
+        for place in range(negative.shape[1]):
             weight = 1 - looks_counted * is_remembered[row, place]
             for look in range(steps_ago.shape[2]):
                 steps = steps_ago[row, place, look]
@@ -48,8 +48,8 @@ def weigh_looks(
                     earlier[row, place] += math.log(1 - (1 - miss_rate) * stay)
             if weight > 0:
                 earlier[row, place] *= weight
-            if in_vain[row, place] > 0:
-                missed = _compute_miss(in_vain[row, place], miss_rate, repeated_share)
+            if negative[row, place] > 0:
+                missed = _compute_miss(negative[row, place], miss_rate, repeated_share)
                 own[row, place] = math.log(missed)
             if weight > 0 and math.isfinite(sought_ago[row, place]):
                 missed = _compute_miss(sought[row, place], miss_rate, repeated_share)

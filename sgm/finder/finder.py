@@ -304,7 +304,7 @@ class Finder:
         looks = Looks.stack(variants)
         earlier, since = self.detector.compute_log_likelihood(looks, self._policy.looks_counted)
         belief = Belief(belief.log_weights[rows]).look(earlier, was_seen[rows]).look(since)
-        shown = self.detector.compute_detection(looks.in_vain)
+        shown = self.detector.compute_detection(looks.negative)
         joined = belief.join(self.detector.weigh_seen(looks), np.array(carried))
         return *joined, _join_detection(belief.places, shown)
 

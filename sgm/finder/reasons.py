@@ -140,9 +140,9 @@ def gather_evidence(
     num_missed = np.zeros(len(ids), dtype=np.int64)
     num_sought = np.zeros(len(ids), dtype=np.int64)
     for looks in asked.looks:
-        sought = np.ceil(looks.in_vain + looks.sought).astype(np.int64)
+        sought = np.ceil(looks.negative + looks.sought).astype(np.int64)
         num_sought = np.maximum(num_sought, sought)
-        missed = asked.batch.furniture_num_observed[0] + np.ceil(looks.in_vain).astype(np.int64)
+        missed = asked.batch.furniture_num_observed[0] + np.ceil(looks.negative).astype(np.int64)
         missed += np.ceil(looks.sought).astype(np.int64)
         num_missed = np.maximum(num_missed, missed)
     num_absent = np.where(num_true > 0, np.maximum(num_observed - num_true, 0), num_missed)

@@ -28,7 +28,7 @@ class Looks:
     """What the looks at F furniture nodes say about one object.
 
     Attributes:
-        in_vain: looks of this time step that did not show it, since it was seen there in this step
+        negative: looks of this time step that did not show it, since it was seen there in this step
             or all, each weighed by how much of the furniture was in view, (F,).
         steps_ago: time steps since each of the latest looks of earlier steps that did not show it,
             since it was last seen there, infinite where there was none, (F, n).
@@ -39,7 +39,7 @@ class Looks:
             not show it, which policies read, bool (F,).
     """
 
-    in_vain: np.ndarray
+    negative: np.ndarray
     steps_ago: np.ndarray
     sought: np.ndarray
     sought_ago: np.ndarray
@@ -56,7 +56,9 @@ class Looks:
 
     def for_another(self) -> Looks:
         """Return the same for another object of that description: its like was seen, not it."""
-        return replace(self, in_vain=self.in_vain + (self.seen > 0), seen=np.zeros_like(self.seen))
+        return replace(
+            self, negative=self.negative + (self.seen > 0), seen=np.zeros_like(self.seen)
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -396,7 +396,7 @@ class MemoryState:
         """
         now = current.time
         members = self.list_members(row_now)
-        in_vain, seen = np.zeros((2, len(self.layout.furniture)))
+        negative, seen = np.zeros((2, len(self.layout.furniture)))
         steps_ago = list_looks_before(batch, row, now, share)
         is_remembered = np.zeros(len(self.layout.furniture), dtype=bool)
         is_remembered[batch.edges["furniture"][batch.edges["object"] == row]] = row >= 0
@@ -404,9 +404,9 @@ class MemoryState:
         sought = np.zeros(len(self.layout.furniture))
         position = self.furniture.position
         if self.step.before is not None and batch.time == now == self.batch.time:
-            sums = [self.step.sum_in_vain(member, words, share, position) for member in members]
+            sums = [self.step.sum_negative(member, words, share, position) for member in members]
             for furniture in set.intersection(*map(set, sums)):  # where none of its names was seen
-                in_vain[position[furniture]] += min(count[furniture] for count in sums)
+                negative[position[furniture]] += min(count[furniture] for count in sums)
         edges = current.edges
         is_now = (edges["object"] == row_now) & (edges["last_true"] == now)
         said = self.get_last_said(row_now)
@@ -421,12 +421,12 @@ class MemoryState:
             names |= {read_words("id", one.id) for one in own if one.id}
         for (name, furniture), (count, time) in self.sought.items():
             if name in names and time == now:
-                in_vain[position[furniture]] += count
+                negative[position[furniture]] += count
             elif name in names:
                 sought[position[furniture]] = count
                 sought_ago[position[furniture]] = now - time
         return Looks(
-            in_vain=in_vain,
+            negative=negative,
             steps_ago=steps_ago,
             sought=sought,
             sought_ago=sought_ago,

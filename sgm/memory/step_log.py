@@ -131,7 +131,7 @@ class StepLog:
         """Return how many things of an object row were seen in this step."""
         return sum(self.counts.get(row, {}).values())
 
-    def sum_in_vain(
+    def sum_negative(
         self, row: int, words: str, share: np.ndarray, position: Mapping[int, int]
     ) -> dict[int, float]:
         """Return the coverage of the looks that did not show an object, by furniture id.
@@ -145,11 +145,11 @@ class StepLog:
             position: which row of these is that of a furniture id.
         """
         found, name = self.num_until_seen.get(row, {}), read_name(words)
-        in_vain: dict[int, float] = {}
+        negative: dict[int, float] = {}
         for furniture, numbers in self.of_place.items():
             first = found.get(furniture, 0)
             if not first and furniture in self.plain:
-                in_vain[furniture] = self.plain[furniture]
+                negative[furniture] = self.plain[furniture]
                 continue
             for number in numbers:
                 look = self.looks[number]
@@ -159,8 +159,8 @@ class StepLog:
                 if isinstance(coverage, tuple):
                     inside, on_top = share[position[furniture]].tolist()
                     coverage = inside * coverage[0] + on_top * coverage[1]
-                in_vain[furniture] = in_vain.get(furniture, 0.0) + coverage
-        return in_vain
+                negative[furniture] = negative.get(furniture, 0.0) + coverage
+        return negative
 
 
 def _count_seen(look: StepLook) -> Counter[tuple[tuple[str, ...], bool]]:

@@ -16,7 +16,7 @@ NOTHING = np.zeros(3)
 
 
 def make_looks(
-    in_vain=NOTHING,
+    negative=NOTHING,
     ago=(np.inf,) * 3,
     sought=NOTHING,
     sought_ago=(np.inf,) * 3,
@@ -24,7 +24,7 @@ def make_looks(
     remembered=(True,) * 3,
 ) -> Looks:
     """One earlier look at each place at most, `ago` steps ago."""
-    columns = (in_vain, np.array(ago, dtype=float)[:, None], sought, sought_ago, seen)
+    columns = (negative, np.array(ago, dtype=float)[:, None], sought, sought_ago, seen)
     return Looks(*(np.array(values, dtype=float) for values in columns), np.array(remembered))
 
 
@@ -36,7 +36,7 @@ def update(places, elsewhere, looks, detector, looks_counted=0.0, elsewhere_coun
     return belief.join(looks.seen[None])
 
 
-def test_a_look_in_vain_by_hand():
+def test_a_negative_look_by_hand():
     # .6 x .25 = .15 at the place looked at; .3 and elsewhere .1 stay; all over .55.
     places, elsewhere = update(
         np.array([0.6, 0.3, 0.0]), 0.1, make_looks([1, 0, 0]), Detector(miss_rate=0.25)
@@ -233,13 +233,13 @@ ROW = st.lists(SHARE, min_size=3, max_size=3)
 
 @given(ROW, SHARE, ROW, ROW, st.floats(0, 0.99), st.floats(0, 0.99), st.booleans())
 def test_probabilities_sum_to_one(
-    places, elsewhere, in_vain, sought, miss_rate, leave_rate, counts
+    places, elsewhere, negative, sought, miss_rate, leave_rate, counts
 ):
     total = sum(places) + elsewhere
     if total < 1e-6:
         return
     belief = np.array(places) / total
-    looks = make_looks(in_vain, [3, np.inf, 7], sought, [2, 5, np.inf])
+    looks = make_looks(negative, [3, np.inf, 7], sought, [2, 5, np.inf])
     detector = Detector(miss_rate, leave_rate)
     new, gone = update(belief, elsewhere / total, looks, detector, elsewhere_counts=counts)
     assert (new >= 0).all()

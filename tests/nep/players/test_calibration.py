@@ -80,7 +80,7 @@ def test_one_right_decision_hardly_changes_the_temperature():
     assert fit_calibration(one).temperature == pytest.approx(0.9973, abs=0.0005)
 
 
-def test_looks_in_vain_are_bayes_rule():
+def test_negative_looks_are_bayes_rule():
     # Logits ln 4 and 0: 4 : 1, and elsewhere 1/2, as 4 : 1 : 5. A look in vain at the first place
     # makes a quarter of it, the miss rate: 1 : 1 : 5.
     calibration = Calibration(elsewhere_share=0.5)

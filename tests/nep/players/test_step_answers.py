@@ -48,7 +48,7 @@ def make_rollout(num_homes=3, **rules):
     return rollout
 
 
-def look_in_vain(rollout, queries):
+def look_and_miss(rollout, queries):
     """Look where the things that are asked for are not; the places, (H,)."""
     homes, answers = rollout.homes, np.ones((3, rollout.memory.num_furniture), dtype=bool)
     keys = rollout.memory.objects["key"][queries.object]
@@ -61,13 +61,13 @@ def look_in_vain(rollout, queries):
 
 
 @pytest.mark.parametrize("sensing", [None, PartialViews()])
-def test_a_look_in_vain_multiplies_the_odds_of_its_place_by_what_it_misses(sensing):
+def test_a_negative_look_multiplies_the_odds_of_its_place_by_what_it_misses(sensing):
     rollout = make_rollout(**({} if sensing is None else {"sensing": sensing}))
     coverages = []
     rollout.on_change = lambda change: coverages.append(change.coverage)
     _, queries = rollout.ask()
     first = rollout.score(queries)
-    places = look_in_vain(rollout, queries)
+    places = look_and_miss(rollout, queries)
     again = rollout.score(queries)
     assert rollout.policy.num_asked == 3  # once each
     homes = np.arange(3)
@@ -137,8 +137,8 @@ def test_answers_do_not_depend_on_who_else_is_asked_or_looks():
     together.score(queries)
     part = Queries(queries.home[:1], queries.object[:1], queries.prior[:1])
     apart.score(part)
-    places = look_in_vain(together, queries)
-    look_in_vain(apart, queries)
+    places = look_and_miss(together, queries)
+    look_and_miss(apart, queries)
     assert places.max() >= 0
     np.testing.assert_array_equal(apart.score(part), together.score(queries)[:1])
     some = np.array([2, 0])

@@ -91,7 +91,7 @@ def test_an_unknown_object_may_be_at_all_furniture(finder, home):
     assert ranking.last_seen is None
 
 
-def test_a_look_in_vain_lowers_a_place_and_raises_the_rest(finder, home):
+def test_a_negative_look_lowers_a_place_and_raises_the_rest(finder, home):
     memory, _ = home
     before = finder.rank(memory, "large red mug")
     best = before[0].furniture

@@ -35,7 +35,7 @@ def test_in_plain_sight(make_home, finder):
         assert ranking.elsewhere < 0.05
 
 
-def test_a_look_in_vain_is_bayes_rule(make_home):
+def test_a_negative_look_is_bayes_rule(make_home):
     """Exactly the miss rate against any other place, whatever the policy makes of it."""
     home = make_home()
     finder = Finder(Bayesian(), Detector(miss_rate=0.1, repeated_share=0))

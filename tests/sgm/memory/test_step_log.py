@@ -31,7 +31,7 @@ def test_sums_are_those_of_all_looks_one_by_one():
                 if isinstance(one, tuple):
                     one = float(share[position[look.furniture]] @ one)
                 expected[look.furniture] = expected.get(look.furniture, 0.0) + one
-            found = step.sum_in_vain(row, "mug", share, position)
+            found = step.sum_negative(row, "mug", share, position)
             assert found.keys() == expected.keys()
             np.testing.assert_allclose([found[own] for own in expected], [*expected.values()])
             np.testing.assert_allclose([*map(step.count_looks, position)], [*counted.values()])

@@ -119,7 +119,7 @@ def test_scores_of_some_homes_are_rows_of_those_of_all(make_default_homes):
     np.testing.assert_array_equal(search.scores(some), search.scores()[some])
 
 
-def test_an_object_that_is_nowhere_is_searched_for_in_vain(make_tiny_homes):
+def test_an_object_that_is_nowhere_is_searched_for_and_not_found(make_tiny_homes):
     homes = make_tiny_homes(2)
     rollout = Rollout(homes, Random())
     rollout.evolve()
