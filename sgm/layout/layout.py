@@ -49,7 +49,7 @@ class Layout:
     Attributes:
         rooms, furniture: by id.
         num_rooms_ever, num_furniture_ever: ids given so far.
-        map_id: of the map that positions and boxes are in; empty if it was not said.
+        map_id: of the map that positions and boxes are in; empty if none was given.
     """
 
     rooms: dict[int, Room] = field(default_factory=dict)
@@ -91,7 +91,7 @@ class Layout:
     def to_json(self) -> dict[str, Any]:
         """Return JSON values: rows of rooms and of furniture, each with its id first, and the map.
 
-        Where it was not said which map it is, there is none.
+        Empty where no map was named.
         """
         return {
             "rooms": [[number, room.label] for number, room in self.rooms.items()],

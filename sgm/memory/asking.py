@@ -78,8 +78,8 @@ class Asked:
         question: for each name that was asked for, which of the K things it means, the first of
             several with ids, (n,).
         rows: the objects' rows in `current.objects`, -1 for what it does not know, (K,).
-        said: the last statement about each, None where a look has shown it since or it was not said
-            anything, K of them.
+        said: the last statement about each, None where there was none, or a look has shown it
+            since, K of them.
         descriptions: of all objects of `current`, (O,).
         looks: what the looks say about each, K of them.
         num_instances: most things of each description that were seen at once, 1 or more, (K,).

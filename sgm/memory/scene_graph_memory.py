@@ -300,7 +300,7 @@ class SceneGraphMemory(MemoryCorrections):
 
     @property
     def map_id(self) -> str:
-        """Id of the map that positions and boxes are in; empty if it was not said."""
+        """Id of the map that positions and boxes are in; empty if none was given."""
         with self._lock:
             return self._state.layout.map_id
 

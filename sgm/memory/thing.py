@@ -17,7 +17,7 @@ class Thing:
         id: of a tracker or of re-identification, by which it is distinguished from others of its
             description; empty where words alone tell things apart.
         statements: what was said of it, and done with it, the latest last.
-        embedding: how it looks to the tracker that gave the id, (D,); empty if it was not said.
+        embedding: how it looks to the tracker that gave the id, (D,); empty without one.
     """
 
     description: str
