@@ -305,7 +305,9 @@ async def _send(
         *_HEADERS,
         *more,
     ]
-    if status in (408, 413):  # what is left of the request is not waited for
+    # A body that is late is not waited for. The rest of one that is too long is read and dropped,
+    # for HEAD_SECONDS at most: a reset of the connection would overtake the answer.
+    if status == 408:
         head.append((b"connection", b"close"))
     await send({"type": "http.response.start", "status": status, "headers": head})
     await send({"type": "http.response.body", "body": body})

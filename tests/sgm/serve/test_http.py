@@ -255,6 +255,36 @@ def test_a_request_that_does_not_arrive_ends(tmp_path, monkeypatch):
                 assert answer.startswith(begin)
 
 
+@pytest.mark.parametrize("path", ["/v1/where_is", "/mcp"])
+def test_a_client_that_sends_too_much_reads_why(served, path):
+    """The rest of its body is read and dropped, so that no reset overtakes the answer."""
+    answer = served.client.send("POST", path, b"x" * 16_000_000, JSON)
+    assert answer.status == 413
+    assert served.client.send("GET", "/health").status == 200
+
+
+def send_chunks(connection):
+    """Send a body that does not end."""
+    while True:
+        connection.sendall(b"10000\r\n" + b"x" * 65536 + b"\r\n")
+
+
+def test_a_body_without_end_is_cut(tmp_path, monkeypatch):
+    server = pytest.importorskip("sgm.serve.server", reason="uvicorn is not installed")
+    monkeypatch.setattr(server.BoundedProtocol, "head_seconds", 0.1)
+    home, service = open_service(tmp_path / "home.sgm")
+    with (
+        run_server(service, home, tools=False) as running,
+        socket.create_connection(("127.0.0.1", running.port), timeout=20) as sending,
+    ):
+        sending.sendall(
+            b"POST /v1/observe HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+            b"Transfer-Encoding: chunked\r\n\r\n"
+        )
+        with pytest.raises((ConnectionResetError, BrokenPipeError)):
+            send_chunks(sending)
+
+
 def test_a_full_disk_is_answered_and_nothing_was_changed(served, monkeypatch):
     before = json.dumps(served.service.memory.to_dict())
 
