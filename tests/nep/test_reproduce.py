@@ -193,6 +193,24 @@ def test_several_trainings_play_the_same_homes(tmp_path):
     assert "--seeds 3" in plan.describe("1").command
 
 
+def test_a_table_of_one_column_trains_and_plays_for_that_alone(tmp_path):
+    plan = make_plan(tmp_path, "--table", "1", "--settings", "find_object-off", "--tiny")
+    networks = plan.list_networks()
+    assert {network.setting.name for network in networks} == {"find_object-off"}
+    names = [job.name for job in list_jobs(plan)]
+    assert [name for name in names if name.startswith("collect")] == ["collect find_object-off"]
+    assert all("find_object-off" in name for name in names)
+    assert "--settings find_object-off" in plan.describe("1").command
+
+
+def test_heat_plus_without_the_belief_is_told_no_rules(tmp_path):
+    (model,) = find_models(["heat_plus_no_belief"])
+    training = Training(enter(model, SETTINGS[0]), 0, (), tmp_path, tmp_path)
+    data = FitCLI(training.list_all_options()).datamodule
+    assert not data.hparams["features"]["belief"]
+    assert data.train_config.policy == "bayesian"
+
+
 def test_a_damaged_checkpoint_is_trained_again(folder):
     training = make_training(folder)
     content = training.checkpoint.read_bytes()
@@ -298,6 +316,7 @@ def test_a_config_by_path_is_a_model_by_its_name(tmp_path):
         (["--models", "gat"], "model must be one of hms, mlp, .*, got 'gat'. Choose one"),
         (["--models", "no.yaml"], "config must be a file or a packaged config, got 'no.yaml'. Ch"),
         (["--models", "a/mlp.yaml"], "must be named otherwise than models, .*, got 'a/mlp.yaml'"),
+        (["--settings", "moved"], "settings must be some of predict_location-on, .*, got 'moved'."),
         (["--num_homes", "0"], "num_homes must be at least 1, got 0. Raise it."),
         (["--steps", "0"], "steps must be at least 1, got 0. Raise it."),
         (["--epochs", "0"], "epochs must be at least 1, got 0. Raise it."),

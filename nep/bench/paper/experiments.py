@@ -104,6 +104,7 @@ MODELS = (
     Model("heat", "NEP-HEAT"),
     Model("heat_two_heads", "NEP-HEAT (two heads)"),
     Model("heat_plus", "NEP-HEAT+"),
+    Model("heat_plus_no_belief", "NEP-HEAT+ (no belief)", is_default=False),
 )
 # What the paper finds, the best first, after the model that goes beyond it; every network is also
 # compared with the best heuristic.

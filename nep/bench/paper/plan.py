@@ -49,6 +49,7 @@ class Plan:
         encoders: modules of encoders from outside the package.
         source: name of where homes come from, see `simulator.home_options.SOURCES`.
         num_trainings: of every network, of seeds that follow each other; all play the same homes.
+        settings: columns of Table 1.
     """
 
     tables: tuple[str, ...]
@@ -63,6 +64,7 @@ class Plan:
     encoders: tuple[str, ...] = ()
     source: str = "sampled"
     num_trainings: int = 1
+    settings: tuple[Setting, ...] = SETTINGS
 
     def check(self) -> None:
         """Check what no parser has checked.
@@ -113,7 +115,7 @@ class Plan:
     def list_settings(self) -> tuple[Setting, ...]:
         """Return the settings in which all models and policies play."""
         if "1" in self.tables:
-            return SETTINGS
+            return self.settings
         return (ABLATION_SETTING,) if "figure" in self.tables else ()
 
     def list_networks(self) -> list[Contestant]:

@@ -12,6 +12,7 @@ from jsonargparse import ArgumentParser, Namespace
 from nep.bench.paper.experiments import (
     ABLATION_SETTING,
     MODELS,
+    SETTINGS,
     enter,
     find_models,
     list_ablations,
@@ -94,6 +95,10 @@ OPTIONS = (
         "models", None, f"networks of Table 1, of {', '.join(model.name for model in MODELS)}, or "
         "config files; the paper's if left out", type=tuple[str, ...] | None,
     ),
+    Option(
+        "settings", tuple(own.name for own in SETTINGS), "columns of Table 1",
+        known=tuple(own.name for own in SETTINGS),
+    ),
     Option("encoders", (), "modules of your own with encoders of --models"),
     Option(
         "homes", "sampled", "those of the paper's text, or of its released code: 24 places, 120 "
@@ -158,6 +163,7 @@ def _make_plan(options: Namespace) -> Plan:
         encoders=tuple(options.encoders),
         source=options.homes,
         num_trainings=options.seeds,
+        settings=tuple(own for own in SETTINGS if own.name in options.settings),
     )
     plan.check()
     return plan
@@ -172,6 +178,8 @@ def _list_telling_options(options: Namespace) -> list[str]:
         listed += ["--homes", options.homes]
     if options.models is not None:
         listed += ["--models", *options.models]
+    if len(options.settings) < len(SETTINGS):
+        listed += ["--settings", *options.settings]
     for name in ("num_homes", "steps", "epochs"):
         if getattr(options, name) is not None:
             listed += [f"--{name}", str(getattr(options, name))]
