@@ -25,7 +25,12 @@ if TYPE_CHECKING:  # half a second, which only commands take
 
 # What a command ends with in one line.
 BAD_INPUT = (ValueError, OSError, OverflowError, MemoryError, ModuleNotFoundError)
-_RENAMED = {"houses": "num_homes", "val_houses": "num_val_homes", "grades": "relevance"}
+_RENAMED = {
+    "houses": "num_homes",
+    "val_houses": "num_val_homes",
+    "grades": "relevance",
+    "jobs": "workers",
+}
 _YAML = "plain yaml"
 # Short for parts of the rules, and the names of what they take.
 _RULES = {"dynamics": DYNAMICS, "sensing": SENSING}
@@ -199,7 +204,7 @@ def choose(
         return 0
     if arguments and arguments[0] in (moved or {}):
         old, new = arguments[0], (moved or {})[arguments[0]]
-        print(f"error: {old} must be run in a checkout, got {prog}. Run {new}.", file=sys.stderr)
+        print(f"error: {old} is no command of {prog} any more. Run {new}.", file=sys.stderr)
         return 2
     if not arguments or arguments[0] not in commands:
         found = repr(arguments[0]) if arguments else "none"

@@ -41,7 +41,7 @@ ORDER = """
     nep.tensor_file nep.config_files nep.checkpoint_files nep.importers nep.layers nep.encoders
     nep.setting_groups
     nep.model nep.players nep.report nep.robot nep.callbacks nep.view nep.fit
-    nep.evaluate nep.export nep.compare nep.igridson nep.event_networks nep.bench nep.recorded
+    nep.evaluate nep.export nep.compare nep.event_networks nep.bench nep.igridson nep.recorded
     nep.any_home nep.own_home nep.searches nep.elsewhere nep.temporal nep.headlines nep.reproduce
     nep
     nep.__main__

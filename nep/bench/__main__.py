@@ -19,7 +19,7 @@ SUITES = {
     "elsewhere": ("nep.bench.suites.elsewhere", "how well finders know what is out of the home"),
     "paper": ("nep.bench.suites.paper", "the tables and the figure of the paper"),
     "temporal": ("nep.bench.suites.temporal", "temporal graph networks"),
-    "igridson": ("nep.igridson", "searches in the home on a grid"),
+    "igridson": ("nep.bench.suites.igridson", "searches in the home on a grid"),
     "claims": ("tools.claims.__main__", "what the paper claims; in a checkout"),
 }
 

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Generic, TypeVar
 
 import torch
-from jsonargparse import Namespace
+from jsonargparse import ArgumentParser, Namespace
 
 from nep.bench.game import Game
 from nep.bench.score_cache import ScoreCache, find_scores
@@ -65,24 +65,61 @@ class Report:
         return [unit for name in names for unit in self.cache.about[name]["units"]]
 
 
-class Suite(ABC, Generic[GameType]):
-    """Games, players, and the table of their scores: a command.
+class Suite(ABC):
+    """What is played, and what is written of it: a command.
 
     Attributes:
         command: how it is called, `python -m` and this.
         summary: what it does, in its help.
-        options: its options, among them those of `list_table_options`.
-        shows_all: whether the table has all games that were ever played, those of `--kinds` alone
-            if these are named, and not only those of this command.
+        options: its options.
+        workers: plays at a time, where none are given.
     """
 
     command: ClassVar[str]
     summary: ClassVar[str]
     options: ClassVar[tuple[Option, ...]]
-    shows_all: ClassVar[bool] = False
+    workers: ClassVar[int] = 1
 
     def check(self, options: Namespace) -> None:
-        """Raise `ValueError` for what bounds do not say."""
+        """Raise `ValueError` for what bounds do not say; nothing, here."""
+        del options
+
+    @abstractmethod
+    def run(self, options: Namespace, parser: ArgumentParser) -> None:
+        """Play what has not been played yet, and write."""
+
+    def make_parser(self) -> ArgumentParser:
+        """Return the parser of the command."""
+        parser = make_parser(
+            f"python -m {self.command}",
+            f"{self.summary} Interrupted, the same command goes on; what has been played stays.",
+        )
+        add_options(parser, self.options)
+        add_worker_arguments(parser, self.workers)
+        return parser
+
+    def main(self, arguments: Sequence[str] | None = None) -> None:
+        """Run the command line."""
+        parser = self.make_parser()
+        torch.set_num_threads(1)
+        with one_line_errors(status=2):
+            options = parse(parser, arguments)
+            check_workers(options.workers, options.backend)
+            check_options(self.options, options)
+            self.check(options)
+            self.run(options, parser)
+
+
+class TableSuite(Suite, Generic[GameType]):
+    """Games, players, and one table of their scores, with its cache beside it.
+
+    Attributes:
+        options: among them those of `list_table_options`.
+        shows_all: whether the table has all games that were ever played, those of `--kinds` alone
+            if these are named, and not only those of this command.
+    """
+
+    shows_all: ClassVar[bool] = False
 
     @abstractmethod
     def list_games(self, options: Namespace, folder: Path) -> Mapping[str, GameType]:
@@ -112,38 +149,25 @@ class Suite(ABC, Generic[GameType]):
         """Name the players without which no table is written."""
         return networks
 
-    def main(self, arguments: Sequence[str] | None = None) -> None:
-        """Run the command line."""
-        parser = make_parser(
-            f"python -m {self.command}",
-            f"{self.summary} Run again to resume: what has been played is in the JSON file beside "
-            "the table.",
-        )
-        add_options(parser, self.options)
-        add_worker_arguments(parser, workers=1)
-        torch.set_num_threads(1)
-        with one_line_errors(status=2):
-            options = parse(parser, arguments)
-            check_workers(options.workers, options.backend)
-            check_options(self.options, options)
-            self.check(options)
-            path = find_scores(options.out)
-            networks = list_names(options.checkpoint)
-            played: list[str] = []
-            if options.play:
-                with tempfile.TemporaryDirectory() as folder:
-                    cache, played = self._play(options, path, Path(folder))
-            else:
-                needed = self.list_needed(options, networks)
-                cache = ScoreCache.load_all(
-                    path, self.list_shown(options, ScoreCache(path), []), needed
-                )
-            shown = self.list_shown(options, cache, played)
-            command = make_command(parser, options, networks)
-            report = Report(options, command, cache, shown, networks)
-            parts = [part.strip() for part in self.write(report)]
-            write_whole(options.out, ("\n\n".join(parts) + "\n").encode())
-            print(options.out)
+    def run(self, options: Namespace, parser: ArgumentParser) -> None:
+        """Play what has not been played yet, if anything is to be, and write the table."""
+        path = find_scores(options.out)
+        networks = list_names(options.checkpoint)
+        played: list[str] = []
+        if options.play:
+            with tempfile.TemporaryDirectory() as folder:
+                cache, played = self._play(options, path, Path(folder))
+        else:
+            needed = self.list_needed(options, networks)
+            cache = ScoreCache.load_all(
+                path, self.list_shown(options, ScoreCache(path), []), needed
+            )
+        shown = self.list_shown(options, cache, played)
+        command = make_command(parser, options, networks)
+        report = Report(options, command, cache, shown, networks)
+        parts = [part.strip() for part in self.write(report)]
+        write_whole(options.out, ("\n\n".join(parts) + "\n").encode())
+        print(options.out)
 
     def _play(self, options: Namespace, path: Path, folder: Path) -> tuple[ScoreCache, list[str]]:
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
@@ -181,18 +205,8 @@ def play_all(
     Raises:
         ValueError: if the file is damaged, or has scores of other games.
     """
-    described = {name: game.describe() for name, game in games.items()}
-    code = {name: checksum_code(game.scored_by) for name, game in games.items()}
-    cache = ScoreCache.load(path, described, networks, code)
-    jobs: list[tuple[str, Game, Mapping[str, Any]]] = []
-    for name, game in games.items():
-        cache.about[name] = game.tell()
-        players = list_players(game)
-        missing = {who: make for who, make in players.items() if who not in cache.scores[name]}
-        parts = [{who: make} for who, make in missing.items()]
-        if game.plays_together and missing:
-            parts = [missing]
-        jobs += [(name, game, part) for part in parts]
+    cache = load_played(games, path, networks)
+    jobs = list_missing(games, list_players, cache)
     cache.save()
     if jobs:
         made = describe_code()
@@ -205,6 +219,37 @@ def play_all(
             cache.scores[name][who] = cache.scores[name].pop(who)
     cache.save()
     return cache
+
+
+def load_played(
+    games: Mapping[str, GameType], path: Path, networks: Mapping[str, str] = MappingProxyType({})
+) -> ScoreCache:
+    """Read what has been played of games, by these networks and this code.
+
+    Raises:
+        ValueError: as `play_all` does.
+    """
+    described = {name: game.describe() for name, game in games.items()}
+    code = {name: checksum_code(game.scored_by) for name, game in games.items()}
+    return ScoreCache.load(path, described, networks, code)
+
+
+def list_missing(
+    games: Mapping[str, GameType],
+    list_players: Callable[[GameType], Mapping[str, Any]],
+    cache: ScoreCache,
+) -> list[tuple[str, GameType, Mapping[str, Any]]]:
+    """List what has not been played yet: name of a game, the game, and who plays in one go."""
+    jobs: list[tuple[str, GameType, Mapping[str, Any]]] = []
+    for name, game in games.items():
+        cache.about[name] = game.tell()
+        players = list_players(game)
+        missing = {who: make for who, make in players.items() if who not in cache.scores[name]}
+        parts = [{who: make} for who, make in missing.items()]
+        if game.plays_together and missing:
+            parts = [missing]
+        jobs += [(name, game, part) for part in parts]
+    return jobs
 
 
 def _play_part(game: Game, players: Mapping[str, Any]) -> dict[str, Any]:

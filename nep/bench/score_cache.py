@@ -22,8 +22,12 @@ def find_scores(table: Path) -> Path:
     """Return the file of scores beside a table.
 
     Raises:
-        ValueError: if the table cannot be written, since it is a folder.
+        ValueError: if the table cannot be written there: it is a folder, or the file of scores.
     """
+    if table.suffix == ".json":
+        raise ValueError(
+            f"out must be a page, got {table}, which is its file of scores. Name a table.md."
+        )
     if table.is_dir():
         raise ValueError(f"out must be a file, got a folder at {table}. Name a table.")
     return table.with_suffix(".json")
@@ -38,7 +42,7 @@ class ScoreCache:
         games: checksum of the homes, questions and options of each game, by name.
         networks: checksum of each network that has played, by name.
         scores: of each game and player; players called "NAME" or "NAME more" are network NAME's.
-        about: title of each game, and what each of its scores is of (`Kind.list_units`), by name.
+        about: title of each game, and what each of its scores is of (`Game.tell`), by name.
         made: version of the package and commit that each game was last played with, by name.
         code: checksum of the code that scores each game, by name; none in older files.
     """
@@ -194,4 +198,14 @@ class ScoreCache:
         with FileLock(self.path.with_name(f".{self.path.name}.lock")):
             self._take_in(self._read(self.path, may_be_missing=True))
             parts = {field.name: getattr(self, field.name) for field in fields(self)[1:]}
-            write_whole(self.path, f"{json.dumps(parts, indent=1)}\n".encode())
+            content = f"{_lay_out(parts)}\n".encode()
+            if not self.path.exists() or self.path.read_bytes() != content:
+                write_whole(self.path, content)
+
+
+def _lay_out(value: Any, depth: int = 3) -> str:
+    """Return JSON with a line for the scores of each player."""
+    if not depth or not isinstance(value, dict):
+        return json.dumps(value)
+    rows = (f"{json.dumps(name)}: {_lay_out(own, depth - 1)}" for name, own in value.items())
+    return "{\n" + ",\n".join(rows) + "\n}"

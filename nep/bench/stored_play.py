@@ -1,61 +1,14 @@
-"""Plays that are kept in files of their own: one player in one game, or another unit of work."""
+"""Units of work that are kept in files of their own: a tuning, a training, a play."""
 
 from __future__ import annotations
 
 import json
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
-from nep.bench.scoring_code import checksum_code
 from nep.report.code_version import describe_code
 from sgm.files import read_json, write_whole
-
-
-class StoredPlay(ABC):
-    """A play and its file: what is there is not played again, by whichever process.
-
-    Attributes:
-        path: the file.
-        scored_by: modules whose code decides the scores.
-    """
-
-    path: Path
-    scored_by: ClassVar[Sequence[str]]
-
-    @abstractmethod
-    def describe(self) -> dict[str, Any]:
-        """Return everything that the scores depend on but the code, as JSON values."""
-
-    @abstractmethod
-    def play(self) -> Any:
-        """Return the scores, as JSON values."""
-
-    def is_done(self) -> bool:
-        """Tell whether the file holds the scores of these settings, of a network that is there."""
-        try:
-            return read_unit(self.path, self._tell()) is not None
-        except FileNotFoundError:
-            return False
-
-    def run(self) -> None:
-        """Play and write the file, unless it is there already."""
-        keep_unit(self.path, self._tell(), self.play)
-
-    def read(self) -> Any:
-        """Read the scores of a finished play.
-
-        Raises:
-            ValueError: if the file is missing, or damaged.
-        """
-        found = read_unit(self.path)
-        if found is None:
-            raise ValueError(f"scores must be a file of a play, got none at {self.path}. Play it.")
-        return found["done"]
-
-    def _tell(self) -> dict[str, Any]:
-        return {**self.describe(), "code": checksum_code(self.scored_by)}
 
 
 def keep_unit(

@@ -1,4 +1,4 @@
-"""`python -m simulator.igridson play | run | video`."""
+"""`python -m simulator.igridson play | video`."""
 
 from simulator.igridson.command import main
 from simulator.process import run_main

@@ -29,7 +29,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "from-trace": count_traces, "show": show, "check": check, "compare": compare,
         "words": write_words, "prompt": print_prompt, "filled": write_filled,
     }  # fmt: skip
-    moved = {name: f"python -m tools.priors {name}" for name in ("build", "activities")}
+    moved = {
+        name: f"python -m tools.priors {name}, in a checkout" for name in ("build", "activities")
+    }
     return choose(PROG, commands, arguments, moved=moved)
 
 

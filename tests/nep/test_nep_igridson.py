@@ -1,10 +1,13 @@
 """iGridson with a network: that of a very short fit is enough."""
 
 import json
+import re
+from pathlib import Path
 
 import pytest
 
 from nep import fit
+from nep.bench.__main__ import main as bench
 from nep.igridson import main
 
 
@@ -24,40 +27,91 @@ def checkpoint(tmp_path_factory):
     return folder / "runs" / "mlp" / "version_0" / "checkpoints" / "last.ckpt"
 
 
+def read_scores(out):
+    """Scores by player, of the only game."""
+    (scores,) = json.loads(out.with_suffix(".json").read_text("utf-8"))["scores"].values()
+    return scores
+
+
+def search(out, *options):
+    bench(["igridson", "--queries-per-home", "4", "--out", str(out), *options])
+
+
 @pytest.mark.slow
-def test_run_with_a_checkpoint(checkpoint, tmp_path, capsys):
-    out = tmp_path / "runs.json"
-    args = ["run", "--policy", "nep", "nep+travel", "random", "--checkpoint", str(checkpoint),
-            "--threads", "1", "--runs", "12", "--queries-per-home", "4", "--quiet",
-            "--out", str(out)]  # fmt: skip
-    assert main(args) == 0
-    assert "| nep | " in capsys.readouterr().out
-    policies = json.loads(out.read_text("utf-8"))["policies"]
-    assert list(policies) == ["nep", "nep+travel", "random"]
+def test_a_table_goes_on_and_is_written_again(checkpoint, tmp_path, capsys):
+    """`run` is the suite; who has played does not play again."""
+    out = tmp_path / "sub" / "grid.md"
+    options = ["--queries-per-home", "4", "--out", str(out)]
+    assert main(["run", "--policy", "random", "--runs", "12", *options]) == 0
+    text = out.read_text("utf-8")
+    assert "## At most 10 looks: 12 searches, 3 unseen homes x 4 queries" in text
+    assert "| 0.57 | 9.36 ± 4.09 | 141.7 ± 63.9 |" in text  # the paper's random row
+    first = read_scores(out)["random"]
+    assert 0 < first["num_actions_standard_error"] < 2
+    args = ["--checkpoint", str(checkpoint), "run", "--policy", "random", "nep", "nep+travel"]
+    assert main([*args, "--runs", "12", *options]) == 0
+    played = [line for line in capsys.readouterr().out.splitlines() if "attempts: " in line]
+    assert [line.rpartition(": ")[2] for line in played] == ["random", "nep", "nep+travel"]
+    assert read_scores(out)["random"] == first
+    text = out.read_text("utf-8")
+    assert "| nep | " in text
+    assert "- Network `nep`: SHA-256 `" in text
+    search(out, "--play", "false", "--runs", "12", "--checkpoint", "nep", "--policy", "random",
+           "nep", "nep+travel")  # fmt: skip
+    assert out.read_text("utf-8") == text
 
 
-def test_missing_checkpoints_are_named(tmp_path, capsys):
-    assert main(["run", "--checkpoint", str(tmp_path / "no.ckpt")]) == 2
-    message = capsys.readouterr().err
-    assert "must be a file that can be read" in message
-    assert "no.ckpt" in message
-    assert main(["run", "--policy", "nep", "--runs", "100"]) == 2  # no checkpoint at all
-    assert "--checkpoint CKPT" in capsys.readouterr().err
+def test_workers_give_the_same_scores(tmp_path):
+    options = ["--policy", "random", "bayesian+travel", "--runs", "8"]
+    search(tmp_path / "a.md", *options)
+    search(tmp_path / "b.md", *options, "--workers", "2")
+    assert read_scores(tmp_path / "a.md") == read_scores(tmp_path / "b.md")
 
 
-def test_the_shipped_network_plays(tmp_path, capsys):
+def test_stored_scores_give_the_table_that_ships(tmp_path, monkeypatch):
+    folder = Path(__file__).parents[2] / "results"
+    (tmp_path / "igridson.json").write_bytes((folder / "igridson.json").read_bytes())
+    monkeypatch.chdir(tmp_path)
+    bench(["igridson", "--play", "false", "--checkpoint", "nep"])
+    assert (tmp_path / "igridson.md").read_bytes() == (folder / "igridson.md").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--policy", "nep"], "policy must be one of random, .*got 'nep'.*nep.igridson"),
+        (["--runs", "150"], "runs must be a multiple of the 100 queries per home, got 150"),
+        (["--attempts", "40"], "attempts must be at most the 21 furniture nodes, got 40"),
+        (["--layout", "missing.txt"], "No such file"),
+        (["--out", "runs.json"], "out must be a page, got runs.json, which is its file of scores"),
+        (["--workers", "0"], "workers must be at least 1, got 0. Raise it."),
+        (["--checkpoint", "no.ckpt"], "no.ckpt.* must be a file|must be a file .*no.ckpt"),
+    ],
+)
+def test_bad_options_end_with_one_line(options, message, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stop:
+        bench(["igridson", *options])
+    assert stop.value.code == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert re.search(message, error)
+
+
+def test_the_shipped_network_plays(tmp_path):
     """Options of the network may stand before the command."""
+    out = tmp_path / "grid.md"
     args = ["--checkpoint", "heat", "run", "--policy", "nep", "--runs", "4",
-            "--queries-per-home", "4", "--quiet", "--out", str(tmp_path / "runs.json")]  # fmt: skip
+            "--queries-per-home", "4", "--out", str(out)]  # fmt: skip
     assert main(args) == 0
-    assert "| nep | " in capsys.readouterr().out
+    assert [*read_scores(out)] == ["nep"]
 
 
 def test_the_network_is_in_the_help_and_its_options_are_checked(capsys):
     with pytest.raises(SystemExit) as stop:
-        main(["run", "--help"])
+        main(["video", "--help"])
     assert stop.value.code == 0
     text = " ".join(capsys.readouterr().out.split())
     assert "the network: a checkpoint, an exported folder or one that ships" in text
-    assert main(["run", "--threads", "0"]) == 2
+    assert main(["play", "--threads", "0"]) == 2
     assert capsys.readouterr().err == "error: threads must be at least 1, got 0. Raise it.\n"

@@ -22,7 +22,7 @@ SMALL = {
     "--trainer.max_epochs 1 --online.policies [] --online.num_homes 1 --online.steps 1 --threads 1",
     "nep.evaluate": "--policies none --tasks predict_location --num_homes 2 --steps 2 --workers 2",
     "nep.export": "--num_homes 1 --steps 1 --threads 1",
-    "nep.reproduce": "--table figure --tiny --jobs 1",
+    "nep.reproduce": "--table figure --tiny --workers 1",
 }
 
 

@@ -12,20 +12,28 @@ import pytest
 import torch
 from filelock import FileLock
 
-from nep.bench.paper.experiments import ABLATION_SETTING, SETTINGS, enter, find_models
-from nep.bench.paper.plan import plan_stages
+from nep.bench.paper.experiments import (
+    ABLATION_SETTING,
+    SETTINGS,
+    Setting,
+    enter,
+    find_models,
+)
+from nep.bench.paper.plan import SCORES, checksum_trained, plan_stages
 from nep.bench.paper.stages import _THREAD_VARIABLES
 from nep.bench.paper.training import Training
 from nep.bench.paper.work import LOCK
-from nep.bench.suites.paper import _make_parser, _make_plan, main
+from nep.bench.runner import list_missing, load_played, play_all
+from nep.bench.suites.paper import Paper, _make_plan, main
 from nep.fit import FitCLI
 from nep.players.checkpoints import load_exported
+from nep.players.contestants import list_contestants
 from simulator.command_line import parse
 from simulator.policies import POLICIES
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("python")]
 
-TINY = ["--tiny", "--models", "mlp", "--jobs", "2"]
+TINY = ["--tiny", "--models", "mlp", "--workers", "2"]
 
 
 def list_folders(folder: Path) -> list[str]:
@@ -38,7 +46,7 @@ def reproduce(folder: Path, *options: str) -> None:
 
 def make_plan(folder: Path, *options: str):
     arguments = [*TINY, *map(str, list_folders(folder)), *options]
-    return _make_plan(parse(_make_parser(), arguments))
+    return _make_plan(parse(Paper().make_parser(), arguments))
 
 
 def list_jobs(plan):
@@ -52,6 +60,21 @@ def folder(tmp_path_factory, python):
     folder = tmp_path_factory.mktemp("reproduce")
     reproduce(folder, "--table", "1")
     return folder
+
+
+def list_plays(plan) -> list[str]:
+    """Who has still to play, of networks that are trained and policies."""
+    trained = plan.list_trained()
+    games = plan.list_games()
+    cache = load_played(games, plan.runs / SCORES, checksum_trained(trained))
+    missing = list_missing(games, lambda game: plan.list_players(game, trained), cache)
+    return [f"{game.setting.name} {who}" for _, game, part in missing for who in part]
+
+
+def read_scores(folder: Path, plan, setting=ABLATION_SETTING):
+    """What all have scored in a setting, by name."""
+    stored = json.loads((folder / "runs" / SCORES).read_text())
+    return stored["scores"][plan.make_game(setting).name]
 
 
 def read_times(folder: Path) -> dict[str, int]:
@@ -90,9 +113,9 @@ def test_stored_scores_are_those_of_the_checkpoint(folder, tmp_path, python):
         env=os.environ | dict.fromkeys(_THREAD_VARIABLES, "1"),
     )  # fmt: skip
     want = json.loads((tmp_path / "results.json").read_text())["tasks"]["find_object"]["policies"]
-    for name, file in (("N", "mlp"), ("bayesian", "bayesian")):
-        path = folder / "runs" / "find_object-off" / "scores" / f"{file}.json"
-        assert json.loads(path.read_text())["done"] == want[name]
+    found = read_scores(folder, make_plan(folder), Setting("find_object", False))
+    assert found["find_object-off/mlp"] == want["N"]
+    assert found["bayesian"] == want["bayesian"]
 
 
 def test_weights_of_a_table_are_checked_by_name(folder, tmp_path, capsys):
@@ -137,7 +160,8 @@ def refused(arguments, message, capsys):
 
 def test_finished_parts_are_not_run_again(folder):
     """The figure needs what Table 1 has; written again, files are the same bytes."""
-    assert list_jobs(make_plan(folder, "--table", "1")) == []
+    plan = make_plan(folder, "--table", "1")
+    assert list_jobs(plan) == list_plays(plan) == []
     before = read_times(folder)
     files = {path: path.read_bytes() for path in (folder / "out").iterdir()}
     reproduce(folder, "--table", "1")
@@ -150,14 +174,15 @@ def test_finished_parts_are_not_run_again(folder):
 
 
 def test_what_has_changed_is_run_again(folder):
-    names = [job.name for job in list_jobs(make_plan(folder, "--table", "figure", "--steps", "5"))]
-    assert names == [f"evaluate predict_location-on/{who}" for who in ("mlp", *POLICIES)]
+    plan = make_plan(folder, "--table", "figure", "--steps", "5")
+    assert list_jobs(plan) == []
+    players = (*POLICIES, "predict_location-on/mlp")
+    assert list_plays(plan) == [f"predict_location-on {who}" for who in players]
     jobs = list_jobs(make_plan(folder, "--table", "figure", "--epochs", "2"))
     assert [job.name for job in jobs] == [
         "collect predict_location-on", "train predict_location-on/mlp",
-        "evaluate predict_location-on/mlp",
     ]  # fmt: skip
-    assert [job.after for job in jobs] == [(), (jobs[0].name,), (jobs[1].name,)]
+    assert [job.after for job in jobs] == [(), (jobs[0].name,)]
 
 
 def test_the_released_codes_homes_are_learnt_and_played_in(tmp_path):
@@ -166,11 +191,12 @@ def test_the_released_codes_homes_are_learnt_and_played_in(tmp_path):
     (training,) = plan.list_trainings(enter(plan.models[0], ABLATION_SETTING))
     home = FitCLI(training.list_all_options()).datamodule.train_config.homes.home
     assert (home.furniture_per_room, home.objects_per_furniture, home.max_looks) == (6, 5, 10)
-    evaluation = plan.make_evaluation(ABLATION_SETTING, "random")
-    evaluation.run()
-    assert evaluation.is_done()
+    games = plan.list_games()
+    play_all(games, lambda game: list_contestants(game.setting.task, ["random"], []),
+             plan.runs / SCORES)  # fmt: skip
+    assert "predict_location-on random" not in list_plays(plan)
     text = make_plan(tmp_path, "--table", "figure")
-    assert not text.make_evaluation(ABLATION_SETTING, "random").is_done()
+    assert "predict_location-on random" in list_plays(text)
     assert "--homes paper" in plan.describe("1").command
 
 
@@ -182,13 +208,12 @@ def test_several_trainings_play_the_same_homes(tmp_path):
     assert len({training.folder for training in trainings}) == 3
     alone = make_plan(tmp_path, "--table", "figure", "--seed", "4")
     assert alone.list_trainings(enter(plan.models[0], ABLATION_SETTING)) == trainings[:1]
-    evaluations = [plan.evaluate_training(training) for training in trainings]
-    assert {evaluation.seed for evaluation in evaluations} == {4}
-    assert len({evaluation.path for evaluation in evaluations}) == 3
+    assert {game.seed for game in plan.list_games().values()} == {4}
+    assert len({plan.name_training(training) for training in trainings}) == 3
     names = [job.name for job in list_jobs(plan)]
     assert [name for name in names if name.startswith("train")] == [
-        "train predict_location-on/mlp", "train predict_location-on/mlp-seed_5",
-        "train predict_location-on/mlp-seed_6",
+        "train predict_location-on/mlp", "train seed_5/predict_location-on/mlp",
+        "train seed_6/predict_location-on/mlp",
     ]  # fmt: skip
     assert "--seeds 3" in plan.describe("1").command
 
@@ -230,7 +255,7 @@ def make_training(folder: Path) -> Training:
 def test_killed_and_resumed_is_as_if_never_stopped(folder, tmp_path, python):
     """The command is killed without warning while its first network is in training."""
     training = make_training(tmp_path)
-    one = ["--table", "figure", "--jobs", "1"]
+    one = ["--table", "figure", "--workers", "1"]
     command = [python, "-m", "nep.reproduce", *TINY, *one]
     process = subprocess.Popen(
         [*command, *map(str, list_folders(tmp_path))], cwd=Path(__file__).parents[2]
@@ -253,12 +278,8 @@ def test_killed_and_resumed_is_as_if_never_stopped(folder, tmp_path, python):
         for where in (folder, tmp_path)
     )
     assert all(torch.equal(value, got[key]) for key, value in want.items())
-    for who in ("mlp", *POLICIES):
-        want, got = (
-            json.loads((where / f"runs/predict_location-on/scores/{who}.json").read_text())
-            for where in (folder, tmp_path)
-        )
-        assert want["done"] == got["done"]
+    plan = make_plan(tmp_path)
+    assert read_scores(folder, plan) == read_scores(tmp_path, plan)
 
 
 def test_table_2_shares_the_full_models_with_table_1(folder):
@@ -320,7 +341,7 @@ def test_a_config_by_path_is_a_model_by_its_name(tmp_path):
         (["--num_homes", "0"], "num_homes must be at least 1, got 0. Raise it."),
         (["--steps", "0"], "steps must be at least 1, got 0. Raise it."),
         (["--epochs", "0"], "epochs must be at least 1, got 0. Raise it."),
-        (["--jobs", "0"], "jobs must be at least 1, got 0. Raise it."),
+        (["--workers", "0"], "workers must be at least 1, got 0. Raise it."),
         (["--seed", "-1"], "seed must be non-negative, got -1. Choose 0 or more."),
     ],
 )
@@ -351,12 +372,11 @@ def test_a_failed_job_is_named_with_its_log(tmp_path, capsys):
     stranger.parent.mkdir(parents=True)
     stranger.write_text("not ours")
     with pytest.raises(SystemExit) as stop:
-        reproduce(tmp_path, "--table", "figure", "--jobs", "1")
+        reproduce(tmp_path, "--table", "figure", "--workers", "1")
     assert stop.value.code == 1
     error = capsys.readouterr().err
     assert "collect predict_location-on: ValueError: output folder must be empty" in error
     assert "collect-predict_location-on.log" in error
     assert "train predict_location-on/mlp: it needs another job, which failed" in error
     assert not (tmp_path / "out" / "figure_4.png").exists()
-    scores = tmp_path / "runs" / "predict_location-on" / "scores"  # others went on
-    assert {path.stem for path in scores.iterdir()} == set(POLICIES)
+    assert read_scores(tmp_path, make_plan(tmp_path)).keys() == {*POLICIES}  # others went on

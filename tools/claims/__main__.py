@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
 from pathlib import Path
+from typing import ClassVar
 
+from jsonargparse import ArgumentParser, Namespace
+
+from nep.bench.paper.plan import plan_trainings
 from nep.bench.paper.stages import run_stages
 from nep.bench.paper.work import (
     list_work_options,
@@ -13,10 +17,11 @@ from nep.bench.paper.work import (
     work_in,
     write_files,
 )
-from nep.bench.table_options import Option, add_options, check_options
-from simulator.command_line import make_parser, one_line_errors, parse
+from nep.bench.runner import Suite
+from nep.bench.table_options import Option
+from simulator.command_line import one_line_errors
 from simulator.process import run_main
-from tools.claims.plan import ClaimsPlan, plan_claims
+from tools.claims.plan import ClaimsPlan
 from tools.claims.report import make_report
 
 OPTIONS = (
@@ -35,45 +40,43 @@ OPTIONS = (
 )  # fmt: skip
 
 
-def _make_plan(arguments: Sequence[str] | None) -> tuple[ClaimsPlan, Path, int, bool]:
-    parser = make_parser(
-        "python -m tools.claims",
-        "Train and play what settles the paper's claims, as far as that is not done yet, and write "
-        "claims.md and claims.json. Interrupted, the same command goes on; what is finished stays.",
-    )
-    add_options(parser, OPTIONS)
-    options = parse(parser, arguments)
-    check_options(OPTIONS, options)
-    if options.table_1 is not None and not options.table_1.is_file():
-        raise ValueError(
-            f"table_1 must be a file, got {options.table_1}. Name a table_1.json, or leave it out."
-        )
-    plan = ClaimsPlan(
-        runs=options.runs,
-        data=options.data,
-        num_homes=options.num_homes,
-        steps=options.steps,
-        num_seeds=options.seeds,
-        switch_seed=min(1, options.seeds - 1),
-        epochs=options.epochs,
-        table_1=options.table_1,
-    )
-    return plan, options.out, options.jobs, options.train
+class Claims(Suite):
+    """Trainings and plays of which the pages about the claims are made."""
 
+    command = "tools.claims"
+    summary = "Train and play what settles the paper's claims, and write claims.md and claims.json."
+    options = OPTIONS
+    workers: ClassVar[int] = os.cpu_count() or 1
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line."""
-    console = make_console()
-    with one_line_errors(status=2):
-        plan, out, jobs, trains = _make_plan(arguments)
-        for folder in (plan.runs, plan.data, out):
+    def check(self, options: Namespace) -> None:
+        """Check that Table 1 is there."""
+        if options.table_1 is not None and not options.table_1.is_file():
+            raise ValueError(
+                f"table_1 must be a file, got {options.table_1}. Name a table_1.json, or leave it "
+                "out."
+            )
+
+    def run(self, options: Namespace, parser: ArgumentParser) -> None:
+        """Train, play and write."""
+        plan = ClaimsPlan(
+            runs=options.runs, data=options.data, num_homes=options.num_homes, steps=options.steps,
+            num_seeds=options.seeds, switch_seed=min(1, options.seeds - 1), epochs=options.epochs,
+            table_1=options.table_1,
+        )  # fmt: skip
+        for folder in (plan.runs, plan.data, options.out):
             folder.mkdir(parents=True, exist_ok=True)
-    with work_in(plan.runs):
-        failed = run_stages(plan_claims(plan, trains), jobs, console)
-    with one_line_errors():
-        write_files(out, make_report(plan), console)
-    stop_if_failed(failed)
+        console = make_console()
+        with one_line_errors(), work_in(plan.runs):
+            failed = {}
+            if options.train:
+                stages = plan_trainings(plan.list_trainings(), plan.runs)
+                failed = run_stages(stages, options.workers, console)
+            plan.play(options.workers, options.backend)
+            write_files(options.out, make_report(plan), console)
+            stop_if_failed(failed)
 
+
+main = Claims().main
 
 if __name__ == "__main__":
     run_main(main)

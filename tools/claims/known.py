@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from nep.report.results import ScoreSummary
+from nep.report.results import ScoreSummary, unpack_summary
 from nep.report.statistics import compute_gap_closed
 from nep.report.tables import compute_difference, format_difference, join_table
 from simulator.policies import POLICIES
@@ -18,14 +18,14 @@ def make_known(scores: ClaimsScores) -> tuple[str, Any]:
     kept: dict[str, Any] = {}
     texts = []
     for source, where in SOURCES.items():
-        for nodes, setting in LOCATION.items():
-            informed = scores.plan.play_informed(source, setting)
-            if not informed.is_done():
+        for nodes in LOCATION:
+            informed = scores.find(scores.plan.make_informed(source, nodes), INFORMED)
+            if informed is None:
                 scores.missing.append(f"{INFORMED}, {where}, dynamic nodes {nodes}")
                 continue
             found = _load_all(scores, source, nodes)
-            top = found[INFORMED] = informed.load()
-            sizes = informed.read()["sizes"]
+            top = found[INFORMED] = unpack_summary(informed)
+            sizes = informed["sizes"]
             texts.append(
                 f"{where}, {nodes}: an answer has an effective sample size of {sizes[5]:.0f} "
                 f"of its 1,024 draws (median), {sizes[1]:.0f} in the worst tenth."

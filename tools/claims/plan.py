@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from nep.bench.paper.experiments import SETTINGS, Contestant, Setting
-from nep.bench.paper.readings import ReadingScores
-from nep.bench.paper.stages import Job
-from nep.bench.paper.stored_scores import Evaluation
-from nep.bench.paper.training import Training, collect_data
-from nep.report.results import ScoreSummary, pack_summary
+from nep.bench.paper.paper_game import PaperGame
+from nep.bench.paper.plan import SCORES, checksum_trained
+from nep.bench.paper.readings import ReadingGame
+from nep.bench.paper.training import Training
+from nep.bench.runner import load_played, play_all
+from nep.bench.score_cache import ScoreCache
+from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
+from nep.report.results import ScoreSummary, pack_summary, unpack_summary
 from sgm.files import read_json
-from simulator.policies import POLICIES
+from simulator.policies import POLICIES, Policy
 from simulator.policies.informed import Informed
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.scores import TaskScores
@@ -136,47 +138,87 @@ class ClaimsPlan:
             return set()
         return {*read_json(self.table_1)["settings"][LOCATION["on"].name]} - {CHECKED}
 
-    def evaluate(self, training: Training) -> Evaluation:
-        """Return the evaluation of a network in test homes like those of its training."""
-        setting, name = training.contestant.setting, training.contestant.name
-        path = training.runs / setting.name / "scores" / f"{name}.json"
-        return self._evaluate(setting, name, path, training.source, training.checkpoint)
+    def make_game(self, source: str, setting: Setting, cross_room_moves: bool = False) -> PaperGame:
+        """Return the test homes of a setting."""
+        return PaperGame(setting, self.num_homes, self.steps, 0, source, cross_room_moves)
 
-    def play(
-        self, source: str, setting: Setting, policy: str, cross_room_moves: bool = False
-    ) -> Evaluation:
-        """Return the evaluation of a policy."""
-        folder = self.runs / (f"{source}-cross_room" if cross_room_moves else source)
-        path = folder / setting.name / "scores" / f"{policy}.json"
-        evaluation = self._evaluate(setting, policy, path, source, None)
-        return replace(evaluation, cross_room_moves=cross_room_moves)
+    def make_reading(self, source: str, nodes: str) -> ReadingGame:
+        """Return those whose rankings are scored under every reading of the likelihood metric."""
+        return ReadingGame(LIKELIHOOD[nodes], self.num_homes, self.steps, 0, source)
 
-    def play_informed(self, source: str, setting: Setting) -> InformedScores:
-        """Return the evaluation of `Informed`."""
-        own = self.play(source, setting, INFORMED)
-        return InformedScores(**{field.name: getattr(own, field.name) for field in fields(own)})
+    def make_informed(self, source: str, nodes: str) -> InformedGame:
+        """Return those that `Informed` plays."""
+        return InformedGame(LOCATION[nodes], self.num_homes, self.steps, 0, source)
 
-    def read(self, source: str, nodes: str, policy: str) -> ReadingScores:
-        """Return a policy's rankings under every reading of the likelihood metric."""
-        path = self.runs / source / LIKELIHOOD[nodes].name / "readings" / f"{policy}.json"
-        return ReadingScores(self._evaluate(LIKELIHOOD[nodes], policy, path, source, None))
+    def list_games(self) -> dict[str, PaperGame]:
+        """Return all that is played, by name."""
+        games: list[PaperGame] = []
+        for source in SOURCES:
+            for nodes, setting in LOCATION.items():
+                games += [self.make_game(source, setting), self.make_reading(source, nodes)]
+                games.append(self.make_informed(source, nodes))
+        for setting in SETTINGS:
+            games += [self.make_game("sampled", setting, crosses) for crosses in (False, True)]
+        return {game.name: game for game in games}
 
-    def read_network(self, training: Training) -> ReadingScores:
-        """Return the same of a network that was trained for Predict Object Location."""
-        nodes, name = training.contestant.setting.nodes, training.contestant.name
-        path = training.runs / LIKELIHOOD[nodes].name / "readings" / f"{name}.json"
-        own = self._evaluate(LIKELIHOOD[nodes], name, path, training.source, training.checkpoint)
-        return ReadingScores(own)
+    def name_training(self, training: Training) -> str:
+        """Return the name of a training among players: its folder."""
+        return training.folder.relative_to(self.runs).as_posix()
 
-    def _evaluate(
-        self, setting: Setting, name: str, path: Path, source: str, checkpoint: Path | None
-    ) -> Evaluation:
-        return Evaluation(
-            setting, name, checkpoint, self.num_homes, self.steps, 0, path, source=source
+    def list_trained(self) -> dict[str, Training]:
+        """Return the trainings that are done, by name."""
+        return {self.name_training(row): row for row in self.list_trainings() if row.is_done()}
+
+    def list_players(
+        self, game: PaperGame, trained: Mapping[str, Training]
+    ) -> dict[str, MakePolicy]:
+        """Return what makes each policy and each network that plays a game, by name."""
+        if isinstance(game, InformedGame):
+            return list_contestants(game.setting.task, [INFORMED], [])
+        is_read = isinstance(game, ReadingGame)
+        known: set[str] = set()
+        policies: Sequence[str] = PAPER_POLICIES
+        if is_read:
+            policies = (*PAPER_POLICIES, "ceiling")
+        elif game.cross_room_moves:
+            trained = {}
+        else:
+            known = self.list_in_table_1(game.source)
+            policies = tuple(POLICIES) if game.setting in LOCATION.values() else PAPER_POLICIES
+        networks = [
+            Checkpoint(name, training.checkpoint)
+            for name, training in trained.items()
+            if training.source == game.source
+            and training.contestant.setting == LOCATION[game.setting.nodes]
+            and (
+                training.contestant.name in ORDER and training.seed == self.switch_seed
+                if is_read
+                else game.setting in LOCATION.values()
+            )
+        ]
+        names = [name for name in policies if name not in known]
+        return list_contestants(game.setting.task, names, networks)
+
+    def play(self, workers: int = 1, backend: str = "processes") -> ScoreCache:
+        """Let policies, and networks that are trained, play what they have not played yet."""
+        trained = self.list_trained()
+        return play_all(
+            self.list_games(), lambda game: self.list_players(game, trained), self.runs / SCORES,
+            checksum_trained(trained), workers, backend,
+        )  # fmt: skip
+
+    def load_cache(self) -> ScoreCache:
+        """Return what has been played so far."""
+        return load_played(
+            self.list_games(), self.runs / SCORES, checksum_trained(self.list_trained())
         )
 
-    def load_table_1(self, setting: Setting) -> dict[str, ScoreSummary]:
+    def load_table_1(self, setting: Setting, cache: ScoreCache) -> dict[str, ScoreSummary]:
         """Return what all have scored in Table 1, by title; nothing without the file.
+
+        Args:
+            setting: of the table.
+            cache: what has been played, to compare test homes.
 
         Raises:
             ValueError: if Table 1 was not played in these test homes.
@@ -185,7 +227,8 @@ class ClaimsPlan:
             return {}
         settings = read_json(self.table_1)["settings"]
         for nodes in LOCATION.values():  # other tasks are played in the same homes
-            own = self.play("sampled", nodes, CHECKED).load().home_values
+            played = cache.scores[self.make_game("sampled", nodes).name]
+            own = unpack_summary(played[CHECKED]).home_values
             theirs = np.array(settings[nodes.name][CHECKED]["mean_of_each_home"])
             if len(own) != len(theirs) or not np.allclose(own, theirs):
                 raise ValueError(
@@ -199,11 +242,19 @@ class ClaimsPlan:
 
 
 @dataclass(frozen=True)
-class InformedScores(Evaluation):
-    """What `Informed` scores, some homes at a time, and the effective sample size of its draws."""
+class InformedGame(PaperGame):
+    """What `Informed` plays, some homes at a time, with the effective sizes of its samples."""
 
-    def play(self) -> dict[str, Any]:
-        """Return the summary, and quantiles 0, .1, ... 1 of the effective sample sizes."""
+    @property
+    def name(self) -> str:
+        """Name among kept scores."""
+        return f"{INFORMED} in {super().name}"
+
+    def play(self, players: Mapping[str, MakePolicy]) -> dict[str, Any]:
+        """Return summaries, and quantiles 0, .1, ... 1 of the effective sample sizes."""
+        return {name: self._play(make) for name, make in players.items()}
+
+    def _play(self, make: MakePolicy) -> dict[str, Any]:
         sizes, parts = [], []
         groups = [
             range(first, min(first + _HOMES_AT_ONCE, self.num_homes))
@@ -212,73 +263,14 @@ class InformedScores(Evaluation):
         for homes in groups:
             policies: list[Informed] = []
 
-            def make(homes: Homes, made: list[Informed] = policies) -> Informed:
-                made.append(Informed.make(homes))
-                return made[-1]
+            def keep(homes: Homes, made: list[Informed] = policies) -> Policy:
+                policy = make(homes)
+                assert isinstance(policy, Informed)
+                made.append(policy)
+                return policy
 
             streams = Streams(self.seed, "test", homes)
-            parts.append(evaluate_policy(make, self.make_source(), streams, self.steps))
+            parts.append(evaluate_policy(keep, self.make_source(), streams, self.steps))
             sizes += policies[0].effective_sizes
         summary = pack_summary(ScoreSummary.of(TaskScores.join(groups, parts)))
         return {**summary, "sizes": np.quantile(sizes, np.linspace(0, 1, 11)).round(1).tolist()}
-
-
-def plan_claims(plan: ClaimsPlan, trains: bool) -> tuple[list[Job], list[Job], list[Job]]:
-    """List what is not done yet: collections, then trainings, then all that is played.
-
-    Args:
-        plan: what is wanted.
-        trains: whether networks are trained; if not, those that are there play.
-    """
-    collections: list[Job] = []
-    trainings: list[Job] = []
-    games: list[Job] = []
-
-    def add(
-        jobs: list[Job], name: str, run: Callable[[], object], after: Sequence[str] = ()
-    ) -> None:
-        log = plan.runs / "logs" / f"{name.replace(' ', '-').replace('/', '-')}.log"
-        jobs.append(Job(name, run, log, tuple(after)))
-
-    for training in plan.list_trainings():
-        name = f"{training.source} {training.contestant.key}-seed_{training.seed}"
-        is_done = training.is_done()
-        if not is_done and not trains:
-            continue
-        after = []
-        if not is_done:
-            add(collections, f"collect {name}", partial(collect_data, [training]))
-            add(trainings, f"train {name}", training.run, [f"collect {name}"])
-            after = [f"train {name}"]
-        played: list[Evaluation | ReadingScores] = [plan.evaluate(training)]
-        if training.contestant.name in ORDER and training.seed == plan.switch_seed:
-            played.append(plan.read_network(training))
-        for own in played:
-            if after or not own.is_done():
-                add(games, f"play {name} {own.path.parent.name}", own.run, after)
-    for nodes, setting in LOCATION.items():
-        for source in SOURCES:
-            known = plan.list_in_table_1(source)
-            for policy in POLICIES:
-                own = plan.play(source, setting, policy)
-                if policy not in known and not own.is_done():
-                    add(games, f"play {source} {setting.name} {policy}", own.run)
-            for policy in (*PAPER_POLICIES, "ceiling"):
-                reading = plan.read(source, nodes, policy)
-                if not reading.is_done():
-                    add(games, f"read {source} {nodes} {policy}", reading.run)
-        for source in SOURCES:
-            informed = plan.play_informed(source, setting)
-            if not informed.is_done():
-                add(games, f"play {source} {setting.name} {INFORMED}", informed.run)
-    for setting in SETTINGS:
-        for policy in PAPER_POLICIES:
-            for crosses in (True, False):
-                own = plan.play("sampled", setting, policy, crosses)
-                is_known = not crosses and (
-                    setting in LOCATION.values() or policy in plan.list_in_table_1("sampled")
-                )
-                if not is_known and not own.is_done():
-                    where = " over rooms" if crosses else ""
-                    add(games, f"play {setting.name} {policy}{where}", own.run)
-    return collections, trainings, games

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from nep.bench.paper.experiments import SETTINGS, Setting
-from nep.report.results import ScoreSummary
+from nep.bench.paper.paper_game import PaperGame
+from nep.report.results import ScoreSummary, unpack_summary
 from tools.claims.plan import LOCATION, ORDER, PAPER_POLICIES, SOURCES, ClaimsPlan
 
 
@@ -15,14 +18,15 @@ class ClaimsScores:
 
     Attributes:
         plan: what is wanted.
+        cache: what has been played.
         table_1: scores by title in every setting, from Table 1 if that is given.
         missing: what was asked for and is not there, for a list of what was not run.
     """
 
     def __init__(self, plan: ClaimsPlan) -> None:
-        """Read Table 1."""
-        self.plan = plan
-        self.table_1 = {setting: plan.load_table_1(setting) for setting in SETTINGS}
+        """Read them, and Table 1."""
+        self.plan, self.cache = plan, plan.load_cache()
+        self.table_1 = {setting: plan.load_table_1(setting, self.cache) for setting in SETTINGS}
         self.missing: list[str] = []
 
     def load_trainings(
@@ -35,9 +39,11 @@ class ClaimsScores:
             if self.plan.is_in_table_1(source, seed) and name in ORDER:
                 found[seed] = self.table_1[LOCATION[nodes]][ORDER[name]]
                 continue
-            own = self.plan.evaluate(self.plan.make_training(source, nodes, configs, seed))
-            if own.is_done():  # of Table 1, too, the means of homes are all there is
-                found[seed] = ScoreSummary(own.load().home_values[:, None], {})
+            training = self.plan.make_training(source, nodes, configs, seed)
+            player = self.plan.name_training(training)
+            own = self.find(self.plan.make_game(source, LOCATION[nodes]), player)
+            if own is not None:  # of Table 1, too, the means of homes are all there is
+                found[seed] = ScoreSummary(unpack_summary(own).home_values[:, None], {})
             else:
                 line = f"{name}, {SOURCES[source]}, dynamic nodes {nodes}, seed {seed}"
                 self.missing.append(line)
@@ -63,9 +69,9 @@ class ClaimsScores:
         """Return what a policy has scored; None if it has not played."""
         if source == "sampled" and not crosses and name in self.table_1[setting]:
             return self.table_1[setting][name]
-        own = self.plan.play(source, setting, name, crosses)
-        if own.is_done():
-            return own.load()
+        own = self.find(self.plan.make_game(source, setting, crosses), name)
+        if own is not None:
+            return unpack_summary(own)
         where = ", moves over the whole home" if crosses else ""
         self.missing.append(f"{name}, {SOURCES[source]}, {setting.title}{where}")
         return None
@@ -73,17 +79,23 @@ class ClaimsScores:
     def load_readings(self, source: str, nodes: str) -> dict[str, dict[str, float]]:
         """Return the mean under every reading of the likelihood metric, by contestant."""
         plan = self.plan
-        played = {name: plan.read(source, nodes, name) for name in (*PAPER_POLICIES, "ceiling")}
+        game = plan.make_reading(source, nodes)
+        players = {name: name for name in (*PAPER_POLICIES, "ceiling")}
         for name, title in ORDER.items():
             training = plan.make_training(source, nodes, (name,), plan.switch_seed)
-            played[title] = plan.read_network(training)
+            players[title] = plan.name_training(training)
         found = {}
-        for name, own in played.items():
-            if own.is_done():
-                found[name] = {key: float(values.mean()) for key, values in own.load().items()}
+        for name, player in players.items():
+            own = self.find(game, player)
+            if own is not None:
+                found[name] = {key: float(np.mean(values)) for key, values in own.items()}
             else:
                 self.missing.append(f"{name}, readings, {SOURCES[source]}, dynamic nodes {nodes}")
         return found
+
+    def find(self, game: PaperGame, player: str) -> Any:
+        """Return what a player has scored, as it is kept; None if it has not played."""
+        return self.cache.scores.get(game.name, {}).get(player)
 
 
 def list_homes(scores: ScoreSummary) -> list[float]:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from nep.bench.paper.experiments import (
     ABLATION_SETTING,
@@ -19,18 +18,22 @@ from nep.bench.paper.experiments import (
     list_ablations,
     list_full_models,
 )
+from nep.bench.paper.paper_game import PaperGame
 from nep.bench.paper.paper_tables import Provenance
 from nep.bench.paper.stages import Job
-from nep.bench.paper.stored_scores import Evaluation
 from nep.bench.paper.training import Training, collect_data, find_config
+from nep.bench.runner import play_all
+from nep.bench.score_cache import ScoreCache
+from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
 from nep.report.code_version import list_versions
-from nep.report.results import ScoreSummary
+from nep.report.results import ScoreSummary, unpack_summary
 from sgm.checks import check_at_least, check_seed
 from sgm.files import compute_checksum
 from sgm.messages import shorten
 from simulator.policies import POLICIES
 
 TABLES = ("1", "2", "figure")
+SCORES = "scores.json"  # in the folder of runs
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +101,7 @@ class Plan:
 
     def list_test_sets(self) -> tuple[str, ...]:
         """Name the test homes, those that have a name."""
-        played = [self.make_evaluation(setting, "random") for setting in SETTINGS]
+        played = [self.make_game(setting) for setting in SETTINGS]
         return tuple(dict.fromkeys(name for own in played if (name := own.name_homes())))
 
     def list_checkpoints(self) -> dict[str, str]:
@@ -143,78 +146,88 @@ class Plan:
             for seed in seeds
         ]
 
-    def make_evaluation(self, setting: Setting, policy: str) -> Evaluation:
-        """Return the evaluation of a policy."""
-        return self._evaluate(setting, policy, None, self.runs)
+    def make_game(self, setting: Setting) -> PaperGame:
+        """Return what all play in a setting."""
+        return PaperGame(setting, self.num_homes, self.steps, self.seed, self.source)
 
-    def evaluate_training(self, training: Training) -> Evaluation:
-        """Return the evaluation of a network that was trained."""
-        own = training.contestant
-        return self._evaluate(own.setting, own.name, training.checkpoint, training.runs)
+    def list_games(self) -> dict[str, PaperGame]:
+        """Return what is played, by name."""
+        settings = dict.fromkeys(
+            [*self.list_settings(), *(network.setting for network in self.list_networks())]
+        )
+        return {game.name: game for game in map(self.make_game, settings)}
 
-    def load_scores(self, network: Contestant) -> ScoreSummary:
-        """Return what the trainings of a network have scored; one alone as it is."""
-        trainings = self.list_trainings(network)
-        scores = [self.evaluate_training(training).load() for training in trainings]
-        return scores[0] if len(scores) == 1 else ScoreSummary.join(scores)
+    def name_training(self, training: Training) -> str:
+        """Return the name of a training among players: its folder."""
+        return training.folder.relative_to(self.runs).as_posix()
 
-    def _evaluate(
-        self, setting: Setting, name: str, checkpoint: Path | None, runs: Path
-    ) -> Evaluation:
-        path = runs / setting.name / "scores" / f"{name}.json"
-        return Evaluation(
-            setting, name, checkpoint, self.num_homes, self.steps, self.seed, path, self.encoders,
-            self.source,
+    def list_trained(self) -> dict[str, Training]:
+        """Return the trainings that are done, by name."""
+        every = [row for network in self.list_networks() for row in self.list_trainings(network)]
+        return {self.name_training(row): row for row in every if row.is_done()}
+
+    def list_players(
+        self, game: PaperGame, trained: Mapping[str, Training]
+    ) -> dict[str, MakePolicy]:
+        """Return what makes each policy and each network that was trained for a game, by name."""
+        policies = tuple(POLICIES) if game.setting in self.list_settings() else ()
+        networks = [
+            Checkpoint(name, training.checkpoint, encoders=self.encoders)
+            for name, training in trained.items()
+            if training.contestant.setting == game.setting
+        ]
+        return list_contestants(game.setting.task, policies, networks)
+
+    def play(self, workers: int = 1, backend: str = "processes") -> ScoreCache:
+        """Let policies, and networks that are trained, play what they have not played yet."""
+        trained = self.list_trained()
+        return play_all(
+            self.list_games(), lambda game: self.list_players(game, trained), self.runs / SCORES,
+            checksum_trained(trained), workers, backend,
         )  # fmt: skip
 
-    def make_job(
-        self,
-        what: str,
-        key: str,
-        run: Callable[..., object],
-        *arguments: Any,
-        after: Sequence[Job] = (),
-    ) -> Job:
-        """Return a job with a log of its own, to be done after others."""
-        log = self.runs / "logs" / f"{what}-{key.replace('/', '-')}.log"
-        return Job(f"{what} {key}", partial(run, *arguments), log, tuple(job.name for job in after))
+    def load_scores(self, network: Contestant, cache: ScoreCache) -> ScoreSummary:
+        """Return what the trainings of a network have scored; one alone as it is."""
+        own = cache.scores[self.make_game(network.setting).name]
+        trainings = self.list_trainings(network)
+        scores = [unpack_summary(own[self.name_training(training)]) for training in trainings]
+        return scores[0] if len(scores) == 1 else ScoreSummary.join(scores)
 
 
-def plan_stages(plan: Plan) -> tuple[list[Job], list[Job], list[Job]]:
-    """List what is not done yet: collections, then trainings, then evaluations."""
-    collections, trainings, evaluations = [], [], []
-    networks = plan.list_networks()
-    for setting in SETTINGS:
-        own = [
-            training
-            for network in networks
-            if network.setting == setting
-            for training in plan.list_trainings(network)
-        ]
-        missing = [training for training in own if not training.is_done()]
-        if missing:
-            collections.append(plan.make_job("collect", setting.name, collect_data, missing))
-        for training in missing:
-            trainings.append(
-                plan.make_job("train", _name(plan, training), training.run, after=collections[-1:])
-            )
-    trained = {job.name: job for job in trainings}
-    for training in (row for network in networks for row in plan.list_trainings(network)):
-        key = _name(plan, training)
-        after = [trained[name] for name in (f"train {key}",) if name in trained]
-        evaluation = plan.evaluate_training(training)
-        if after or not evaluation.is_done():
-            evaluations.append(plan.make_job("evaluate", key, evaluation.run, after=after))
-    for setting in plan.list_settings():
-        for policy in POLICIES:
-            evaluation = plan.make_evaluation(setting, policy)
-            if not evaluation.is_done():
-                key = f"{setting.name}/{policy}"
-                evaluations.append(plan.make_job("evaluate", key, evaluation.run))
-    return collections, trainings, evaluations
+def checksum_trained(trained: Mapping[str, Training]) -> dict[str, str]:
+    """Return the SHA-256 of networks by name."""
+    return {name: compute_checksum(own.checkpoint) for name, own in trained.items()}
 
 
-def _name(plan: Plan, training: Training) -> str:
-    """Return the name of a training in those of its jobs."""
-    key = training.contestant.key
-    return key if training.seed == plan.seed else f"{key}-seed_{training.seed}"
+def plan_stages(plan: Plan) -> tuple[list[Job], list[Job]]:
+    """List what is to be collected and trained for a plan."""
+    rows = [row for network in plan.list_networks() for row in plan.list_trainings(network)]
+    return plan_trainings(rows, plan.runs)
+
+
+def plan_trainings(every: Iterable[Training], runs: Path) -> tuple[list[Job], list[Job]]:
+    """List collections, then trainings, as far as they are not done yet.
+
+    Args:
+        every: the trainings, in their order.
+        runs: folder in which those of their folders lie, and which has the logs.
+    """
+    missing = [training for training in every if not training.is_done()]
+    together: dict[Path, list[Training]] = {}
+    for training in missing:
+        together.setdefault(training.folder.parent, []).append(training)
+
+    def make_job(what: str, folder: Path, run: Callable[[], object], after: Sequence[str]) -> Job:
+        key = folder.relative_to(runs).as_posix()
+        log = runs / "logs" / f"{what}-{key.replace('/', '-')}.log"
+        return Job(f"{what} {key}", run, log, tuple(after))
+
+    collections = {
+        folder: make_job("collect", folder, partial(collect_data, own), ())
+        for folder, own in together.items()
+    }
+    trainings = [
+        make_job("train", row.folder, row.run, [collections[row.folder.parent].name])
+        for row in missing
+    ]
+    return list(collections.values()), trainings

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
-from nep.bench.paper.stored_scores import Evaluation
-from nep.bench.stored_play import StoredPlay
+from nep.bench.paper.paper_game import PaperGame
+from nep.players.contestants import MakePolicy
 from simulator.policies import Policy
 from simulator.tasks.answer import Answer
 from simulator.tasks.ndcg import compute_ndcg
@@ -81,35 +80,24 @@ READINGS: Mapping[str, LikelihoodReading] = {
 
 
 @dataclass(frozen=True)
-class ReadingScores(StoredPlay):
-    """A contestant's rankings under every reading, played once and kept in a file.
+class ReadingGame(PaperGame):
+    """The same homes; rankings are scored under every reading of the likelihood metric."""
 
-    Attributes:
-        evaluation: who plays, and where; its path is that of this file.
-    """
-
-    evaluation: Evaluation
-
-    scored_by: ClassVar[Sequence[str]] = ("nep.bench.paper.readings", "simulator.tasks.ndcg")
+    scored_by: ClassVar[tuple[str, ...]] = ("nep.bench.paper.readings", "simulator.tasks.ndcg")
 
     @property
-    def path(self) -> Path:  # type: ignore[override]
-        """The file."""
-        return self.evaluation.path
+    def name(self) -> str:
+        """Name among kept scores."""
+        return f"readings of {super().name}"
 
-    def describe(self) -> dict[str, Any]:
-        """Return everything that the numbers depend on, as JSON values."""
-        return {**self.evaluation.describe(), "readings": [*READINGS]}
-
-    def play(self) -> dict[str, list[float]]:
-        """Play, and return the mean of every home by reading."""
-        homes = self.evaluation.make_homes()
-        values = play_readings(homes, self.evaluation.make_player(homes), self.evaluation.steps)
-        return {name: own.round(6).tolist() for name, own in values.items()}
-
-    def load(self) -> dict[str, np.ndarray]:
-        """Read the mean of every home by reading, (H,)."""
-        return {name: np.array(own) for name, own in self.read().items()}
+    def play(self, players: Mapping[str, MakePolicy]) -> dict[str, Any]:
+        """Let players play; return the mean of every home by reading."""
+        scores = {}
+        for name, make in players.items():
+            homes = self.make_homes()
+            found = play_readings(homes, make(homes), self.steps)
+            scores[name] = {key: own.round(6).tolist() for key, own in found.items()}
+        return scores
 
 
 def play_readings(homes: Homes, policy: Policy, num_steps: int) -> dict[str, np.ndarray]:

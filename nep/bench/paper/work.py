@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterator, Mapping
 from concurrent.futures.process import BrokenProcessPool
@@ -23,7 +22,7 @@ _LOG_WIDTH = 100
 
 
 def list_work_options(runs: str, made: str) -> tuple[Option, ...]:
-    """List the options of folders and of processes.
+    """List the options of folders.
 
     Args:
         runs: folder of networks and scores, if none is given.
@@ -33,7 +32,6 @@ def list_work_options(runs: str, made: str) -> tuple[Option, ...]:
         Option("out", Path("results"), f"folder for {made}", type=Path),
         Option("runs", Path(runs), "folder for networks and scores", type=Path),
         Option("data", Path("data"), "folder for collected snapshots", type=Path),
-        Option("jobs", os.cpu_count() or 1, "processes with one thread each", low=1),
     )
 
 
@@ -58,7 +56,7 @@ def work_in(runs: Path) -> Iterator[None]:
     except BrokenProcessPool:
         _stop(
             "error: workers must live, got one that was killed. If memory ran out, give fewer "
-            "--jobs; the same command goes on from here."
+            "--workers; the same command goes on from here."
         )
 
 

@@ -11,7 +11,7 @@ from jsonargparse import Namespace
 from nep.bench.best_rule import compare_with_rules, count_decided, make_overview
 from nep.bench.columns import make_network_table, make_table
 from nep.bench.home_games import choose_games, list_recorded, list_simulated
-from nep.bench.runner import Report, Suite
+from nep.bench.runner import Report, TableSuite
 from nep.bench.table_options import Option, describe_made, list_table_options
 from nep.bench.task_game import TaskGame
 from nep.players.checkpoints import CONFIG, load_config
@@ -40,7 +40,7 @@ def note_kinds(folder: Path, overview: str) -> None:
     write_whole(folder / "MODEL_CARD.md", make_card(folder.resolve().name, config).encode())
 
 
-class AnyHome(Suite[TaskGame]):
+class AnyHome(TableSuite[TaskGame]):
     """The first network beside the best rule in every kind of home."""
 
     command = "nep.any_home"

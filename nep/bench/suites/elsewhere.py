@@ -15,7 +15,7 @@ from nep.bench.elsewhere.homes import KINDS, RECORDED, STEP_SECONDS, list_record
 from nep.bench.elsewhere.questions import Answers, ask
 from nep.bench.elsewhere.summary import make_tables, summarise
 from nep.bench.robot_life import LifeGame
-from nep.bench.runner import Report, Suite
+from nep.bench.runner import Report, TableSuite
 from nep.bench.table_options import Option, count, describe_made, list_table_options
 from nep.players.contestants import Checkpoint
 from nep.robot.finder import ObjectFinder
@@ -100,7 +100,7 @@ def list_players(checkpoints: Sequence[Checkpoint]) -> dict[str, Callable[[], Fi
     return players
 
 
-class Elsewhere(Suite[ElsewhereGame]):
+class Elsewhere(TableSuite[ElsewhereGame]):
     """Finders with and without the hours at which things are out."""
 
     command = "nep.elsewhere"

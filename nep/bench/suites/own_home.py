@@ -18,7 +18,7 @@ from nep import export, fit
 from nep.bench.columns import COLUMNS, COMPARED, find_best_rule, format_mean
 from nep.bench.lived_homes import list_lived_homes
 from nep.bench.robot_life import LifeGame, measure
-from nep.bench.runner import Report, Suite
+from nep.bench.runner import Report, TableSuite
 from nep.bench.table_options import MOST, Option, count, describe_made, list_table_options
 from nep.players.contestants import Checkpoint
 from nep.report.statistics import FEWEST_RESAMPLED, LEVEL, correct_holm
@@ -207,7 +207,7 @@ def _format_compared(difference: Difference, p: float, name: str, rule: str) -> 
     return f"{text}, d {format_number(difference.detectable, form)} {rule}".rstrip()
 
 
-class OwnHome(Suite[OwnHomeGame]):
+class OwnHome(TableSuite[OwnHomeGame]):
     """Networks as they were, adapted and fine-tuned, and rules, in the days after a first week."""
 
     command = "nep.own_home"

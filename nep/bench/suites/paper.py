@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+import os
 from pathlib import Path
-from typing import Literal
+from typing import ClassVar, Literal
 
 from jsonargparse import ArgumentParser, Namespace
 
@@ -30,10 +30,13 @@ from nep.bench.paper.work import (
     work_in,
     write_files,
 )
-from nep.bench.table_options import Option, add_options, check_options
+from nep.bench.runner import Suite
+from nep.bench.score_cache import ScoreCache
+from nep.bench.table_options import Option
 from nep.report.figures import draw_over_steps
+from nep.report.results import unpack_summary
 from sgm.messages import shorten
-from simulator.command_line import make_parser, one_line_errors, parse
+from simulator.command_line import one_line_errors
 from simulator.policies import POLICIES
 
 # Everything as small as it can be, to try the command: minutes instead of hours.
@@ -51,8 +54,8 @@ _TINY_COST = (
 )
 
 
-def make_files(plan: Plan) -> dict[str, bytes]:
-    """Make tables and figure from stored scores; the same scores give the same bytes.
+def make_files(plan: Plan, cache: ScoreCache) -> dict[str, bytes]:
+    """Make tables and figure from kept scores; the same scores give the same bytes.
 
     Returns:
         contents by file name.
@@ -60,15 +63,17 @@ def make_files(plan: Plan) -> dict[str, bytes]:
     results = {}
     for setting in plan.list_settings():
         networks = [enter(model, setting) for model in plan.models]
-        players = {name: plan.make_evaluation(setting, name) for name in POLICIES}
-        results[setting] = {title: player.load() for title, player in players.items()}
-        results[setting] |= {network.title: plan.load_scores(network) for network in networks}
+        played = cache.scores[plan.make_game(setting).name]
+        results[setting] = {name: unpack_summary(played[name]) for name in POLICIES}
+        results[setting] |= {
+            network.title: plan.load_scores(network, cache) for network in networks
+        }
     files: dict[str, bytes] = {}
     if "1" in plan.tables:
         files |= make_table_1(results, plan.describe("1"))
     if "2" in plan.tables:
         networks = [*list_full_models(), *list_ablations()]
-        ablated = {network.name: plan.load_scores(network) for network in networks}
+        ablated = {network.name: plan.load_scores(network, cache) for network in networks}
         files |= make_table_2(ablated, plan.describe("2"))
     if "figure" in plan.tables:
         scores = results[ABLATION_SETTING]
@@ -130,22 +135,11 @@ OPTIONS = (
 )  # fmt: skip
 
 
-def _make_parser() -> ArgumentParser:
-    parser = make_parser(
-        "python -m nep.reproduce",
-        "Train and play what the paper's tables need, as far as that is not done yet, and write "
-        "them. Interrupted, the same command goes on; what is finished stays.",
-    )
-    add_options(parser, OPTIONS)
-    return parser
-
-
 def _make_plan(options: Namespace) -> Plan:
     if options.table not in _CHOICES:
         raise ValueError(
             f"table must be one of {', '.join(_CHOICES)}, got {shorten(options.table)}. Choose one."
         )
-    check_options(OPTIONS, options)
     fit_options: tuple[str, ...] = _TINY_FIT if options.tiny else ()
     if options.epochs is not None:
         fit_options += (f"--trainer.max_epochs={options.epochs}",)
@@ -188,11 +182,17 @@ def _list_telling_options(options: Namespace) -> list[str]:
     return listed + ["--tiny"] * options.tiny
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line."""
-    console = make_console()
-    with one_line_errors(status=2):
-        options = parse(_make_parser(), arguments)
+class Paper(Suite):
+    """Networks are trained for each setting, and play its test homes beside all policies."""
+
+    command = "nep.reproduce"
+    summary = "Train and play what the paper's tables need, and write them."
+    options = OPTIONS
+    workers: ClassVar[int] = os.cpu_count() or 1
+
+    def run(self, options: Namespace, parser: ArgumentParser) -> None:
+        """Train, play and write, or check what is there."""
+        console = make_console()
         if options.check_weights is not None:
             known = None
             if options.stored is not None:
@@ -207,13 +207,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
         plan = _make_plan(options)
         for folder in (plan.runs, plan.data, options.out):
             folder.mkdir(parents=True, exist_ok=True)
-    if options.tiny:
-        console.print(_TINY_COST)
-    with work_in(plan.runs):
-        failed = run_stages(plan_stages(plan), options.jobs, console)
-    stop_if_failed(failed)
-    with one_line_errors():
-        write_files(options.out, make_files(plan), console)
-        if options.weights is not None:
-            for name in export_weights(plan, options.weights):
-                console.print(f"wrote {options.weights / name}", highlight=False, markup=False)
+        if options.tiny:
+            console.print(_TINY_COST)
+        with one_line_errors(), work_in(plan.runs):
+            failed = run_stages(plan_stages(plan), options.workers, console)
+            cache = plan.play(options.workers, options.backend)
+            stop_if_failed(failed)
+            write_files(options.out, make_files(plan, cache), console)
+            if options.weights is not None:
+                for name in export_weights(plan, options.weights):
+                    console.print(f"wrote {options.weights / name}", highlight=False, markup=False)
+
+
+main = Paper().main

@@ -11,7 +11,7 @@ from jsonargparse import Namespace
 from nep.bench.best_rule import make_overview
 from nep.bench.columns import make_accuracy_table, make_table
 from nep.bench.home_games import choose_games, list_benchmark
-from nep.bench.runner import Report, Suite
+from nep.bench.runner import Report, TableSuite
 from nep.bench.table_options import Option, describe_made, list_table_options
 from nep.bench.task_game import TaskGame
 from nep.players.contestants import Checkpoint, MakePolicy
@@ -45,7 +45,7 @@ _ABOUT_PRIOR = (
 _ABOUT_LEFT_OUT = " {names}: networks that were each trained in the other homes."
 
 
-class Recorded(Suite[TaskGame]):
+class Recorded(TableSuite[TaskGame]):
     """Episodes from an empty memory and long lives, with every prior."""
 
     command = "nep.recorded"

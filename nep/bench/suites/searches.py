@@ -14,7 +14,7 @@ from jsonargparse import Namespace
 
 from nep.bench.lived_homes import list_lived_homes
 from nep.bench.robot_life import LifeGame, LivedHome
-from nep.bench.runner import Report, Suite
+from nep.bench.runner import Report, TableSuite
 from nep.bench.score_cache import ScoreCache
 from nep.bench.search_orders import COLUMNS, MOST_LOOKS, SEARCHERS, TOLD, WITHIN, search_all
 from nep.bench.table_options import Option, count, describe_made, list_table_options
@@ -158,7 +158,7 @@ def _list_finders(scores: Mapping[str, Any]) -> list[str]:
     return list(dict.fromkeys(player.rpartition(": ")[0] for player in scores))
 
 
-class Searches(Suite[SearchGame]):
+class Searches(TableSuite[SearchGame]):
     """Orders of looks, each with the belief of several finders."""
 
     command = "nep.searches"

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import dataclass
-from pathlib import Path
 from typing import ClassVar
 
 import pytest
@@ -12,10 +11,9 @@ from nep.bench.game import Game
 from nep.bench.runner import play_all
 from nep.bench.score_cache import ScoreCache
 from nep.bench.scoring_code import strip_code
-from nep.bench.stored_play import StoredPlay
+from nep.bench.stored_play import keep_unit, read_unit
 from nep.bench.table_options import Option, count
 from nep.report.tables import TableColumn, lay_out
-from sgm.files import compute_checksum
 
 PLAYERS = {"one": 1.0, "two": 2.0, "three": 3.0}
 
@@ -97,6 +95,15 @@ def test_commands_that_share_a_file_lose_nothing(tmp_path):
     }  # fmt: skip
 
 
+def test_scores_of_a_player_are_a_line_and_what_is_the_same_is_not_written(tmp_path):
+    path = tmp_path / "table.json"
+    play(path)
+    assert '"one": 2.0,\n' in path.read_text()
+    before = path.stat().st_mtime_ns
+    play(path)
+    assert path.stat().st_mtime_ns == before
+
+
 def test_players_are_played_together_where_a_game_says_so(tmp_path):
     assert play(tmp_path / "a.json", Together(1.0)).scores["game"] == dict.fromkeys(PLAYERS, 3)
 
@@ -152,43 +159,20 @@ def test_tables_are_lists_of_columns():
     assert lay_out([1, 2], columns) == "| who | twice |\n| --- | ---: |\n| 1 | 2 |\n| 2 | 4 |\n"
 
 
-@dataclass(frozen=True)
-class Doubled(StoredPlay):
-    """A play that keeps twice a number; its network is a file."""
+def test_a_unit_of_work_is_kept_until_it_would_be_another(tmp_path):
+    path, done = tmp_path / "new" / "unit.json", []
 
-    path: Path
-    number: int
-    network: Path
+    def work(number):
+        done.append(number)
+        return 2 * number
 
-    scored_by: ClassVar[tuple[str, ...]] = ("nep.bench.game",)
-
-    def describe(self):
-        return {"number": self.number, "network": compute_checksum(self.network)}
-
-    def play(self):
-        return 2 * self.number
-
-
-def test_a_play_is_kept_until_it_would_be_another(tmp_path):
-    network = tmp_path / "network"
-    play = Doubled(tmp_path / "new" / "play.json", 3, network)
-    assert not play.is_done()  # without its network
-    network.write_text("a")
-    assert not play.is_done()
-    with pytest.raises(ValueError, match="scores must be a file of a play, got none at"):
-        play.read()
-    play.run()
-    assert (play.is_done(), play.read()) == (True, 6)
-    play.path.write_text(play.path.read_text().replace('"done": 6', '"done": 7'))
-    play.run()  # what is there is not played again
-    assert play.read() == 7
-    assert not Doubled(play.path, 4, network).is_done()
-    network.write_text("b")
-    assert not play.is_done()
-    network.write_text("a")
-    found = json.loads(play.path.read_text())
-    found["about"]["code"] = "0" * 64
-    play.path.write_text(json.dumps(found))
-    assert not play.is_done()
-    play.path.write_text("[")
-    assert not play.is_done()
+    assert read_unit(path) is None
+    assert keep_unit(path, {"number": 3}, lambda: work(3)) == 6
+    path.write_text(path.read_text().replace('"done": 6', '"done": 7'))
+    assert keep_unit(path, {"number": 3}, lambda: work(3)) == 7  # what is there is not done again
+    assert done == [3]
+    assert read_unit(path, {"number": 4}) is None
+    assert keep_unit(path, {"number": 4}, lambda: work(4)) == 8
+    assert read_unit(path)["done"] == 8
+    path.write_text("[")
+    assert read_unit(path) is None

@@ -112,8 +112,9 @@ def test_rank_correlation_by_hand():
 @pytest.mark.parametrize("command", ["build", "activities"])
 def test_commands_that_have_moved_say_where(capsys, command):
     assert main([command, "--out", "x"]) == 2
-    error = f"error: {command} must be run in a checkout, got python -m simulator.priors. "
-    assert capsys.readouterr().err == f"{error}Run python -m tools.priors {command}.\n"
+    error = f"error: {command} is no command of python -m simulator.priors any more. "
+    line = f"{error}Run python -m tools.priors {command}, in a checkout.\n"
+    assert capsys.readouterr().err == line
 
 
 def test_names_that_have_moved_say_where():

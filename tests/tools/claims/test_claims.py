@@ -6,18 +6,21 @@ import numpy as np
 import pytest
 from torch.utils.tensorboard import SummaryWriter
 
+from nep.bench.paper.plan import SCORES, plan_trainings
 from nep.bench.paper.readings import READINGS, compute_listed_ndcg, find_reach, play_readings
 from nep.bench.paper.training import Training
-from nep.report.results import ScoreSummary
+from nep.bench.runner import play_all
+from nep.players.contestants import list_contestants
+from nep.report.results import ScoreSummary, unpack_summary
 from sgm.memory.queries import Queries
-from simulator.policies import make_policy
+from simulator.policies import POLICIES, make_policy
 from simulator.tasks.answer import Answer
 from simulator.tasks.evaluation import play_task
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 from tools.claims.__main__ import main
-from tools.claims.plan import LOCATION, ClaimsPlan, plan_claims
+from tools.claims.plan import LOCATION, ClaimsPlan
 from tools.claims.report import make_report
 from tools.claims.scores import ClaimsScores
 
@@ -25,6 +28,14 @@ from tools.claims.scores import ClaimsScores
 @pytest.fixture
 def plan(tmp_path):
     return ClaimsPlan(tmp_path / "runs", tmp_path / "data", num_homes=2, steps=2)
+
+
+def play(plan, policies, *names):
+    """Let policies play some games."""
+    games = {name: game for name, game in plan.list_games().items() if name in names}
+    return play_all(
+        games, lambda game: list_contestants(game.setting.task, policies, []), plan.runs / SCORES
+    )
 
 
 def find_cells(text, start):
@@ -45,25 +56,25 @@ def test_every_training_is_in_a_folder_of_its_own(plan):
 
 
 def test_table_1_stands_for_seed_0(plan, tmp_path):
-    own = plan.play("sampled", LOCATION["on"], "bayesian")
-    for setting in LOCATION.values():
-        plan.play("sampled", setting, "bayesian").run()
-    means = own.load().home_values.tolist()
+    on, off = (plan.make_game("sampled", setting).name for setting in LOCATION.values())
+    played = play(plan, ["bayesian"], on, off).scores
+    means = unpack_summary(played[on]["bayesian"]).home_values.tolist()
     rows = {"bayesian": {"mean_of_each_home": means}, "NEP-MLP": {"mean_of_each_home": [0.5, 1]}}
-    off = plan.play("sampled", LOCATION["off"], "bayesian").load().home_values.tolist()
+    others = unpack_summary(played[off]["bayesian"]).home_values.tolist()
     settings = {
         LOCATION["on"].name: rows,
-        LOCATION["off"].name: {"bayesian": {"mean_of_each_home": off}},
+        LOCATION["off"].name: {"bayesian": {"mean_of_each_home": others}},
     }
     path = tmp_path / "table_1.json"
     path.write_text(json.dumps({"settings": settings}))
     known = ClaimsPlan(plan.runs, plan.data, num_homes=2, steps=2, table_1=path)
-    assert known.load_table_1(LOCATION["on"])["NEP-MLP"].home_values.tolist() == [0.5, 1.0]
+    cache = known.load_cache()
+    assert known.load_table_1(LOCATION["on"], cache)["NEP-MLP"].home_values.tolist() == [0.5, 1.0]
     assert len(known.list_trainings()) == len(plan.list_trainings()) - 6
     rows["bayesian"]["mean_of_each_home"] = [means[0], means[1] + 0.5]
     path.write_text(json.dumps({"settings": settings}))
     with pytest.raises(ValueError, match="table_1 must be of the same test homes"):
-        known.load_table_1(LOCATION["on"])
+        known.load_table_1(LOCATION["on"], cache)
 
 
 def test_the_page_says_how_to_make_it_again(plan):
@@ -72,16 +83,24 @@ def test_the_page_says_how_to_make_it_again(plan):
     assert text.count("- heat, 32 places, dynamic nodes on, seed 1\n") == 1
 
 
-def test_without_training_only_policies_play(plan):
-    collections, trainings, games = plan_claims(plan, trains=False)
-    assert not collections
-    assert not trainings
-    assert all("heat" not in job.name for job in games)
-    collections, trainings, games = plan_claims(plan, trains=True)
-    assert len(collections) == len(trainings) == 60
-    names = {job.name for job in (*collections, *trainings, *games)}
-    assert len(names) == len([*collections, *trainings, *games])
-    assert all(name in names for job in games for name in job.after)
+def test_every_network_is_trained_and_plays_where_it_was_trained(plan):
+    collections, trainings = plan_trainings(plan.list_trainings(), plan.runs)
+    assert len(trainings) == 60
+    names = {job.name for job in (*collections, *trainings)}
+    assert len(names) == len([*collections, *trainings])
+    assert all(job.after and job.after[0] in names for job in trainings)
+    trained = {plan.name_training(row): row for row in plan.list_trainings()}
+    assert len(trained) == 60
+    games = plan.list_games()
+    players = {name: plan.list_players(game, {}) for name, game in games.items()}
+    assert {*players[plan.make_game("paper", LOCATION["off"]).name]} == {*POLICIES}
+    assert not any("heat" in who for own in players.values() for who in own)
+    played = [
+        who for game in games.values() for who in plan.list_players(game, trained) if who in trained
+    ]
+    # every network once, and under every reading those of the order with the seed of changes
+    assert {*played} == {*trained}
+    assert len(played) == 60 + 3 * 2 * 2
 
 
 def test_orders_by_hand(plan, monkeypatch):
@@ -161,6 +180,7 @@ def test_the_rate_is_chosen_by_validation_alone(plan, fake_trainings, monkeypatc
     names = {**names, "mlp": ("mlp", "1e-4"), "gcn": ("gcn", "1e-4")}
     fake_trainings({own: [known[rate][1]] * 2 for own, (_, rate) in names.items()})
     monkeypatch.setattr(Training, "is_done", lambda own: own.contestant.name in names)
+    monkeypatch.setattr("tools.claims.plan.checksum_trained", lambda trained: {})
     monkeypatch.setattr(Training, "count_parameters", lambda own: 1234)
     monkeypatch.setattr(
         Training, "read_validation", lambda own: known[names[own.contestant.name][1]][0]
@@ -195,17 +215,14 @@ def test_what_was_not_run_is_listed(plan):
 
 
 def test_informed_plays_some_homes_at_a_time(plan, monkeypatch):
-    own = plan.play_informed("paper", LOCATION["on"])
-    own.run()
-    whole = own.load().values
+    game = plan.make_informed("paper", "on")
+    players = plan.list_players(game, {})
+    (own,) = game.play(players).values()
     monkeypatch.setattr("tools.claims.plan._HOMES_AT_ONCE", 1)
-    own.path.unlink()
-    assert not own.is_done()
-    own.run()
-    np.testing.assert_array_equal(own.load().values, whole)
-    sizes = own.read()["sizes"]
-    assert len(sizes) == 11
-    assert 1 <= sizes[0] <= sizes[10] <= 1024
+    (apart,) = game.play(players).values()
+    np.testing.assert_array_equal(own["values"], apart["values"])
+    assert len(own["sizes"]) == 11
+    assert 1 <= own["sizes"][0] <= own["sizes"][10] <= 1024
 
 
 @pytest.fixture
@@ -218,7 +235,7 @@ def tiny_command(tmp_path, monkeypatch):
     folders = [f"--{name}={tmp_path / name}" for name in ("out", "runs", "data")]
 
     def run(*options):
-        main(["--num_homes=1", "--steps=1", "--jobs=1", *folders, *options])
+        main(["--num_homes=1", "--steps=1", "--workers=1", *folders, *options])
         return (tmp_path / "out" / "claims.md").read_text()
 
     return run
@@ -229,9 +246,10 @@ def test_the_command_plays_what_is_missing_and_no_more(tiny_command, capsys, tmp
     first = tiny_command("--train=false")
     assert "python -m tools.claims" in first
     assert "| 32 places, on | informed |" in first
-    assert "play sampled predict_location-on bayesian" in capsys.readouterr().out
+    played = "predict_location-on, 1 homes x 1 steps, seed 0: bayesian"
+    assert played in capsys.readouterr().out
     assert tiny_command("--train=false") == first
-    assert "play sampled" not in capsys.readouterr().out
+    assert "homes x" not in capsys.readouterr().out
     assert json.loads((tmp_path / "out" / "claims.json").read_text())["rooms"]
 
 
