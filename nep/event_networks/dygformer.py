@@ -58,11 +58,10 @@ class DyGFormer(TemporalNetwork):
     def forward(self, asked: StreamQuestions) -> Tensor:
         """Return logits of all places, (Q, F)."""
         stream, width = self.stream, self.units
-        things, places = stream.find_things(asked.thing), stream.find_places(asked.home)
-        shape = places.shape
-        of_thing = self._read_sequence(things, asked.time)
-        of_place = self._read_sequence(places.ravel(), asked.time)
-        thing_row = np.repeat(np.arange(len(things)), shape[1])
+        pairs = stream.find_pairs(asked)
+        of_thing = self._read_sequence(pairs.things, asked.time)
+        of_place = self._read_sequence(pairs.places, asked.time)
+        thing_row = pairs.query
         ends = of_thing[1][thing_row], of_place[1]  # (P, K): neighbours, -1 for none
         tokens = []
         for (values, _), rows, own, other in (
@@ -80,12 +79,10 @@ class DyGFormer(TemporalNetwork):
         num_patches = tokens[0].shape[1]
         mixed = self.attend(torch.cat(tokens, dim=1))
         thing, place = mixed[:, :num_patches].mean(dim=1), mixed[:, num_patches:].mean(dim=1)
-        own_thing = self.embed(things)[torch.from_numpy(thing_row)]
-        own_place = self.embed(places.ravel())
+        own_thing = self.embed(pairs.things)[torch.from_numpy(thing_row)]
+        own_place = self.embed(pairs.places)
         return self.decode(
-            (thing + own_thing).reshape(*shape, width),
-            (place + own_place).reshape(*shape, width),
-            asked,
+            pairs.spread(thing + own_thing), pairs.spread(place + own_place), asked
         )
 
     def _read_sequence(self, nodes: np.ndarray, now: int) -> tuple[Tensor, np.ndarray]:

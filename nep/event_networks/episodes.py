@@ -9,6 +9,7 @@ import numpy as np
 
 from nep.event_networks.stream import NewEvents, StreamQuestions
 from sgm.arrays.relations import sum_relations
+from sgm.checks import check_at_least
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -73,11 +74,31 @@ def record_episodes(
     num_steps: int,
     policy: str = "bayesian",
     task: str = "predict_location",
+    most_homes: int | None = None,
 ) -> list[EventEpisode]:
-    """Let a policy play a task, and keep what happened; one episode for each group of homes."""
+    """Let a policy play a task, and keep what happened.
+
+    Args:
+        source: homes.
+        streams: which of them.
+        num_steps: time steps.
+        policy: name of who looks.
+        task: name of what is asked.
+        most_homes: of an episode, which is what a step of the optimiser learns from; None for all
+            of a group.
+
+    Returns:
+        One or more episodes for each group of homes.
+    """
+    check_at_least(1, most_homes=1 if most_homes is None else most_homes)
     episodes = []
-    for group in source.list_groups(streams.homes):
-        homes = source.make(streams.select(group.homes))
+    chunks = [
+        group.homes[first : first + (most_homes or len(group.homes))]
+        for group in source.list_groups(streams.homes)
+        for first in range(0, len(group.homes), most_homes or len(group.homes))
+    ]
+    for chunk in chunks:
+        homes = source.make(streams.select(chunk))
         game = find_task(task)(homes, make_policy(policy, homes))
         memory = game.rollout.memory
         happened: list[LookEvents | EpisodeQuestions] = []

@@ -38,11 +38,11 @@ class GraphMixer(TemporalNetwork):
     def forward(self, asked: StreamQuestions) -> Tensor:
         """Return logits of all places, (Q, F)."""
         stream = self.stream
-        things, places = stream.find_things(asked.thing), stream.find_places(asked.home)
-        nodes, back = np.unique(np.concatenate([things, places.ravel()]), return_inverse=True)
+        pairs = stream.find_pairs(asked)
+        things = pairs.things
+        nodes, back = np.unique(np.concatenate([things, pairs.places]), return_inverse=True)
         encoded = self._encode(nodes, asked.time)[torch.from_numpy(back)]
-        thing, place = encoded[: len(things)], encoded[len(things) :]
-        return self.decode(thing, place.reshape(*places.shape, -1), asked)
+        return self.decode(encoded[: len(things)], pairs.spread(encoded[len(things) :]), asked)
 
     def _encode(self, nodes: np.ndarray, now: int) -> Tensor:
         """Return embeddings of nodes, (n, D)."""
@@ -60,10 +60,20 @@ class GraphMixer(TemporalNetwork):
         if not len(row):
             return self.join(torch.cat([torch.zeros_like(own), own], dim=1))
         to = torch.from_numpy(row)
-        edge_index = torch.stack([torch.zeros_like(to), to])
-        links = self.link(edge_index, torch.cat([other, message], dim=1), time, seed)
+        links = self._mix(to, torch.cat([other, message], dim=1), time, seed)
         # neighbours stand behind the nodes themselves
         both = torch.cat([own, other])
         edges = torch.stack([len(nodes) + torch.arange(len(row)), to])
         mixed = self.neighbours(both, edges, time, torch.cat([seed, seed.new_zeros(len(row))]))
         return self.join(torch.cat([links, mixed[: len(nodes)]], dim=1))
+
+    def _mix(self, to: Tensor, edges: Tensor, time: Tensor, seed: Tensor) -> Tensor:
+        """Mix the links of nodes (n,); those without any share one row, as all of them are alike."""
+        linked, index = to.unique_consecutive(return_inverse=True)
+        num_rows = min(len(linked) + 1, len(seed))
+        found = self.link(
+            torch.stack([torch.zeros_like(index), index]), edges, time, seed[:num_rows]
+        )
+        row = torch.full((len(seed),), num_rows - 1)
+        row[linked] = torch.arange(len(linked))
+        return found[row]

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 import torch
 from torch import Tensor, nn
+from torch.nn.functional import embedding
 
 from nep.event_networks.stream import MESSAGE_DIM, EventStream, StreamQuestions
 from sgm.checks import check_at_least, check_shares
@@ -80,10 +81,11 @@ class TemporalNetwork(nn.Module, ABC):
         stream = self.stream
         is_thing = nodes >= stream.num_homes * stream.num_places
         number = stream.node_number[nodes] % _NUM_IDENTITIES
-        text = self._text[torch.from_numpy(stream.node_label[nodes])]
+        label = torch.from_numpy(stream.node_label[nodes])
+        # Labels and identities are far fewer than nodes: project first, look up then.
         return (
-            self.read_text(text)
-            + self.read_identity(self.identities[torch.from_numpy(number)])
+            embedding(label, self.read_text(self._text))
+            + embedding(torch.from_numpy(number), self.read_identity(self.identities))
             + self.kind(torch.from_numpy(is_thing.astype(np.int64)))
         )
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import torch
+from torch import Tensor
 
 MESSAGE_DIM = 4  # is_seen, is on top, coverage, confidence
 NUM_KEPT = 32  # latest events of a node that are kept
@@ -54,6 +56,35 @@ class StreamQuestions:
     prior: np.ndarray
     is_place: np.ndarray
     time: int
+
+
+@dataclass(frozen=True, slots=True)
+class PairNodes:
+    """P pairs of a thing and a place of its home, without the columns that are no place.
+
+    Attributes:
+        things: node of each question's thing, (Q,).
+        query, column: question and column of each pair, (P,).
+        places: node of each pair's place, (P,).
+        shape: (Q, F).
+    """
+
+    things: np.ndarray
+    query: np.ndarray
+    column: np.ndarray
+    places: np.ndarray
+    shape: tuple[int, ...]
+
+    def spread(self, values: Tensor) -> Tensor:
+        """Return what belongs to pairs, (P, ...), in the shape of questions, (Q, F, ...).
+
+        Zeros stand in the columns that are no place.
+        """
+        if len(values) == self.shape[0] * self.shape[1]:
+            return values.reshape(*self.shape, *values.shape[1:])
+        rows = torch.from_numpy(self.query * self.shape[1] + self.column)
+        empty = values.new_zeros(self.shape[0] * self.shape[1], *values.shape[1:])
+        return empty.index_copy(0, rows, values).reshape(*self.shape, *values.shape[1:])
 
 
 class EventStream:
@@ -134,6 +165,14 @@ class EventStream:
     def find_places(self, home: np.ndarray) -> np.ndarray:
         """Return the nodes of all places of homes (Q,), one row each, (Q, F)."""
         return home[:, None].astype(np.int64) * self.num_places + np.arange(self.num_places)
+
+    def find_pairs(self, asked: StreamQuestions) -> PairNodes:
+        """Return the nodes of questions, and of the places that their homes have."""
+        query, column = np.nonzero(asked.is_place)
+        return PairNodes(
+            self.find_things(asked.thing), query, column,
+            self.find_places(asked.home)[query, column], asked.is_place.shape,
+        )  # fmt: skip
 
     def append(self, new: NewEvents, time: int) -> np.ndarray:
         """Add events; returns their numbers, of those that are not dropped, (n,)."""

@@ -10,33 +10,35 @@ from torch import Tensor
 from torch_geometric.nn import TransformerConv
 from torch_geometric.nn.models.tgn import IdentityMessage, MeanAggregator, TGNMemory
 
+from nep.event_networks.message_store import MessageStore
 from nep.event_networks.network import PairDecoder, TemporalNetwork
 from nep.event_networks.stream import MESSAGE_DIM, EventStream, StreamQuestions
 
 
 class _GrowingMemory(TGNMemory):
-    """PyG's memory for nodes that become known on the way."""
+    """PyG's memory for nodes that become known on the way.
+
+    Differs: messages are kept in tables, where PyG has a dictionary of tensors, one for each node;
+    thousands of small tensors were most of the time of a training.
+    """
 
     num_nodes: int
     memory: Tensor
     last_update: Tensor
-    msg_s_store: dict[int, tuple[Tensor, Tensor, Tensor, Tensor]]
-    msg_d_store: dict[int, tuple[Tensor, Tensor, Tensor, Tensor]]
+    msg_s_store: MessageStore
+    msg_d_store: MessageStore
 
     def grow(self, num_nodes: int) -> None:
         """Make room for nodes, with the memory of those that were never met."""
         added = num_nodes - self.num_nodes
         if added <= 0:
             return
-        dtype = self.gru.weight_ih.dtype
-        empty = torch.zeros(added, self.memory_dim, dtype=dtype)
+        empty = torch.zeros(added, self.memory_dim, dtype=self.gru.weight_ih.dtype)
         self.memory = torch.cat([self.memory, empty])
         self.last_update = torch.cat([self.last_update, self.last_update.new_zeros(added)])
         self._assoc = torch.zeros(num_nodes, dtype=torch.long)
-        none = torch.zeros(0, dtype=torch.long)
-        message = torch.zeros(0, self.raw_msg_dim, dtype=dtype)
-        for node in range(self.num_nodes, num_nodes):
-            self.msg_s_store[node] = self.msg_d_store[node] = (none, none, none, message)
+        self.msg_s_store.grow(num_nodes)
+        self.msg_d_store.grow(num_nodes)
         self.num_nodes = num_nodes
 
     def start(self, num_nodes: int) -> None:
@@ -44,8 +46,25 @@ class _GrowingMemory(TGNMemory):
         self.num_nodes = 0
         self.memory = torch.zeros(0, self.memory_dim, dtype=self.gru.weight_ih.dtype)
         self.last_update = torch.zeros(0, dtype=torch.long)
-        self.msg_s_store, self.msg_d_store = {}, {}
+        self._reset_message_store()
         self.grow(num_nodes)
+
+    def _reset_message_store(self) -> None:
+        dtype = self.gru.weight_ih.dtype
+        self.msg_s_store = MessageStore(self.num_nodes, self.raw_msg_dim, dtype)
+        self.msg_d_store = MessageStore(self.num_nodes, self.raw_msg_dim, dtype)
+
+    def _update_msg_store(
+        self, src: Tensor, dst: Tensor, t: Tensor, raw_msg: Tensor, msg_store: MessageStore
+    ) -> None:
+        msg_store.put(src, dst, t, raw_msg)
+
+    def _compute_msg(
+        self, n_id: Tensor, msg_store: MessageStore, msg_module: nn.Module
+    ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        src, dst, t, raw_msg = msg_store.take(n_id)
+        t_enc = self.time_enc((t - self.last_update[src]).to(raw_msg.dtype))
+        return msg_module(self.memory[src], self.memory[dst], raw_msg, t_enc), t, src, dst
 
 
 class TGN(TemporalNetwork):
@@ -79,10 +98,10 @@ class TGN(TemporalNetwork):
 
     def note(self, numbers: np.ndarray) -> None:
         """Remember events: they change the memories of their things and places."""
+        self.memory.detach()  # also after a look without an event: its graph has been used
         if not len(numbers):
             return
         stream = self.stream
-        self.memory.detach()
         self.memory.grow(stream.num_nodes)
         src, dst = stream.src[numbers], stream.dst[numbers]
         message, _ = self.gather(numbers)
@@ -97,11 +116,11 @@ class TGN(TemporalNetwork):
         """Return logits of all places, (Q, F)."""
         stream = self.stream
         self.memory.grow(stream.num_nodes)
-        things, places = stream.find_things(asked.thing), stream.find_places(asked.home)
-        nodes, back = np.unique(np.concatenate([things, places.ravel()]), return_inverse=True)
+        pairs = stream.find_pairs(asked)
+        things = pairs.things
+        nodes, back = np.unique(np.concatenate([things, pairs.places]), return_inverse=True)
         encoded = self._encode(nodes)[torch.from_numpy(back)]
-        thing, place = encoded[: len(things)], encoded[len(things) :]
-        return self.decode(thing, place.reshape(*places.shape, -1), asked)
+        return self.decode(encoded[: len(things)], pairs.spread(encoded[len(things) :]), asked)
 
     def _encode(self, nodes: np.ndarray) -> Tensor:
         stream = self.stream

@@ -60,7 +60,7 @@ def tune(
 
     def attempt(trial: optuna.Trial) -> float:
         settings = {
-            "units": trial.suggest_categorical("units", [32, 64]),
+            "units": trial.suggest_categorical("units", [16, 32]),
             "num_events": trial.suggest_categorical("num_events", [8, 16]),
             "dropout": trial.suggest_categorical("dropout", [0.0, 0.1]),
         }

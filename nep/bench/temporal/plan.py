@@ -51,6 +51,7 @@ class Sizes:
     Attributes:
         train_homes, val_homes: homes whose recorded episodes are learnt from and tuned on.
         train_steps: time steps of each.
+        batch_homes: homes that a step of the optimiser learns from, at most.
         epochs: of a training.
         trials: settings that are tried for each network; 0 for those of its constructor.
         trial_epochs: of a trial; pruned ones have fewer.
@@ -61,6 +62,7 @@ class Sizes:
     train_homes: int = 100
     val_homes: int = 20
     train_steps: int = 100
+    batch_homes: int = 16
     epochs: int = 8
     trials: int = 8
     trial_epochs: int = 3
@@ -69,7 +71,7 @@ class Sizes:
     searches: int = 20
 
 
-TINY = Sizes(3, 2, 4, 1, 2, 1, 2, 3, 2)
+TINY = Sizes(3, 2, 4, 2, 1, 2, 1, 2, 3, 2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,16 +198,18 @@ class Workshop:
 
     def _describe_training(self) -> dict[str, Any]:
         sizes = self.sizes
-        return {"numbers": [sizes.train_homes, sizes.val_homes, sizes.train_steps]}
+        return {
+            "numbers": [sizes.train_homes, sizes.val_homes, sizes.train_steps, sizes.batch_homes]
+        }
 
     def _record(self, kind: str, split: str) -> list[EventEpisode]:
         """Return recorded episodes; the policy `bayesian` looks, as for `nep.fit`."""
         if (kind, split) not in self._episodes:
             count = self.sizes.train_homes if split == "train" else self.sizes.val_homes
-            self._episodes = {key: own for key, own in self._episodes.items() if key[0] == kind}
             self._episodes[kind, split] = record_episodes(
-                self.sources[kind], Streams(0, split, range(count)), self.sizes.train_steps
-            )
+                self.sources[kind], Streams(0, split, range(count)), self.sizes.train_steps,
+                most_homes=self.sizes.batch_homes,
+            )  # fmt: skip
         return self._episodes[kind, split]
 
     def _keep(
