@@ -81,9 +81,7 @@ class DyGFormer(TemporalNetwork):
         thing, place = mixed[:, :num_patches].mean(dim=1), mixed[:, num_patches:].mean(dim=1)
         own_thing = self.embed(pairs.things)[torch.from_numpy(thing_row)]
         own_place = self.embed(pairs.places)
-        return self.decode(
-            pairs.spread(thing + own_thing), pairs.spread(place + own_place), asked
-        )
+        return self.decode(pairs.spread(thing + own_thing), pairs.spread(place + own_place), asked)
 
     def _read_sequence(self, nodes: np.ndarray, now: int) -> tuple[Tensor, np.ndarray]:
         """Return what is known of the neighbours of nodes, (n, K, 2 D + 4), and their ids (n, K).

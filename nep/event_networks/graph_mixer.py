@@ -68,7 +68,7 @@ class GraphMixer(TemporalNetwork):
         return self.join(torch.cat([links, mixed[: len(nodes)]], dim=1))
 
     def _mix(self, to: Tensor, edges: Tensor, time: Tensor, seed: Tensor) -> Tensor:
-        """Mix the links of nodes (n,); those without any share one row, as all of them are alike."""
+        """Mix the links of nodes (n,); those without links are alike, and share a row."""
         linked, index = to.unique_consecutive(return_inverse=True)
         num_rows = min(len(linked) + 1, len(seed))
         found = self.link(

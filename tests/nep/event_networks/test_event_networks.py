@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import copy
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
+from torch_geometric.nn.models.tgn import TGNMemory
 
 from nep.event_networks.episodes import EpisodeQuestions, LookEvents, record_episodes
 from nep.event_networks.files import TrainedNetwork
+from nep.event_networks.message_store import MessageStore
 from nep.event_networks.policy import EventPolicy
 from nep.event_networks.registry import NETWORKS, make_network
 from nep.event_networks.stream import NUM_KEPT, EventStream, NewEvents, StreamQuestions
@@ -106,6 +111,92 @@ def test_episodes_hold_what_happened_in_order(episodes):
     assert question.asked.prior.shape == (3, 8)
 
 
+def test_episodes_have_at_most_so_many_homes(episodes):
+    """What happened is the same, in two episodes in place of one."""
+    parts = record_episodes(SOURCE, Streams(0, "train", range(3)), 6, most_homes=2)
+    assert [len(own.furniture_label) for own in parts] == [2, 1]
+    answers = np.concatenate([own.happened[0].answers for own in parts])
+    np.testing.assert_array_equal(answers, episodes[0].happened[0].answers)
+    with pytest.raises(ValueError, match="most_homes must be at least 1, got 0"):
+        record_episodes(SOURCE, Streams(0, "train", range(3)), 6, most_homes=0)
+
+
+def test_pairs_leave_out_columns_that_are_no_place():
+    """Homes of two places and of one: nodes 0, 1 and 2, (3 is none); things follow."""
+    stream = EventStream(np.array([[5, 6], [7, -1]]), sightings_alone=False)
+    prior, is_place = np.ones((2, 2), np.float32), np.array([[True, True], [True, False]])
+    pairs = stream.find_pairs(StreamQuestions(np.arange(2), np.array([0, 1]), prior, is_place, 1))
+    assert pairs.things.tolist() == [4, 5]
+    assert (pairs.query.tolist(), pairs.places.tolist()) == ([0, 0, 1], [0, 1, 2])
+    assert pairs.spread(torch.tensor([1.0, 2.0, 3.0])).tolist() == [[1, 2], [3, 0]]
+
+
+def test_messages_of_a_later_look_replace_those_of_an_earlier_one():
+    """As PyG's dictionary does; in the order of nodes, and of their messages."""
+    store = MessageStore(3, 1, torch.float32)
+    put = [([1, 0, 1], [8, 8, 9], 1), ([1], [7], 2), ([2, 2], [6, 5], 3)]
+    for number, (src, dst, time) in enumerate(put):
+        raw = 10.0 * number + torch.arange(len(src)).unsqueeze(1)
+        store.put(torch.tensor(src), torch.tensor(dst), torch.full((len(src),), time), raw)
+    store.grow(4)
+    src, dst, time, raw = store.take(torch.tensor([2, 3, 0, 1]))
+    assert src.tolist() == [2, 2, 0, 1]
+    assert dst.tolist() == [6, 5, 8, 7]
+    assert time.tolist() == [3, 3, 1, 2]
+    assert raw.ravel().tolist() == [20, 21, 1, 10]
+
+
+def test_the_memory_is_that_of_pyg(episodes):
+    """Tables of messages in place of PyG's dictionary change no memory, while training or not."""
+    network = make("tgn", dropout=0.0)
+    kept = {}
+    for methods in ("ours", "pyg"):
+        own = copy.deepcopy(network)
+        if methods == "pyg":
+            own.memory.__class__ = _DictionaryMemory
+        for mode in (True, False):
+            with torch.no_grad():
+                play_episode(own.train(mode), episodes[0], False, lambda *_: None)
+            kept[methods, mode] = own.memory.memory.clone()
+    for mode in (True, False):
+        assert kept["ours", mode].abs().max() > 0.01
+        torch.testing.assert_close(kept["ours", mode], kept["pyg", mode])
+
+
+class _DictionaryMemory(TGNMemory):
+    """PyG's own memory, which grows as ours does."""
+
+    def start(self, num_nodes):
+        self.num_nodes = num_nodes
+        self.memory = torch.zeros(num_nodes, self.memory_dim)
+        self.last_update = torch.zeros(num_nodes, dtype=torch.long)
+        self._assoc = torch.zeros(num_nodes, dtype=torch.long)
+        self._reset_message_store()
+
+    def grow(self, num_nodes):
+        added = num_nodes - self.num_nodes
+        self.memory = torch.cat([self.memory, torch.zeros(added, self.memory_dim)])
+        self.last_update = torch.cat([self.last_update, torch.zeros(added, dtype=torch.long)])
+        self._assoc = torch.zeros(num_nodes, dtype=torch.long)
+        old = self.msg_s_store, self.msg_d_store
+        self.num_nodes = num_nodes
+        self._reset_message_store()
+        self.msg_s_store |= old[0]
+        self.msg_d_store |= old[1]
+
+
+def test_questions_without_an_event_between_them_can_be_learnt_from(episodes):
+    """A look that showed nothing leaves sightings alone without an event."""
+    (episode,) = episodes
+    asked = [own for own in episode.happened if isinstance(own, EpisodeQuestions)]
+    looks = [own for own in episode.happened if isinstance(own, LookEvents)]
+    nothing = replace(looks[1], events=looks[1].events.take(np.zeros(0, dtype=int)))
+    happened = (looks[0], asked[1], nothing, asked[2])
+    for name in NAMES:
+        own = replace(episode, happened=happened)
+        train_network(make(name), [own], sightings_alone=True, epochs=1, learning_rate=1e-3)
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_gradients_reach_every_parameter(name, episodes):
     network = make(name, dropout=0.0)
@@ -137,8 +228,6 @@ def test_an_answer_depends_on_no_later_event(name, episodes):
     network = make(name)
     (episode,) = episodes
     whole = answer(network, [episode])
-    from dataclasses import replace
-
     half = replace(episode, happened=episode.happened[:7])
     for one, other in zip(answer(network, [half]), whole, strict=False):
         np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5)
