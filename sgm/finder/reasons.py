@@ -8,9 +8,10 @@ from datetime import datetime
 import numpy as np
 
 from sgm.memory.asking import Asked
+from sgm.memory.clock import Clock
 from sgm.memory.columns import NEVER
 from sgm.memory.sighting import SeenAt
-from sgm.memory.statement import ROBOT
+from sgm.memory.statement import ROBOT, Statement
 
 SIMILAR = 0.7  # cosine of the labels' text vectors: mug and cup .96, document and book .74
 _MONTHS = (
@@ -38,6 +39,11 @@ class Evidence:
             without a clock.
         now: date and time of the present step; None without a clock.
         times_sought: looks for it alone since that sighting that did not find it here.
+        ended: what was said or done after that sighting, by which it is not here any more; None
+            without such a statement.
+        ended_ago: time steps since; 0 without a statement.
+        ended_on: date and time of it; None without one, or without a clock.
+        was_missed: whether a look here, after that sighting and statement, did not show it.
     """
 
     seen: SeenAt | None
@@ -48,6 +54,10 @@ class Evidence:
     missed_on: datetime | None = None
     now: datetime | None = None
     times_sought: int = 0
+    ended: Statement | None = None
+    ended_ago: int = 0
+    ended_on: datetime | None = None
+    was_missed: bool = False
 
     def __str__(self) -> str:
         """Say it in one line."""
@@ -72,27 +82,37 @@ class Evidence:
         return self._tell_when(seen)
 
     def _tell_when(self, seen: SeenAt) -> str:
+        """Say when it was seen here, or said to be, and what ended that."""
+        who = "seen here"
         if seen.by:
-            return self._tell_said(seen)
-        if seen.steps_ago == 0:
-            return "seen here in this step" + ("" if seen.is_there else ", not in the latest look")
-        if self.seen_on is None or self.now is None:
-            ago = f"seen here {_count(seen.steps_ago, 'step')} ago"
-            return ago + ("" if seen.is_there else ", then gone")
-        return f"seen here {tell_time(self.seen_on, self.now)}{self._tell_missed(seen)}"
+            who = "put here by the robot" if seen.by == ROBOT else f"{seen.by} said so"
+        is_new = not seen.by and seen.steps_ago == 0
+        told = f"{who} {self._tell_ago(seen.steps_ago, None if is_new else self.seen_on)}"
+        if seen.is_there:
+            return told
+        if self.ended is not None:
+            told += f"; {_tell_end(self.ended)} {self._tell_ago(self.ended_ago, self.ended_on)}"
+            if not self.was_missed:
+                return told
+        elif is_new:
+            return told + (", not in the latest look" if self.was_missed else ", then gone")
+        if self.missed_on is not None and self.now is not None:
+            return f"{told}; not there {tell_time(self.missed_on, self.now)}"
+        return told + (", then gone" if self.ended is None else "; not there in a look since")
 
-    def _tell_said(self, seen: SeenAt) -> str:
-        """Say who said when that it is here, and whether a later look missed it."""
-        who = "put here by the robot" if seen.by == ROBOT else f"{seen.by} said so"
-        if self.seen_on is None or self.now is None:
-            ago = f"{_count(seen.steps_ago, 'step')} ago" if seen.steps_ago else "in this step"
-            return f"{who} {ago}" + ("" if seen.is_there else ", then gone")
-        return f"{who} {tell_time(self.seen_on, self.now)}{self._tell_missed(seen)}"
+    def _tell_ago(self, steps_ago: int, time: datetime | None) -> str:
+        if time is not None and self.now is not None:
+            return tell_time(time, self.now)
+        return f"{_count(steps_ago, 'step')} ago" if steps_ago else "in this step"
 
-    def _tell_missed(self, seen: SeenAt) -> str:
-        if seen.is_there or self.missed_on is None or self.now is None:
-            return ""
-        return f"; not there {tell_time(self.missed_on, self.now)}"
+
+def _tell_end(said: Statement) -> str:
+    """Say by which statement a thing was at a place no longer."""
+    if said.by == ROBOT and said.kind != "moved":
+        return (
+            "the robot picked it up" if said.kind == "picked_up" else "the robot put it elsewhere"
+        )
+    return f"{'the robot' if said.by == ROBOT else said.by} said it was moved"
 
 
 def tell_time(time: datetime, now: datetime) -> str:
@@ -146,42 +166,63 @@ def gather_evidence(
         missed += np.ceil(looks.sought).astype(np.int64)
         num_missed = np.maximum(num_missed, missed)
     num_absent = np.where(num_true > 0, np.maximum(num_observed - num_true, 0), num_missed)
-    last_look = asked.current.furniture_last_observed[0]
     similar = _list_similar(asked, cosines, is_own)
     prior = asked.queries.prior.mean(axis=0).sum(axis=1)  # (F,)
     found = []
-    said_at = _list_said_away(asked)
+    now = asked.current.time
     for place in furniture.tolist():
         seen = seen_at.get(ids[place])
-        seen_on = missed_on = now = None
-        if seen is not None and asked.clock is not None:
-            seen_on = asked.clock.get_date(seen.time)
-            now = asked.clock.get_date(seen.time + seen.steps_ago)
-            if not seen.is_there:
-                missed = max(int(last_look[place]), said_at.get(ids[place], NEVER))
-                missed_on = asked.clock.get_date(missed)
+        ended, missed, was_missed = None, NEVER, False
+        if seen is not None and not seen.is_there:
+            here = own[edges["furniture"][own] == place]
+            ended, missed, was_missed = _find_end(asked, here, seen)
+        clock = None if seen is None else asked.clock
         found.append(
             Evidence(
                 seen=seen,
                 times_absent=int(num_absent[place]),
                 similar=tuple(similar.get(place, ())),
                 prior=float(prior[place]),
-                seen_on=seen_on,
-                missed_on=missed_on,
-                now=now,
+                seen_on=None if seen is None else _get_date(clock, seen.time),
+                missed_on=_get_date(clock, missed),
+                now=_get_date(clock, now),
                 times_sought=0 if seen is None else int(num_sought[place]),
+                ended=ended,
+                ended_ago=0 if ended is None else now - ended.time,
+                ended_on=None if ended is None else _get_date(clock, ended.time),
+                was_missed=was_missed,
             )
         )
     return found
 
 
-def _list_said_away(asked: Asked) -> dict[int, int]:
-    """Return when it was said last that a thing is no longer at a place, by furniture id."""
-    said_at: dict[int, int] = {}
-    for said in asked.said:
-        if said is not None:
-            said_at |= dict.fromkeys(said.was_at, said.time)
-    return said_at
+def _get_date(clock: Clock | None, time: int) -> datetime | None:
+    return None if clock is None or time == NEVER else clock.get_date(time)
+
+
+def _find_end(asked: Asked, edges: np.ndarray, seen: SeenAt) -> tuple[Statement | None, int, bool]:
+    """Return by what a thing that was seen at a place is not there any more.
+
+    Args:
+        asked: the question.
+        edges: rows of the edges of what is asked for at that place, (n,).
+        seen: the last sighting there, which something has ended.
+
+    Returns:
+        The last statement that ended it; None without one. The time step of the last look here
+        since, or from which on it is false, `NEVER` without one. Whether that was a look.
+    """
+    table = asked.current.edges
+    own = edges[(table["last_true"][edges] == seen.time) & ~table["is_true"][edges]]
+    place, thing = int(table["furniture"][own[0]]), int(table["object"][own[0]])
+    last_look = int(asked.current.furniture_last_observed[0, place])
+    number = asked.rows.tolist().index(thing)
+    for said in reversed(asked.statements[number]):
+        if said.time >= seen.time and seen.furniture in said.was_at:
+            is_later = last_look > said.time
+            return said, last_look if is_later else NEVER, is_later
+    changed = int(table["last_changed"][own].max())
+    return None, max(last_look, changed), last_look >= changed
 
 
 def _list_similar(

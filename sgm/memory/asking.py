@@ -80,6 +80,7 @@ class Asked:
         rows: the objects' rows in `current.objects`, -1 for what it does not know, (K,).
         said: the last statement about each, None where there was none, or a look has shown it
             since, K of them.
+        statements: all that was said of each and is kept, the oldest first, K of them.
         descriptions: of all objects of `current`, (O,).
         looks: what the looks say about each, K of them.
         num_instances: most things of each description that were seen at once, 1 or more, (K,).
@@ -96,6 +97,7 @@ class Asked:
     question: np.ndarray
     rows: np.ndarray
     said: tuple[Statement | None, ...]
+    statements: tuple[tuple[Statement, ...], ...]
     descriptions: tuple[str, ...]
     looks: tuple[Looks, ...]
     num_instances: np.ndarray

@@ -77,6 +77,20 @@ class MemoryCorrections(ABC):
             ids = (state.things[row].id for row in rows)
             return tuple(dict.fromkeys(own for own in ids if own))
 
+    def list_statements(self) -> list[tuple[ThingName, Statement]]:
+        """Return what was said of things, or done with them, the oldest first.
+
+        Kept are the last eight statements about each; the log has all.
+        """
+        with self._lock:
+            state = self._state
+            found = [
+                (ThingName(state.things[row].description, state.things[row].id), one)
+                for row in state.list_spoken_of()
+                for one in state.get_statements(row).statements
+            ]
+        return sorted(found, key=lambda row: row[1].time)
+
     def note_moved(
         self,
         thing: str,

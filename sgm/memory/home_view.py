@@ -50,13 +50,20 @@ def _list_edges(
     return sorted(places, key=lambda place: -place.time)
 
 
-def list_home(memory: MemoryBatch, layout: Layout, descriptions: Sequence[str]) -> dict[str, Any]:
+def list_home(
+    memory: MemoryBatch,
+    layout: Layout,
+    descriptions: Sequence[str],
+    said_by: Mapping[int, Mapping[tuple[int, int | None], str]],
+) -> dict[str, Any]:
     """List rooms > furniture > objects as JSON values.
 
     Args:
         memory: of one home.
         layout: its rooms and furniture.
         descriptions: of its objects, (O,).
+        said_by: of the objects of which something was said, by row, who said that they are at
+            places, by time step and furniture.
     """
     objects: dict[int, list[dict[str, Any]]] = {number: [] for number in layout.furniture}
     unplaced = []
@@ -73,6 +80,7 @@ def list_home(memory: MemoryBatch, layout: Layout, descriptions: Sequence[str]) 
             if place.furniture is None:
                 unplaced.append({"description": description, "last_seen": place.time})
                 continue
+            by = said_by.get(row, {}).get((place.time, place.furniture))
             objects[place.furniture].append(
                 {
                     "description": description,
@@ -81,6 +89,7 @@ def list_home(memory: MemoryBatch, layout: Layout, descriptions: Sequence[str]) 
                     "last_seen": place.time,
                     "times_seen": place.times_seen,
                     "times_looked": place.times_looked,
+                    **({} if by is None else {"by": by}),
                 }
             )
     last_looked = memory.furniture_last_observed[0].tolist()

@@ -12,6 +12,7 @@ from sgm.layout.furniture_names import FurnitureNames
 from sgm.layout.layout import Layout
 from sgm.memory.asking import Asked, Looks, compute_relation_shares, list_looks_before
 from sgm.memory.clock import Clock, make_clock_rows
+from sgm.memory.columns import NEVER
 from sgm.memory.coverage import Coverage
 from sgm.memory.frame_watch import MOST_LOOKS
 from sgm.memory.home_view import list_places
@@ -215,6 +216,9 @@ class MemoryState:
             question=question,
             rows=known,
             said=tuple(map(self.get_last_said, known.tolist())),
+            statements=tuple(
+                self.get_statements(row).statements if row >= 0 else () for row in known.tolist()
+            ),
             descriptions=self.descriptions,
             looks=tuple(
                 self.list_looks(batch, current, key if key < num_known else -1, row, own, share)
@@ -334,7 +338,8 @@ class MemoryState:
     def list_places(self, row: int, fused: MemoryBatch | None = None) -> list[SeenAt]:
         """List every place where the object of a row was ever seen, the latest first.
 
-        Of one time step, the place of which was spoken last comes first.
+        Of one time step, the place of which was spoken last comes first, after one that a look has
+        shown since.
 
         Args:
             row: of the object.
@@ -342,17 +347,52 @@ class MemoryState:
         """
         batch = self.fuse_batch() if fused is None else fused
         told = self.get_statements(row).order_places()
+        last = int(batch.objects["last_furniture"][row])
+        if told and last != NEVER and self.get_last_said(row) is None:
+            seen = int(batch.objects["last_observed"][row])
+            told[seen, self.furniture_ids[last]] = len(told)
         places = sorted(
             list_places(batch, self.furniture_ids, row),
             key=lambda at: (-at.time, -told.get((at.time, at.furniture), -1)),
         )
-        said = self.get_last_said(row)
-        return [
-            replace(seen, by=said.by)
-            if said is not None and (seen.time, seen.furniture) == (said.time, said.furniture)
-            else seen
-            for seen in places
-        ]
+        said_by = self.list_said_by(row, batch)
+        if not said_by:
+            return places
+        return [replace(at, by=said_by.get((at.time, at.furniture), "")) for at in places]
+
+    def list_said_by(self, row: int, fused: MemoryBatch) -> dict[tuple[int, int | None], str]:
+        """Return who said that an object is somewhere, by time step and furniture.
+
+        Where a look has shown it there in the same time step, it was seen.
+
+        Args:
+            row: of the object.
+            fused: from `fuse_batch`.
+        """
+        statements = self.get_statements(row).statements
+        if not statements:
+            return {}
+        last = self.get_last_said(row)
+        said_by: dict[tuple[int, int | None], str] = {}
+        if last is not None and last.furniture is not None:
+            said_by[last.time, last.furniture] = last.by
+        edges, ids = fused.edges, self.furniture_ids
+        own = np.flatnonzero((edges["object"] == row) & (edges["num_true"] > 0))
+        columns = (edges[name][own].tolist() for name in ("last_true", "furniture", "confidence"))
+        known = {(time, ids[place]): sure for time, place, sure in zip(*columns, strict=True)}
+        for one in statements:  # a sighting of that step would have left its own confidence
+            place = one.time, one.furniture
+            if place[1] is not None and known.get(place) == np.float32(one.confidence):
+                said_by.setdefault(place, one.by)
+        return said_by
+
+    def list_spoken_of(self) -> list[int]:
+        """Return the rows of the objects of which something was said, or of what they are now."""
+        rows = [row for row, thing in enumerate(self.things) if thing.statements]
+        same_as = self.batch.objects["same_as"]
+        if rows and (same_as >= 0).any():
+            return sorted(set(find_roots(same_as)[rows].tolist()))
+        return rows
 
     def get_last_said(self, row: int) -> Statement | None:
         """Return what was said last of an object; None if a look has shown it since."""

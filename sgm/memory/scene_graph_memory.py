@@ -854,12 +854,15 @@ class SceneGraphMemory(MemoryCorrections):
         """Return rooms > furniture > objects as JSON values.
 
         Under each furniture node stand the objects that were ever seen there: "is_there" says
-        whether the last look at it found them. "unplaced" lists objects that were last seen at
-        furniture that was removed.
+        whether the last look at it found them; "by" is who said last that they are there, where no
+        look has shown it. "unplaced" lists objects that were last seen at furniture that was
+        removed.
         """
         with self._lock:
             state = self._state
-            return list_home(state.fuse_batch(), state.layout, state.descriptions)
+            fused = state.fuse_batch()
+            said_by = {row: state.list_said_by(row, fused) for row in state.list_spoken_of()}
+            return list_home(fused, state.layout, state.descriptions, said_by)
 
     def to_frame(self) -> DataFrame:
         """Return a table of every object at every place where it was ever seen (needs pandas).

@@ -65,7 +65,7 @@ def test_the_evidence_says_who_said_so(memory):
     places = rank(memory, "keys")
     assert places[DRAWER].why.startswith("anna said so yesterday at 18:10")
     assert places[TABLE].why.startswith(
-        "seen here yesterday at 15:10; not there yesterday at 18:10"
+        "seen here yesterday at 15:10; anna said it was moved yesterday at 18:10"
     )
     memory.observe(DRAWER, [])
     memory.step()
