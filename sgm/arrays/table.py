@@ -57,10 +57,11 @@ class Table:
         return self._num_rows
 
     def __getitem__(self, name: str) -> np.ndarray:
-        view = self._views.get(name)
-        if view is None:
+        try:
+            return self._views[name]
+        except KeyError:
             view = self._views[name] = self._columns[name][..., : self._num_rows]
-        return view
+            return view
 
     @property
     def names(self) -> tuple[str, ...]:

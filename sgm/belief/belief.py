@@ -29,7 +29,8 @@ class Belief:
             places: of the places, 0 or more, (K, F).
             elsewhere: of elsewhere, (K,) or one for all.
         """
-        weights = np.column_stack([places, np.broadcast_to(elsewhere, len(places))])
+        weights = np.empty((len(places), places.shape[1] + 1))
+        weights[:, :-1], weights[:, -1] = places, elsewhere
         return cls(_log(weights))
 
     @cached_property
@@ -94,10 +95,11 @@ class Belief:
         """
         changed = self.log_weights.copy()
         changed[:, :-1] += log_likelihood
-        before, after = (_log_sum(weights[:, :-1]) for weights in (self.log_weights, changed))
-        keeps = keeps_elsewhere & np.isfinite(after)
-        loss = np.subtract(before, after, out=np.zeros(len(after)), where=keeps)
-        changed[:, :-1] += loss[:, None]
+        if np.any(keeps_elsewhere):
+            before, after = (_log_sum(weights[:, :-1]) for weights in (self.log_weights, changed))
+            keeps = keeps_elsewhere & np.isfinite(after)
+            loss = np.subtract(before, after, out=np.zeros(len(after)), where=keeps)
+            changed[:, :-1] += loss[:, None]
         return Belief(changed)
 
     def join(
@@ -128,7 +130,7 @@ class Belief:
             own = np.where(seen > 0, seen, rest * share[:, None])
             places = np.where(is_seen[:, None], own, places)
             elsewhere = np.where(is_seen, elsewhere * share, elsewhere)
-        if carried is not None:
+        if carried is not None and carried.any():
             places, elsewhere = places * (1 - carried)[:, None], elsewhere * (1 - carried)
         if len(places) == 1:
             return places[0], float(elsewhere[0])

@@ -97,7 +97,7 @@ class Detector:
             num_looks: n, looks at the place in this time step that missed it, any shape.
         """
         num_looks = np.asarray(num_looks, dtype=float)
-        before, after = (self.compute_miss(n) for n in (num_looks, num_looks + 1))
+        before, after = self.compute_miss(np.stack([num_looks, num_looks + 1]))
         missed: np.ndarray = np.divide(after, before, out=np.ones_like(before), where=before > 0)
         return 1 - missed
 
@@ -110,6 +110,8 @@ class Detector:
         Args:
             looks: at every place.
         """
+        if not looks.seen.any():
+            return np.zeros(looks.seen.shape)
         seen = np.minimum(looks.seen, CORRECTIONS.seen_now)
         missed = seen * self.compute_miss(looks.negative)
         weighed: np.ndarray = missed / (missed + 1 - seen)

@@ -8,6 +8,7 @@ import numpy as np
 
 from sgm.belief import Belief
 from sgm.evidence.adaptive_filter import compute_destinations
+from sgm.evidence.doubted_kernel import find_confidence
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.object_counts import ObjectCounts
 from sgm.memory.memory_batch import MemoryBatch
@@ -59,12 +60,9 @@ def doubt_sightings(
 
 def compute_confidence(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     """Return the confidence of the last sighting of each thing, 1 of what was never seen, (Q,)."""
-    query, edge = memory.edges_of(queries)
     edges, objects = memory.edges, memory.objects
-    thing = queries.object[query]
-    is_last = (edges["furniture"][edge] == objects["last_furniture"][thing]) & (
-        edges["last_true"][edge] == objects["last_observed"][thing]
-    )
-    found = np.zeros(len(queries.home))
-    np.maximum.at(found, query[is_last], edges["confidence"][edge[is_last]])
-    return np.where(found > 0, found, 1.0)
+    return find_confidence(
+        queries.object.astype(np.int64), len(objects), objects["last_furniture"],
+        objects["last_observed"], edges["object"], edges["furniture"], edges["last_true"],
+        edges["confidence"],
+    )  # fmt: skip

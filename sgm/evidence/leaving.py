@@ -12,7 +12,8 @@ from sgm.evidence.adaptive_filter import (
     list_look_times,
 )
 from sgm.evidence.leaving_kernel import follow_left
-from sgm.evidence.object_counts import ObjectCounts, compute_hours_per_step
+from sgm.evidence.object_counts import compute_hours_per_step
+from sgm.evidence.object_counts_kernel import count_sightings
 from sgm.memory.home_history import NUM_LOOKS_KEPT
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -84,10 +85,13 @@ def _choose_things(memory: MemoryBatch) -> Queries:
     work = NUM_LOOKS_KEPT * memory.num_furniture**2
     most = max(_LEAST_THINGS, min(_MOST_THINGS, _MOST_WORK // max(work, 1)))
     seen = np.flatnonzero(memory.objects["num_observed"] > 0)
-    seen = seen[np.argsort(memory.objects["home"][seen], kind="stable")]
-    home = memory.objects["home"][seen]
-    every = -(-np.bincount(home) // most)[home]
-    rows = seen[compute_rank_in_group(home) % every == 0]
+    if memory.num_homes == 1:
+        rows = seen[:: max(-(-len(seen) // most), 1)]
+    else:
+        seen = seen[np.argsort(memory.objects["home"][seen], kind="stable")]
+        home = memory.objects["home"][seen]
+        every = -(-np.bincount(home) // most)[home]
+        rows = seen[compute_rank_in_group(home) % every == 0]
     home = memory.objects["home"][rows]
     return Queries(home, rows, memory.place_prior.rows(home, memory.objects["type"][rows]))
 
@@ -99,12 +103,16 @@ def _follow(memory: MemoryBatch, things: Queries) -> tuple[np.ndarray, np.ndarra
     the home's own rates says if it stayed, and certain if it left. What is in the home, at a place
     that is not known, is as good as gone.
     """
-    objects, home, row = memory.objects, things.home, things.object
+    objects, home, row, edges = memory.objects, things.home, things.object, memory.edges
+    seen = count_sightings(
+        row.astype(np.int64), len(objects), memory.num_furniture,
+        edges["object"], edges["furniture"], edges["num_true"],
+    )  # fmt: skip
     hours, _, own = compute_own_rates(memory, things)
     leaving = own[:, None] * _SHARES
     left = follow_left(
-        ObjectCounts.gather(memory, things).num_true, sum_relations(things.prior),
-        memory.furniture_room[home], memory.room_label.shape[1], *list_look_times(memory, things),
+        seen, sum_relations(things.prior), memory.furniture_room[home],
+        memory.room_label.shape[1], *list_look_times(memory, things),
         objects["last_furniture"][row], objects["last_observed"][row], memory.time, hours, own,
         compute_crossing(memory)[home], memory.history.compute_miss_rate()[home], leaving,
     )  # fmt: skip

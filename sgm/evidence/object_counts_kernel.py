@@ -91,6 +91,26 @@ def gather_counts(
 
 
 @kernel
+def count_sightings(
+    query_object: np.ndarray,
+    num_objects: int,
+    num_places: int,
+    edge_object: np.ndarray,
+    edge_place: np.ndarray,
+    edge_num_true: np.ndarray,
+) -> np.ndarray:
+    """Count the sightings of Q objects at F places: `num_true` of `gather_counts` alone."""
+    num_true = np.zeros((len(query_object), num_places), dtype=np.int32)
+    latest, before = _chain_queries(query_object, num_objects)
+    for edge in range(len(edge_object)):
+        query = latest[edge_object[edge]]
+        while query >= 0:
+            num_true[query, edge_place[edge]] += edge_num_true[edge]
+            query = before[query]
+    return num_true
+
+
+@kernel
 def choose_edges(
     query_object: np.ndarray,
     num_objects: int,

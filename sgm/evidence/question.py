@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -161,12 +162,13 @@ class Question:
         return self.belief[:, list(FILTERS).index(name), :-1]
 
 
-def _list_filters(asks_moved: float) -> list[FilterSettings]:
+@lru_cache(maxsize=16)
+def _list_filters(asks_moved: float) -> tuple[FilterSettings, ...]:
     """Return `FILTERS`, those of the questions of tasks for such questions instead."""
-    return [
+    return tuple(
         replace(own, asks_moved=asks_moved) if own.asks_moved == TASKS_ASK_MOVED else own
         for own in FILTERS.values()
-    ]
+    )
 
 
 def _order_edges(memory: MemoryBatch) -> np.ndarray:

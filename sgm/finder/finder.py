@@ -290,22 +290,13 @@ class Finder:
         with self._lock:  # policies keep caches
             belief = self._recall_judged(asked)
         belief = _doubt(belief.spread(CORRECTIONS.anywhere), asked)
-        rows, variants, carried, in_hand = [], [], [], asked.carried.tolist()
-        for row, looks in enumerate(asked.looks):
-            num_others = asked.num_instances[row] - np.count_nonzero(looks.seen)
-            own = [looks]
-            if looks.seen.any():  # the others are where they were
-                own += [looks.for_another()] * max(num_others, 0)
-            elif in_hand[row]:
-                own += [looks] * (num_others - 1)
-            rows += [row] * len(own)
-            variants += own
-            carried += [in_hand[row]] + [0.0] * (len(own) - 1)
-        looks = Looks.stack(variants)
+        in_hand = asked.carried
+        looks, rows, is_another = _list_variants(asked, in_hand)
         earlier, since = self.detector.compute_log_likelihood(looks, self._policy.looks_counted)
         belief = Belief(belief.log_weights[rows]).look(earlier, was_seen[rows]).look(since)
+        carried = np.where(is_another, 0.0, in_hand[rows])
+        joined = belief.join(self.detector.weigh_seen(looks), carried)
         shown = self.detector.compute_detection(looks.negative)
-        joined = belief.join(self.detector.weigh_seen(looks), np.array(carried))
         return *joined, _join_detection(belief.places, shown)
 
     def _tell_miss_rate(self, asked: Asked) -> None:
@@ -362,6 +353,8 @@ class Finder:
     def _compute_out(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
         """Return how likely things are out for a while, and what that explains; see `Outings`."""
         batch, known = asked.batch, self._outings
+        if batch.clock is None:
+            return np.zeros(len(asked.rows)), np.ones(len(asked.rows))
         if known is None or known[0] is not asked.origin or known[1] != batch.time:
             known = self._outings = asked.origin, batch.time, Outings(batch)
         return known[2].compute(batch, asked.queries)
@@ -403,6 +396,27 @@ def _doubt(belief: Belief, asked: Asked) -> Belief:
             places[row] = np.isin(asked.furniture_ids, said.was_at)
             elsewhere[row] = 0.0
     return belief.mix(Belief.of(places).with_elsewhere(elsewhere), share) if share.any() else belief
+
+
+def _list_variants(asked: Asked, in_hand: np.ndarray) -> tuple[Looks, list[int], list[bool]]:
+    """List what may be meant: each thing, and as many of its like as were seen at once.
+
+    Args:
+        asked: of K things.
+        in_hand: probability that the robot carries each, (K,).
+
+    Returns:
+        Looks at V of them, (V, F); which of the K things each is, or is like, V of them; and
+        whether it is another one.
+    """
+    num_seen = np.count_nonzero(asked.looks.seen, axis=1)
+    others = np.where(num_seen > 0, np.maximum(asked.num_instances - num_seen, 0), 0)
+    others = np.where((num_seen == 0) & (in_hand > 0), asked.num_instances - 1, others)
+    rows, is_another = [], []
+    for row, num_others in enumerate(others.tolist()):
+        rows += [row] * (1 + num_others)
+        is_another += [False] + [True] * num_others
+    return asked.looks.take(rows, is_another), rows, is_another
 
 
 def _odds(share: float) -> float:

@@ -151,22 +151,16 @@ def gather_evidence(
     seen_at: dict[int | None, SeenAt] = {}
     for sighting in asked.sightings:  # the latest first
         seen_at.setdefault(sighting.furniture, sighting)
-    is_own = asked.mark_edges()
-    own = np.flatnonzero(is_own)
+    own = asked.edges
     num_observed, num_true = np.zeros((2, len(ids)), dtype=np.int64)
     np.maximum.at(num_observed, edges["furniture"][own], edges["num_observed"][own])
     np.add.at(num_true, edges["furniture"][own], edges["num_true"][own])
     # What was never seen at a place was missed by every look at it, and by every search for it.
-    num_missed = np.zeros(len(ids), dtype=np.int64)
-    num_sought = np.zeros(len(ids), dtype=np.int64)
-    for looks in asked.looks:
-        sought = np.ceil(looks.negative + looks.sought).astype(np.int64)
-        num_sought = np.maximum(num_sought, sought)
-        missed = asked.batch.furniture_num_observed[0] + np.ceil(looks.negative).astype(np.int64)
-        missed += np.ceil(looks.sought).astype(np.int64)
-        num_missed = np.maximum(num_missed, missed)
+    negative, sought = np.ceil(asked.looks.negative), asked.looks.sought
+    num_sought = np.ceil(asked.looks.negative + sought).max(axis=0)
+    num_missed = asked.batch.furniture_num_observed[0] + (negative + np.ceil(sought)).max(axis=0)
     num_absent = np.where(num_true > 0, np.maximum(num_observed - num_true, 0), num_missed)
-    similar = _list_similar(asked, cosines, is_own)
+    similar = _list_similar(asked, cosines)
     prior = asked.queries.prior.mean(axis=0).sum(axis=1)  # (F,)
     found = []
     now = asked.current.time
@@ -225,9 +219,7 @@ def _find_end(asked: Asked, edges: np.ndarray, seen: SeenAt) -> tuple[Statement 
     return None, max(last_look, changed), last_look >= changed
 
 
-def _list_similar(
-    asked: Asked, cosines: np.ndarray | None, is_own: np.ndarray
-) -> dict[int, dict[str, None]]:
+def _list_similar(asked: Asked, cosines: np.ndarray | None) -> dict[int, dict[str, None]]:
     """List other objects with a similar label by furniture, each once, the latest first."""
     similar: dict[int, dict[str, None]] = {}
     if cosines is None:
@@ -238,7 +230,8 @@ def _list_similar(
     # Labels that came up in this very step have no vector yet.
     is_known = label < len(cosines)
     is_similar = is_known & (cosines[np.where(is_known, label, 0), own_label] >= SIMILAR)
-    alike = np.flatnonzero(is_similar[edges["object"]] & ~is_own & (edges["num_true"] > 0))
+    is_similar[asked.rows[asked.rows >= 0]] = False
+    alike = np.flatnonzero(is_similar[edges["object"]] & (edges["num_true"] > 0))
     alike = alike[np.argsort(-edges["last_true"][alike], kind="stable")]
     for place, other in zip(
         edges["furniture"][alike].tolist(), edges["object"][alike].tolist(), strict=True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -25,18 +25,18 @@ class Scorer(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Looks:
-    """What the looks at F furniture nodes say about one object.
+    """What the looks at F furniture nodes say about V objects.
 
     Attributes:
         negative: looks of this time step that did not show it, since it was seen there in this step
-            or all, each weighed by how much of the furniture was in view, (F,).
+            or all, each weighed by how much of the furniture was in view, (V, F).
         steps_ago: time steps since each of the latest looks of earlier steps that did not show it,
-            since it was last seen there, infinite where there was none, (F, n).
-        sought: how often it alone was looked for in an earlier step and not found, (F,).
-        sought_ago: time steps since then, infinite where that never was, (F,).
-        seen: confidence with which it was seen there in this step, 0 where it was not, (F,).
+            since it was last seen there, infinite where there was none, (V, F, n).
+        sought: how often it alone was looked for in an earlier step and not found, (V, F).
+        sought_ago: time steps since then, infinite where that never was, (V, F).
+        seen: confidence with which it was seen there in this step, 0 where it was not, (V, F).
         is_remembered: whether it was ever seen there, so that the memory counts the looks that did
-            not show it, which policies read, bool (F,).
+            not show it, which policies read, bool (V, F).
     """
 
     negative: np.ndarray
@@ -46,19 +46,19 @@ class Looks:
     seen: np.ndarray
     is_remembered: np.ndarray
 
-    @classmethod
-    def stack(cls, looks: Sequence[Looks]) -> Looks:
-        """Return the looks of V objects as one; arrays have one more axis in front, (V, ...)."""
-        names = cls.__slots__
-        if len(looks) == 1:
-            return cls(*(getattr(looks[0], name)[None] for name in names))
-        return cls(*(np.stack([getattr(one, name) for one in looks]) for name in names))
+    def take(self, rows: Sequence[int], is_another: Sequence[bool]) -> Looks:
+        """Return those about some of the objects, of one perhaps several times.
 
-    def for_another(self) -> Looks:
-        """Return the same for another object of that description: its like was seen, not it."""
-        return replace(
-            self, negative=self.negative + (self.seen > 0), seen=np.zeros_like(self.seen)
-        )
+        Args:
+            rows: of the objects, (n,).
+            is_another: whether each is another object of that description: its like was seen, not
+                it, (n,).
+        """
+        looks = Looks(*(getattr(self, name)[rows] for name in Looks.__slots__))
+        if any(is_another):
+            looks.negative[is_another] += looks.seen[is_another] > 0
+            looks.seen[is_another] = 0.0
+        return looks
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,11 +78,12 @@ class Asked:
         question: for each name that was asked for, which of the K things it means, the first of
             several with ids, (n,).
         rows: the objects' rows in `current.objects`, -1 for what it does not know, (K,).
+        edges: rows of the edges that lead from them in `current.edges`, ascending, (n,).
         said: the last statement about each, None where there was none, or a look has shown it
             since, K of them.
         statements: all that was said of each and is kept, the oldest first, K of them.
         descriptions: of all objects of `current`, (O,).
-        looks: what the looks say about each, K of them.
+        looks: what the looks say about each of the K.
         num_instances: most things of each description that were seen at once, 1 or more, (K,).
         sightings: every place where one of them was ever seen, the latest first.
         furniture_ids, furniture_names: F each.
@@ -96,10 +97,11 @@ class Asked:
     current: MemoryBatch
     question: np.ndarray
     rows: np.ndarray
+    edges: np.ndarray
     said: tuple[Statement | None, ...]
     statements: tuple[tuple[Statement, ...], ...]
     descriptions: tuple[str, ...]
-    looks: tuple[Looks, ...]
+    looks: Looks
     num_instances: np.ndarray
     sightings: tuple[SeenAt, ...]
     furniture_ids: tuple[int, ...]
@@ -121,15 +123,11 @@ class Asked:
     @property
     def carried(self) -> np.ndarray:
         """Probability that the robot carries each of them, (K,)."""
-        is_carried = np.append(self.current.objects["carried_since"] >= 0, False)[self.rows]
+        is_carried = np.append(self.current.objects["carried_since"], NEVER)[self.rows] >= 0
+        if not is_carried.any():
+            return np.zeros(len(is_carried))
         sure = [0.0 if said is None else said.confidence for said in self.said]
         return np.where(is_carried, np.where(np.array(sure) > 0, sure, ROBOT_CONFIDENCE), 0.0)
-
-    def mark_edges(self) -> np.ndarray:
-        """Mark the edges of `current` that lead from what is asked for, bool (E,)."""
-        is_asked = np.zeros(len(self.current.objects) + 1, dtype=bool)
-        is_asked[self.rows] = True  # -1, what it does not know, is the last one
-        return is_asked[self.current.edges["object"]]
 
     def choose_relation(self) -> np.ndarray:
         """Return how the objects lie at each place: 0 "in", 1 "onTop", (F,).
@@ -139,7 +137,7 @@ class Asked:
         prior = self.queries.prior.sum(axis=0)  # (F, 2)
         relation = np.where(prior[:, 1] >= prior[:, 0], 1, 0)
         edges = self.current.edges
-        own = np.flatnonzero(self.mark_edges() & (edges["num_true"] > 0))
+        own = self.edges[edges["num_true"][self.edges] > 0]
         own = own[np.argsort(edges["last_true"][own], kind="stable")]
         relation[edges["furniture"][own]] = edges["relation"][own]
         return relation
@@ -162,21 +160,3 @@ def compute_relation_shares(batch: MemoryBatch, queries: Queries) -> np.ndarray:
     place, relation = batch.edges["furniture"][edge], batch.edges["relation"][edge]
     share[query, place, 0], share[query, place, 1] = 1 - relation, relation
     return share
-
-
-def list_looks_before(batch: MemoryBatch, row: int, now: int, share: np.ndarray) -> np.ndarray:
-    """Return the steps since the latest negative looks for an object, infinite for none, (F, n).
-
-    Args:
-        batch: memory of one home.
-        row: of the object in its table, -1 for what was never seen.
-        now: the present time step.
-        share: how likely it is "in" and "onTop" of the furniture that it is at, (F, 2).
-    """
-    edges = batch.edges
-    looked = batch.history.list_look_times(np.zeros(1, dtype=int), share[None])[0]  # (F, n)
-    last_true = np.full(batch.num_furniture, NEVER)
-    if row >= 0:
-        own = np.flatnonzero(edges["object"] == row)
-        np.maximum.at(last_true, edges["furniture"][own], edges["last_true"][own])
-    return np.where(looked > last_true[:, None], now - looked, np.inf)

@@ -13,17 +13,20 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.sighting import RELATIONS, SeenAt
 
 
-def list_places(memory: MemoryBatch, furniture_ids: Sequence[int], row: int) -> list[SeenAt]:
+def list_places(
+    memory: MemoryBatch, furniture_ids: Sequence[int], row: int, among: np.ndarray | None = None
+) -> list[SeenAt]:
     """List every place where an object of a home was ever seen, the latest sighting first.
 
     Args:
         memory: of one home.
         furniture_ids: by position, (F,).
         row: of the object in `memory.objects`.
+        among: rows of edges among which its own are, ascending; None for all.
     """
-    edges = memory.edges
-    seen = np.flatnonzero((edges["object"] == row) & (edges["num_true"] > 0))
-    return _list_edges(memory, furniture_ids, row, seen)
+    among = np.arange(len(memory.edges)) if among is None else among
+    own = among[memory.edges["object"][among] == row]
+    return _list_edges(memory, furniture_ids, row, own[memory.edges["num_true"][own] > 0])
 
 
 def _list_edges(

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from sgm.layout.furniture_names import FurnitureNames
 from sgm.layout.layout import Layout
-from sgm.memory.asking import Asked, Looks, compute_relation_shares, list_looks_before
 from sgm.memory.clock import Clock, make_clock_rows
 from sgm.memory.columns import NEVER
 from sgm.memory.coverage import Coverage
@@ -47,6 +46,7 @@ class MemoryState:
         step: looks of the present time step.
         sought, score_calibration: as in `MemoryContent`.
         asked: row of the object whose hypothetical edges are open.
+        version: another object after each change of the batch.
     """
 
     clock: Clock | None
@@ -55,9 +55,10 @@ class MemoryState:
     sought: dict[tuple[str, int], tuple[float, int]]
     score_calibration: ScoreCalibration | None
     asked: int | None
+    version: object
     _batch: MemoryBatch
     _is_layout_new: bool  # whether the batch has yet to take it over
-    _version: object  # another one after each change of the batch
+    _has_merged: bool  # whether any object was merged with another
     _furniture: FurnitureNames | None
     _snapshot: dict[object, MemoryBatch]  # of one version at most
 
@@ -124,8 +125,8 @@ class MemoryState:
         if self.step.count_looks(furniture) >= MOST_LOOKS and self.step.shows_nothing_new(own):
             return
         if self.step.before is None:
-            self.step.begin(self._get_snapshot(), self._version, self.asked)
-        self._version = object()
+            self.step.begin(self._get_snapshot(), self.version, self.asked)
+        self.version = object()
         rows = [self.ensure_object(sighting.description, sighting.id or "") for sighting in seen]
         for row, sighting in zip(rows, seen, strict=True):
             if sighting.embedding and sighting.confidence >= SURE:
@@ -157,109 +158,46 @@ class MemoryState:
     def let_pass(self, num_steps: int) -> None:
         """Let time steps pass; questions end with the first of them."""
         self.forget_questions()
-        snapshot = self._snapshot.get(self._version)
+        snapshot = self._snapshot.get(self.version)
         self.batch.step()
         self.batch.time += num_steps - 1
         self.asked = None
         self.step = StepLog()
-        self._version = object()
+        self.version = object()
         if snapshot is not None:  # only the time is another one
             snapshot = snapshot.share()
             snapshot.time = self.batch.time
-            self._snapshot = {self._version: snapshot}
+            self._snapshot = {self.version: snapshot}
 
     def _get_snapshot(self) -> MemoryBatch:
         """Return a copy of the batch as it is, made once for all who only read it."""
         batch = self.batch
-        if self._version not in self._snapshot:
-            self._snapshot = {self._version: batch.copy()}
-        return self._snapshot[self._version]
+        if self.version not in self._snapshot:
+            self._snapshot = {self.version: batch.copy()}
+        return self._snapshot[self.version]
 
-    def _share_fused(self, snapshot: MemoryBatch) -> MemoryBatch:
+    def share(self, snapshot: MemoryBatch) -> MemoryBatch:
         """Return what a snapshot holds, of which questions may be asked; what was merged is one."""
-        if (snapshot.objects["same_as"] >= 0).any():
+        if self._has_merged:
             copied = snapshot.copy()
             fuse(copied)
             return copied
         return snapshot.share()
 
-    def ask(self, descriptions: Sequence[str], before_looks: bool, later: int = 0) -> Asked:
-        """Ask for objects, and change nothing; see `SceneGraphMemory.ask`."""
-        snapshot, step = self._get_snapshot(), self.step
-        current = self._share_fused(snapshot)
-        current.time += later
-        if before_looks and step.before is not None and not later:
-            origin, num_known = step.origin, step.num_objects
-            batch = self._share_fused(step.before)
-        else:
-            origin, num_known = self._version, len(self.things)
-            batch = self._share_fused(snapshot)
-            batch.time = current.time
-        question, known, descriptions = self._find_asked(descriptions)
-        words = [read_words("description", description) for description in descriptions]
-        is_known = (known >= 0) & (known < num_known)
-        keys = np.where(is_known, known, num_known + np.arange(len(words)))
-        if is_known.all():
-            kinds = [batch.objects["label"][known], batch.objects["type"][known]]
-        else:
-            vocabulary = self.vocabulary.with_labels(batch.labels)
-            kinds = list(np.array([vocabulary.find_type(name) for name in descriptions]).T)
-            batch.labels = vocabulary.labels
-        queries = batch.query(np.zeros(len(words), dtype=np.int64), keys, *kinds)
-        shares = compute_relation_shares(batch, queries)
-        at_once = np.append(current.objects["num_at_once"], 0)
-        return Asked(
-            batch=batch,
-            origin=origin,
-            queries=queries,
-            current=current,
-            question=question,
-            rows=known,
-            said=tuple(map(self.get_last_said, known.tolist())),
-            statements=tuple(
-                self.get_statements(row).statements if row >= 0 else () for row in known.tolist()
-            ),
-            descriptions=self.descriptions,
-            looks=tuple(
-                self.list_looks(batch, current, key if key < num_known else -1, row, own, share)
-                for key, row, own, share in zip(
-                    keys.tolist(), known.tolist(), words, shares, strict=True
-                )
-            ),
-            num_instances=np.maximum(at_once[known], 1),
-            sightings=tuple(
-                sorted(
-                    (seen for row in known if row >= 0 for seen in self.list_places(row, current)),
-                    key=lambda seen: -seen.time,
-                )
-            ),
-            furniture_ids=self.furniture.ids,
-            furniture_names=self.furniture.names,
-            open_costs=self.furniture.open_costs,
-            clock=self.clock,
-        )
+    def share_snapshot(self) -> MemoryBatch:
+        """Return what the memory holds now, of which questions may be asked."""
+        return self.share(self._get_snapshot())
 
-    def _find_asked(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, list[str]]:
-        """Find the objects that names and ids mean; of things with ids, a name means all.
-
-        Returns:
-            Where among the K things that of each name is, the first of several, (n,); the row of
-            each thing, -1 for a new one, (K,), and its description, K of them.
-        """
-        rows: list[int] = []
-        firsts, descriptions = [], []
-        for name in names:
-            own = self.find_rows(name)
-            asked = [row for row in own if row in rows and self._is_shared(row)]
-            firsts.append(rows.index(asked[0]) if asked else len(rows))
-            for row in [row for row in own if row not in asked] if own else [-1]:
-                rows.append(row)
-                descriptions.append(name if row < 0 else self.things[row].description)
-        return np.array(firsts), np.array(rows), descriptions
-
-    def _is_shared(self, row: int) -> bool:
-        """Whether an object has several names."""
+    def has_several_names(self, row: int) -> bool:
+        """Whether an object has an id, or was merged with another."""
         return bool(self.things[row].id) or len(self.list_members(row)) > 1
+
+    def list_names(self, rows: Sequence[int]) -> Iterator[str]:
+        """List the words of the descriptions of objects, and of their ids."""
+        for thing in (self.things[row] for row in rows):
+            yield read_words("description", thing.description)
+            if thing.id:
+                yield read_words("id", thing.id)
 
     def ensure_object(self, description: str, id: str = "") -> int:
         """Return the row of an object node, adding the node if it is new.
@@ -298,10 +236,9 @@ class MemoryState:
 
     def list_members(self, row: int) -> list[int]:
         """Return the rows of all nodes that were merged with one, itself first."""
-        same_as = self.batch.objects["same_as"]
-        if row < 0 or not (same_as >= 0).any():
+        if row < 0 or not self._has_merged:
             return [row]
-        members = np.flatnonzero(find_roots(same_as) == row).tolist()
+        members = np.flatnonzero(find_roots(self.batch.objects["same_as"]) == row).tolist()
         return [row, *(member for member in members if member != row)]
 
     def find_rows(self, name: str) -> list[int]:
@@ -310,9 +247,9 @@ class MemoryState:
         Of nodes that were merged, that is the one that stands for all.
         """
         rows = self.find_nodes(name)
-        same_as = self._batch.objects["same_as"]
-        if rows and (same_as >= 0).any():
-            rows = list(dict.fromkeys(find_roots(same_as)[rows].tolist()))
+        if rows and self._has_merged:
+            roots = find_roots(self._batch.objects["same_as"])
+            rows = list(dict.fromkeys(roots[rows].tolist()))
         return rows
 
     def find_nodes(self, name: str) -> list[int]:
@@ -330,12 +267,14 @@ class MemoryState:
     def fuse_batch(self) -> MemoryBatch:
         """Return the memory with what was merged as one; a copy, where anything was."""
         batch = self.batch
-        if (batch.objects["same_as"] >= 0).any():
+        if self._has_merged:
             batch = batch.copy()
             fuse(batch)
         return batch
 
-    def list_places(self, row: int, fused: MemoryBatch | None = None) -> list[SeenAt]:
+    def list_places(
+        self, row: int, fused: MemoryBatch | None = None, edges: np.ndarray | None = None
+    ) -> list[SeenAt]:
         """List every place where the object of a row was ever seen, the latest first.
 
         Of one time step, the place of which was spoken last comes first, after one that a look has
@@ -344,20 +283,19 @@ class MemoryState:
         Args:
             row: of the object.
             fused: from `fuse_batch`, if that was called before.
+            edges: rows of edges among which its own are; None for all.
         """
         batch = self.fuse_batch() if fused is None else fused
+        places = list_places(batch, self.furniture_ids, row, edges)
         told = self.get_statements(row).order_places()
+        if not told:
+            return places
         last = int(batch.objects["last_furniture"][row])
-        if told and last != NEVER and self.get_last_said(row) is None:
+        if last != NEVER and self.get_last_said(row) is None:
             seen = int(batch.objects["last_observed"][row])
             told[seen, self.furniture_ids[last]] = len(told)
-        places = sorted(
-            list_places(batch, self.furniture_ids, row),
-            key=lambda at: (-at.time, -told.get((at.time, at.furniture), -1)),
-        )
+        places.sort(key=lambda at: (-at.time, -told.get((at.time, at.furniture), -1)))
         said_by = self.list_said_by(row, batch)
-        if not said_by:
-            return places
         return [replace(at, by=said_by.get((at.time, at.furniture), "")) for at in places]
 
     def list_said_by(self, row: int, fused: MemoryBatch) -> dict[tuple[int, int | None], str]:
@@ -389,9 +327,8 @@ class MemoryState:
     def list_spoken_of(self) -> list[int]:
         """Return the rows of the objects of which something was said, or of what they are now."""
         rows = [row for row, thing in enumerate(self.things) if thing.statements]
-        same_as = self.batch.objects["same_as"]
-        if rows and (same_as >= 0).any():
-            return sorted(set(find_roots(same_as)[rows].tolist()))
+        if rows and self._has_merged:
+            return sorted(set(find_roots(self.batch.objects["same_as"])[rows].tolist()))
         return rows
 
     def get_last_said(self, row: int) -> Statement | None:
@@ -414,65 +351,6 @@ class MemoryState:
         # What was said since the merge is of the first, and so the last of a time step.
         said = (one for number in members[::-1] for one in self.things[number].statements)
         return replace(self.things[row], statements=tuple(sorted(said, key=lambda one: one.time)))
-
-    def list_looks(
-        self,
-        batch: MemoryBatch,
-        current: MemoryBatch,
-        row: int,
-        row_now: int,
-        words: str,
-        share: np.ndarray,
-    ) -> Looks:
-        """List what all looks say about an object.
-
-        Args:
-            batch: the memory before the looks of this step.
-            current: the memory at the time step that is asked about.
-            row: of the object in `batch`, -1 for what was not seen until then.
-            row_now: its row now.
-            words: of its description.
-            share: how likely it is "in" and "onTop" of the furniture that it is at, (F, 2).
-        """
-        now = current.time
-        members = self.list_members(row_now)
-        negative, seen = np.zeros((2, len(self.layout.furniture)))
-        steps_ago = list_looks_before(batch, row, now, share)
-        is_remembered = np.zeros(len(self.layout.furniture), dtype=bool)
-        is_remembered[batch.edges["furniture"][batch.edges["object"] == row]] = row >= 0
-        sought_ago = np.full(len(self.layout.furniture), np.inf)
-        sought = np.zeros(len(self.layout.furniture))
-        position = self.furniture.position
-        if self.step.before is not None and batch.time == now == self.batch.time:
-            sums = [self.step.sum_negative(member, words, share, position) for member in members]
-            for furniture in set.intersection(*map(set, sums)):  # where none of its names was seen
-                negative[position[furniture]] += min(count[furniture] for count in sums)
-        edges = current.edges
-        is_now = (edges["object"] == row_now) & (edges["last_true"] == now)
-        said = self.get_last_said(row_now)
-        if said is not None and said.time == now:  # not where it was seen before that in this step
-            place = -1 if said.furniture is None else position[said.furniture]
-            is_now &= edges["furniture"] == place
-        np.maximum.at(seen, edges["furniture"][is_now], edges["confidence"][is_now])
-        names = {words}
-        if row_now >= 0 and self.sought:
-            own = [self.things[member] for member in members]
-            names |= {read_words("description", one.description) for one in own}
-            names |= {read_words("id", one.id) for one in own if one.id}
-        for (name, furniture), (count, time) in self.sought.items():
-            if name in names and time == now:
-                negative[position[furniture]] += count
-            elif name in names:
-                sought[position[furniture]] = count
-                sought_ago[position[furniture]] = now - time
-        return Looks(
-            negative=negative,
-            steps_ago=steps_ago,
-            sought=sought,
-            sought_ago=sought_ago,
-            seen=seen,
-            is_remembered=is_remembered,
-        )
 
     def forget_questions(self) -> None:
         """Leave out objects that were asked for in this step and neither seen nor looked for.
@@ -510,7 +388,7 @@ class MemoryState:
 
     def _begin_anew(self) -> None:
         """Let what the memory holds now be what the further looks of this step are held against."""
-        self._version = object()
+        self.version = object()
         self.step = StepLog()
 
     def state(
@@ -569,11 +447,14 @@ class MemoryState:
     def merge(self, row: int, other: int) -> None:
         """Let an object and what was merged with it be one with another."""
         self.batch.objects["same_as"][other] = row
+        self._has_merged = True
         self._begin_anew()
 
     def split(self, rows: Collection[int]) -> None:
         """Let objects be things of their own again."""
-        self.batch.objects["same_as"][list(rows)] = -1
+        same_as = self.batch.objects["same_as"]
+        same_as[list(rows)] = -1
+        self._has_merged = bool((same_as >= 0).any())
         self._begin_anew()
 
     def split_off(self, row: int, furniture: int, name: str) -> None:
@@ -614,7 +495,7 @@ class MemoryState:
     def query(self, description: str) -> Queries:
         """Open the hypothetical edges of an object until the next step."""
         self.step.note_query(description)
-        self._version = object()
+        self.version = object()
         row = self.asked = self.ensure_object(description)
         return self.query_row(row)
 
@@ -675,6 +556,7 @@ class MemoryState:
         self.things = list(content.things)
         batch.edges.append(len(content.tables["edges"]["object"]))
         fill_tables(batch.tables, content.tables)
+        self._has_merged = bool((batch.objects["same_as"] >= 0).any())
         self.update_layout()  # the batch looks up the prior of every edge
         self.asked = content.asked
         if content.asked is not None:
@@ -682,7 +564,7 @@ class MemoryState:
         batch.count_history(content.history)  # now: to ask again is no new question
         self.sought = {}
         self.step = StepLog()
-        self._version = object()
+        self.version = object()
         queries = deque(content.queries)
         for number, look in enumerate(content.looks):
             self.look(look.furniture, look.seen, look.coverage, look.hidden)

@@ -30,6 +30,7 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
+from sgm.memory.questions import ask
 from sgm.memory.save_lock import SaveLock
 from sgm.memory.score_calibration import ScoreCalibration, calibrate
 from sgm.memory.sighting import SeenAt, Sighting, read_hidden, read_sightings
@@ -779,7 +780,7 @@ class SceneGraphMemory(MemoryCorrections):
             self._check_furniture()
             state = self._state
             later = 0 if at is None else count_steps(at, state.time, state.clock, "at")
-            return state.ask(descriptions, before_looks, later)
+            return ask(state, descriptions, before_looks, later)
 
     def places_of(self, description: str) -> list[SeenAt]:
         """Return every place where an object was ever seen, the latest sighting first.

@@ -74,6 +74,7 @@ class StepLog:
         origin: stands for the state of `before`, as in `Asked`.
         asked: row of the object whose hypothetical edges were open then.
         queries: what was asked for since, each with the number of looks before it.
+        looks_by_relation: whether a look had a share of "in" and another of "onTop" in view.
     """
 
     before: MemoryBatch | None = None
@@ -88,6 +89,7 @@ class StepLog:
     origin: object = None
     asked: int | None = None
     queries: list[tuple[int, str]] = field(default_factory=list)
+    looks_by_relation: bool = False
 
     def begin(self, before: MemoryBatch, origin: object, asked: int | None) -> None:
         """Keep a copy of the memory as it is, before the first look."""
@@ -103,6 +105,7 @@ class StepLog:
     def add(self, look: StepLook, seen: Mapping[int, int]) -> None:
         """Note a look; `seen` counts the things seen by object row."""
         place, coverage = look.furniture, look.coverage
+        self.looks_by_relation |= isinstance(coverage, tuple)
         before = self.counted.get(place, 0.0)
         self.counted[place] = before + sum(split_coverage(coverage)) / 2
         if isinstance(coverage, tuple) or look.hidden:
@@ -132,7 +135,7 @@ class StepLog:
         return sum(self.counts.get(row, {}).values())
 
     def sum_negative(
-        self, row: int, words: str, share: np.ndarray, position: Mapping[int, int]
+        self, row: int, words: str, share: np.ndarray | None, position: Mapping[int, int]
     ) -> dict[int, float]:
         """Return the coverage of the looks that did not show an object, by furniture id.
 
@@ -141,7 +144,8 @@ class StepLog:
         Args:
             row: of the object.
             words: of its description.
-            share: how likely it is "in" and "onTop" of the furniture that it is at, (F, 2).
+            share: how likely it is "in" and "onTop" of the furniture that it is at, (F, 2); None
+                where no look was `looks_by_relation`.
             position: which row of these is that of a furniture id.
         """
         found, name = self.num_until_seen.get(row, {}), read_name(words)
@@ -157,6 +161,7 @@ class StepLog:
                     continue
                 coverage = look.coverage
                 if isinstance(coverage, tuple):
+                    assert share is not None
                     inside, on_top = share[position[furniture]].tolist()
                     coverage = inside * coverage[0] + on_top * coverage[1]
                 negative[furniture] = negative.get(furniture, 0.0) + coverage

@@ -118,6 +118,7 @@ class NameReader:
         """Read by the names of a table."""
         self._table = table
         self.read = lru_cache(maxsize=20_000)(self._read)
+        self._spell = lru_cache(maxsize=20_000)(self._spell_by_table)
 
     def _read(self, name: str) -> tuple[Reading, ...]:
         """Return the readings of a name, the main ones first."""
@@ -225,7 +226,7 @@ class NameReader:
         known = self._table.find(words)
         return self._table.names[known[0]] if known else " ".join(words)
 
-    def _spell(self, word: str) -> str:
+    def _spell_by_table(self, word: str) -> str:
         """Return a word as it is compared: "telly" and "tv" are one, as the table has them."""
         spelled = spell(word)
         things = () if spelled in _PROPERTIES else self._table.find([word])

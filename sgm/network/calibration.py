@@ -68,8 +68,9 @@ class Calibration:
         Args:
             scores: logits, -inf where there is no candidate edge, (Q, F).
         """
-        nothing = np.full((len(scores), 1), -np.inf)
-        belief = Belief(np.column_stack([scores, nothing])).temper(self.temperature)
+        logits = np.full((len(scores), scores.shape[1] + 1), -np.inf)
+        logits[:, :-1] = scores
+        belief = Belief(logits).temper(self.temperature)
         best = belief.places.max(axis=1)
         with np.errstate(divide="ignore"):  # ruled out everywhere: elsewhere
             weight = self.elsewhere_share * np.exp(

@@ -123,7 +123,7 @@ def test_looks_of_earlier_steps_are_of_their_relation():
     batch = memory.batch
     assert sorted(batch.history.look_relations[0, table].tolist()) == [2, *[3] * 7]
     since = {
-        name: np.min(memory.ask([name], before_looks=False).looks[0].steps_ago[table])
+        name: np.min(memory.ask([name], before_looks=False).looks.steps_ago[0, table])
         for name in ("cup", "ruler")
     }
     assert since == {"cup": 1, "ruler": np.inf}

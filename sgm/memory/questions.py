@@ -1,0 +1,181 @@
+"""Questions to a memory that leave it as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sgm.memory.asking import Asked, Looks, compute_relation_shares
+from sgm.memory.asking_kernel import NOTHING_SAID, list_looks_before, list_seen_now
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.memory_state import MemoryState
+from sgm.memory.queries import Queries
+from sgm.memory.sighting import SeenAt
+from sgm.memory.statement import Statement
+from sgm.names.words import read_words
+
+_HOME = np.zeros(1, dtype=np.int64)  # the number of the only home
+
+
+def ask(
+    state: MemoryState, descriptions: Sequence[str], before_looks: bool, later: int = 0
+) -> Asked:
+    """Ask for objects; see `SceneGraphMemory.ask`.
+
+    Args:
+        state: of the memory.
+        descriptions: names or ids.
+        before_looks: whether of the memory as it was before the looks of this step.
+        later: time steps until then.
+    """
+    current, step = state.share_snapshot(), state.step
+    current.time += later
+    if before_looks and step.before is not None and not later:
+        batch, origin, num_known = state.share(step.before), step.origin, step.num_objects
+    else:
+        batch, origin, num_known = state.share_snapshot(), state.version, len(state.things)
+        batch.time = current.time
+    question, known, descriptions = _find_asked(state, descriptions)
+    words = [read_words("description", description) for description in descriptions]
+    is_known = (known >= 0) & (known < num_known)
+    keys = np.where(is_known, known, num_known + np.arange(len(words)))
+    if is_known.all():
+        kinds = [batch.objects["label"][known], batch.objects["type"][known]]
+    else:
+        vocabulary = state.vocabulary.with_labels(batch.labels)
+        kinds = list(np.array([vocabulary.find_type(name) for name in descriptions]).T)
+        batch.labels = vocabulary.labels
+    queries = batch.query(np.zeros(len(words), dtype=np.int64), keys, *kinds)
+    at_once = np.append(current.objects["num_at_once"], 0)
+    said = tuple(map(state.get_last_said, known.tolist()))
+    is_asked = np.zeros(len(current.objects) + 1, dtype=bool)
+    is_asked[known] = True  # -1, what it does not know, is the last one
+    edges = np.flatnonzero(is_asked[current.edges["object"]])
+    return Asked(
+        batch=batch,
+        origin=origin,
+        queries=queries,
+        current=current,
+        question=question,
+        rows=known,
+        edges=edges,
+        said=said,
+        statements=tuple(
+            state.get_statements(row).statements if row >= 0 else () for row in known.tolist()
+        ),
+        descriptions=state.descriptions,
+        looks=_list_looks(state, batch, current, queries, is_known, known, words, said),
+        num_instances=np.maximum(at_once[known], 1),
+        sightings=_list_sightings(state, current, known[known >= 0].tolist(), edges),
+        furniture_ids=state.furniture.ids,
+        furniture_names=state.furniture.names,
+        open_costs=state.furniture.open_costs,
+        clock=state.clock,
+    )
+
+
+def _find_asked(
+    state: MemoryState, names: Sequence[str]
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Find the objects that names and ids mean; of things with ids, a name means all.
+
+    Returns:
+        Where among the K things that of each name is, the first of several, (n,); the row of each
+        thing, -1 for a new one, (K,), and its description, K of them.
+    """
+    rows: list[int] = []
+    firsts, descriptions = [], []
+    for name in names:
+        own = state.find_rows(name)
+        asked = [row for row in own if row in rows and state.has_several_names(row)]
+        firsts.append(rows.index(asked[0]) if asked else len(rows))
+        for row in [row for row in own if row not in asked] if own else [-1]:
+            rows.append(row)
+            descriptions.append(name if row < 0 else state.things[row].description)
+    return np.array(firsts), np.array(rows), descriptions
+
+
+def _list_sightings(
+    state: MemoryState, current: MemoryBatch, rows: Sequence[int], edges: np.ndarray
+) -> tuple[SeenAt, ...]:
+    """List every place where one of some objects was ever seen, the latest first.
+
+    Args:
+        state: of the memory.
+        current: the memory, what was merged as one.
+        rows: of the objects.
+        edges: rows of their edges.
+    """
+    found = [seen for row in rows for seen in state.list_places(row, current, edges)]
+    return tuple(sorted(found, key=lambda seen: -seen.time))
+
+
+def _list_looks(
+    state: MemoryState,
+    batch: MemoryBatch,
+    current: MemoryBatch,
+    queries: Queries,
+    is_known: np.ndarray,
+    rows: np.ndarray,
+    words: Sequence[str],
+    said: Sequence[Statement | None],
+) -> Looks:
+    """List what all looks say about K objects.
+
+    Args:
+        state: of the memory.
+        batch: the memory before the looks of this step.
+        current: the memory at the time step that is asked about.
+        queries: the objects in `batch`.
+        is_known: which of them were there before the looks, bool (K,).
+        rows: of the objects in `current`, -1 for what it does not know, (K,).
+        words: of their descriptions.
+        said: the last statement about each that no look has shown since.
+    """
+    now, step, position = current.time, state.step, state.furniture.position
+    share = None  # how likely each is "in" and "onTop" of the furniture that it is at, (K, F, 2)
+    if step.looks_by_relation or batch.history.look_relations is not None:
+        share = compute_relation_shares(batch, queries)
+    before, edges = np.where(is_known, queries.object, -1), batch.edges
+    homes = _HOME if share is None else queries.home
+    steps_ago, is_remembered = list_looks_before(
+        before.astype(np.int64), now, batch.history.list_look_times(homes, share),
+        edges["object"], edges["furniture"], edges["last_true"],
+    )  # fmt: skip
+    said_now = np.full(len(rows), NOTHING_SAID)  # not where it was seen before that in this step
+    for row, one in enumerate(said):
+        if one is not None and one.time == now:
+            said_now[row] = -1 if one.furniture is None else position[one.furniture]
+    edges = current.edges
+    seen = list_seen_now(
+        rows.astype(np.int64), said_now, now, len(position),
+        edges["object"], edges["furniture"], edges["last_true"], edges["confidence"],
+    )  # fmt: skip
+    negative, sought, sought_ago = np.zeros((3, *seen.shape))
+    sought_ago[:] = np.inf
+    counts_looks = step.before is not None and batch.time == now == state.time
+    for number, (row, name) in enumerate(zip(rows.tolist(), words, strict=True)):
+        members = state.list_members(row)
+        if counts_looks:
+            own = None if share is None else share[number]
+            sums = [step.sum_negative(member, name, own, position) for member in members]
+            for furniture in set.intersection(*map(set, sums)):  # where no name of it was seen
+                negative[number, position[furniture]] += min(count[furniture] for count in sums)
+        if not state.sought:
+            continue
+        names = {name, *(state.list_names(members) if row >= 0 else ())}
+        for (other, furniture), (count, time) in state.sought.items():
+            if other in names and time == now:
+                negative[number, position[furniture]] += count
+            elif other in names:
+                sought[number, position[furniture]] = count
+                sought_ago[number, position[furniture]] = now - time
+    return Looks(
+        negative=negative,
+        steps_ago=steps_ago,
+        sought=sought,
+        sought_ago=sought_ago,
+        seen=seen,
+        is_remembered=is_remembered,
+    )

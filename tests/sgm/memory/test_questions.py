@@ -1,0 +1,67 @@
+"""What looks say about things that are asked for, against plain loops."""
+
+import numpy as np
+
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
+
+
+def live(rng: np.random.Generator) -> tuple[SceneGraphMemory, list[str]]:
+    """A memory of six places and eight things after forty looks, some of half a place."""
+    memory = SceneGraphMemory()
+    room = memory.add_room("kitchen")
+    places = [memory.add_furniture(f"shelf {letter}", room) for letter in "abcdef"]
+    names = [
+        f"{colour} {kind}" for colour in ("red", "blue") for kind in ("mug", "pan", "pen", "toy")
+    ]
+    for _ in range(40):
+        if rng.random() < 0.5:
+            memory.step()
+        seen = [
+            Sighting(name, ("in", "onTop")[rng.integers(2)], rng.choice((0.6, 0.7, 0.9, 1.0)))
+            for name in names
+            if rng.random() < 0.2
+        ]
+        coverage = 1.0 if rng.random() < 0.6 else {"in": rng.random(), "onTop": 1.0}
+        memory.observe(places[rng.integers(6)], seen, coverage)
+    return memory, names
+
+
+def test_looks_are_those_of_plain_loops():
+    for seed in range(6):
+        memory, names = live(np.random.default_rng(seed))
+        names = [*names, "green hat"]  # was never seen
+        asked = memory.ask(names)
+        batch, now, looks = asked.batch, asked.current.time, asked.looks
+        before, current = batch.edges, asked.current.edges
+        for thing, row in enumerate(asked.rows):
+            known = asked.queries.object[thing] if row >= 0 and asked.was_seen[thing] else -1
+            last_true, remembered = np.full(6, -1), np.zeros(6, dtype=bool)
+            for edge in np.flatnonzero(before["object"] == known):
+                place = before["furniture"][edge]
+                last_true[place] = max(last_true[place], before["last_true"][edge])
+                remembered[place] = True
+            assert looks.is_remembered[thing].tolist() == remembered.tolist()
+            for place in range(6):
+                ago = now - batch.history.look_times[0, place].astype(float)
+                ago[batch.history.look_times[0, place] <= last_true[place]] = np.inf
+                found = looks.steps_ago[thing, place]
+                is_about = np.isfinite(found)  # of this relation: not all looks are
+                assert found[is_about].tolist() == ago[is_about].tolist()
+            seen = np.zeros(6)
+            for edge in np.flatnonzero(current["object"] == row):
+                if current["last_true"][edge] == now:
+                    place = current["furniture"][edge]
+                    seen[place] = max(seen[place], current["confidence"][edge])
+            assert looks.seen[thing].tolist() == seen.tolist()
+        together = looks.negative.sum(axis=0)
+        alone = [memory.ask([name]).looks.negative[0] for name in names]
+        np.testing.assert_array_equal(together, np.sum(alone, axis=0))
+
+
+def test_sightings_of_several_things_are_those_of_each():
+    memory, names = live(np.random.default_rng(9))
+    found = memory.ask(names).sightings
+    alone = [seen for name in names for seen in memory.ask([name]).sightings]
+    assert list(found) == sorted(alone, key=lambda seen: -seen.time)
+    assert len({seen.furniture for seen in found}) == 6
