@@ -17,6 +17,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from nep.players.calibration import fit_calibration, measure_calibration
+from nep.players.calibration_searches import Decisions, play_searches
 from nep.players.checkpoints import (
     CONFIG,
     WEIGHTS,
@@ -27,7 +28,6 @@ from nep.players.checkpoints import (
 )
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
-from nep.players.searches import Decisions, play_searches
 from nep.report.code_version import list_versions
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
 from sgm.checks import check_at_least

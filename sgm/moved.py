@@ -15,6 +15,8 @@ MOVED = {
     "nep.event_networks.plan": "nep.bench.temporal.plan",
     "nep.event_networks.report": "nep.bench.temporal.report",
     "nep.paper": "nep.bench.paper",
+    "nep.players.searches": "nep.players.calibration_searches",
+    "nep.report.searches": "nep.report.search_pictures",
     "nep.view.stage": "nep.view.page_state",
     "sgm.compiled.adaptive_filter": "sgm.evidence.adaptive_filter_kernel",
     "sgm.compiled.companions": "sgm.evidence.companions_kernel",
@@ -70,7 +72,6 @@ MOVED = {
     "simulator.text.alike": "sgm.text.alike",
     "simulator.text.train": "tools.text_training",
     "simulator.text.vectors": "sgm.text.vectors",
-    "simulator.world.abstract.ways": "simulator.world.abstract.home_habits",
     "simulator.world.routine.kinds": "simulator.world.routine.activity_kinds",
 }
 

@@ -18,7 +18,7 @@ from nep.players.policy import NEPPolicy
 from nep.report.boards import list_boards, log_figures, log_final, log_table
 from nep.report.figures import draw_calibration, draw_over_steps
 from nep.report.results import ScoreSummary
-from nep.report.searches import draw_searches, play_searches
+from nep.report.search_pictures import draw_searches, play_search_stories
 from nep.report.statistics import compute_gap_closed
 from nep.report.tables import (
     BOUNDED,
@@ -180,7 +180,7 @@ class OnlineEvaluation(pl.Callback):
         if boards:  # pictures take seconds
             title = f"{self.name} on unseen homes"
             config = _get_datamodule(trainer).val_config
-            searches = play_searches(player.play_in, self.homes, config.seed, config.split)
+            searches = play_search_stories(player.play_in, self.homes, config.seed, config.split)
             figures = {
                 f"online/{self._metric}_over_steps": figure,
                 "online/calibration": draw_calibration(

@@ -12,6 +12,8 @@ from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
 from nep.layers.heads import check_heads
 from nep.layers.segment import segment_softmax, segment_sum
 
+_NEGATIVE_SLOPE = 0.2  # of LeakyReLU
+
 
 class HANConv(nn.Module):
     r"""Graph attention within each edge type, then attention among the edge types of a node.
@@ -31,7 +33,6 @@ class HANConv(nn.Module):
     Args:
         units: width of the nodes, in and out.
         heads: number of attention heads, each giving `units / heads` units.
-        negative_slope: of LeakyReLU.
 
     Raises:
         ValueError: if `units` is not a multiple of `heads`.
@@ -41,12 +42,11 @@ class HANConv(nn.Module):
     they would make a home's answer depend on the other homes of the batch.
     """
 
-    def __init__(self, units: int, heads: int, negative_slope: float = 0.2) -> None:
+    def __init__(self, units: int, heads: int) -> None:
         super().__init__()
         check_heads("HAN", heads, units)
         head_units = units // heads
         self.heads = heads
-        self.negative_slope = negative_slope
         self.node_weight = nn.Parameter(torch.empty(len(NODE_TYPES), units, units))  # M
         self.node_bias = nn.Parameter(torch.zeros(len(NODE_TYPES), units))
         self.attend_dst = nn.Parameter(torch.empty(len(EDGE_TYPES), heads, head_units))  # a
@@ -83,7 +83,7 @@ class HANConv(nn.Module):
             hidden.index_select(0, batch.edge_dst) * _per_edge(batch, self.attend_dst)
         ).sum(dim=2)  # (E, K)
         attention = segment_softmax(
-            F.leaky_relu(logits, self.negative_slope), segment, len(pair)
+            F.leaky_relu(logits, _NEGATIVE_SLOPE), segment, len(pair)
         ).unsqueeze(2)
         z = torch.relu(segment_sum((attention * message).flatten(1), segment, len(pair)))  # (P, D)
         weight = self.semantic_query(torch.tanh(self.semantic(z)))  # (P, 1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import minimize, minimize_scalar
 
-from nep.players.searches import Decisions
+from nep.players.calibration_searches import Decisions
 from sgm.network.calibration import Calibration
 from sgm.policies.probabilities import compute_probabilities
 from simulator.tasks.metrics import compute_calibration_error, compute_nll

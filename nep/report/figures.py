@@ -33,6 +33,7 @@ _STYLES: Mapping[str, dict[str, Any]] = {
 }
 
 
+_WINDOW = 10  # steps that a curve is averaged over
 _NUM_BINS = 10  # of a calibration diagram
 
 # Networks, in the order in which they are given.
@@ -45,11 +46,10 @@ def draw_over_steps(
     *,
     title: str,
     metric: str,
-    window: int = 10,
 ) -> Figure:
     """Draw a score over steps for every policy, models in bold with a band.
 
-    Curves are averaged over the last `window` steps; the band is one standard error over homes.
+    Curves are averaged over the last ten steps; the band is one standard error over homes.
     Names stand at the end of their curves.
 
     Args:
@@ -57,7 +57,6 @@ def draw_over_steps(
         highlight: which ones to draw in bold: one name or several.
         title: of the figure.
         metric: what the score is.
-        window: steps to average over.
 
     Source: paper figure 4.
     """
@@ -68,7 +67,7 @@ def draw_over_steps(
     colors = cycle(_MODEL_COLORS)
     for name, rows in values.items():
         style: dict[str, Any] = dict(_STYLES[name] if name in _STYLES else {"color": next(colors)})
-        curves = smooth(rows, window)  # (H, T)
+        curves = smooth(rows, _WINDOW)  # (H, T)
         mean = curves.mean(axis=0)
         steps = np.arange(1, len(mean) + 1)
         is_bold = name in bold
@@ -84,7 +83,7 @@ def draw_over_steps(
     axes.set_xlim(1, len(mean) * 1.24)  # room for the names
     axes.set_xticks([tick for tick in axes.get_xticks() if 0 < tick <= len(mean)])
     axes.set_xlabel("time step")
-    axes.set_ylabel(f"{metric}, mean of {window} steps")
+    axes.set_ylabel(f"{metric}, mean of {_WINDOW} steps")
     axes.set_title(title, loc="left")
     axes.grid(alpha=0.25)
     axes.spines[["top", "right"]].set_visible(False)

@@ -40,9 +40,7 @@ def average_units(values: np.ndarray, units: Sequence[str] | None) -> np.ndarray
     return means
 
 
-def compute_interval(
-    values: np.ndarray, *, num_resamples: int = 10_000, seed: int = 0
-) -> tuple[float, float]:
+def compute_interval(values: np.ndarray, *, num_resamples: int = 10_000) -> tuple[float, float]:
     """Return the interval of a mean over units, at `LEVEL`; nan of a single unit.
 
     From `FEWEST_RESAMPLED` units on it is the percentile bootstrap, at the quantiles that make up
@@ -51,7 +49,6 @@ def compute_interval(
     Args:
         values: one value per unit, (U,), or per training and unit, (S, U).
         num_resamples: resamples of the units.
-        seed: of the resampling.
 
     Source: docs/design.md, ruling 22; Hesterberg 2015, "What Teachers Should Know About the
     Bootstrap", section 5.3 (expanded percentile interval).
@@ -65,7 +62,7 @@ def compute_interval(
         error, freedom = compute_error(values)
         half = float(stats.t.ppf((1 + LEVEL) / 2, freedom)) * error
         return float(values.mean()) - half, float(values.mean()) + half
-    picked = np.random.default_rng(seed).integers(0, num_units, (num_resamples, num_units))
+    picked = np.random.default_rng(0).integers(0, num_units, (num_resamples, num_units))
     wide = np.sqrt(num_units / (num_units - 1)) * stats.t.ppf((1 + LEVEL) / 2, num_units - 1)
     tail = float(stats.norm.sf(wide))
     low, high = np.quantile(values[picked].mean(axis=1), [tail, 1 - tail])

@@ -252,16 +252,6 @@ class MemoryBatch:
             self._history.note_questions(self._pending)
         return self._pending
 
-    def compute_candidates(self, queries: Queries) -> np.ndarray:
-        """Mark the places that a query edge leads to, bool (Q, F, 2).
-
-        The remembered edges of the query object and its hypothetical edges.
-        """
-        candidates = self.propose_places(queries)
-        query, edge = self.edges_of(queries)
-        candidates[query, self.edges["furniture"][edge], self.edges["relation"][edge]] = True
-        return candidates
-
     def propose_places(self, queries: Queries) -> np.ndarray:
         """Mark the hypothetical edges of queries, bool (Q, F, 2); see `candidates`."""
         return propose_places(queries.prior, self.threshold, self.is_furniture[queries.home])

@@ -145,7 +145,6 @@ def run_searches(
     prior: PriorGraph,
     layout: GridLayout,
     config: RunConfig,
-    on_episode: Callable[[int], None] = lambda num_runs: None,
 ) -> Runs:
     """Search for objects in fresh homes; the same config gives every searcher the same homes.
 
@@ -157,7 +156,6 @@ def run_searches(
         prior: what homes look like, beyond their furniture.
         layout: the grid.
         config: how many searches.
-        on_episode: called with the number of searches just finished.
 
     Raises:
         ValueError: if there are more attempts than furniture nodes.
@@ -176,7 +174,6 @@ def run_searches(
             make_homes(prior, layout, Streams(config.seed, "test", homes)),
             routes,
             config,
-            on_episode,
         )
         for homes in chunks
     ]
@@ -190,7 +187,6 @@ def _run_homes(
     homes: SampledHomes,
     routes: Routes,
     config: RunConfig,
-    on_episode: Callable[[int], None],
 ) -> Runs:
     """Run the searches of some homes in lockstep."""
     walk = Walk(routes, homes.num_homes)
@@ -209,5 +205,4 @@ def _run_homes(
         rows.append((search.is_found, num_actions, walk.path_length.copy(), steps.min(axis=1)))
         walk.start_episode()
         start = walk.cell.copy()
-        on_episode(homes.num_homes)
     return Runs(*(np.stack(column, axis=1) for column in zip(*rows, strict=True)))

@@ -106,8 +106,6 @@ class Story(ABC):
         self,
         description: str,
         finder: Finder | None = None,
-        first: int | None = None,
-        last: int | None = None,
         num_points: int = 48,
     ) -> History:
         """Return where one thing was seen, truly was, and was believed to be.
@@ -115,12 +113,9 @@ class Story(ABC):
         Args:
             description: what, in words.
             finder: whose belief; None for none.
-            first: step to begin with; None for the first one.
-            last: step to end with; None for the last one.
             num_points: steps at which the finder is asked, at even distances.
         """
-        first = self.first_step if first is None else first
-        last = self.num_steps if last is None else last
+        first, last = self.first_step, self.num_steps
         steps = np.unique(np.linspace(first, last, num_points).astype(int))
         now = self.memory_at(last)
         index = {number: node for node, number in enumerate(now.furniture_ids)}
@@ -139,9 +134,7 @@ class Story(ABC):
         looks = [
             (look, index[look.furniture], any(read_name(text) in names for text in look.seen))
             for look in self.looks
-            if look.step <= last
-            and look.furniture in index
-            and (first <= look.step or first == self.first_step)
+            if look.furniture in index
         ]
         weight = np.zeros(len(index))
         if belief is not None and len(index):

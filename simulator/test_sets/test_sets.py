@@ -98,13 +98,13 @@ def load_test_sets(path: Path = FILE) -> dict[str, TestSet]:
     return {row.name: row for row in sets}
 
 
-def find_test_set(name: str, path: Path = FILE) -> TestSet:
+def find_test_set(name: str) -> TestSet:
     """Return a set by name.
 
     Raises:
         ValueError: if there is none of that name.
     """
-    sets = load_test_sets(path)
+    sets = load_test_sets()
     if name not in sets:
         raise ValueError(
             f"test set must be one of {', '.join(sets)}, got {shorten(name)}. Choose one of these."

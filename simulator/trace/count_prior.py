@@ -24,6 +24,8 @@ from simulator.trace.source import RecordedSource
 from simulator.trace.trace import Trace
 from simulator.trace.types import RecordedTypes
 
+_ROUNDS = 200  # of fitting sample probabilities
+
 Place = tuple[str, str, str]  # room, furniture, relation
 
 
@@ -124,7 +126,7 @@ def count_prior(
     return prior, left_out
 
 
-def fit_sample_probs(prior: PriorGraph, present: np.ndarray, num_rounds: int = 200) -> np.ndarray:
+def fit_sample_probs(prior: PriorGraph, present: np.ndarray) -> np.ndarray:
     """Fit the sample probabilities with which homes hold given numbers of objects.
 
     A furniture node takes objects in proportion to placement weight x sample probability; each
@@ -133,7 +135,6 @@ def fit_sample_probs(prior: PriorGraph, present: np.ndarray, num_rounds: int = 2
     Args:
         prior: placements and furniture; its sample probabilities are not read.
         present: mean number of each object type, positive, (O,).
-        num_rounds: of the iteration.
 
     Returns:
         (O,), the largest 1.
@@ -141,7 +142,7 @@ def fit_sample_probs(prior: PriorGraph, present: np.ndarray, num_rounds: int = 2
     weights = prior.weights.sum(axis=2)  # (O, K)
     furniture = np.array([row.prob for row in prior.furniture])
     probs = np.ones(len(present))
-    for _ in range(num_rounds):
+    for _ in range(_ROUNDS):
         taken = weights * probs[:, None]
         expected = (taken / taken.sum(axis=0) * furniture).sum(axis=1)
         probs *= present / expected

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from functools import cached_property
 
 import numpy as np
 
@@ -58,11 +57,6 @@ class DescriptionTable:
         first = np.r_[True, self.type_of_code[1:] != self.type_of_code[:-1]]
         prob[first] = self._ruler[first] - self.type_of_code[first]
         return np.bincount(self.type_of_code, weights=prob**2, minlength=len(self._labels))
-
-    @cached_property
-    def code_of_text(self) -> dict[str, int]:
-        """Codes by spelled-out description."""
-        return {self.text(code): code for code in range(self.num_descriptions)}
 
 
 def _list_combinations(categories: Adjectives) -> tuple[list[tuple[str, ...]], np.ndarray]:

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 DYNAMICS = Registry(
     "dynamics",
-    abstract="simulator.world.abstract.dynamics.AbstractDynamics",
     paper="simulator.world.paper_dynamics.PaperDynamics",
     routine="simulator.world.routine.dynamics.RoutineDynamics",
 )

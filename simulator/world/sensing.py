@@ -151,11 +151,11 @@ class PartialViews(ConstantMisses):
 
 
 @dataclass(frozen=True)
-class MissesPerType(Misses):
-    """How often an object is missed depends on what it is: keys more often than pillows.
+class _MissesByLabel(Misses):
+    """How often an object is missed depends on a label.
 
     Attributes:
-        rates: probability that an object in view is missed, by the label of its type; the home's
+        rates: probability that an object in view is missed, by the label; the home's
             `detection_error` for others.
     """
 
@@ -168,6 +168,15 @@ class MissesPerType(Misses):
             ValueError: if one is not in [0, 1].
         """
         _check_rates(self.rates)
+
+
+@dataclass(frozen=True)
+class MissesPerType(_MissesByLabel):
+    """How often an object is missed depends on what it is: keys more often than pillows.
+
+    Attributes:
+        rates: by the label of its type.
+    """
 
     def compute_miss_rates(
         self, homes: Homes, looking: np.ndarray, furniture: np.ndarray
@@ -183,23 +192,12 @@ class MissesPerType(Misses):
 
 
 @dataclass(frozen=True)
-class MissesPerFurniture(Misses):
+class MissesPerFurniture(_MissesByLabel):
     """How often objects are missed depends on where they are: in a wardrobe more than on a table.
 
     Attributes:
-        rates: probability that an object in view is missed, by the label of the furniture; the
-            home's `detection_error` for others.
+        rates: by the label of the furniture.
     """
-
-    rates: Mapping[str, float] = field(default_factory=dict, hash=False)
-
-    def __post_init__(self) -> None:
-        """Check the rates.
-
-        Raises:
-            ValueError: if one is not in [0, 1].
-        """
-        _check_rates(self.rates)
 
     def compute_miss_rates(
         self, homes: Homes, looking: np.ndarray, furniture: np.ndarray

@@ -162,7 +162,7 @@ class GridSearches(TableSuite[GridGame]):
         return {name: find_searcher(name, known, options.look_cost) for name in names}
 
     def list_needed(self, options: Namespace, networks: Sequence[str]) -> Sequence[str]:
-        """Name nobody: the table has who has played."""
+        """Require no player: the table has all that have played."""
         return ()
 
     def write(self, report: Report) -> list[str]:

@@ -11,7 +11,6 @@ import numpy as np
 
 from sgm.checks import check_at_least, check_shares
 from sgm.memory.clock import Clock
-from simulator.world.abstract.dynamics import AbstractDynamics
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.views import NOISY, NONE, OTHER_HOME, TRUE, UNKNOWN_WORDS, VIEWS
 from simulator.world.routine.dynamics import RoutineDynamics
@@ -40,11 +39,10 @@ class Mixture:
             there are several of one kind.
         min_places, max_places: bounds of the number of furniture nodes.
         min_objects, max_objects: bounds of the number of objects at first.
-        routine_share: share of the homes that people with routines live in.
+        routine_share: share of the homes that people with routines live in; in all others objects
+            move as in the paper's homes.
         carrying_share: share of the homes with people who carry things out and back; of half of
             these, no name tells which.
-        abstract_share: share of the homes in which nothing follows from what things are called
-            (`AbstractDynamics`); in all others objects move as in the paper's homes.
         clock_share: share of these others whose agents know some time of day.
         min_moves, max_moves: bounds of the share of objects that move in a step in these others.
         coming_share: share of the homes in which objects come and go.
@@ -65,7 +63,6 @@ class Mixture:
     max_objects: int = 300
     routine_share: float = 0.5
     carrying_share: float = 0.0
-    abstract_share: float = 0.0
     clock_share: float = 0.5
     min_moves: float = 0.002
     max_moves: float = 0.2
@@ -95,11 +92,6 @@ class Mixture:
         for each in fields(self):
             if each.name.endswith(("_share", "_moves", "_miss")):
                 check_shares(**{each.name: getattr(self, each.name)})
-        if self.routine_share + self.abstract_share > 1:
-            raise ValueError(
-                "routine_share and abstract_share must add up to at most 1, got "
-                f"{self.routine_share + self.abstract_share:g}. Lower one."
-            )
         if not self.step_seconds or min(self.step_seconds) <= 0:
             raise ValueError(
                 f"step_seconds must be one or more lengths above 0, got {self.step_seconds}. "
@@ -133,8 +125,8 @@ class Mixture:
         num_objects = _draw_count(rng, least, max(self.max_objects, least))
         step_seconds = float(rng.choice(self.step_seconds))
         start = _EARLIEST + timedelta(hours=int(rng.integers(0, 366 * 24)))
-        dynamics = self._draw_dynamics(rng)
-        has_clock = dynamics is not None or rng.random() < self.clock_share
+        has_routine = rng.random() < self.routine_share
+        has_clock = has_routine or rng.random() < self.clock_share
         config = replace(
             rules,
             rooms=tuple(rooms),
@@ -152,22 +144,13 @@ class Mixture:
             looks_per_step=int(rng.integers(1, self.max_looks_per_step + 1)),
             sensing=PartialViews() if rng.random() < self.partial_share else ConstantMisses(),
         )
-        if dynamics is not None:
-            own = dynamics(start_time=start.isoformat(), step_seconds=step_seconds)
-            if isinstance(own, RoutineDynamics) and rng.random() < self.carrying_share:
+        if has_routine:
+            own = RoutineDynamics(start_time=start.isoformat(), step_seconds=step_seconds)
+            if rng.random() < self.carrying_share:
                 carried = float(rng.uniform(*_CARRIED))
                 own = replace(own, carry_share=carried, carries_anything=bool(rng.random() < 0.5))
             return replace(config, dynamics=own), own.clock
         return config, Clock(start, step_seconds) if has_clock else None
-
-    def _draw_dynamics(
-        self, rng: np.random.Generator
-    ) -> type[RoutineDynamics] | type[AbstractDynamics] | None:
-        """Draw how a home is lived in; None for the paper's moves."""
-        kind = rng.random() - self.routine_share
-        if kind < 0:
-            return RoutineDynamics
-        return AbstractDynamics if kind < self.abstract_share else None
 
     def draw_num_steps(self, rng: np.random.Generator) -> int:
         """Draw for how many steps a home is lived in."""

@@ -85,6 +85,7 @@ class MixtureSource(HomeSource):
     def describe(self) -> dict[str, Any]:
         """Return the distribution and the checksum of the prior."""
         mixture = json.loads(json.dumps(asdict(self.mixture)))
+        mixture["abstract_share"] = 0.0  # of homes that were made once; checksums count it
         if not self.mixture.carrying_share:
             del mixture["carrying_share"]  # these homes are what they were before it existed
         return {

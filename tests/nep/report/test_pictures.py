@@ -6,7 +6,7 @@ import numpy as np
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.report.figures import draw_calibration
 from nep.report.results import ScoreSummary
-from nep.report.searches import draw_searches, play_searches
+from nep.report.search_pictures import draw_searches, play_search_stories
 from simulator import Bayesian, HomeConfig
 from simulator.tasks.find_object import FindObject
 from simulator.world.source import SampledSource
@@ -27,7 +27,7 @@ def test_calibration_is_the_share_that_is_right_in_each_tenth():
 
 def test_searches_are_those_of_the_task():
     source = SampledSource(None, HomeConfig(rooms=("kitchen",), furniture_per_room=6))
-    stories = play_searches(lambda homes: Bayesian(), source, 3, "val")
+    stories = play_search_stories(lambda homes: Bayesian(), source, 3, "val")
     game = FindObject(source.make(Streams(3, "val", [0])), Bayesian())
     looks = [int(search.num_looks[0]) for search in game.search(13)]
     assert [len(story.looks) for story in stories] == looks[-3:]

@@ -59,7 +59,7 @@ def test_a_name_or_an_import_path_makes_a_part():
     [
         (
             "clever",
-            r"dynamics must be one of abstract, .*, got 'clever'\. Choose one of these, or",
+            r"dynamics must be one of paper, .*, got 'clever'\. Choose one of these, or",
         ),
         ("no.such.Module", r"got 'no\.such\.Module': No module named 'no'\. Choose"),
         ("simulator.world.dynamics.Nothing", r"got 'simulator\.world\.dynamics\.Nothing'\. Choose"),
@@ -119,7 +119,7 @@ def test_a_file_names_parts_by_their_entries_alone():
     """An import path out of a file would run whatever code it names."""
     data = HomeConfig(dynamics=Still()).describe()
     assert data["dynamics"] == {"name": PATH, "hours": 24}
-    message = r"dynamics of a file must be one of abstract, .*Still'\. Add it to the registry first"
+    message = r"dynamics of a file must be one of paper, .*Still'\. Add it to the registry first"
     with pytest.raises(ValueError, match=message):
         HomeConfig.from_json(data)
     DYNAMICS["still"] = PATH

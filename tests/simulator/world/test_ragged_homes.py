@@ -14,6 +14,7 @@ from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.sensing import observe
 from simulator.world.streams import Streams
+from tests.candidates import list_candidates
 
 CONFIGS = (
     HomeConfig(),
@@ -146,7 +147,7 @@ def test_padding_is_never_a_candidate(default_prior):
     memory = Rollout(homes, make_policy("random", homes)).memory
     home = np.arange(len(CONFIGS))
     queries = memory.query(home, home * 0, home * 0, np.full(len(home), -1))
-    candidates = memory.compute_candidates(queries)
+    candidates = list_candidates(memory, queries)
     np.testing.assert_array_equal(candidates[..., 1], homes.is_furniture)
 
 

@@ -124,11 +124,6 @@ def test_mixed_homes_pass_the_check_of_homes(source):
     check_homes(source.make, num_homes=8)
 
 
-def test_abstract_homes_of_any_time_steps_pass_the_check_of_homes():
-    mixture = Mixture(routine_share=0, abstract_share=1, max_places=12, max_objects=40)
-    check_homes(MixtureSource(mixture=mixture).make, num_homes=8)
-
-
 def test_splits_share_no_home(source):
     found = [source.make(Streams(0, split, range(5))).configs for split in ("train", "val", "test")]
     assert len(set(map(str, [config for configs in found for config in configs]))) == 15
@@ -274,7 +269,6 @@ def test_a_collection_is_spread_over_lives_and_the_same_for_any_workers(tmp_path
         ({"min_places": 70}, "min_places must be above 0 and at most max_places, got 70 and 60"),
         ({"max_rooms": 0}, "max_rooms must be at least 1"),
         ({"routine_share": 2.0}, r"routine_share must lie in \[0, 1\], got 2.0"),
-        ({"abstract_share": 0.6}, "abstract_share must add up to at most 1, got 1.1"),
         ({"step_seconds": ()}, "step_seconds must be one or more lengths"),
         ({"lives": (0,)}, "lives must be one or more numbers of steps"),
         ({"views": {"rosy": 1.0}}, "views must have weights for some of .*rosy"),

@@ -38,7 +38,7 @@ class SearchStory:
     true_places: tuple[int, ...]
 
 
-def play_searches(
+def play_search_stories(
     make: MakePolicy, source: HomeSource, seed: int, split: str, num_searches: int = 3
 ) -> list[SearchStory]:
     """Let a policy search the first home of a source, and return its last searches.

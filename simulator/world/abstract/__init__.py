@@ -1,1 +1,0 @@
-"""Homes that are lived in, but in which nothing follows from what things are called."""
