@@ -6,7 +6,6 @@ import numpy as np
 
 from simulator.world.noise_kernel import add_noise
 
-_LEAST_KEPT = 2  # places of an object in a room that are not zeroed
 NUMBERS_AT_ONCE = 1 << 20  # random numbers of noise worked on together: 8 MB
 
 
@@ -21,6 +20,7 @@ def compute_noisy_weights(
     *,
     zero_prob: np.ndarray,
     scale: np.ndarray,
+    min_kept: int = 2,
 ) -> np.ndarray:
     """Zero some placement weights, scale the others, normalise per object.
 
@@ -33,11 +33,13 @@ def compute_noisy_weights(
         uniform: two independent uniforms per weight, (k, 2): one decides whether it is zeroed,
             one its scale.
         row_home: the home of each object, by which it has its rooms and shares of noise, (n,).
-        place_room: room of every place, (H, P); in each of them an object keeps at least two of its
-            places, where it has them, because it moves among the places of one room.
+        place_room: room of every place, (H, P); in each of them an
+            object keeps at least `min_kept` of its places, because it moves among the places of
+            one room.
         num_places: places of each home, the first ones of its row, (H,).
         zero_prob: probability that a weight is zeroed, (H,).
         scale: surviving weights are multiplied by U(1 - scale, 1 + scale), (H,).
+        min_kept: candidate places that survive per object and room, where there are that many.
 
     Returns:
         Weights that sum to one per object, or are all zero, (k,).
@@ -45,14 +47,5 @@ def compute_noisy_weights(
     Source: paper appendix A, "Sampling noise"; docs/design.md, rulings 5 and 6.
     """
     return add_noise(
-        weights,
-        rows,
-        places,
-        uniform,
-        row_home,
-        place_room,
-        num_places,
-        zero_prob,
-        scale,
-        _LEAST_KEPT,
+        weights, rows, places, uniform, row_home, place_room, num_places, zero_prob, scale, min_kept
     )

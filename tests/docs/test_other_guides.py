@@ -1,6 +1,7 @@
 """Code of guides that have no test of their own: as it stands there, in small homes."""
 
 import re
+import urllib.request
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -8,6 +9,7 @@ import pytest
 
 from sgm import Bayesian, Finder, SceneGraphMemory, Sighting
 from tests.guides import read_page
+from tests.sgm.serve.conftest import open_service, run_server
 
 
 def find_blocks(page: str) -> list[str]:
@@ -51,6 +53,31 @@ def test_vectors_are_made_as_in_text():
     names: dict = {}
     exec(compile("\n".join(lines), "text.md", "exec"), names)
     assert names["text"].cosines(["mug", "cup"]).shape == (2, 2)
+
+
+def test_the_page_of_a_memory_opens_as_in_view(monkeypatch):
+    pytest.importorskip("dash", reason="dash is not installed: extra view")
+    memory = SceneGraphMemory()
+    memory.add_furniture("shelf", memory.add_room("kitchen"))
+    opened = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    (code,) = [block for block in find_blocks("view.md") if "show(memory)" in block]
+    exec(compile(code, "view.md", "exec"), {"memory": memory})
+    (address,) = opened
+    with urllib.request.urlopen(address) as page:
+        assert page.status == 200
+
+
+def test_an_agent_asks_as_in_agents(tmp_path, capsys):
+    pytest.importorskip("mcp", reason="mcp is not installed: extra serve")
+    (code,) = find_blocks("agents.md")
+    home, service = open_service(tmp_path / "home.sgm")
+    with run_server(service, home) as running:
+        here = code.replace("127.0.0.1:8600", f"127.0.0.1:{running.port}")
+        here = here.replace("the red mug", "the large red mug")
+        assert here.count(str(running.port)) == 1
+        exec(compile(here, "agents.md", "exec"), {})
+    assert capsys.readouterr().out == "desk in study\n"
 
 
 def test_a_log_is_drawn_as_in_view(tmp_path, monkeypatch):

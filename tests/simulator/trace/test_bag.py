@@ -1,3 +1,4 @@
+import re
 import shutil
 from types import SimpleNamespace as Message
 
@@ -9,6 +10,7 @@ from sgm.memory.look_log import read_log
 from simulator.trace.__main__ import main
 from simulator.trace.importers.bag import _VISION, BagOptions, load_home_map, read_bag
 from simulator.trace.trace import load_trace
+from tests.guides import read_page
 from tests.sgm.eyes.scenes import CAMERA, FLOOR, TABLE, look_around, put_on, render
 from tests.sgm.ros.messages import (
     make_camera_info,
@@ -115,6 +117,17 @@ def write_bag(tmp_path):
         return folder
 
     return write
+
+
+def test_a_bag_is_read_as_in_the_guide(write_bag, tmp_path, capsys):
+    (code,) = re.findall(r"^```python\n(.*?)^```$", read_page("bags.md"), re.MULTILINE | re.DOTALL)
+    for name, own in (
+        ("RECORDING", write_bag()), ("map.yaml", tmp_path / "map.yaml"), ("/yolo", "/detections"),
+    ):  # fmt: skip
+        assert f'"{name}"' in code
+        code = code.replace(f'"{name}"', repr(str(own)))
+    exec(compile(code, "bags.md", "exec"), {})
+    assert "2 looks" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
