@@ -72,13 +72,13 @@ class Suite(ABC):
         command: how it is called, `python -m` and this.
         summary: what it does, in its help.
         options: its options.
-        workers: plays at a time, where none are given.
+        workers: plays at a time, where none are given; None if it plays one after the other.
     """
 
     command: ClassVar[str]
     summary: ClassVar[str]
     options: ClassVar[tuple[Option, ...]]
-    workers: ClassVar[int] = 1
+    workers: ClassVar[int | None] = 1
 
     def check(self, options: Namespace) -> None:
         """Raise `ValueError` for what bounds do not say; nothing, here."""
@@ -95,7 +95,8 @@ class Suite(ABC):
             f"{self.summary} Interrupted, the same command goes on; what has been played stays.",
         )
         add_options(parser, self.options)
-        add_worker_arguments(parser, self.workers)
+        if self.workers is not None:
+            add_worker_arguments(parser, self.workers)
         return parser
 
     def main(self, arguments: Sequence[str] | None = None) -> None:
@@ -104,7 +105,8 @@ class Suite(ABC):
         torch.set_num_threads(1)
         with one_line_errors(status=2):
             options = parse(parser, arguments)
-            check_workers(options.workers, options.backend)
+            if self.workers is not None:
+                check_workers(options.workers, options.backend)
             check_options(self.options, options)
             self.check(options)
             self.run(options, parser)

@@ -46,7 +46,7 @@ class Claims(Suite):
     command = "tools.claims"
     summary = "Train and play what settles the paper's claims, and write claims.md and claims.json."
     options = OPTIONS
-    workers: ClassVar[int] = os.cpu_count() or 1
+    workers: ClassVar[int | None] = os.cpu_count() or 1
 
     def check(self, options: Namespace) -> None:
         """Check that Table 1 is there."""

@@ -188,7 +188,7 @@ class Paper(Suite):
     command = "nep.reproduce"
     summary = "Train and play what the paper's tables need, and write them."
     options = OPTIONS
-    workers: ClassVar[int] = os.cpu_count() or 1
+    workers: ClassVar[int | None] = os.cpu_count() or 1
 
     def run(self, options: Namespace, parser: ArgumentParser) -> None:
         """Train, play and write, or check what is there."""

@@ -13,8 +13,9 @@ import torch
 from jsonargparse import ArgumentParser, Namespace
 
 from nep.bench.paper.work import work_in
-from nep.bench.stored_play import read_unit
-from nep.bench.table_options import Option, add_options, check_options
+from nep.bench.runner import Suite
+from nep.bench.table_options import Option
+from nep.bench.temporal.kept_units import read_unit
 from nep.bench.temporal.plan import (
     HOUSEHOLDS,
     TINY,
@@ -30,7 +31,7 @@ from nep.players.contestants import Checkpoint, list_contestants
 from nep.report.code_version import describe_code
 from sgm.files import read_json, write_whole
 from sgm.messages import shorten
-from simulator.command_line import make_parser, one_line_errors, parse, pick
+from simulator.command_line import one_line_errors, pick
 from simulator.policies import find_policy
 from simulator.policies.registry import EVENT_RULES
 
@@ -136,42 +137,32 @@ OPTIONS = (
 )  # fmt: skip
 
 
-def _make_parser() -> ArgumentParser:
-    parser = make_parser(
-        "python -m nep.temporal",
-        "Tune, train and play temporal graph networks beside rules, and write temporal.md. "
-        "Interrupted, the same command goes on; the table has what is complete at any time.",
+class Temporal(Suite):
+    """Networks that are tuned, trained and play, beside rules and graph memories."""
+
+    command = "nep.temporal"
+    summary = (
+        "Tune, train and play temporal graph networks beside rules, and write temporal.md, which "
+        "has what is complete at any time."
     )
-    add_options(parser, OPTIONS)
-    return parser
+    options = OPTIONS
+    workers = None
 
+    def check(self, options: Namespace) -> None:
+        """Check that recorded homes come with the networks that play them."""
+        if options.recorded and "mixed" not in options.kinds:
+            raise ValueError(
+                "recorded homes must come with the kind mixed, whose networks play them, got "
+                f"{', '.join(options.kinds)}. Add it to --kinds."
+            )
 
-def _check(options: Namespace) -> Sizes:
-    """Check what no parser has, and return the sizes.
-
-    Raises:
-        ValueError: if a name is unknown, or a number out of range.
-    """
-    check_options(OPTIONS, options)
-    own = {name: value for name, value in pick(options, Sizes).items() if value is not None}
-    sizes = replace(TINY if options.tiny else Sizes(), **own)
-    if options.recorded and "mixed" not in options.kinds:
-        raise ValueError(
-            "recorded homes must come with the kind mixed, whose networks play them, got "
-            f"{', '.join(options.kinds)}. Add it to --kinds."
-        )
-    return sizes
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line."""
-    with one_line_errors(status=2):
-        options = parse(_make_parser(), arguments)
+    def run(self, options: Namespace, parser: ArgumentParser) -> None:
+        """Tune, train and play what has not been, and write."""
         if options.stored is not None:
             options.out.mkdir(parents=True, exist_ok=True)
             write_whole(options.out / TABLE, make_report(_load(options.stored)).encode())
             return
-        sizes = _check(options)
+        sizes = read_sizes(options)
         torch.set_num_threads(options.threads)
         every = list_kinds(sizes, options.recorded)
         kinds = {name: every[name] for name in options.kinds}
@@ -180,41 +171,47 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sources = {name: kind.sources[0] for name, kind in kinds.items() if name != HOUSEHOLDS}
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
         options.runs.mkdir(parents=True, exist_ok=True)
-    entries = [
-        Entry(kind, network, information == "sightings")
-        for network in options.networks
-        for information in options.information
-        for kind in sources
-    ]
+        entries = [
+            Entry(kind, network, information == "sightings")
+            for network in options.networks
+            for information in options.information
+            for kind in sources
+        ]
 
-    def write(what: str = "") -> None:
-        if what:
-            print(what, flush=True)
-        names = [point.name for point in checkpoints]
-        command = describe_command(options, sizes)
-        write_table(
-            make_content(workshop, entries, options.seeds, RULES, names, command), options.out
-        )
+        def write(what: str = "") -> None:
+            if what:
+                print(what, flush=True)
+            names = [point.name for point in checkpoints]
+            command = describe_command(options, sizes)
+            write_table(
+                make_content(workshop, entries, options.seeds, RULES, names, command), options.out
+            )
 
-    workshop = Workshop(options.runs, sizes, kinds, sources, write)
-    if options.table_only:
-        write()
-        return
-    with work_in(options.runs), one_line_errors():
-        for kind, homes in kinds.items():
-            players = [
-                name for name in RULES
-                if all(find_policy(name).needs <= source.knows for source in homes.sources)
-            ]  # fmt: skip
-            sums = {point.name: point.compute_checksum() for point in checkpoints}
-            made = list_contestants("predict_location", players, checkpoints)
-            for name, make in made.items():
-                workshop.play_reference(kind, name, make, sums.get(name))
-        for seed in range(options.seeds):  # every network once before any is trained again
-            for entry in entries:
-                workshop.play(entry, seed)
-        write()
-    print(f"wrote {options.out / TABLE}")
+        workshop = Workshop(options.runs, sizes, kinds, sources, write)
+        if options.table_only:
+            write()
+            return
+        with work_in(options.runs), one_line_errors():
+            for kind, homes in kinds.items():
+                players = [
+                    name for name in RULES
+                    if all(find_policy(name).needs <= source.knows for source in homes.sources)
+                ]  # fmt: skip
+                sums = {point.name: point.compute_checksum() for point in checkpoints}
+                made = list_contestants("predict_location", players, checkpoints)
+                for name, make in made.items():
+                    workshop.play_reference(kind, name, make, sums.get(name))
+            for seed in range(options.seeds):  # every network once before any is trained again
+                for entry in entries:
+                    workshop.play(entry, seed)
+            write()
+        print(f"wrote {options.out / TABLE}")
+
+
+def read_sizes(options: Namespace) -> Sizes:
+    """Return how much is trained and played."""
+    own = {name: value for name, value in pick(options, Sizes).items() if value is not None}
+    return replace(TINY if options.tiny else Sizes(), **own)
 
 
 def describe_command(options: Namespace, sizes: Sizes) -> str:
@@ -250,3 +247,6 @@ def _load(path: Path) -> dict[str, Any]:
             f"{shorten(str(error))} in {path}. Make it with the command."
         ) from error
     return dict(content)
+
+
+main = Temporal().main

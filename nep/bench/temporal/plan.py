@@ -13,8 +13,8 @@ import numpy as np
 import torch
 
 from nep.bench.home_games import list_simulated
-from nep.bench.stored_play import keep_unit
 from nep.bench.task_game import TaskGame
+from nep.bench.temporal.kept_units import keep_unit
 from nep.event_networks.episodes import EventEpisode, record_episodes
 from nep.event_networks.files import TrainedNetwork
 from nep.event_networks.policy import EventPolicy

@@ -11,8 +11,8 @@ from nep.bench.game import Game
 from nep.bench.runner import play_all
 from nep.bench.score_cache import ScoreCache
 from nep.bench.scoring_code import strip_code
-from nep.bench.stored_play import keep_unit, read_unit
 from nep.bench.table_options import Option, count
+from nep.bench.temporal.kept_units import keep_unit, read_unit
 from nep.report.tables import TableColumn, lay_out
 
 PLAYERS = {"one": 1.0, "two": 2.0, "three": 3.0}

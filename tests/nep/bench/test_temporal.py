@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nep.bench.suites.temporal import RULES, _check, _make_parser, main
+from nep.bench.suites.temporal import RULES, Temporal, main, read_sizes
 from nep.bench.temporal.plan import TINY, Entry, Sizes, list_kinds, play_kind
 from nep.bench.temporal.report import NEGATIVES, SIGHTINGS, TableRow, make_report
 from simulator.command_line import parse
@@ -159,5 +159,5 @@ def test_a_file_that_is_no_table_is_one_line(tmp_path, capsys):
 
 
 def test_every_network_gets_as_many_trials():
-    sizes = _check(parse(_make_parser(), ["--trials=3", "--epochs=2"]))
+    sizes = read_sizes(parse(Temporal().make_parser(), ["--trials=3", "--epochs=2"]))
     assert (sizes.trials, sizes.epochs, sizes.num_homes) == (3, 2, 200)
