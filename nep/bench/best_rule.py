@@ -23,12 +23,12 @@ from nep.report.tables import (
 from simulator.tasks.metrics import Metric
 
 _ABOUT = """\
-A rule is any policy that does not know the true home; the one that does best in these homes is
+A rule is any policy that does not know the true home. The one that does best in these homes is
 compared, which favours the rule. Units are homes, or households: all plays of one are averaged
 first. Intervals are bootstrapped over units; where there are fewer than ten, they are t intervals.
-*Detectable* is the smallest true difference that would be found with 80 % power; *p* is that of a
-paired t test, *Holm* the same corrected for all comparisons of these tables. Bold: decided after
-the correction."""
+*Detectable* is the smallest true difference that would be found with 80 % power. *p* is that of a
+paired t test. *Holm* is the same, corrected for all comparisons of these tables. Bold: decided
+after the correction."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,21 +31,24 @@ WITHOUT = " without hours"
 _ABOUT = """\
 `{command}`.
 In each home a robot looked at {looks} random places a time step of half an hour, for {days} days.
-Then it went on for {play_days} days. Everything that is out at some time of these days, and as many
-other things, could be asked for at every fifth step once it had been seen: {questions} such
-questions at random in each home. *Without hours*: *elsewhere*
-is what has left for good alone, as before things were taken to come back. All were asked of the
-same memories.
+Then it went on for {play_days} days. Asked for were all things that are out at some time of these
+days, and as many other things. Each could be asked for at every fifth step once it had been seen;
+{questions} such questions were drawn in each home. *Without hours*: *elsewhere* is what has left
+for good alone, and nothing is expected back. All were asked of the same memories.
 
-Of the things that go out: how likely *elsewhere* was said to be while they were out and while they
-were in, how often it was likelier than every place while they were out, the negative log likelihood
-(NLL) of whether they are elsewhere and of where they are, in nats, and the calibration error of
-*elsewhere* (ten bins, over all homes). *By chance*: that of answers whose probabilities are right,
-in as many questions, if these are independent. *Of all things*: the calibration error where the
-others count as all things of the home that stay in it; who does not know what goes out is too low
-of what does, and right of all. Of the others: *elsewhere* and the NLL of where they are.
+Of the things that go out the tables have:
+
+- how likely *elsewhere* was said to be while they were out, and while they were in;
+- how often it was likelier than every place while they were out;
+- the negative log likelihood (NLL) of whether they are elsewhere and of where they are, in nats;
+- the calibration error of *elsewhere* (ten bins, over all homes).
+
+*By chance*: that of answers whose probabilities are right, in as many questions, if these are
+independent. *Of all things*: the calibration error where the others count as all things of the home
+that stay in it. A finder that does not know what goes out is too low for these things, and right
+over all. Of the others: *elsewhere* and the NLL of where they are.
 All but the calibration errors are means over homes. Differences are paired over homes, with 95 %
-intervals; d is the smallest true difference that would be found with 80 % power.
+intervals. d is the smallest true difference that would be found with 80 % power.
 
 The constants of `sgm.evidence.outings` were chosen in thirty simulated homes of seed 2000 and in
 household 1 of HOMER, which are not in this table."""

@@ -41,15 +41,15 @@ _ASKED = ("days", "play_days", "looks", "questions", "asks_moved")  # what a sco
 
 _ABOUT = """\
 `{command}`.
-In each of {num_homes} {kind} a robot looked at {looks} random places a time step for
-{days} days, in steps of {step_seconds:g} s. Then it went on looking for {play_days} days, and
-before the looks of each step {questions} things were asked for, {asked}: of the
-networks as they were{learnt}, and of the rules that read nothing but a memory. All were
-asked of the same memory.
-NLL and looks: less is better; looks are counted in the order of the answer, with a detector that
+In each of {num_homes} {kind} a robot looked at {looks} random places a time step. A step takes
+{step_seconds:g} s, and the robot looked for {days} days. Then it went on looking for {play_days}
+days. Before the looks of each step {questions} things were asked for, {asked}.
+Networks were asked as they were{learnt}. So were the rules that read nothing but a memory, all of
+the same memory.
+NLL and looks: less is better. Looks are counted in the order of the answer, with a detector that
 misses nothing.
 
-Differences are paired over the {num_units} {unit}, with 95 % intervals{how}; d is the smallest true
+Differences are paired over the {num_units} {unit}, with 95 % intervals{how}. d is the smallest true
 difference that would be found with 80 % power. Bold: p of the paired t test, corrected by Holm's
 method for all {num_compared} distinct differences, is below .05."""
 _ABOUT_MOVED = (

@@ -25,13 +25,13 @@ from simulator.trace.trace import find_traces
 
 _ABOUT = """\
 `{command}`. {replays} replays of each of {num_homes} homes ({others} in long lives), with other
-looks and questions; all of it is from these homes, and nothing was trained or chosen in this
-command. A home is one unit of all statistics, however often it is played. A prior "counted in the
+looks and questions. All of it is from these homes. Nothing was trained or chosen in this command.
+A home is one unit of all statistics, however often it is played. A prior "counted in the
 other homes" leaves out the home that is played. Where the policy says where the robot looks, one
 that guesses badly also sees less; on patrol all read the same memory. *Right if away*: among
 questions about things that are not where this agent saw them last. *Right if out of place*: among
-those about things that are not where they have been most of the time so far, the same questions for
-all. NLL, calibration error and looks: less is better. `oracle` knows how often each thing is put at
+those about things that are not where they have been most of the time so far. These are the same
+questions for all. NLL, calibration error and looks: less is better. `oracle` knows how often each thing is put at
 each place, the future included.
 [docs/traces.md](../docs/traces.md#the-benchmark-of-recorded-homes) says more."""
 _ABOUT_SOURCE = (

@@ -45,7 +45,7 @@ finder; all searches of a row meet the same misses.
 
 - *greedy*: asks `finder.rank`, goes to the likeliest place, `note_absent`, and again.
 - *greedy, told*: the same with a finder that is given the detector as it is,
-  `Detector({miss_rate:g}, repeated_share=0)`: its belief is right, and no other order has a better
+  `Detector({miss_rate:g}, repeated_share=0)`. Its belief is right, and no other order has a better
   next look. The others expect that a part of the misses is repeated, as it is of real ones.
 - *search*: `finder.search` with `give_up_at=1`, so that it ends as late as the others.
 - *search, gives up*: `finder.search` as it is, with `give_up_at=0.9`.
