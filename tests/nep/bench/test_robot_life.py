@@ -116,7 +116,7 @@ def test_the_command_plays_resumes_and_writes_tables(tmp_path, monkeypatch):
     assert list(scores["4 places-0"]) == [*RULES, "heat", "heat adapted"]
     text = Path("own_home.md").read_text(encoding="utf-8")
     assert "`python -m nep.own_home --checkpoint heat --learn adapted" in text
-    assert "3 random places a time step. A step takes\n3600 s, and the robot looked for 2 days." in text
+    assert "A step takes\n3600 s, and the robot looked for 2 days." in text
     assert "| heat adapted | heat | " in text
     assert "| heat adapted | the best rule | " in text
     scores["4 places-1"]["heat"]["nll"] = 77.0  # what is there is not played again
