@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from nep.view.texts import escape_label as escape
-from simulator.drawing.colours import BELIEF, MISSING, SEEN, TRUE_PLACE
+from simulator.drawing.colours import BELIEF, MISSING, SAID, SEEN, TRUE_PLACE
 from simulator.drawing.history import History
 from simulator.drawing.home import mix
 
@@ -57,6 +57,16 @@ def make_history(history: History, now: float) -> dict[str, Any]:
                     "line": {"color": colour, "width": 1.2},
                 },
                 "hovertemplate": "%{x:.1f} " + history.unit + f", {name}<extra></extra>",
+            }
+        )  # fmt: skip
+    if history.said_by:
+        traces.append(
+            {
+                "type": "scatter", "x": history.said_hour.tolist(),
+                "y": (history.said_place + 0.28).tolist(), "mode": "markers",
+                "name": "said to be there", "text": [escape(by) for by in history.said_by],
+                "marker": {"symbol": "diamond", "color": SAID, "size": 7},
+                "hovertemplate": "%{x:.1f} " + history.unit + ", said by %{text}<extra></extra>",
             }
         )  # fmt: skip
     return {

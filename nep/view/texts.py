@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 from html import escape
 
@@ -10,7 +11,8 @@ import numpy as np
 from sgm.finder.ranking import Ranking
 from sgm.finder.search_plan import SearchPlan
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from simulator.replay.story import PastLook, Story
+from sgm.memory.statement import ROBOT
+from simulator.replay.story import PastLook, PastStatement, Story
 
 MOST_PLACES = 12  # of a ranking
 MOST_LOOKS = 12  # at a furniture node
@@ -64,7 +66,7 @@ def tell_search(search: SearchPlan) -> TextTable:
 
 
 def tell_step(story: Story, memory: SceneGraphMemory, step: int) -> list[str]:
-    """Say what happened in a step, a line each: questions, looks, finds and misses."""
+    """Say what happened in a step, a line each: questions, then looks and statements in order."""
     names = {number: memory.describe(number) for number in memory.furniture_ids}
     lines = [
         f"asked for {one.description}: said {names.get(one.furniture, 'nothing')}, "
@@ -72,10 +74,37 @@ def tell_step(story: Story, memory: SceneGraphMemory, step: int) -> list[str]:
         for one in story.questions
         if one.step == step
     ]
-    for look in story.looks:
-        if look.step == step and look.furniture in names:
+    first = bisect_left(story.looks, step, key=_get_step)
+    end = bisect_right(story.looks, step, key=_get_step)
+    said = [one for one in story.statements if one.step == step]
+    for number in range(first, end + 1):
+        while said and (said[0].num_looks <= number or number == end):
+            lines.append(tell_statement(said.pop(0)))
+        if number < end and story.looks[number].furniture in names:
+            look = story.looks[number]
             lines.append(f"looked at {names[look.furniture]}: {_tell_look(look)}")
     return lines or ["nothing was seen or asked"]
+
+
+def tell_statement(said: PastStatement) -> str:
+    """Say what somebody said, or what the robot did."""
+    thing, other = said.thing, said.other
+    done = {
+        "picked_up": f"the robot picked up {thing}",
+        "put_down": f"the robot put down {thing} at {said.place}",
+    }
+    if said.kind in done:
+        return done[said.kind]
+    told = {
+        "moved": f"{thing} at {said.place}",
+        "rename": f"{thing} is called {other}",
+        "merge": f"{thing} and {other} are one thing",
+        "split": f"{thing} is no longer one thing with others",
+        "split_off": f"{thing} at {said.place} is another thing, {other}",
+        "remove_object": f"there is no {thing}; it is forgotten",
+        "remove_furniture": f"{said.place} is gone; it is forgotten",
+    }[said.kind]
+    return f"{'the robot' if said.by == ROBOT else said.by} said: {told}" if said.by else told
 
 
 def tell_furniture(story: Story, memory: SceneGraphMemory, furniture: int) -> list[TextTable]:
@@ -87,7 +116,7 @@ def tell_furniture(story: Story, memory: SceneGraphMemory, furniture: int) -> li
     things = tuple(
         (
             memory.descriptions[edges["object"][row]],
-            "there" if edges["is_true"][row] else "missing at the last look",
+            "there" if edges["is_true"][row] else _tell_gone(story, memory, node, row),
             story.get_time(int(edges["last_true"][row])),
             f"{time - int(edges['last_true'][row])}",
             f"{edges['num_true'][row]} of {edges['num_observed'][row]}",
@@ -108,6 +137,23 @@ def tell_furniture(story: Story, memory: SceneGraphMemory, furniture: int) -> li
         ),
         TextTable(f"{len(looks)} looks, the latest first", ("when", "what"), told),
     ]  # fmt: skip
+
+
+def _tell_gone(story: Story, memory: SceneGraphMemory, node: int, edge: int) -> str:
+    """Say by what an edge became false: by a statement, or by the last look."""
+    since = int(memory.batch.edges["last_changed"][edge])
+    if int(memory.batch.furniture_last_observed[0, node]) > since:
+        return "missing at the last look"
+    things = story.things
+    own = things.find((memory.descriptions[memory.batch.edges["object"][edge]],), memory.time)
+    spoken_of = zip(story.statements, things.spoken_of, strict=True)
+    if any(said.step == since and number in own for said, number in spoken_of):
+        return "said to be elsewhere"
+    return "missing at the last look"
+
+
+def _get_step(look: PastLook) -> int:
+    return look.step
 
 
 def _tell_look(look: PastLook) -> str:

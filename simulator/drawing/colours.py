@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 BELIEF, TRUE_PLACE, ROUTE = "#f07820", "#d6166c", "#2060c8"
+SAID = "#7a4fb5"
 SEEN, MISSING = "#1f77b4", "#d62728"  # at the last look at its place
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from simulator.drawing.colours import BELIEF, MISSING, SEEN, TRUE_PLACE, compute_shade
+from simulator.drawing.colours import BELIEF, MISSING, SAID, SEEN, TRUE_PLACE, compute_shade
 from simulator.drawing.home import mix
 
 
@@ -24,6 +24,8 @@ class History:
         truth: whether it was there, bool (T, P); None if it is unknown.
         look_hour, look_place, is_found: looks at these places, and whether they saw it, (n,) each.
         unit: of the hours, for the axis.
+        said_hour, said_place, said_by: when it was said to be at these places, and by whom, "robot"
+            of what it put there itself, (m,) each.
     """
 
     description: str
@@ -35,6 +37,9 @@ class History:
     look_place: np.ndarray
     is_found: np.ndarray
     unit: str = "h"
+    said_hour: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    said_place: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    said_by: tuple[str, ...] = ()
 
     @property
     def edges(self) -> np.ndarray:
@@ -59,7 +64,7 @@ class History:
 
 
 def draw_history(axes: Axes, history: History) -> Axes:
-    """Draw places over hours: belief as shades, the truth as bars, looks as marks.
+    """Draw places over hours: belief as shades, the truth as bars, looks and statements as marks.
 
     Example:
         >>> draw_history(plt.subplots()[1], replay.trace_object("red mug", finder))
@@ -92,6 +97,11 @@ def draw_history(axes: Axes, history: History) -> Axes:
                 history.look_hour[rows], history.look_place[rows] + 0.25, label=name, s=22,
                 marker=marker, color=colour, linewidths=1.2, zorder=3,
             )  # fmt: skip
+    if len(history.said_by):
+        axes.scatter(
+            history.said_hour, history.said_place + 0.25, label="said to be there", s=22,
+            marker="D", color=SAID, linewidths=1.2, zorder=3,
+        )  # fmt: skip
     axes.set_yticks(np.arange(num_places), history.places)
     axes.set_ylim(max(num_places, 1) - 0.5, -0.5)
     axes.set_xlabel(history.unit)

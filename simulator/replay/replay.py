@@ -10,18 +10,22 @@ from pathlib import Path
 from threading import RLock
 
 from sgm.memory.clock import Clock
+from sgm.memory.corrections import ThingName
 from sgm.memory.look_log import LogLine
 from sgm.memory.replay import Replayer
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.statement import STATEMENTS
 from sgm.memory.time_steps import MAX_TIME
 from sgm.prior.prior_graph import PriorGraph
 from simulator.drawing.floor_plan import FloorPlan
-from simulator.replay.story import PastLook, PastQuestion, Story
+from simulator.replay.past_things import PastThings
+from simulator.replay.story import PastLook, PastQuestion, PastStatement, Story
 from simulator.replay.truth import TruePlaces
 
 _KEEP_EVERY = 64  # lines between memories that are kept, to go on from
 _EDGES_KEPT = 1_000_000  # of all memories that are kept, a hundred bytes each
 _FEWEST_KEPT, _MOST_KEPT = 8, 512  # memories
+_OF_THINGS = (*STATEMENTS, "rename", "merge", "split", "split_off", "remove_object")
 
 
 class Replay(Story):
@@ -74,7 +78,10 @@ class Replay(Story):
         # By the number of lines that were played and the step until which time then passed: the
         # work and what is kept follow the lines, however many steps lie between them.
         self._memories: OrderedDict[tuple[int, int], Replayer] = OrderedDict()
-        self.looks = tuple(self._list_looks())
+        self.things = PastThings()
+        looks: list[PastLook] = []
+        self.statements = tuple(self._follow(looks, self.things))
+        self.looks = tuple(looks)
 
     def memory_at(self, step: int) -> SceneGraphMemory:
         """Return the memory after all looks of a step; it is to be read, not changed.
@@ -135,8 +142,13 @@ class Replay(Story):
         while len(self._memories) > most:
             self._memories.popitem(last=False)
 
-    def _list_looks(self) -> Iterator[PastLook]:
-        """List all looks, with the ids that the replayed memory gives."""
+    def _follow(self, looks: list[PastLook], things: PastThings) -> Iterator[PastStatement]:
+        """Yield all statements, with the ids that the replayed memory gives.
+
+        Args:
+            looks: to which all looks are appended.
+            things: which is given all looks and all changes of names.
+        """
         player = self._make_player()
         for line in self._lines:
             values = line.values
@@ -152,12 +164,51 @@ class Replay(Story):
                             there.remove(text)
                     missed = tuple(there)
                 sought = None if is_look else values["description"]
-                yield PastLook(
-                    line.time, furniture, seen, missed, sought, values["coverage"],
-                    values.get("viewpoint"),
+                things.note_look(line.time, furniture, values["seen"] if is_look else ())
+                looks.append(
+                    PastLook(
+                        line.time, furniture, seen, missed, sought, values["coverage"],
+                        values.get("viewpoint"),
+                    )
                 )  # fmt: skip
-            elif line.kind != "query":  # a look at no furniture is an error
-                player.apply(line)
+            elif line.kind != "query":
+                said = _read_statement(line, player, len(looks))
+                if line.kind not in _OF_THINGS:  # a look at no furniture is an error
+                    player.apply(line)
+                if said is not None:
+                    name = ThingName.from_json(values) if said.thing else None
+                    things.note_statement(line.time, name)
+                    yield said
+                things.note_change(line, player.furniture)
+
+
+def _read_statement(line: LogLine, player: Replayer, num_looks: int) -> PastStatement | None:
+    """Return what a line says that somebody said or did; None of another line.
+
+    Raises:
+        ValueError: if it names furniture that there is not.
+    """
+    values = line.values
+    is_gone = line.kind == "remove_furniture" and "by" in values
+    if line.kind not in _OF_THINGS and not is_gone:
+        return None
+    number = values.get("furniture")
+    if number is not None and number not in player.furniture:
+        raise ValueError(
+            f"every {line.kind} of a log must be of what was added, got furniture {number} at time "
+            f"step {line.time}. Mend the line, or take it out."
+        )
+    furniture = None if number is None else player.furniture[number]
+    return PastStatement(
+        step=line.time,
+        kind=line.kind,
+        thing=values.get("description", ""),
+        by=values.get("by", ""),
+        furniture=furniture,
+        place="" if furniture is None else player.memory.describe(furniture),
+        other=values["other"].description if line.kind == "merge" else values.get("name", ""),
+        num_looks=num_looks,
+    )
 
 
 def _check_end(num_steps: int, clock: Clock | None) -> None:

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from collections.abc import Iterator
+
+from sgm.memory.corrections import ThingName
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from simulator.replay.story import PastLook, Story
+from simulator.replay.past_things import PastThings
+from simulator.replay.story import PastLook, PastStatement, Story
 
 
 class StillMemory(Story):
@@ -20,6 +25,10 @@ class StillMemory(Story):
         self.clock = memory.clock
         self.first_step = self.num_steps = memory.time
         self.looks = _list_last_sightings(memory)
+        self.things = PastThings()
+        for look in self.looks:
+            self.things.note_look(look.step, look.furniture, [(name,) for name in look.seen])
+        self.statements = tuple(self._list_statements(memory))
         self._memory = memory
 
     def memory_at(self, step: int) -> SceneGraphMemory:
@@ -35,6 +44,18 @@ class StillMemory(Story):
             )
         return self._memory
 
+    def _list_statements(self, memory: SceneGraphMemory) -> Iterator[PastStatement]:
+        """Yield what was said of things, each after the looks of its time step."""
+        times = [look.step for look in self.looks]
+        for thing, said in memory.list_statements():
+            # Looks of a memory file know things by their words alone.
+            self.things.note_statement(said.time, ThingName(thing.description))
+            place = "" if said.furniture is None else memory.describe(said.furniture)
+            yield PastStatement(
+                said.time, said.kind, thing.description, said.by, said.furniture, place,
+                num_looks=bisect_right(times, said.time),
+            )  # fmt: skip
+
 
 def _list_last_sightings(memory: SceneGraphMemory) -> tuple[PastLook, ...]:
     """List what was last seen at each place, and the last look at it if that was later."""
@@ -44,6 +65,8 @@ def _list_last_sightings(memory: SceneGraphMemory) -> tuple[PastLook, ...]:
             if furniture["last_looked"] is not None:
                 found.setdefault((furniture["last_looked"], furniture["id"]), [])
             for row in furniture["objects"]:
+                if "by" in row:  # it was said, not seen
+                    continue
                 key = (row["last_seen"], furniture["id"])
                 found.setdefault(key, []).append(row["description"])
     return tuple(

@@ -12,12 +12,13 @@ from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import HOUR_SECONDS, Clock
 from sgm.memory.coverage import Coverage
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.names.names import read_name
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.drawing.history import History
+from simulator.replay.past_things import PastThings
 from simulator.replay.truth import TruePlaces
 
 MOST_PLACES = 12  # of a history
+_PLACED = ("moved", "put_down")  # statements that say where a thing is
 _WORTH_SHOWING = 0.03  # probability of a place that a history shows
 
 
@@ -45,6 +46,32 @@ class PastLook:
 
 
 @dataclass(frozen=True, slots=True)
+class PastStatement:
+    """What somebody said, or the robot did, instead of looking.
+
+    Attributes:
+        step: when.
+        kind: as a log calls it: "moved", "picked_up", "put_down", "rename", "merge", "split",
+            "split_off", "remove_object" or "remove_furniture".
+        thing: description of the thing; empty of furniture.
+        by: who said so; "robot" for what it did itself, empty where nobody did.
+        furniture: id of the place that it is about; None without one.
+        place: name of that place, as it was then; empty without one.
+        other: the new name, or the thing that it is one with; empty without one.
+        num_looks: looks of the story before it.
+    """
+
+    step: int
+    kind: str
+    thing: str
+    by: str
+    furniture: int | None = None
+    place: str = ""
+    other: str = ""
+    num_looks: int = 0
+
+
+@dataclass(frozen=True, slots=True)
 class PastQuestion:
     """What a robot was asked for in a run.
 
@@ -68,6 +95,8 @@ class Story(ABC):
         title: of the home or the file.
         first_step, num_steps: first and last step that there is a memory of, 0 <= first <= T.
         looks: all looks that are known, in order.
+        statements: what was said or done instead, in order.
+        things: which thing each look showed, over all its names.
         questions: what was asked in a run, in order.
         truth: where everything was; None if it is unknown.
         plan: floor plan, for homes that have one of their own; None to make it from the memory.
@@ -77,7 +106,9 @@ class Story(ABC):
     title: str
     first_step: int
     num_steps: int
+    things: PastThings
     looks: tuple[PastLook, ...] = ()
+    statements: tuple[PastStatement, ...] = ()
     questions: tuple[PastQuestion, ...] = ()
     truth: TruePlaces | None = None
     plan: FloorPlan | None = None
@@ -120,22 +151,28 @@ class Story(ABC):
         now = self.memory_at(last)
         index = {number: node for node, number in enumerate(now.furniture_ids)}
         matches = now.resolve(description).matches or (description,)
-        names = {read_name(match) for match in matches}
+        own = self.things.find(matches, last)
         belief = None
         if finder is not None:
             belief = np.full((len(steps), len(index)), np.nan)
             for row, step in enumerate(steps.tolist()):
                 memory = self.memory_at(step)
                 if memory.num_furniture:
-                    for guess in finder.rank(memory, description):
+                    name = self.things.get_name(own, step) or description
+                    for guess in finder.rank(memory, name):
                         if guess.furniture in index:
                             belief[row, index[guess.furniture]] = guess.probability
         truth = None if self.truth is None else self.truth.find(matches, len(index))[steps]
         looks = [
-            (look, index[look.furniture], any(read_name(text) in names for text in look.seen))
-            for look in self.looks
+            (look, index[look.furniture], not own.isdisjoint(seen))
+            for look, seen in zip(self.looks, self.things.seen, strict=True)
             if look.furniture in index
         ]
+        said = [
+            (one, index[one.furniture])
+            for one, number in zip(self.statements, self.things.spoken_of, strict=True)
+            if number in own and one.kind in _PLACED and one.furniture in index
+        ]  # fmt: skip
         weight = np.zeros(len(index))
         if belief is not None and len(index):
             most = np.nan_to_num(belief).max(axis=0)
@@ -144,9 +181,12 @@ class Story(ABC):
             weight += 2 * truth.mean(axis=0) + truth.any(axis=0)
         for _, place, is_found in looks:
             weight[place] += is_found
+        for _, place in said:
+            weight[place] += 1
         order = np.argsort(-weight, kind="stable")
         shown = order[weight[order] > 0][:MOST_PLACES]
         looks = [row for row in looks if row[1] in shown]
+        said = [row for row in said if row[1] in shown]
         position = {place: row for row, place in enumerate(shown.tolist())}
         return History(
             description=description,
@@ -158,4 +198,7 @@ class Story(ABC):
             look_place=np.array([position[place] for _, place, _ in looks], dtype=np.int64),
             is_found=np.array([is_found for _, _, is_found in looks], dtype=bool),
             unit="steps" if self.clock is None else "hours",
+            said_hour=np.array([one.step * self.step_hours for one, _ in said], dtype=float),
+            said_place=np.array([position[place] for _, place in said], dtype=np.int64),
+            said_by=tuple(one.by for one, _ in said),
         )

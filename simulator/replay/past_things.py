@@ -1,0 +1,147 @@
+"""Which thing of a log a name meant at the time, whatever it was called before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from sgm.memory.corrections import ThingName
+from sgm.memory.look_log import LogLine
+from sgm.memory.memory_content import MemoryContent
+from sgm.names.names import read_name
+
+_Key = tuple[str, ...] | str  # by which a thing is known: its words, or its id
+
+
+class PastThings:
+    """Follows the things of a log over renames, merges and splits; a thing is a number.
+
+    Attributes:
+        seen: numbers of the things that each look showed, look by look.
+        spoken_of: number of the thing that each statement was about, -1 for none.
+    """
+
+    def __init__(self) -> None:
+        """Start without things."""
+        self.seen: list[list[int]] = []
+        self.spoken_of: list[int] = []
+        self._furniture: list[int] = []  # of each look
+        self._number_of: dict[_Key, int] = {}
+        self._names: list[list[tuple[int, str]]] = []  # of each thing, since which time step
+        self._same_as: dict[int, int] = {}
+
+    def note_look(self, time: int, furniture: int, seen: Iterable[tuple[Any, ...]]) -> None:
+        """Note what a look showed.
+
+        Args:
+            time: time step.
+            furniture: id of the place.
+            seen: the arguments of each sighting, as a log has them.
+        """
+        self._furniture.append(furniture)
+        self.seen.append([self._find(time, row[0], _read_id(row)) for row in seen])
+
+    def note_statement(self, time: int, name: ThingName | None) -> None:
+        """Note of which thing something was said; None where it was about furniture."""
+        number = -1 if name is None else self._find(time, name.description, name.id)
+        self.spoken_of.append(number)
+
+    def note_change(self, line: LogLine, furniture: Mapping[int, int]) -> None:
+        """Note a line of a log that changes what things are called, or which of them are one.
+
+        Args:
+            line: of any kind.
+            furniture: ids of the places, by those of the log.
+        """
+        values, time = line.values, line.time
+        if line.kind == "start":
+            self._start(time, values.get("memory"))
+        elif line.kind in ("rename", "merge", "split", "split_off", "remove_object"):
+            own = ThingName.from_json(values)
+            number = self._find(time, own.description, own.id)
+            if line.kind == "rename":
+                self._rename(time, number, own, values["name"])
+            elif line.kind == "merge":
+                other: ThingName = values["other"]
+                self._same_as[self._find(time, other.description, other.id)] = number
+            elif line.kind == "split_off":
+                self._split_off(number, furniture[values["furniture"]],
+                                self._find(time, values["name"], ""))  # fmt: skip
+            else:
+                self._split(number)
+
+    def find(self, names: Iterable[str], step: int) -> frozenset[int]:
+        """Return the numbers of the things of some names, and of all that are one with them.
+
+        Args:
+            names: ids, or what the things are called at the time step.
+            step: time step.
+        """
+        words = {read_name(name) for name in names}
+        own = {self._number_of[name] for name in names if name in self._number_of}
+        own |= {n for n in range(len(self._names)) if read_name(self._get_called(n, step)) in words}
+        roots = {self._get_root(number) for number in own}
+        return frozenset(n for n in range(len(self._names)) if self._get_root(n) in roots)
+
+    def get_name(self, things: frozenset[int], step: int) -> str | None:
+        """Return what the one thing was called at a time step; None if it has kept its name.
+
+        Args:
+            things: from `find`.
+            step: time step.
+        """
+        roots = {self._get_root(number) for number in things}
+        number = roots.pop() if len(roots) == 1 else None
+        if number is None or len(self._names[number]) == 1:
+            return None
+        return self._get_called(number, step)
+
+    def _get_called(self, number: int, step: int) -> str:
+        """Return what a thing was called at a time step, or at first."""
+        called = self._names[number]
+        return next((name for time, name in reversed(called) if time <= step), called[0][1])
+
+    def _find(self, time: int, description: str, number: str) -> int:
+        """Return the number of a thing by its id or, without one, its words; a new one at first."""
+        key: _Key = number or read_name(description)
+        if key not in self._number_of:
+            self._number_of[key] = len(self._names)
+            self._names.append([(time, description)])
+        return self._number_of[key]
+
+    def _rename(self, time: int, number: int, own: ThingName, name: str) -> None:
+        self._names[number].append((time, name))
+        if not own.id:
+            del self._number_of[read_name(own.description)]
+            self._number_of[read_name(name)] = number
+
+    def _split(self, number: int) -> None:
+        """Let a thing be one of its own, or, where it stands for others, all of them."""
+        if self._same_as.pop(number, None) is None:
+            self._same_as = {n: root for n, root in self._same_as.items() if root != number}
+
+    def _split_off(self, number: int, furniture: int, other: int) -> None:
+        """Let what was seen of a thing at a place so far be another thing."""
+        for place, seen in zip(self._furniture, self.seen, strict=True):
+            if place == furniture:
+                seen[:] = [other if own == number else own for own in seen]
+
+    def _start(self, time: int, content: MemoryContent | None) -> None:
+        """Go on with a memory, which says itself what is one."""
+        if content is None:
+            return
+        same_as = np.asarray(content.tables["objects"]["same_as"]).tolist()
+        numbers = [self._find(time, thing.description, thing.id) for thing in content.things]
+        self._same_as = {numbers[row]: numbers[root]
+                         for row, root in enumerate(same_as) if root >= 0}  # fmt: skip
+
+    def _get_root(self, number: int) -> int:
+        for _ in self._same_as:  # links lead to links where things were merged again and again
+            number = self._same_as.get(number, number)
+        return number
+
+
+def _read_id(row: tuple[Any, ...]) -> str:
+    return row[4] or "" if len(row) > 4 else ""

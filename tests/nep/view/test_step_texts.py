@@ -1,0 +1,103 @@
+"""What the page says of a step and of furniture, where people have spoken and the robot acted."""
+
+import pytest
+
+from nep.view.history_figure import make_history
+from nep.view.texts import tell_furniture, tell_step
+from sgm.memory.look_log import read_log
+from simulator import SceneGraphMemory, Sighting
+from simulator.replay.replay import Replay
+from simulator.replay.still_memory import StillMemory
+
+NIGHTSTAND, TABLE, DRAWER = range(3)
+
+
+@pytest.fixture
+def log(tmp_path):
+    return tmp_path / "looks.jsonl"
+
+
+@pytest.fixture
+def memory(log):
+    """Keys were seen on the table, then moved by Anna; the robot looked at the drawer between."""
+    memory = SceneGraphMemory(log=log)
+    bedroom = memory.add_room("bedroom")
+    for label in ("nightstand", "table", "drawer"):
+        memory.add_furniture(label, bedroom)
+    memory.observe(TABLE, [Sighting("keys"), Sighting("mug")])
+    memory.step()
+    memory.rename("keys", "car keys", "anna")
+    memory.observe(DRAWER, [Sighting("fork")])
+    memory.note_moved("car keys", NIGHTSTAND, "anna")
+    memory.picked_up("mug")
+    return memory
+
+
+def tell(story, step):
+    return tell_step(story, story.memory_at(step), step)
+
+
+def test_a_step_of_a_log_says_who_said_what_in_order(memory, log):
+    memory.step()
+    memory.put_down("mug", DRAWER)
+    memory.step()
+    memory.split("car keys", NIGHTSTAND, "spare keys", "tom")
+    memory.merge("car keys", "spare keys", "tom")
+    memory.split("car keys", by="tom")
+    memory.step()
+    memory.forget("fork", "tom")
+    memory.remove_object("spare keys")
+    memory.forget(TABLE)
+    story = Replay(read_log(log), "home")
+    assert tell(story, 1) == [
+        "anna said: keys is called car keys",
+        "looked at drawer in bedroom: saw fork",
+        "anna said: car keys at nightstand in bedroom",
+        "the robot picked up mug",
+    ]
+    assert tell(story, 2) == ["the robot put down mug at drawer in bedroom"]
+    assert tell(story, 3) == [
+        "tom said: car keys at nightstand in bedroom is another thing, spare keys",
+        "tom said: car keys and spare keys are one thing",
+        "tom said: car keys is no longer one thing with others",
+    ]
+    assert tell(story, 4) == [
+        "tom said: there is no fork; it is forgotten",
+        "there is no spare keys; it is forgotten",
+        "the robot said: table in bedroom is gone; it is forgotten",
+    ]
+
+
+def test_a_memory_file_says_who_said_it_instead_of_a_look(memory):
+    """It said: looked at nightstand in bedroom: saw car keys."""
+    story = StillMemory(memory, "home.sgm")
+    assert tell(story, 1) == [
+        "looked at drawer in bedroom: saw fork",
+        "anna said: car keys at nightstand in bedroom",
+        "the robot picked up mug",
+    ]
+
+
+@pytest.mark.parametrize("is_log", [True, False])
+def test_furniture_says_by_what_a_thing_is_gone(memory, log, is_log):
+    story = Replay(read_log(log), "home") if is_log else StillMemory(memory, "home.sgm")
+    things, _ = tell_furniture(story, story.memory_at(1), TABLE)
+    assert {row[:2] for row in things.rows} == {
+        ("car keys", "said to be elsewhere"), ("mug", "said to be elsewhere"),
+    }  # fmt: skip
+    memory.step()
+    memory.observe(TABLE, [])
+    story = Replay(read_log(log), "home") if is_log else StillMemory(memory, "home.sgm")
+    things, _ = tell_furniture(story, story.memory_at(2), TABLE)
+    assert {row[1] for row in things.rows} == {"missing at the last look"}
+
+
+def test_a_history_marks_what_was_said(memory, log):
+    story = Replay(read_log(log), "home")
+    figure = make_history(story.trace_object("car keys"), 1.0)
+    (said,) = [trace for trace in figure["data"] if trace.get("name") == "said to be there"]
+    assert (said["x"], said["text"]) == ([1.0], ["anna"])
+    assert not [
+        trace for trace in make_history(story.trace_object("fork"), 1.0)["data"]
+        if trace.get("name") == "said to be there"
+    ]  # fmt: skip
