@@ -106,7 +106,8 @@ def test_differences_and_information_by_hand():
         {"name": "TGN", "reads": NEGATIVES, "plays": [play(0.4, 0.8), play(0.5, 0.7)],
          "num_trainings": 2, "seconds": 5.0},
     ]  # fmt: skip
-    content = {"command": "python -m nep.temporal", "made": "by hand", "missing": [],
+    missing = ["k/tgn-negatives seed 1", "k/tgn-negatives seed 2", "k/recurrent-negatives seed 0"]
+    content = {"command": "python -m nep.temporal", "made": "by hand", "missing": missing,
                "sizes": {name: 1 for name in Sizes.__slots__},
                "kinds": {"k": {"title": "Kind", "units": None, "rows": rows}}}  # fmt: skip
     text = make_report(content)
@@ -120,6 +121,10 @@ def test_differences_and_information_by_hand():
     added = next(line for line in lines if line.startswith("| TGN | 1 |"))
     assert "+0.200 [" in added
     assert TableRow(**rows[3]).mean("first_guess") == pytest.approx(0.6)
+    assert "Missing: k/tgn-negatives seeds 1, 2; k/recurrent-negatives seed 0." in text
+    # the graph memory: .9 - .3 and .9 - .5; .9 - .45 and .9 - .75
+    assert f"| TGN | {SIGHTINGS} | 1 | +0.500 [" in text
+    assert f"| TGN | {NEGATIVES} | 2 | +0.300 [" in text
 
 
 def test_a_kind_is_played_home_by_home():
