@@ -160,9 +160,9 @@ def _compare_memories(rows: Sequence[TableRow], units: tuple[str, ...] | None) -
     lines = []
     for row, found in zip(networks, differences, strict=True):
         line = [row.name, row.reads, str(row.num_trainings)]
-        for own in found:
-            line += [format_difference(own, ".3f"), format_p(next(corrected)),
-                     format_number(own.detectable, ".3f")]  # fmt: skip
+        for ahead in found:
+            line += [format_difference(ahead, ".3f"), format_p(next(corrected)),
+                     format_number(ahead.detectable, ".3f")]  # fmt: skip
         lines.append(line)
     return "Graph memories beside networks, first guesses:\n\n" + join_table(
         header, lines, num_text=2
