@@ -51,6 +51,7 @@ def make_content(
     references: Sequence[str],
     checkpoints: Sequence[str],
     command: str,
+    note: str | None = None,
 ) -> dict[str, Any]:
     """Return what has been played so far, as JSON values; rows without a training are left out.
 
@@ -61,6 +62,7 @@ def make_content(
         references: rules that have played.
         checkpoints: names of graph memories that have played.
         command: makes it again.
+        note: for the page.
     """
     missing, kinds = [], {}
     for kind, homes in workshop.kinds.items():
@@ -97,7 +99,7 @@ def make_content(
         kinds[kind] = {"title": homes.title, "units": units, "rows": rows}
     return {
         "command": command, "made": f"played with {describe_code()}",
-        "sizes": asdict(workshop.sizes), "missing": missing, "kinds": kinds,
+        "sizes": asdict(workshop.sizes), "note": note, "missing": missing, "kinds": kinds,
     }  # fmt: skip
 
 
@@ -122,6 +124,10 @@ OPTIONS = (
     Option(
         "checkpoint", (), "[NAME=]SOURCE: graph memories beside them, as in nep.evaluate: "
         "any_home, heat, files",
+    ),
+    Option(
+        "note", None, "a remark for the page, such as what the graph memories were trained on",
+        type=str | None,
     ),
     Option("table_only", False, "write the table of what is complete"),
     Option(
@@ -184,7 +190,8 @@ class Temporal(Suite):
             names = [point.name for point in checkpoints]
             command = describe_command(options, sizes)
             write_table(
-                make_content(workshop, entries, options.seeds, RULES, names, command), options.out
+                make_content(workshop, entries, options.seeds, RULES, names, command, options.note),
+                options.out,
             )
 
         workshop = Workshop(options.runs, sizes, kinds, sources, write)

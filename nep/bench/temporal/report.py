@@ -35,7 +35,7 @@ questions, then {searches} searches in each.
 
 Networks read text vectors of labels, random features that tell the nodes of a home apart, the prior
 of each place, and events: sightings alone, or negative looks, too. Graph memories are the weights
-named in the command, as they ship: they were trained before, on more homes than the networks here.
+named in the command; their model cards say what they were trained on.
 
 - *trainings*: how many a row is the mean of.
 - *minus*: first guesses minus those of the best rule of the table, paired over homes and trainings,
@@ -79,13 +79,16 @@ def make_report(content: Mapping[str, Any]) -> str:
     """Write the report from what `python -m nep.temporal` keeps as JSON.
 
     Args:
-        content: `sizes`, `command`, `made`, `missing` and, by kind, `title`, `units` and `rows`.
+        content: `sizes`, `command`, `made`, `missing`, `note` if there is one, and, by kind,
+            `title`, `units` and `rows`.
     """
     parts = [
         "# Temporal graph networks\n", _ABOUT.format(**content["sizes"]),
         f"`{content['command']}` makes it again, and goes on where it was stopped; "
         f"{content['made']}.\n",
     ]  # fmt: skip
+    if content.get("note"):
+        parts.append(f"{content['note']}\n")
     if content["missing"]:
         names = _name_missing(content["missing"])
         parts.append(

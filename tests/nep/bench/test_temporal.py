@@ -110,6 +110,9 @@ def test_differences_and_information_by_hand():
     content = {"command": "python -m nep.temporal", "made": "by hand", "missing": missing,
                "sizes": {name: 1 for name in Sizes.__slots__},
                "kinds": {"k": {"title": "Kind", "units": None, "rows": rows}}}  # fmt: skip
+    assert "Trained in 9 homes.\n\n**Not complete**" in make_report(
+        {**content, "note": "Trained in 9 homes."}
+    )
     text = make_report(content)
     lines = [line for line in text.splitlines() if line.startswith("| ")]
     assert "minus bayesian [95 %]" in lines[0]
