@@ -74,8 +74,8 @@ def say_power(results: Mapping[Setting, Mapping[str, ScoreSummary]]) -> str:
     return (
         f"With one training and {len(values)} homes, a true difference of "
         f"{_write(compute_detectable(values), '.3f')} first guesses between two networks would be "
-        f"found with 80 % power; {_write(_WANTED, '.2f')} takes {needed} homes. How much trainings "
-        "differ comes on top."
+        f"found with 80 % power. Finding {_write(_WANTED, '.2f')} takes {needed} homes. How much "
+        "trainings differ comes on top."
     )
 
 
@@ -91,8 +91,8 @@ def say_order(claims: Mapping[str, Any]) -> str:
     low, high = (f"{_write(x, '.3f')}" for x in (without.low, without.high))
     least, most = (_write(pick(one.detectable for one in found), ".3f") for pick in (min, max))
     return (
-        f"MLP, GCN and HEAT, three trainings each, four kinds of homes: {num_decided} of "
-        f"{len(found)} differences are decided after Holm's correction, the largest is "
+        "MLP, GCN and HEAT were trained three times each in four kinds of homes. After Holm's "
+        f"correction {num_decided} of {len(found)} differences are decided. The largest is "
         f"{_write(max(abs(one.mean) for one in found), '.3f')}, and {least} to {most} could have "
         f"been found. Without the prior, HEAT is ahead of MLP by {_write(without.mean, '.3f')} "
         f"[{low}, {high}] in one training of each."
@@ -132,10 +132,10 @@ def say_decided(played: ScoreCache) -> str:
     ahead = sum(row.is_ahead for row in likely)
     return (
         f"Of {len(counted)} comparisons with the best rule, the network is ahead in {ahead} at "
-        f"p < .05 and a rule in {len(likely) - ahead}; by chance "
+        f"p < .05 and a rule in {len(likely) - ahead}. By chance "
         f"{len(counted) * (1 - LEVEL) / 2:.1f} of either would be. After Holm's correction it is "
-        f"ahead in {len(sure)} ({', '.join(parts)}), a rule in {num_lost}. Its calibration error "
-        f"is at most {_write(error, '.3f')} in every kind."
+        f"ahead in {len(sure)}: {', '.join(parts)}. A rule is ahead in {num_lost} then. Its "
+        f"calibration error is at most {_write(error, '.3f')} in every kind."
     )
 
 

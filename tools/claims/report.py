@@ -37,8 +37,8 @@ def make_report(plan: ClaimsPlan) -> dict[str, bytes]:
         texts.append(text)
     parts = [
         "# What the paper claims\n",
-        f"{plan.num_homes} test homes x {plan.steps} steps, seed 0, the same for all rows; "
-        "differences are paired over homes, and over trainings where there are several, with "
+        f"{plan.num_homes} test homes x {plan.steps} steps, seed 0, the same for all rows. "
+        "Differences are paired over homes, and over trainings where there are several, with "
         "95 % intervals. Nothing here was chosen by its scores in these homes. A "
         "training has the paper's setting (10,000 memories of "
         "100 homes, 25 epochs) unless its row says otherwise.\n",

@@ -103,10 +103,9 @@ def _write(config: RealismConfig, table: str) -> str:
             "# How homes behave",
             "",
             f"All homes were looked at every hour for {config.days} days: {config.called} beside "
-            f"{config.num_homes} simulated homes of each kind (test homes, seed {config.seed}; "
-            "mean",
-            "± standard deviation over homes; in italics where the mean lies outside the spread of "
-            f"the {config.called}). Out of the home is a place of its own.",
+            f"{config.num_homes} simulated homes of each kind (test homes, seed {config.seed}).",
+            "Cells are mean ± standard deviation over homes, in italics where it lies outside",
+            f"the spread of the {config.called}. Out of the home is a place of its own.",
             "[docs/worlds.md](../docs/worlds.md) says what the simulated homes are. Command: "
             f"`python -m tools.realism --trace DIR --seed {config.seed} --called "
             f"{shlex.quote(config.called)} --out results`.",

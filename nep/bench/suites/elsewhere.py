@@ -48,7 +48,7 @@ independent. *Of all things*: the calibration error where the others count as al
 that stay in it. A finder that does not know what goes out is too low for these things, and right
 over all. Of the others: *elsewhere* and the NLL of where they are.
 All but the calibration errors are means over homes. Differences are paired over homes, with 95 %
-intervals. d is the smallest true difference that would be found with 80 % power.
+intervals. The smallest true difference that would be found with 80 % power is *d*.
 
 The constants of `sgm.evidence.outings` were chosen in thirty simulated homes of seed 2000 and in
 household 1 of HOMER, which are not in this table."""

@@ -49,9 +49,9 @@ the same memory.
 NLL and looks: less is better. Looks are counted in the order of the answer, with a detector that
 misses nothing.
 
-Differences are paired over the {num_units} {unit}, with 95 % intervals{how}. d is the smallest true
-difference that would be found with 80 % power. Bold: p of the paired t test, corrected by Holm's
-method for all {num_compared} distinct differences, is below .05."""
+Differences are paired over the {num_units} {unit}, with 95 % intervals{how}. The smallest true
+difference that would be found with 80 % power is *d*. Bold: p of the paired t test, corrected by
+Holm's method for all {num_compared} distinct differences, is below .05."""
 _ABOUT_MOVED = (
     "share of the questions that are about what has just moved, as in the tasks; 0 for those of "
     "people, who ask for anything"
