@@ -56,7 +56,7 @@ LEARNING = {"dgl", "lightning", "pytorch_lightning", "torch", "torchmetrics"}
 SGM_NEEDS = {"numba", "numpy", "sgm"}
 SGM_OPTIONAL = {
     "sgm/files.py": {"filelock"},
-    "sgm/memory/scene_graph_memory.py": {"pandas"},
+    "sgm/memory/memory_questions.py": {"pandas"},
     "sgm/memory/spark_graph.py": {"spark_dsg"},
     "sgm/memory/log_lock.py": {"filelock"},
     "sgm/network/network.py": {"onnxruntime"},

@@ -85,7 +85,7 @@ class KeptHome:
                 _check_same(path, content, log, lines)
             if clock is not None and content.clock is None:
                 own = _begin_before(clock, content.time)
-                memory._go_on_from(replace(content, clock=own), memory._prior)
+                memory._go_on_from(replace(content, clock=own), memory._state.prior)
             memory._start_log(log, goes_on=True)
             home = cls(path, memory)
             home.snapshot()  # so that the next start reads one memory and what came since

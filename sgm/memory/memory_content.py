@@ -11,9 +11,7 @@ import numpy as np
 from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
 from sgm.memory.home_history import HomeHistory
-from sgm.memory.identity import read_embedding, read_id
 from sgm.memory.score_calibration import ScoreCalibration
-from sgm.memory.statement import Statement
 from sgm.memory.step_log import StepLook
 from sgm.memory.table_content import (
     Tables,
@@ -23,7 +21,7 @@ from sgm.memory.table_content import (
     read_tables,
     write_tables,
 )
-from sgm.memory.thing import Thing
+from sgm.memory.thing import Thing, read_things, write_things
 from sgm.memory.time_steps import MAX_TIME
 from sgm.memory.week_hours import WeekHours
 from sgm.messages import shorten
@@ -34,9 +32,10 @@ HOME_LABELS = ("house", "floor")  # of the two nodes above the rooms
 
 @dataclass(frozen=True, slots=True)
 class MemoryContent:
-    """A scene graph memory of one home, O objects and E remembered edges.
+    """A scene graph memory of one home, O objects and E remembered edges: a view of its state.
 
-    What follows from this and the prior (types of objects, prior weights) is left out.
+    Its arrays are those of the memory (`MemoryState.get_content`); those of a `copy` are not. What
+    follows from this and the prior (types of objects, prior weights) is left out.
 
     Attributes:
         time: time step.
@@ -71,13 +70,13 @@ class MemoryContent:
     score_calibration: ScoreCalibration | None = None
 
     @classmethod
-    def empty(cls, prior: str, clock: Clock | None = None) -> MemoryContent:
+    def empty(cls, prior: str, clock: Clock | None = None, map_id: str = "") -> MemoryContent:
         """Return the content of a memory that has seen nothing; `prior` is its checksum."""
         return cls(
             time=0,
             prior=prior,
             labels=HOME_LABELS,
-            layout=Layout(),
+            layout=Layout(map_id=map_id),
             things=(),
             tables=make_empty_tables(),
             history=HomeHistory(1, 0),
@@ -132,6 +131,18 @@ class MemoryContent:
             sought={key: value for key, value in self.sought.items() if key[1] in kept},
         )
 
+    def rename(self, row: int, name: str) -> MemoryContent:
+        """Call an object otherwise."""
+        thing = self.things[row]
+        before, words = (read_words("description", own) for own in (thing.description, name))
+        sought = {
+            (words if own == before and not thing.id else own, furniture): value
+            for (own, furniture), value in self.sought.items()
+        }
+        new = replace(thing, description=name)
+        things = (*self.things[:row], new, *self.things[row + 1 :])
+        return replace(self, things=things, sought=sought, asked=None)
+
     def to_json(self) -> dict[str, Any]:
         """Return JSON values, from which `from_json` makes the same content."""
         return {
@@ -142,7 +153,7 @@ class MemoryContent:
             "num_rooms_ever": self.layout.num_rooms_ever,
             "num_furniture_ever": self.layout.num_furniture_ever,
             "descriptions": [thing.description for thing in self.things],
-            **_write_things(self.things),
+            **write_things(self.things),
             **write_tables(self.tables),
             "history": self.history.to_json(),
             **({"week": week} if (week := self.history.week.to_json()) else {}),
@@ -181,7 +192,7 @@ class MemoryContent:
                 prior=data["prior"],
                 labels=tuple(data["labels"]),
                 layout=Layout.from_json(data, data["num_rooms_ever"], data["num_furniture_ever"]),
-                things=_read_things(data),
+                things=read_things(data),
                 tables=tables,
                 history=history,
                 asked=data["asked"],
@@ -244,53 +255,6 @@ class MemoryContent:
             raise ValueError("two objects of one description, or a label that is there twice")
         if self.labels[:2] != HOME_LABELS or not isinstance(self.prior, str):
             raise ValueError("no labels of house and floor, or no checksum of the prior")
-
-
-def _write_things(things: tuple[Thing, ...]) -> dict[str, Any]:
-    """Return JSON values of things beside their descriptions, where there are any, by position."""
-    written: dict[str, dict[int, Any]] = {
-        "ids": {number: thing.id for number, thing in enumerate(things) if thing.id},
-        "embeddings": {
-            number: list(thing.embedding) for number, thing in enumerate(things) if thing.embedding
-        },
-        "statements": {
-            number: [statement.to_json() for statement in thing.statements]
-            for number, thing in enumerate(things)
-            if thing.statements
-        },
-    }
-    return {
-        name: [[number, value] for number, value in values.items()]
-        for name, values in written.items()
-        if values
-    }
-
-
-def _read_things(data: Mapping[str, Any]) -> tuple[Thing, ...]:
-    """Read things.
-
-    Raises:
-        ValueError: if a part does not fit the others.
-        KeyError, TypeError: if a part is missing, or of another kind.
-    """
-    furniture = {number for number, *_ in data["furniture"]}
-    ids, embeddings = dict(data.get("ids", ())), dict(data.get("embeddings", ()))
-    statements = {
-        number: tuple(Statement.from_json(one, furniture, data["time"]) for one in own)
-        for number, own in data.get("statements", ())
-    }
-    numbers = range(len(data["descriptions"]))
-    if not {*ids, *embeddings, *statements} <= set(numbers):
-        raise ValueError("ids, embeddings or statements of a thing that is not there")
-    return tuple(
-        Thing(
-            description,
-            read_id(ids[number]) if number in ids else "",
-            statements.get(number, ()),
-            read_embedding(embeddings.get(number, ())),
-        )
-        for number, description in zip(numbers, data["descriptions"], strict=True)
-    )
 
 
 def _check_between(what: str, values: Any, low: int, high: int) -> None:

@@ -11,6 +11,7 @@ from sgm.memory.asking_kernel import NOTHING_SAID, list_looks_before, list_seen_
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
+from sgm.memory.seen_and_said import get_last_said, get_statements, list_places
 from sgm.memory.sighting import SeenAt
 from sgm.memory.statement import Statement
 from sgm.names.words import read_words
@@ -29,12 +30,13 @@ def ask(
         before_looks: whether of the memory as it was before the looks of this step.
         later: time steps until then.
     """
-    current, step = state.share_snapshot(), state.step
+    snapshot, step = state.get_snapshot(), state.step
+    current = state.share(snapshot)
     current.time += later
     if before_looks and step.before is not None and not later:
         batch, origin, num_known = state.share(step.before), step.origin, step.num_objects
     else:
-        batch, origin, num_known = state.share_snapshot(), state.version, len(state.things)
+        batch, origin, num_known = state.share(snapshot), state.version, len(state.things)
         batch.time = current.time
     question, known, descriptions = _find_asked(state, descriptions)
     words = [read_words("description", description) for description in descriptions]
@@ -48,7 +50,7 @@ def ask(
         batch.labels = vocabulary.labels
     queries = batch.query(np.zeros(len(words), dtype=np.int64), keys, *kinds)
     at_once = np.append(current.objects["num_at_once"], 0)
-    said = tuple(map(state.get_last_said, known.tolist()))
+    said = tuple(get_last_said(state, row) for row in known.tolist())
     is_asked = np.zeros(len(current.objects) + 1, dtype=bool)
     is_asked[known] = True  # -1, what it does not know, is the last one
     edges = np.flatnonzero(is_asked[current.edges["object"]])
@@ -62,9 +64,9 @@ def ask(
         edges=edges,
         said=said,
         statements=tuple(
-            state.get_statements(row).statements if row >= 0 else () for row in known.tolist()
+            get_statements(state, row).statements if row >= 0 else () for row in known.tolist()
         ),
-        descriptions=state.descriptions,
+        descriptions=state.things.descriptions,
         looks=_list_looks(state, batch, current, queries, is_known, known, words, said),
         num_instances=np.maximum(at_once[known], 1),
         sightings=_list_sightings(state, current, known[known >= 0].tolist(), edges),
@@ -88,12 +90,16 @@ def _find_asked(
     firsts, descriptions = [], []
     for name in names:
         own = state.find_rows(name)
-        asked = [row for row in own if row in rows and state.has_several_names(row)]
+        asked = [row for row in own if row in rows and _has_several_names(state, row)]
         firsts.append(rows.index(asked[0]) if asked else len(rows))
         for row in [row for row in own if row not in asked] if own else [-1]:
             rows.append(row)
             descriptions.append(name if row < 0 else state.things[row].description)
     return np.array(firsts), np.array(rows), descriptions
+
+
+def _has_several_names(state: MemoryState, row: int) -> bool:
+    return bool(state.things[row].id) or len(state.list_members(row)) > 1
 
 
 def _list_sightings(
@@ -107,7 +113,7 @@ def _list_sightings(
         rows: of the objects.
         edges: rows of their edges.
     """
-    found = [seen for row in rows for seen in state.list_places(row, current, edges)]
+    found = [seen for row in rows for seen in list_places(state, row, current, edges)]
     return tuple(sorted(found, key=lambda seen: -seen.time))
 
 
@@ -164,7 +170,7 @@ def _list_looks(
                 negative[number, position[furniture]] += min(count[furniture] for count in sums)
         if not state.sought:
             continue
-        names = {name, *(state.list_names(members) if row >= 0 else ())}
+        names = {name, *(state.things.list_words(members) if row >= 0 else ())}
         for (other, furniture), (count, time) in state.sought.items():
             if other in names and time == now:
                 negative[number, position[furniture]] += count

@@ -8,12 +8,12 @@ from dataclasses import replace
 from typing import Any
 
 from sgm.memory.clock import Clock
-from sgm.memory.corrections import ThingName
 from sgm.memory.look_log import LogLine
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS, Sighting
 from sgm.memory.statement import STATEMENTS, Statement
+from sgm.memory.thing_name import ThingName
 from sgm.prior.prior_graph import PriorGraph, find_shipped
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
+from sgm.memory.identity import read_embedding, read_id
 from sgm.memory.statement import MOST_KEPT, Statement
+from sgm.memory.thing_name import ThingName
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +28,11 @@ class Thing:
     statements: tuple[Statement, ...] = ()
     embedding: tuple[float, ...] = ()
 
+    @property
+    def name(self) -> ThingName:
+        """By what it is known."""
+        return ThingName(self.description, self.id)
+
     def add(self, statement: Statement) -> Thing:
         """Return it with one statement more; the oldest of too many is left out."""
         return replace(self, statements=(*self.statements, statement)[-MOST_KEPT:])
@@ -39,3 +47,50 @@ class Thing:
             return self
         left = (statement.leave_out(furniture) for statement in self.statements)
         return replace(self, statements=tuple(one for one in left if one is not None))
+
+
+def write_things(things: tuple[Thing, ...]) -> dict[str, Any]:
+    """Return JSON values of things beside their descriptions, where there are any, by position."""
+    written: dict[str, dict[int, Any]] = {
+        "ids": {number: thing.id for number, thing in enumerate(things) if thing.id},
+        "embeddings": {
+            number: list(thing.embedding) for number, thing in enumerate(things) if thing.embedding
+        },
+        "statements": {
+            number: [statement.to_json() for statement in thing.statements]
+            for number, thing in enumerate(things)
+            if thing.statements
+        },
+    }
+    return {
+        name: [[number, value] for number, value in values.items()]
+        for name, values in written.items()
+        if values
+    }
+
+
+def read_things(data: Mapping[str, Any]) -> tuple[Thing, ...]:
+    """Read things.
+
+    Raises:
+        ValueError: if a part does not fit the others.
+        KeyError, TypeError: if a part is missing, or of another kind.
+    """
+    furniture = {number for number, *_ in data["furniture"]}
+    ids, embeddings = dict(data.get("ids", ())), dict(data.get("embeddings", ()))
+    statements = {
+        number: tuple(Statement.from_json(one, furniture, data["time"]) for one in own)
+        for number, own in data.get("statements", ())
+    }
+    numbers = range(len(data["descriptions"]))
+    if not {*ids, *embeddings, *statements} <= set(numbers):
+        raise ValueError("ids, embeddings or statements of a thing that is not there")
+    return tuple(
+        Thing(
+            description,
+            read_id(ids[number]) if number in ids else "",
+            statements.get(number, ()),
+            read_embedding(embeddings.get(number, ())),
+        )
+        for number, description in zip(numbers, data["descriptions"], strict=True)
+    )

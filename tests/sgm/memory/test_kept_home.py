@@ -8,7 +8,7 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from sgm.memory import kept_home, scene_graph_memory
+from sgm.memory import kept_home, memory_files
 from sgm.memory.clock import Clock
 from sgm.memory.kept_home import KeptHome
 from sgm.memory.look_log import read_log
@@ -80,7 +80,7 @@ def test_a_process_that_ends_in_a_snapshot_loses_nothing(tmp_path, monkeypatch, 
     before = write(home.memory)
     with monkeypatch.context() as patch:
         if ends_at == "the file":
-            patch.setattr(scene_graph_memory, "save_content", end)
+            patch.setattr(memory_files, "save_content", end)
             with pytest.raises(Killed):
                 home.snapshot()
         else:  # between the two names: the log is there under its number alone

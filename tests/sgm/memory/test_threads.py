@@ -85,6 +85,7 @@ READERS = {
     "resolve": lambda memory, n: memory.resolve("mug"),
     "save": None,  # needs a folder
     "time": lambda memory, n: memory.time,
+    "list_statements": lambda memory, n: memory.list_statements(),
     "to_dict": lambda memory, n: see_pair(memory.to_dict()),
     "to_frame": lambda memory, n: memory.to_frame(),
     "to_spark_dsg": lambda memory, n: memory.to_spark_dsg(),

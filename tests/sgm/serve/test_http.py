@@ -436,7 +436,7 @@ def test_readers_do_not_wait_for_the_disk(served, monkeypatch):
         begun.set()
         go_on.wait(20)
 
-    monkeypatch.setattr("sgm.memory.scene_graph_memory.save_content", wait)
+    monkeypatch.setattr("sgm.memory.memory_files.save_content", wait)
     saving = threading.Thread(target=served.home.snapshot)
     saving.start()
     begun.wait(20)

@@ -1,0 +1,76 @@
+"""Calls of a memory that write it down."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from threading import Lock
+
+from sgm.memory.logged_state import LoggedState
+from sgm.memory.look_log import LookLog
+from sgm.memory.save_lock import SaveLock
+from sgm.memory.storage import save_content
+
+
+class MemoryFiles(LoggedState):
+    """The part of `SceneGraphMemory` for its file and its log; `load` reads the file."""
+
+    _save_lock: SaveLock | None  # of the file saved last, as long as the memory lives
+    _saving: Lock  # never waited for while the lock of the state is held
+
+    def save(self, path: str | Path) -> None:
+        """Write the memory to a file, from which `load` goes on; it holds no code.
+
+        Args:
+            path: such as "home.sgm".
+
+        Raises:
+            ValueError: if a memory of another process saved the file, and still lives.
+            OSError: if the folder does not exist, or the disk does not take the file; an older
+                file is left as it was.
+        """
+        self._save(path)
+
+    def save_and_rotate(self, path: str | Path, old_log: str | Path) -> None:
+        """Write the memory to a file, and begin its log anew from there.
+
+        No call of another thread comes between the two: what the file holds and the lines of the
+        new log are the memory. A process that is killed meanwhile leaves the old log whole, and
+        perhaps the new one (`sgm.memory.kept_home` reads both).
+
+        Args:
+            path: such as "home.sgm".
+            old_log: name for the log so far, beside the log.
+
+        Raises:
+            ValueError: if the memory has no log, another one has it now, or a memory of another
+                process saved the file, and still lives.
+            OSError: if the disk does not take the new log or the file. Without the file, the new
+                log alone is the memory.
+        """
+        if self._log is None:
+            raise ValueError(
+                f"memory must have a log to begin anew, got none for {path}. Give log= when it is "
+                "made or loaded."
+            )
+        self._save(path, self._log, Path(old_log))
+
+    def _save(self, path: str | Path, log: LookLog | None = None, old: Path | None = None) -> None:
+        # Of two saves the later one lasts; no other call waits for the disk.
+        with self._saving, SaveLock.hold(path) as lock:
+            with self._lock:
+                content = self._state.get_content_to_save().copy()
+                if log is not None and old is not None:
+                    log.rotate(old, content)
+            save_content(path, content.to_json())
+            self._save_lock = lock
+
+    def sync_log(self) -> None:
+        """Have the disk take all that is in the log, so that it survives a loss of power.
+
+        What was changed before this call survives a kill of the process without it.
+
+        Raises:
+            OSError: if the disk does not take it.
+        """
+        if self._log is not None:
+            self._log.sync()

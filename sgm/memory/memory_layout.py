@@ -1,0 +1,232 @@
+"""Calls of a memory about rooms and furniture."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sgm.arrays.read_numbers import read_numbers
+from sgm.layout.box import Box
+from sgm.layout.furniture import Furniture, read_position
+from sgm.layout.layout import Layout, read_map_id
+from sgm.memory.logged_state import LoggedState
+from sgm.names.words import read_words
+
+
+class MemoryLayout(LoggedState):
+    """The part of `SceneGraphMemory` for rooms and furniture, which people or a map name."""
+
+    @property
+    def layout(self) -> Layout:
+        """Rooms and furniture by id, as they are now; the methods below change the memory's own."""
+        with self._lock:
+            return self._state.layout.copy()
+
+    @property
+    def map_id(self) -> str:
+        """Id of the map that positions and boxes are in; empty if none was given."""
+        with self._lock:
+            return self._state.layout.map_id
+
+    @property
+    def num_furniture(self) -> int:
+        """Number of furniture nodes, F."""
+        with self._lock:
+            return len(self._state.layout.furniture)
+
+    @property
+    def furniture_ids(self) -> tuple[int, ...]:
+        """Ids of the furniture nodes in the order of `batch`, (F,)."""
+        with self._lock:
+            return self._state.furniture.ids
+
+    def add_room(self, label: str) -> int:
+        """Add a room such as "kitchen" and return its id.
+
+        Raises:
+            ValueError: if the label is no name (`read_words`).
+        """
+        read_words("room label", label)
+        with self._lock:
+            layout = self._state.layout
+            self._write("room", room=layout.num_rooms_ever, label=label)
+            room = layout.add_room(label)
+            self._state.note_new(label)
+        return room
+
+    def add_furniture(
+        self,
+        label: str,
+        room: int,
+        description: str | None = None,
+        position: tuple[float, float] | None = None,
+        box: Box | None = None,
+        open_cost: float | None = None,
+    ) -> int:
+        """Add a furniture node and return its id.
+
+        Args:
+            label: what it is, such as "fridge".
+            room: id from `add_room`.
+            description: for people, such as "white fridge"; the label if left out.
+            position: where one stands to look at it, in metres; with positions of all furniture,
+                searches and plans need no `distance`. With a box it may be left out: it is then
+                found in front of the box.
+            box: its extents in the map (`sgm.eyes.Box`), from which a camera's frames become looks.
+                A floor is furniture, too: label "floor", `Box.of_floor`.
+            open_cost: of opening it, in the unit of distances, for searches; None where there is
+                nothing to open.
+
+        Raises:
+            KeyError: if `room` is not a room of this memory.
+            TypeError: if the box is none.
+            ValueError: if the label or the description is no name (`read_words`), the position no
+                two numbers, or the cost no number, 0 or more.
+        """
+        with self._lock:
+            layout = self._state.layout
+            node = layout.make_furniture(label, room, description, position, box, open_cost)
+            self._write(
+                "furniture", furniture=layout.num_furniture_ever, label=label, room=node.room,
+                description=node.description, position=node.position, **_list_extents(node),
+            )  # fmt: skip
+            furniture = layout.add_furniture(node)
+            self._state.note_new(label)
+        return furniture
+
+    def move_furniture(
+        self,
+        furniture: int,
+        room: int | None = None,
+        position: tuple[float, float] | None = None,
+        box: Box | None = None,
+    ) -> None:
+        """Note that a furniture node was moved; what was seen there moves with it.
+
+        Args:
+            furniture: id from `add_furniture`.
+            room: where it stands now; None for the same room.
+            position: as in `add_furniture`; None if it is as it was, or, in another room or box,
+                unknown.
+            box: where it stands now; None if it is as it was, or, in another room, unknown.
+
+        Raises:
+            KeyError: if there is no such furniture node or room.
+            TypeError: if the box is none.
+            ValueError: if the position is no two numbers.
+        """
+        with self._lock:
+            layout = self._state.layout
+            node = layout.make_moved(furniture, room, position, box)
+            about: dict[str, Any] = {} if node.box is None else {"box": node.box.to_json()}
+            self._write(
+                "move", furniture=furniture, room=node.room, position=node.position, **about
+            )
+            layout.furniture[furniture] = node
+            self._state.note_new()
+
+    def transform(
+        self,
+        angle: float = 0.0,
+        shift: tuple[float, float] = (0.0, 0.0),
+        map_id: str = "",
+    ) -> None:
+        """Move all positions and boxes into the frame of another map; nothing else changes.
+
+        Args:
+            angle: by which the home is turned around the origin of the old map, counter-clockwise,
+                in radians.
+            shift: by which it is moved then, x and y in metres.
+            map_id: of the new map; empty if it has none.
+
+        Raises:
+            ValueError: if an argument is out of range, or a box would lie where no home is.
+        """
+        turn = float(read_numbers("angle", angle, ()))
+        by = read_position(shift)
+        if by is None:
+            raise ValueError("shift must be two numbers, got None. Give metres, or leave it out.")
+        with self._lock:
+            layout = self._state.layout.transform(turn, by, read_map_id(map_id))
+            self._write("transform", angle=turn, shift=by, map_id=map_id)
+            self._state.layout = layout
+            self._state.note_new()
+
+    def get_position(self, furniture: int) -> tuple[float, float] | None:
+        """Return where one stands to look at a furniture node; None if it is unknown.
+
+        As it was given; where it was not, a point before the front of its box, outside all others.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+        """
+        with self._lock:
+            self._state.layout.check_furniture(furniture)
+            position = self._state.layout.furniture[furniture].position
+            return position or self._state.layout.compute_positions()[furniture]
+
+    @property
+    def boxes(self) -> dict[int, Box]:
+        """Boxes of the furniture that has one, by id, for `sgm.eyes.LookBuilder`."""
+        with self._lock:
+            return self._state.layout.boxes
+
+    def list_furniture(self, room: int) -> tuple[int, ...]:
+        """Return the ids of the furniture of a room, to leave out a closed one, for example.
+
+        Raises:
+            KeyError: if `room` is not a room of this memory.
+        """
+        with self._lock:
+            self._state.layout.check_room(room)
+            furniture = self._state.layout.furniture.items()
+            return tuple(number for number, node in furniture if node.room == room)
+
+    def remove_room(self, room: int) -> None:
+        """Remove a room with all its furniture and what is remembered of it; objects stay.
+
+        Raises:
+            KeyError: if `room` is not a room of this memory.
+        """
+        with self._lock:
+            self._state.layout.check_room(room)
+            self._write("remove_room", room=room)
+            self._state.remove(rooms=[room])
+
+    def remove_furniture(self, furniture: int) -> None:
+        """Remove a furniture node and all its edges; the objects that were seen there stay.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+        """
+        self._remove_furniture(furniture)
+
+    def _remove_furniture(self, furniture: int, by: str | None = None) -> None:
+        """Log that furniture is gone, and forget it.
+
+        Raises:
+            KeyError: if there is none.
+        """
+        with self._lock:
+            self._state.layout.check_furniture(furniture)
+            about: dict[str, Any] = {} if by is None else {"by": by}
+            self._write("remove_furniture", furniture=furniture, **about)
+            self._state.remove(furniture=[furniture])
+
+    def describe(self, furniture: int) -> str:
+        """Return the description and room of a furniture node, "white fridge in kitchen".
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+        """
+        with self._lock:
+            return self._state.layout.describe(furniture)
+
+
+def _list_extents(node: Furniture) -> dict[str, Any]:
+    """Return what a line of a log says of furniture with a box, or that must be opened."""
+    about: dict[str, Any] = {}
+    if node.box is not None:
+        about["box"] = node.box.to_json()
+    if node.open_cost is not None:
+        about["open_cost"] = node.open_cost
+    return about

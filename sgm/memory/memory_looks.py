@@ -1,0 +1,180 @@
+"""Calls of a memory that tell it what was seen, and that time passes."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from typing import Any
+
+import numpy as np
+
+from sgm.layout.viewpoint import Viewpoint, read_viewpoint
+from sgm.memory.coverage import read_coverage, read_share
+from sgm.memory.frame_watch import FrameWatch
+from sgm.memory.look_weights import SURE
+from sgm.memory.memory_layout import MemoryLayout
+from sgm.memory.score_calibration import ScoreCalibration, calibrate
+from sgm.memory.sighting import Sighting, read_hidden, read_sightings
+from sgm.memory.time_steps import MAX_TIME, check_jump, count_steps
+from sgm.messages import shorten
+from sgm.names.words import read_words
+
+
+class MemoryLooks(MemoryLayout):
+    """The part of `SceneGraphMemory` for looks and for time."""
+
+    _frames: FrameWatch
+    _was_warned: bool  # of scores that are no probabilities
+
+    def observe(
+        self,
+        furniture: int,
+        seen: Sequence[Sighting],
+        coverage: float | Mapping[str, float] = 1.0,
+        hidden: Sequence[str] = (),
+        viewpoint: Viewpoint | None = None,
+    ) -> None:
+        """Fold one look at a furniture node into the memory.
+
+        Every remembered edge of `furniture` is updated: seen ones become true, the others false.
+        What was not in view is not counted as absent: the parts of looks that do not show an object
+        are added up until they make most of a look (`MemoryBatch`).
+        A look at another furniture node leaves them alone: an object that was seen at two places
+        is believed at both until one of them is looked at again.
+
+        Args:
+            furniture: id from `add_furniture`.
+            seen: what was detected there; detection may have missed objects. Sightings of the
+                same description are several things of a kind.
+            coverage: share of the furniture that was in view, above 0 and at most 1; the detector
+                may have missed what was in view. Or shares of what is "in" and "onTop" of it, 0
+                for one that was not in view: {"in": 0, "onTop": 0.8} of a fridge that is shut.
+            hidden: descriptions of things whose own spots were out of view, behind something else:
+                that they were not seen is not counted against them.
+            viewpoint: from where the camera looked, for the log and the page that shows it; the
+                memory does not use it.
+
+        Looks must lie some time apart: a memory that seems to get every frame of a video
+        warns once (`LookPerFrameWarning`), and counts ten looks at a place in a time step and those
+        that show something new.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+            TypeError: if `seen` holds something else than sightings, `hidden` is no list, or the
+                viewpoint none.
+            ValueError: if the coverage is out of range, or something hidden has no name.
+
+        Source: paper section 4.2, appendix B. Differs: negative evidence is counted (released
+        code does not).
+        """
+        place = self.describe(furniture)
+        seen = read_sightings(seen, place)  # may take its time: others go on meanwhile
+        share = read_coverage(coverage, place)
+        names = read_hidden(hidden, place)
+        from_where = read_viewpoint(viewpoint)
+        furniture = int(furniture)  # of any kind of number
+        rows = [one.to_row() for one in seen]
+        with self._lock:
+            self._state.layout.check_furniture(furniture)
+            num_in_step = self._state.step.count_looks(furniture)
+            self._frames.note(furniture, place, seen, num_in_step, self._state.clock)
+            if self._state.score_calibration is not None:
+                seen = calibrate(seen, self._state.score_calibration)
+            else:
+                self._warn_of_scores(seen)
+            about: dict[str, Any] = {"hidden": names} if names else {}
+            if from_where is not None:
+                about["viewpoint"] = from_where.to_json()
+            self._write("look", furniture=furniture, coverage=share, seen=rows, **about)
+            self._state.look(furniture, seen, share, names)
+
+    @property
+    def score_calibration(self) -> ScoreCalibration | None:
+        """What the confidences of sightings mean; None if they are probabilities."""
+        with self._lock:
+            return self._state.score_calibration
+
+    def _warn_of_scores(self, seen: Sequence[Sighting]) -> None:
+        """Say once that most scores of a look count as not seen."""
+        num_doubted = sum(0 < one.confidence < SURE for one in seen)
+        if self._was_warned or 2 * num_doubted <= len(seen):
+            return
+        self._was_warned = True
+        warnings.warn(
+            f"{num_doubted} of {len(seen)} confidences of a look are below {SURE}, so that these "
+            "count as not seen: a confidence is the probability that a sighting is right. If they "
+            "are scores of a detector, give SceneGraphMemory(score_calibration="
+            "ScoreCalibration.open_vocabulary()), or one that was fitted.",
+            stacklevel=3,
+        )
+
+    def note_absent(self, furniture: int, description: str, coverage: float = 1.0) -> None:
+        """Note that a look for one thing did not find it, and say nothing of all others there.
+
+        Args:
+            furniture: id from `add_furniture`.
+            description: what was looked for, seen before or not.
+            coverage: share of the furniture that was in view.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+            ValueError: if the description is no name, or the coverage out of range.
+        """
+        with self._lock:
+            place = self._state.layout.describe(furniture)
+            words = read_words("description", description)
+            coverage = read_share("coverage", coverage, place)
+            furniture = int(furniture)
+            self._write("absent", furniture=furniture, description=words, coverage=coverage)
+            self._state.note_absent(furniture, words, coverage)
+
+    def step(self, num_steps: int = 1) -> None:
+        """Let time pass.
+
+        Args:
+            num_steps: time steps, 0 or more. The shipped network was trained on homes where one
+                object in twenty moves in a step.
+
+        Raises:
+            ValueError: if it is negative, no whole number, or time would exceed `MAX_TIME` or the
+                dates that the clock can tell.
+        """
+        if not isinstance(num_steps, (int, np.integer)) or num_steps < 0:
+            raise ValueError(
+                f"num_steps must be a whole number, 0 or more, got {shorten(num_steps)}. Time only "
+                "goes forward."
+            )
+        with self._lock:
+            now, clock = self._state.time, self._state.clock
+            if now + num_steps > MAX_TIME:
+                raise ValueError(
+                    f"time must be at most {MAX_TIME}, got {num_steps} steps at time {now}. "
+                    "Choose a longer time step."
+                )
+            if clock is not None:
+                clock.get_time(now + int(num_steps))
+            if num_steps:
+                self._write("step", now + int(num_steps), num_steps=int(num_steps))
+                self._state.let_pass(int(num_steps))
+
+    def step_to(self, time: datetime, *, accept_jump: bool = False) -> None:
+        """Let time pass until a date and time: the last step that has begun by then.
+
+        Time never goes back, so that a date that was wrong once would stay. More than `MAX_JUMP`
+        at once is therefore believed only when it is said to be right.
+
+        Args:
+            time: local, not before the present step.
+            accept_jump: whether the time is right, however far ahead.
+
+        Raises:
+            ValueError: if the memory has no clock, the time lies before the present step, or more
+                than `MAX_JUMP` after it and is not accepted.
+        """
+        with self._lock:
+            now, clock = self._state.time, self._state.clock
+            num_steps = count_steps(time, now, clock)
+            if clock is not None and not accept_jump:
+                check_jump(num_steps, now, clock)
+            self.step(num_steps)

@@ -1,0 +1,287 @@
+"""Calls of a memory that say what it holds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from threading import Lock
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sgm.memory.asking import Asked, Scorer
+from sgm.memory.home_view import list_home, list_rows
+from sgm.memory.identity import read_embedding
+from sgm.memory.memory_layout import MemoryLayout
+from sgm.memory.queries import Queries
+from sgm.memory.questions import ask
+from sgm.memory.seen_and_said import get_statements, list_places, list_said_by, list_spoken_of
+from sgm.memory.sighting import SeenAt
+from sgm.memory.spark_graph import make_spark_graph
+from sgm.memory.thing_changes import (
+    ThingChange,
+    ThingEvent,
+    list_changes,
+    list_events,
+    read_since,
+)
+from sgm.memory.time_steps import count_steps
+from sgm.messages import shorten
+from sgm.names.aliases import AliasTable
+from sgm.names.name_encoder import NameEncoder
+from sgm.names.names import NameIndex, Resolution, Similarity
+from sgm.names.words import read_words
+
+if TYPE_CHECKING:  # pandas is an extra
+    from pandas import DataFrame
+
+
+class MemoryQuestions(MemoryLayout):
+    """The part of `SceneGraphMemory` for questions: what a name means, and where things were."""
+
+    _names: NameIndex
+    _naming: Lock  # never waited for while the lock of the state is held
+    _table: AliasTable
+    _encoder: NameEncoder | None
+
+    def resolve(
+        self,
+        description: str,
+        similarity: Similarity | None = None,
+        among: Sequence[str] | None = None,
+    ) -> Resolution:
+        """Say which of the things that were seen a name means; `NameIndex` has the rules.
+
+        Args:
+            description: such as "the red mug".
+            similarity: how alike labels are, where the memory has no encoder; None to go by words
+                alone.
+            among: names to choose from, such as those of one look; None for all that were seen.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`).
+        """
+        if among is not None:
+            index = NameIndex((), self._table, self._encoder)
+            index.update(list(among))
+            return index.resolve(description, similarity)
+        with self._lock:
+            descriptions = self._state.things.names
+            if self._state.things.has_id(description):
+                return Resolution(description, (description,), "exact")
+        with self._naming:  # no other call waits for text vectors
+            self._names.update(descriptions)
+            return self._names.resolve(description, similarity)
+
+    def find_nearest(self, embedding: Sequence[float], k: int = 3) -> list[tuple[str, float]]:
+        """Return the things that look most like something, by the embeddings of their sightings.
+
+        Args:
+            embedding: of what is seen, (D,), of the same maker as those of the sightings.
+            k: most things to return.
+
+        Returns:
+            Ids, or descriptions of things without one, and cosines, the nearest first.
+
+        Raises:
+            ValueError: if the embedding is no vector, or `k` is below 1.
+        """
+        vector = np.array(read_embedding(embedding))
+        if not len(vector) or not isinstance(k, (int, np.integer)) or k < 1:
+            raise ValueError(
+                f"embedding and k must be a vector and at least 1, got {shorten(embedding)} and "
+                f"{shorten(k)}. Give what the sightings had."
+            )
+        with self._lock:
+            things = [one for one in self._state.things if len(one.embedding) == len(vector)]
+        own = np.array([one.embedding for one in things]).reshape(-1, len(vector))
+        cosines = own @ vector / (np.linalg.norm(own, axis=1) * np.linalg.norm(vector))
+        order = np.argsort(-cosines, kind="stable")[:k]
+        return [(things[n].id or things[n].description, float(cosines[n])) for n in order]
+
+    def find_furniture(self, name: str) -> tuple[int, ...]:
+        """Return the ids of the furniture that a name means, such as "the fridge".
+
+        Raises:
+            ValueError: if the name is none (`read_words`).
+        """
+        furniture = self.layout.furniture
+        index = NameIndex((), self._table, self._encoder)
+        index.update([node.description for node in furniture.values()])
+        matches = set(index.resolve(name).matches)
+        return tuple(number for number, node in furniture.items() if node.description in matches)
+
+    def ask(
+        self,
+        descriptions: Sequence[str],
+        before_looks: bool = True,
+        at: datetime | int | None = None,
+    ) -> Asked:
+        """Ask for objects, and leave the memory as it is; safe beside a thread that observes.
+
+        Args:
+            descriptions: one or more, seen before or not; each means the object of that name.
+            before_looks: whether policies are asked of the memory before the looks of this step,
+                which then say for themselves what they say.
+            at: when: a time step, or a date and time by the clock; not before the present step,
+                None for it.
+
+        Raises:
+            ValueError: if a description is no name (`read_words`), there is no furniture yet, or
+                the time has passed.
+        """
+        with self._lock:
+            self._check_furniture()
+            state = self._state
+            later = 0 if at is None else count_steps(at, state.time, state.clock, "at")
+            return ask(state, descriptions, before_looks, later)
+
+    def rank(self, policy: Scorer, description: str) -> list[tuple[int, float]]:
+        """Order all furniture by how likely it holds an object, the best first.
+
+        Args:
+            policy: who judges, for example `sgm.policies.heuristics.Bayesian()`.
+            description: what to look for.
+
+        Returns:
+            (furniture id, score) for every furniture node; -inf where there is no opinion.
+        """
+        asked = self.ask([description], before_looks=False)
+        scores = policy.scores(asked.batch, asked.queries)[0]
+        order = np.argsort(-scores, kind="stable")
+        return [(asked.furniture_ids[place], float(scores[place])) for place in order]
+
+    def query(self, description: str) -> Queries:
+        """Ask for an object; until the next `step` its hypothetical edges are in the graph.
+
+        A place that is looked at meanwhile, and does not show it, is remembered as one where it
+        was not. So this changes the memory, as `rank` and `ask` do not, and is logged.
+
+        Args:
+            description: what to look for, whether it was seen before or not.
+
+        Returns:
+            One query, for `Policy.scores(memory.batch, query)`, which gives (1, F).
+
+        Raises:
+            ValueError: if the description is no name (`read_words`), or there is no furniture yet.
+        """
+        read_words("description", description)
+        with self._lock:
+            self._check_furniture()
+            self._write("query", description=description)
+            return self._state.query(description)
+
+    def places_of(self, description: str) -> list[SeenAt]:
+        """Return every place where an object was ever seen, the latest sighting first.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`).
+        """
+        matches = self.resolve(description).matches
+        with self._lock:
+            rows = dict.fromkeys(row for match in matches for row in self._state.find_rows(match))
+            found = [seen for row in rows for seen in list_places(self._state, row)]
+        return sorted(found, key=lambda seen: -seen.time)
+
+    def last_seen(self, description: str) -> SeenAt | None:
+        """Return where and when an object was last seen; None if it never was.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`).
+        """
+        return next(iter(self.places_of(description)), None)
+
+    def history(self, thing: str) -> list[ThingEvent]:
+        """Return what is kept of a thing over time, the latest first; the log has all.
+
+        That is the last sighting at each place, the look that missed it there first since, and the
+        last things that were said of it. Of several things that a name means, all.
+
+        Args:
+            thing: name or id.
+
+        Raises:
+            ValueError: if the name is none (`read_words`).
+        """
+        matches = self.resolve(thing).matches
+        with self._lock:
+            state = self._state
+            fused = state.fuse_batch()
+            rows = state.find_rows(thing) or [r for name in matches for r in state.find_rows(name)]
+            found = [
+                event
+                for row in dict.fromkeys(rows)
+                for event in list_events(
+                    fused,
+                    get_statements(state, row),
+                    row,
+                    list_places(state, row, fused),
+                    state.furniture.ids,
+                )
+            ]
+        return sorted(found, key=lambda event: -event.time)
+
+    def changes(self, since: datetime | int) -> list[ThingChange]:
+        """Return what is new, was moved or is gone, as looks have shown and people have said.
+
+        Args:
+            since: time step, or date and time by the clock, from which on it was noticed.
+
+        Returns:
+            The last changes of each thing, the latest first; a thing that was moved twice since
+            stands there once, with its last move.
+
+        Raises:
+            ValueError: if `since` is neither, or a date and the memory has no clock.
+        """
+        with self._lock:
+            state = self._state
+            first = read_since(since, state.clock)
+            things = [get_statements(state, row) for row in range(len(state.things))]
+            return list_changes(state.fuse_batch(), things, state.furniture.ids, first)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return rooms > furniture > objects as JSON values.
+
+        Under each furniture node stand the objects that were ever seen there: "is_there" says
+        whether the last look at it found them; "by" is who said last that they are there, where no
+        look has shown it. "unplaced" lists objects that were last seen at furniture that was
+        removed.
+        """
+        with self._lock:
+            state = self._state
+            fused = state.fuse_batch()
+            said_by = {row: list_said_by(state, row, fused) for row in list_spoken_of(state)}
+            return list_home(fused, state.layout, state.things.descriptions, said_by)
+
+    def to_frame(self) -> DataFrame:
+        """Return a table of every object at every place where it was ever seen (needs pandas).
+
+        Columns: object, relation, furniture, room, is_there, last_seen, times_seen, times_looked.
+        """
+        from pandas import DataFrame  # an extra: only this needs it
+
+        return DataFrame(list_rows(self.to_dict()))
+
+    def to_spark_dsg(self) -> Any:
+        """Return what is there by the last looks as a graph of spark_dsg, the format of Hydra.
+
+        Example:
+            >>> memory.to_spark_dsg().save("home.json")
+
+        Raises:
+            ModuleNotFoundError: if spark_dsg is not installed.
+        """
+        with self._lock:
+            batch = self._state.batch
+            kinds = [batch.labels[index] for index in batch.objects["label"]]
+            labels = dict(zip(self._state.things.descriptions, kinds, strict=True))
+            home, layout = self.to_dict(), self.layout
+        return make_spark_graph(home, layout, labels)
+
+    def _check_furniture(self) -> None:
+        if not self._state.layout.furniture:
+            raise ValueError(
+                "memory must have furniture before a query, got none. Call add_furniture first."
+            )

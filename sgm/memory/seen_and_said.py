@@ -1,0 +1,105 @@
+"""Where the things of a memory were seen, and what was said of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from sgm.memory import home_view
+from sgm.memory.columns import NEVER
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.memory_state import MemoryState
+from sgm.memory.same_things import find_roots
+from sgm.memory.sighting import SeenAt
+from sgm.memory.statement import Statement
+from sgm.memory.thing import Thing
+
+
+def get_statements(state: MemoryState, row: int) -> Thing:
+    """Return an object with all that was said of it, and of what was merged with it."""
+    members = state.list_members(row)
+    if len(members) == 1:
+        return state.things[row]
+    # What was said since the merge is of the first, and so the last of a time step.
+    said = (one for number in members[::-1] for one in state.things[number].statements)
+    return replace(state.things[row], statements=tuple(sorted(said, key=lambda one: one.time)))
+
+
+def get_last_said(state: MemoryState, row: int) -> Statement | None:
+    """Return what was said last of an object; None if a look has shown it since."""
+    members = state.list_members(row) if row >= 0 else []
+    spoken_of = [number for number in members if state.things[number].statements]
+    if not spoken_of:
+        return None
+    own = max(spoken_of, key=lambda number: state.things[number].statements[-1].time)
+    said, objects = state.things[own].statements[-1], state.batch.objects
+    others = [number for number in members if number != own]
+    is_last = objects["num_observed"][own] == said.num_observed
+    return said if is_last and (objects["last_observed"][others] <= said.time).all() else None
+
+
+def list_places(
+    state: MemoryState, row: int, fused: MemoryBatch | None = None, edges: np.ndarray | None = None
+) -> list[SeenAt]:
+    """List every place where the object of a row was ever seen, the latest first.
+
+    Of one time step, the place of which was spoken last comes first, after one that a look has
+    shown since.
+
+    Args:
+        state: of the memory.
+        row: of the object.
+        fused: from `fuse_batch`, if that was called before.
+        edges: rows of edges among which its own are; None for all.
+    """
+    batch = state.fuse_batch() if fused is None else fused
+    places = home_view.list_places(batch, state.furniture.ids, row, edges)
+    told = get_statements(state, row).order_places()
+    if not told:
+        return places
+    last = int(batch.objects["last_furniture"][row])
+    if last != NEVER and get_last_said(state, row) is None:
+        seen = int(batch.objects["last_observed"][row])
+        told[seen, state.furniture.ids[last]] = len(told)
+    places.sort(key=lambda at: (-at.time, -told.get((at.time, at.furniture), -1)))
+    said_by = list_said_by(state, row, batch)
+    return [replace(at, by=said_by.get((at.time, at.furniture), "")) for at in places]
+
+
+def list_said_by(
+    state: MemoryState, row: int, fused: MemoryBatch
+) -> dict[tuple[int, int | None], str]:
+    """Return who said that an object is somewhere, by time step and furniture.
+
+    Where a look has shown it there in the same time step, it was seen.
+
+    Args:
+        state: of the memory.
+        row: of the object.
+        fused: from `fuse_batch`.
+    """
+    statements = get_statements(state, row).statements
+    if not statements:
+        return {}
+    last = get_last_said(state, row)
+    said_by: dict[tuple[int, int | None], str] = {}
+    if last is not None and last.furniture is not None:
+        said_by[last.time, last.furniture] = last.by
+    edges, ids = fused.edges, state.furniture.ids
+    own = np.flatnonzero((edges["object"] == row) & (edges["num_true"] > 0))
+    columns = (edges[name][own].tolist() for name in ("last_true", "furniture", "confidence"))
+    known = {(time, ids[place]): sure for time, place, sure in zip(*columns, strict=True)}
+    for one in statements:  # a sighting of that step would have left its own confidence
+        place = one.time, one.furniture
+        if place[1] is not None and known.get(place) == np.float32(one.confidence):
+            said_by.setdefault(place, one.by)
+    return said_by
+
+
+def list_spoken_of(state: MemoryState) -> list[int]:
+    """Return the rows of the objects of which something was said, or of what they are now."""
+    rows = [row for row, thing in enumerate(state.things) if thing.statements]
+    if rows and state.has_merged:
+        return sorted(set(find_roots(state.batch.objects["same_as"])[rows].tolist()))
+    return rows
