@@ -16,7 +16,6 @@ from jsonargparse import ArgumentParser, Namespace
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from nep.players.calibration import fit_calibration, measure_calibration
 from nep.players.calibration_searches import Decisions, play_searches
 from nep.players.checkpoints import (
     CONFIG,
@@ -26,6 +25,7 @@ from nep.players.checkpoints import (
     load_trained,
     save_exported,
 )
+from nep.players.fit_calibration import fit_calibration, measure_calibration
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from nep.report.code_version import list_versions

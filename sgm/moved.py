@@ -15,6 +15,7 @@ MOVED = {
     "nep.event_networks.plan": "nep.bench.temporal.plan",
     "nep.event_networks.report": "nep.bench.temporal.report",
     "nep.paper": "nep.bench.paper",
+    "nep.players.calibration": "nep.players.fit_calibration",
     "nep.players.searches": "nep.players.calibration_searches",
     "nep.report.searches": "nep.report.search_pictures",
     "nep.view.stage": "nep.view.page_state",
@@ -69,9 +70,12 @@ MOVED = {
     "simulator.replay.still": "simulator.replay.still_memory",
     "simulator.robot": "sgm.finder",
     "simulator.tasks.tour": "sgm.finder.tour",
-    "simulator.text.alike": "sgm.text.alike",
+    "sgm.text.alike": "sgm.text.similar_words",
+    "simulator.text.alike": "sgm.text.similar_words",
     "simulator.text.train": "tools.text_training",
     "simulator.text.vectors": "sgm.text.vectors",
+    "simulator.trace.memory": "simulator.trace.remembered_trace",
+    "simulator.trace.truth": "simulator.trace.simulation_file",
     "simulator.world.routine.kinds": "simulator.world.routine.activity_kinds",
 }
 

@@ -23,7 +23,7 @@ from sgm.evidence.home_sums import HomeSums
 from sgm.evidence.object_counts import ObjectCounts, compute_hours_per_step
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from sgm.text.alike import compare
+from sgm.text.similar_words import compare
 
 # Filters that the features show, by name; the network weighs them.
 FILTERS = {

@@ -17,8 +17,8 @@ from simulator.process import run_main
 from simulator.trace.from_log import make_trace, split_trace
 from simulator.trace.importers import IMPORTERS
 from simulator.trace.layout import read_start
-from simulator.trace.memory import remember_trace
 from simulator.trace.record import record_homes
+from simulator.trace.remembered_trace import remember_trace
 from simulator.trace.source import RecordedSource, check_step_seconds
 from simulator.trace.trace import Trace, find_traces, load_trace, save_trace
 from simulator.world.sampled_homes import SampledHomes

@@ -13,8 +13,8 @@ from sgm.memory.clock import make_clock_rows
 from sgm.names.words import read_words
 from sgm.prior.prior_graph import PriorGraph
 from simulator.trace.episode import Episode
+from simulator.trace.simulation_file import fill_row
 from simulator.trace.trace import Trace
-from simulator.trace.truth import fill_row
 from simulator.trace.types import RecordedTypes
 from simulator.world.config import HomeConfig
 from simulator.world.homes import Homes

@@ -18,7 +18,7 @@ from sgm.layout.layout import Layout
 from sgm.names.words import read_words
 from simulator.trace.events import EVENTS_FILE, GONE, Event, load_events, make_events_csv
 from simulator.trace.layout import LAYOUT_FILE, load_layout, make_layout_json
-from simulator.trace.truth import TRUTH_FILE, Truth, load_truth, make_truth_json
+from simulator.trace.simulation_file import TRUTH_FILE, Truth, load_truth, make_truth_json
 
 _MOST_ENTRIES = 10_000  # of a folder that is searched for traces
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from nep.players.calibration import Calibration, fit_calibration, measure_calibration
 from nep.players.calibration_searches import Decisions, find_absent, play_searches
+from nep.players.fit_calibration import Calibration, fit_calibration, measure_calibration
 from sgm.policies.policy import Policy
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
 from simulator.policies import make_policy

@@ -12,9 +12,9 @@ from datamodules.graph import GraphBuilder
 from nep.encoders import GCN, HEAT, MLP, Sets
 from nep.model.module import NEPModule
 from nep.model.settings import NetworkConfig, PlayingConfig
-from nep.players.calibration import Calibration
 from nep.players.checkpoints import TrainedModel, save_exported
 from nep.players.contestants import load_player
+from nep.players.fit_calibration import Calibration
 from nep.players.onnx_export import is_exportable
 from nep.players.policy import NEPPolicy
 from sgm.belief.corrections import CORRECTIONS

@@ -11,8 +11,8 @@ from datamodules.graph import GraphBuilder
 from nep import ObjectFinder, SceneGraphMemory, Sighting
 from nep.encoders import HEAT, MLP
 from nep.model.module import NEPModule
-from nep.players.calibration import Calibration
 from nep.players.checkpoints import TrainedModel
+from nep.players.fit_calibration import Calibration
 from sgm.belief import Detector
 
 

@@ -17,7 +17,7 @@ from sgm.evidence.place_features import PLACE_GROUPS
 from sgm.evidence.question import Question
 from sgm.evidence.question_features import QUESTION_GROUPS
 from sgm.policies.adaptive import Adaptive
-from sgm.text.alike import Alike
+from sgm.text.similar_words import Alike
 from simulator.tasks.rollout import Rollout
 
 FRIDGE, SHELF, TABLE, BED, BEDROOM_SHELF, DESK = range(6)
