@@ -15,6 +15,25 @@ _USUAL_SIZE = (0.04, 0.04, 0.1)  # half of length and width, and the height, whe
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """Where one thing was measured to be in a frame, and how large.
+
+    Attributes:
+        center: its middle in the map, (3,).
+        radius: half of how wide it is, metres.
+        height: metres.
+        sd: standard deviation of the middle, by the uncertainty of the pose, metres.
+        depth_sd: standard deviation of the middle along the ray, by that of its depth, metres.
+    """
+
+    center: np.ndarray
+    radius: float
+    height: float
+    sd: float
+    depth_sd: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Located:
     """The k detections of a frame that have a place in the map.
 
@@ -23,7 +42,8 @@ class Located:
         center: their middles in the map, (k, 3).
         radius: half of how wide they are, metres, (k,).
         height: how high they are, metres, (k,).
-        sd: standard deviation of the middle, by the uncertainty of the pose, metres, (k,).
+        sd, depth_sd: standard deviations of the middle, by the uncertainty of the pose and of the
+            depth, metres, (k,).
     """
 
     detections: tuple[Detection, ...]
@@ -31,6 +51,12 @@ class Located:
     radius: np.ndarray
     height: np.ndarray
     sd: np.ndarray
+    depth_sd: np.ndarray
+
+    def get(self, row: int) -> Measured:
+        """Return one of them."""
+        numbers = (self.radius, self.height, self.sd, self.depth_sd)
+        return Measured(self.center[row], *(float(values[row]) for values in numbers))
 
     @property
     def bottom(self) -> np.ndarray:
@@ -54,7 +80,7 @@ def locate(view: CameraView, detections: Sequence[Detection]) -> tuple[Located, 
     """
     with_box = [one for one in detections if one.center is None]
     boxes = np.array([one.box for one in with_box], dtype=float).reshape(-1, 4)
-    depth = view.measure_boxes(boxes)
+    depth, depth_sd = view.measure_boxes(boxes)
     is_known = np.isfinite(depth)
     found = [one for one, known in zip(with_box, is_known, strict=True) if known]
     lost = [one for one, known in zip(with_box, is_known, strict=True) if not known]
@@ -66,7 +92,8 @@ def locate(view: CameraView, detections: Sequence[Detection]) -> tuple[Located, 
     height = np.append(height, [tall for _, _, tall in size])
     distance = np.linalg.norm(center - view.pose.position, axis=1)
     sd = np.hypot(view.pose.position_sd, view.pose.angle_sd * distance)
-    return Located((*found, *own), center, radius, height, sd), lost
+    depth_sd = np.append(depth_sd[is_known], np.zeros(len(own)))
+    return Located((*found, *own), center, radius, height, sd, depth_sd), lost
 
 
 def _locate_boxes(

@@ -16,7 +16,7 @@ from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.camera_view import CameraView, read_depth
 from sgm.eyes.detection import Detection
 from sgm.eyes.gate import Gate
-from sgm.eyes.located import locate
+from sgm.eyes.located import Measured, locate
 from sgm.eyes.look_rules import LookRules
 from sgm.eyes.scene import Scene
 from sgm.eyes.spots import Spots
@@ -222,9 +222,7 @@ class LookBuilder:
             if not self.gate.nearest <= distance[row] <= self.gate.farthest:
                 self._counts["detections out of range"] += 1
                 continue
-            center = located.center[row]
-            size = float(located.radius[row]), float(located.height[row]), float(located.sd[row])
-            places |= self._note(time, detection, int(volumes[row]), (center, *size))
+            places |= self._note(time, detection, int(volumes[row]), located.get(row))
         for detection in lost:
             if view.has_depth:
                 self._counts["detections without depth"] += 1
@@ -236,13 +234,7 @@ class LookBuilder:
             places |= self._note(time, detection, volume, _guess_size(view, detection, at, away))
         return places
 
-    def _note(
-        self,
-        time: float,
-        detection: Detection,
-        volume: int,
-        at: tuple[np.ndarray, float, float, float],
-    ) -> set[int]:
+    def _note(self, time: float, detection: Detection, volume: int, at: Measured) -> set[int]:
         """Add one detection to what is seen at its place, and return the place."""
         if self._on_detection is not None:
             is_known = volume != NOWHERE
@@ -253,7 +245,7 @@ class LookBuilder:
             )
         if volume == NOWHERE:
             self._counts["detections at no place"] += 1
-            center = tuple(at[0].tolist()) if np.isfinite(at[0]).all() else None
+            center = tuple(at.center.tolist()) if np.isfinite(at.center).all() else None
             self.unassigned.append(Unassigned(detection, time, center))
             return set()
         self._tracks.add(detection, self._frame, volume, at)
@@ -299,16 +291,14 @@ class LookBuilder:
         )  # fmt: skip
 
 
-def _guess_size(
-    view: CameraView, detection: Detection, at: np.ndarray, away: float
-) -> tuple[np.ndarray, float, float, float]:
-    """Return center, radius, height and uncertainty of a thing that stands at a point."""
+def _guess_size(view: CameraView, detection: Detection, at: np.ndarray, away: float) -> Measured:
+    """Return where a thing is that stands at a point, and how large."""
     assert detection.box is not None
     left, top, right, bottom = detection.box
     height = max((bottom - top) * away / view.intrinsics.fy, 0.01)
     radius = (right - left) * away / view.intrinsics.fx / 2
     center = at + np.array([0.0, 0.0, height / 2])
-    return center, radius, height, view.pose.compute_sd(away)
+    return Measured(center, radius, height, view.pose.compute_sd(away))
 
 
 def _read_frame(

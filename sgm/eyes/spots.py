@@ -18,6 +18,7 @@ _SAME_SPOT = 0.15  # metres within which a thing of the same name is taken for t
 _OVERLAP = 0.5  # of half of both sizes: bodies side by side are all of that apart
 _MOST_OVERLAP = 0.05  # metres: thin things, as books, stand closer than they are wide
 _LEAST_SIZE = 0.015  # metres: of what looks smaller all ways round, only a corner was seen
+_IN_SIGHT = 2.0  # standard deviations by which a spot may be wrong
 _SUPPORT = 0.015  # metres of what is behind a thing: less cannot be told from the thing itself
 
 
@@ -107,13 +108,12 @@ class Spots:
                 kept.append(spot)  # of two mugs one may be seen, and the other hidden
             spot.forget_visit()
         for track in certain:
-            sd = track.sd / math.sqrt(len(track.frames))
             center = track.center.copy()
             if track.volume % 2 == 1:  # it stands on the upper side, if not on another thing
                 low = top + track.height / 2
                 if center[2] < low + _STANDS + 2 * track.sd:
                     center[2] = low
-            size = track.radius, track.height, sd
+            size = track.radius, track.height, track.center_sd
             kept.append(Spot(track.name, place, track.volume, center, *size))
         self._spots = kept
         return tuple(dict.fromkeys(hidden))
@@ -139,13 +139,15 @@ def _is_near(spot: Spot, tracks: list[Track]) -> bool:
 def _is_taken(spot: Spot, tracks: list[Track]) -> bool:
     """Tell whether a thing of another name was seen at the spot, so near that both would overlap.
 
-    What stands beside, on or below another thing has its middle elsewhere. One frame is too little,
-    as for rays.
+    What stands beside, on or below another thing has its middle elsewhere. They must overlap
+    wherever in the uncertainty of both they are. One frame is too little, as for rays.
     """
     name = read_name(spot.name)
     for track in tracks:
         offset = np.abs(track.center - spot.center)
-        reach = min(_OVERLAP * (spot.radius + track.radius), _MOST_OVERLAP)
+        both = spot.radius + track.radius
+        doubt = _IN_SIGHT * math.hypot(spot.sd, track.center_sd)
+        reach = min(_OVERLAP * both, _MOST_OVERLAP, both - doubt)
         if (
             read_name(track.name) != name
             and len(track.frames) >= _VOTES
@@ -162,8 +164,12 @@ def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> Non
     A ray went through if it was measured to go on behind the thing, by `through_margin` and the
     uncertainty of both poses. Where what bears a thing is nearer behind it than that, the ray must
     have come more than half of the way from the front of the thing to it. Where that is less than
-    the uncertainty, as behind a plate, it is enough that nothing was measured in front of it. No
-    ray goes through the spot of a thing of which only a corner was seen: the rest lies beside it.
+    the uncertainty, as behind a plate, it is enough that nothing was measured in front of it.
+
+    A spot may be beside where it was measured, by the uncertainty of both poses and of its depth.
+    Two rays more, which a thing there would meet, must have gone through as well, to the left and
+    to the right. Of a thing that fits between the three no ray tells, and none of one of which only
+    a corner was seen: the rest lies beside its middle.
 
     Args:
         view: of the frame.
@@ -187,19 +193,23 @@ def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> Non
     # must not be hidden: a thing that lies along the ray is lower than its box says.
     heights = np.outer((0.25, 0.0, -0.45), height)  # (3, n)
     points = center + heights[..., None] * np.array([0.0, 0.0, 1.0])
-    behind, middle, foot = view.measure_behind(points.reshape(-1, 3), np.tile(volumes, 3)).reshape(
-        3, -1
-    )
-    below = np.minimum(middle, foot)  # nan if one of them is
-    is_in_front = np.fmin(behind, below) < -half - through_margin
+    aside = np.maximum(_IN_SIGHT * sd - radius, 0) * np.array([[0.0], [-1.0], [1.0]])  # (3, n)
+    left = np.cross((0.0, 0.0, 1.0), ray)
+    left /= np.maximum(np.linalg.norm(left, axis=1), 1e-9)[:, None]
+    points = points + (aside[..., None] * left)[:, None]  # (3, 3, n, 3)
+    measured = view.measure_behind(points.reshape(-1, 3), np.tile(volumes, 9)).reshape(3, 3, -1)
+    is_in_front = np.fmin.reduce(measured[0]) < -half - through_margin
+    behind, middle, foot = measured.min(axis=0)  # nan if one of them is
+    below = np.minimum(middle, foot)
     # Where it lay on a surface, a ray through its upper part meets that 3/4 of its height deeper.
     expected = 0.75 * height / np.maximum(-ray[:, 2], 1e-3)
     is_flat = expected < half + through_margin + _SUPPORT
     is_flat |= expected + half < 4 * sd
     least = np.minimum(half + through_margin + 2 * sd, (expected - half) / 2)
     least = np.where(is_flat, -half - through_margin + 2 * sd, least)
-    is_whole = np.maximum(2 * radius, height) >= _LEAST_SIZE
-    is_through = is_whole & (behind > least) & (below >= -half - through_margin)
+    is_known = np.maximum(2 * radius, height) >= _LEAST_SIZE
+    is_known &= _IN_SIGHT * sd <= 3 * radius  # it does not fit between the rays
+    is_through = is_known & (behind > least) & (below >= -half - through_margin)
     for spot, through, front in zip(spots, is_through, is_in_front, strict=True):
         spot.num_through += bool(through)
         spot.num_in_front += bool(front)

@@ -11,6 +11,7 @@ import numpy as np
 
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import Detection
+from sgm.eyes.located import Measured
 from sgm.names.names import read_name
 
 _SAME_THING = 0.15  # metres from one frame to the next; things are smaller, and do not run
@@ -21,6 +22,7 @@ _IN_SIGHT = 2.0  # standard deviations added to both
 _FOUND, _FALSE = 0.6, 0.1
 _MOST_FRAMES = 5.0
 _MOST_LOGIT = 6.0  # a probability of .9975
+_LEAST_SD = 0.01  # metres, of any measurement, beside the pose
 
 
 @dataclass(slots=True, eq=False)
@@ -29,13 +31,15 @@ class Track:
 
     Attributes:
         key: words of its name, or the detector's number for it.
-        center: mean of where it was, in the map, (3,).
-        radius, height, sd: means of how large it is, and how uncertain its center, metres.
+        center: mean of where it was measured, by the weights, in the map, (3,).
+        radius, height: means of how large it is, likewise, metres.
+        sd: mean of the standard deviations of its middle by the pose, metres.
         names: how often it was called what.
         votes: how often it was assigned to each volume.
         frames: numbers of the frames in which it was seen.
         sum_logit: of the scores.
         num_in_view: frames in which its spot was in view.
+        weight: sum of the inverse variances of its depth.
     """
 
     key: object
@@ -48,6 +52,7 @@ class Track:
     frames: list[int] = field(default_factory=list)
     sum_logit: float = 0.0
     num_in_view: int = 0
+    weight: float = 0.0
 
     @property
     def name(self) -> str:
@@ -73,8 +78,16 @@ class Track:
         logit = self.sum_logit / num_seen + votes * min(1.0, _MOST_FRAMES / num_frames) - gain
         return 1 / (1 + math.exp(-min(max(logit, -_MOST_LOGIT), _MOST_LOGIT)))
 
-    def add(self, detection: Detection, frame: int, volume: int) -> None:
-        """Note one more detection."""
+    @property
+    def center_sd(self) -> float:
+        """Standard deviation of the center, metres.
+
+        Errors of the pose last for a visit. Those of the depth average out over its frames.
+        """
+        return math.hypot(self.sd, 1 / math.sqrt(self.weight))
+
+    def add(self, detection: Detection, frame: int, volume: int, at: Measured) -> None:
+        """Note one more detection, and take its measurement into the means."""
         self.names[detection.name] += 1
         self.votes[volume] += 1
         self.frames.append(frame)
@@ -82,13 +95,13 @@ class Track:
         logit = math.log(score / (1 - score))
         self.sum_logit += min(max(logit, -_MOST_LOGIT), _MOST_LOGIT)
 
-    def move(self, center: np.ndarray, radius: float, height: float, sd: float) -> None:
-        """Take a measurement into the means, after `add`."""
-        weight = 1 / len(self.frames)
-        self.center = self.center + weight * (center - self.center)
-        self.radius += weight * (radius - self.radius)
-        self.height += weight * (height - self.height)
-        self.sd += weight * (sd - self.sd)
+        weight = 1 / (at.depth_sd**2 + _LEAST_SD**2)
+        self.weight += weight
+        share = weight / self.weight
+        self.center = self.center + share * (at.center - self.center)
+        self.radius += share * (at.radius - self.radius)
+        self.height += share * (at.height - self.height)
+        self.sd += (at.sd - self.sd) / len(self.frames)
 
 
 class Tracks:
@@ -118,13 +131,7 @@ class Tracks:
         for track, shown in zip(self._tracks, is_in_view, strict=True):
             track.num_in_view += bool(shown or track.frames[-1] == frame)
 
-    def add(
-        self,
-        detection: Detection,
-        frame: int,
-        volume: int,
-        at: tuple[np.ndarray, float, float, float],
-    ) -> None:
+    def add(self, detection: Detection, frame: int, volume: int, at: Measured) -> None:
         """Add a detection to the thing that it is of, or begin a new one.
 
         It is of the same thing if the detector gives it the same number; without a number, if it
@@ -134,23 +141,21 @@ class Tracks:
             detection: of the frame.
             frame: its number.
             volume: where it was assigned to.
-            at: center (3,), radius, height and standard deviation of the thing.
+            at: where, and how large.
         """
         key: object = read_name(detection.name)
         if detection.track is not None:
             key = ("track", detection.track)
         same = [track for track in self._tracks if track.key == key and track.frames[-1] != frame]
         if detection.track is None and same:
-            center, _, _, sd = at
-            away = [float(np.linalg.norm(track.center - center)) for track in same]
+            away = [float(np.linalg.norm(track.center - at.center)) for track in same]
             nearest = int(np.argmin(away))
-            reach = _SAME_THING + _IN_SIGHT * math.hypot(sd, same[nearest].sd)
+            reach = _SAME_THING + _IN_SIGHT * math.hypot(at.sd, same[nearest].sd)
             same = [same[nearest]] if away[nearest] <= reach else []
-        track = same[0] if same else Track(key, *at)
+        track = same[0] if same else Track(key, at.center, at.radius, at.height, at.sd)
         if not same:
             self._tracks.append(track)
-        track.add(detection, frame, volume)
-        track.move(*at)
+        track.add(detection, frame, volume, at)
 
     def take(self, place: int) -> list[Track]:
         """Take out the things at a place; of two names for one thing the more frequent is kept."""

@@ -12,6 +12,7 @@ from sgm.layout.viewpoint import Viewpoint
 
 _SURE = 1 - 1e-6  # of all four pixels around a point
 _ALWAYS = 128  # points of a volume that every frame projects, the first ones
+_ONE_STAND = 0.3  # metres within which frames are from about one stand
 
 
 @dataclass(slots=True, eq=False)
@@ -21,9 +22,10 @@ class Visit:
     Attributes:
         place: number in the scene.
         start, last: seconds of the first and the latest frame that showed it.
-        is_seen: which points of its two volumes were in view for sure in any frame, bool (2, n).
-        sum_share: sums over the frames in which a point was in view for some of the pixels around
-            it, of their share, (2, n).
+        is_seen: which points of its two volumes were in view, bool (2, n).
+        stand: where the camera was when it came to where it is now, (3,).
+        sum_share: sums over the frames from this stand in which a point was in view for some of the
+            pixels around it, of their share, (2, n).
         num_share: how many frames those are, (2, n).
         num_frames: frames that showed it.
         has_depth: whether all of them had a depth image.
@@ -35,6 +37,7 @@ class Visit:
     start: float
     last: float
     is_seen: np.ndarray
+    stand: np.ndarray
     sum_share: np.ndarray
     num_share: np.ndarray
     num_frames: int = 0
@@ -42,11 +45,28 @@ class Visit:
     num_best: int = 0
     viewpoint: Viewpoint | None = None
 
+    def add_share(self, side: int, share: np.ndarray) -> None:
+        """Take in how far the points of a volume are in view of a frame, 0 to 1, (n,)."""
+        is_sure = share >= _SURE
+        self.is_seen[side] |= is_sure
+        is_doubtful = (share > 0) & ~is_sure
+        self.sum_share[side, is_doubtful] += share[is_doubtful]
+        self.num_share[side] += is_doubtful
+
+    def leave_stand(self, to: np.ndarray) -> None:
+        """Decide what is in doubt, and go on from another stand.
+
+        Beside an edge a pixel shows what lies half a pixel before or behind it. Frames from one
+        stand show one edge at the same points: united, all would have been seen that is nearly
+        seen, so that their mean decides. From another stand other points are behind the edge.
+        """
+        self.is_seen |= 2 * self.sum_share >= np.maximum(self.num_share, 1)
+        self.sum_share[:], self.num_share[:] = 0.0, 0
+        self.stand = to
+
     def compute_coverage(self, scene: Scene, most_blind: float) -> dict[str, float]:
         """Return the share in view of what is "in" and "onTop" of the place.
 
-        Beside an edge a pixel shows what lies half a pixel before or behind it. United over frames,
-        all would have been seen that is nearly seen: where no frame is sure, the mean decides.
         Where there is no inside, that is the share of the upper side: nothing else is to be seen.
 
         Args:
@@ -54,8 +74,8 @@ class Visit:
             most_blind: bound where not all frames had a depth image.
         """
         num_free = np.maximum(scene.num_free[2 * self.place : 2 * self.place + 2], 1)
-        is_seen = self.is_seen | (2 * self.sum_share >= np.maximum(self.num_share, 1))
-        inside, on_top = (is_seen.sum(axis=1) / num_free).tolist()
+        self.leave_stand(self.stand)
+        inside, on_top = (self.is_seen.sum(axis=1) / num_free).tolist()
         if not scene.has_inside[self.place]:
             inside = on_top
         elif not scene.num_free[2 * self.place + 1]:  # up to the ceiling, or below another box
@@ -100,12 +120,8 @@ class Visits:
         num_shown = np.count_nonzero(share[:, :_ALWAYS] >= 0.5, axis=1)
         for row in np.flatnonzero((share >= 0.5).any(axis=1)):
             volume = int(volumes[row])
-            visit = self._continue(volume // 2, time)
-            side, is_sure = volume % 2, share[row] >= _SURE
-            visit.is_seen[side] |= is_sure
-            is_doubtful = (share[row] > 0) & ~is_sure
-            visit.sum_share[side, is_doubtful] += share[row, is_doubtful]
-            visit.num_share[side] += is_doubtful
+            visit = self._continue(volume // 2, time, view)
+            visit.add_share(volume % 2, share[row])
             visit.has_depth &= view.has_depth
             if num_shown[row] > visit.num_best:
                 visit.num_best, visit.viewpoint = int(num_shown[row]), view.make_viewpoint()
@@ -115,7 +131,7 @@ class Visits:
     def note_frame(self, time: float, places: set[int], view: CameraView) -> None:
         """Count a frame for the places that it shows, or in which it shows a thing."""
         for place in places:
-            visit = self._continue(place, time)
+            visit = self._continue(place, time, view)
             visit.last = time
             visit.num_frames += 1
             if visit.viewpoint is None:
@@ -138,10 +154,14 @@ class Visits:
         self._open.clear()
         return ended
 
-    def _continue(self, place: int, time: float) -> Visit:
-        visit = self._open.get(place)
+    def _continue(self, place: int, time: float, view: CameraView) -> Visit:
+        """Return the visit to a place, which begins or goes on with a frame."""
+        visit, at = self._open.get(place), view.pose.position
         if visit is None:
             shape = (2, self._scene.points.shape[1])
-            counts = np.zeros(shape, dtype=bool), np.zeros(shape), np.zeros(shape, dtype=np.int64)
-            visit = self._open[place] = Visit(place, time, time, *counts)
+            is_seen, counts = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=np.int64)
+            visit = Visit(place, time, time, is_seen, at, np.zeros(shape), counts)
+            self._open[place] = visit
+        elif np.linalg.norm(at - visit.stand) > _ONE_STAND + 2 * view.pose.position_sd:
+            visit.leave_stand(at)
         return visit

@@ -20,7 +20,7 @@ from simulator.world.streams import Streams
 
 NOISES = (0.0, 0.02, 0.1)  # standard deviations of the known position, metres
 _ABSENCE_NOISE = 0.02  # with which absences are counted
-_VERSION = 3  # of the files; raise it when homes, robots or eyes change
+_VERSION = 4  # of the files; raise it when homes, robots or eyes change
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,14 +172,6 @@ def _list_absences(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
 
 
 def _list_finds(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
-    means = {
-        name: {
-            key: float(np.mean([row["errands"][name][key] for row in found]))
-            for key in ("found", "looks", "metres")
-        }
-        for name in ("eyes", "all that shows", "perfect looks")
-    }
-    eyes = means["eyes"]
     for name, other in (
         ("perfect looks", "perfect looks, which show what stands behind and under other things"),
         ("all that shows", "perfect looks of all that the camera shows"),
@@ -188,12 +180,29 @@ def _list_finds(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
             ("found", "errands that end with a find"),
             ("looks", "looks of an errand"),
         ):
-            given = means[name][key]
+            eyes, given = (
+                np.array([row["errands"][robot][key] for row in found]) for robot in ("eyes", name)
+            )
+            more, sd = compute_ratio(eyes, given)
             yield (
                 f"{what}, with eyes and with {other}",
-                f"{eyes[key]:.3f} and {given:.3f}: {eyes[key] / given - 1:+.1%}",
+                f"{eyes.mean():.3f} and {given.mean():.3f}: {more - 1:+.1%}, standard error "
+                f"{sd:.1%}",
                 "within 5 %",
             )
+
+
+def compute_ratio(ones: np.ndarray, others: np.ndarray) -> tuple[float, float]:
+    """Return the ratio of two means over the same homes (H,), and its standard error.
+
+    The error is that of the linearised ratio over homes, which are drawn independently; nan of one
+    home. Errands of one home are not independent of each other.
+    """
+    ratio = float(ones.mean() / others.mean())
+    if len(ones) < 2:
+        return ratio, float("nan")
+    rest = (ones - ratio * others) / others.mean()
+    return ratio, float(rest.std(ddof=1) / np.sqrt(len(rest)))
 
 
 def _sum(found: Sequence[dict[str, Any]], name: str) -> dict[str, int]:

@@ -1,11 +1,12 @@
 import json
 
+import numpy as np
 import pytest
 
 from sgm import SceneGraphMemory
 from sgm.memory.look_log import read_log
 from simulator.robot_home.command import main
-from simulator.robot_home.results import format_results
+from simulator.robot_home.results import compute_ratio, format_results
 
 SMALL = (
     "--home.furniture_per_room", "2", "--home.objects_per_furniture", "2", "--dynamics", "paper",
@@ -71,10 +72,16 @@ def test_table_by_hand():
     assert "had its spot all in view | 4 of 4 things that had left |" in table
     assert "had its spot in part or not in view | 2 of 4 things that had left |" in table
     assert "looks of a visit of 10 frames, on the way and there | 1.100 | 1 |" in table
-    assert "0.900 and 1.000: -10.0%" in table
+    assert "0.900 and 1.000: -10.0%, standard error 0.0%" in table
     assert "2.200 and 2.000: +10.0%" in table
     assert "0.900 and 0.800: +12.5%" in table
     assert "2.200 and 2.500: -12.0%" in table
+
+
+def test_standard_error_of_a_ratio_by_hand():
+    """4 / 5 = .8. The rests 1 - 1.6 and 3 - 2.4 over 2.5 are -.24, .24: .24 sqrt(2) / sqrt(2)."""
+    ratio, sd = compute_ratio(np.array([1.0, 3.0]), np.array([2.0, 3.0]))
+    assert (ratio, sd) == (pytest.approx(0.8), pytest.approx(0.24))
 
 
 @pytest.mark.parametrize(
