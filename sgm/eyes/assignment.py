@@ -6,13 +6,14 @@ import numpy as np
 
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import Detection
-from sgm.eyes.located import Located
+from sgm.eyes.located import Located, Measured
 from sgm.eyes.scene import Scene, compute_entries
 from sgm.layout.box import ABOVE_TOP, BELOW_TOP
 from sgm.layout.outline import compute_outline_distance
 
 NOWHERE = -1
 _IN_SIGHT = 2.0  # standard deviations of the pose by which volumes are dilated
+_LEAST_HEIGHT = 0.01  # metres
 
 
 def assign(scene: Scene, located: Located, dilation: float) -> np.ndarray:
@@ -60,8 +61,8 @@ def assign(scene: Scene, located: Located, dilation: float) -> np.ndarray:
 
 def assign_by_ray(
     scene: Scene, view: CameraView, detection: Detection, dilation: float, farthest: float
-) -> tuple[int, np.ndarray]:
-    """Return the volume of a thing without a depth, -1 for none, and where it stands, (3,).
+) -> tuple[int, Measured]:
+    """Return the volume of a thing without a depth, -1 for none, and where it stands.
 
     The ray through the lower side of its box ends on the surface that it stands on: the first box
     that it meets. Through an upper side that is on top; through the open front it is inside.
@@ -74,7 +75,7 @@ def assign_by_ray(
         farthest: distance at which things are seen, metres.
     """
     assert detection.box is not None
-    left, _, right, bottom = detection.box
+    left, top, right, bottom = detection.box
     pixel = np.array([[(left + right) / 2, bottom]])
     ray = view.pose.to_map(view.intrinsics.unproject(pixel, np.ones(1))) - view.pose.position
     ray /= np.linalg.norm(ray)
@@ -84,12 +85,16 @@ def assign_by_ray(
     )
     meets = (entry < leave) & (entry > 0) & (entry <= farthest)
     if not meets.any():
-        return NOWHERE, np.full(3, np.nan)
+        return NOWHERE, Measured(np.full(3, np.nan), 0.0, 0.0, 0.0)
     place = int(np.where(meets, entry, np.inf).argmin())
-    at = view.pose.position + ray[0] * entry[place]
-    top = scene.center[place, 2] + scene.half[place, 2]
-    allowed = BELOW_TOP + dilation + _IN_SIGHT * view.pose.compute_sd(float(entry[place]))
-    if at[2] > top - allowed:
+    away = float(entry[place])
+    height = max((bottom - top) * away / view.intrinsics.fy, _LEAST_HEIGHT)
+    radius = (right - left) * away / view.intrinsics.fx / 2
+    foot, sd = view.pose.position + ray[0] * away, view.pose.compute_sd(away)
+    at = Measured(foot + np.array([0.0, 0.0, height / 2]), radius, height, sd)
+
+    upper = scene.center[place, 2] + scene.half[place, 2]
+    if foot[2] > upper - BELOW_TOP - dilation - _IN_SIGHT * sd:
         return 2 * place + 1, at
     start = scene.to_own(view.pose.position[None], np.array([place]))[0, 0, 0]
     is_front = axis[place] == 0 and start > scene.half[place, 0]

@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from sgm.eyes.camera import Intrinsics, Pose
+from sgm.eyes.depth_image import DepthImage
 from sgm.eyes.scene import Scene, compute_entries
 from sgm.layout.viewpoint import Viewpoint
-
-_FARTHEST_METRES = 200.0  # no depth camera of a home measures more: these are other units
-_LEAST_WEIGHT = (
-    0.25  # of the pixels that measured: one of the four, where the point is between them
-)
-_PATCH = np.linspace(-0.2, 0.2, 5)  # of the sides of a box in pixels, around its middle
-_BESIDE = np.array([-1.0, 0.0, 1.0])  # pixels around the middle by which a box may be wrong
 
 
 class CameraView:
@@ -36,7 +29,7 @@ class CameraView:
         scene: Scene,
         pose: Pose,
         intrinsics: Intrinsics,
-        depth: np.ndarray | None,
+        depth: DepthImage | None,
         reach: tuple[float, float],
     ) -> None:
         """Look at a scene.
@@ -45,17 +38,12 @@ class CameraView:
             scene: the boxes.
             pose: of the camera.
             intrinsics: of the camera.
-            depth: z of every pixel in metres, or in millimetres if they are whole numbers,
-                (height, width); None for none.
+            depth: its depth image; None for none.
             reach: nearest and farthest distance at which things are detected.
-
-        Raises:
-            ValueError: if the depth image is none, has another size, or another unit.
         """
         self.pose, self.intrinsics = pose, intrinsics
         self.has_depth = depth is not None
-        self._scene, self._reach = scene, reach
-        self._depth = None if depth is None else read_depth(depth, intrinsics)
+        self._scene, self._reach, self._depth = scene, reach, depth
         self._occluders = self._find_in_cone(scene.center, scene.radius, 0.0)
 
     def make_viewpoint(self) -> Viewpoint:
@@ -107,28 +95,10 @@ class CameraView:
         rows = np.flatnonzero(away >= 0)  # in the image and in reach
         share = np.zeros(len(points))
         if self._depth is not None:
-            share[rows] = self._compare_depth(pixels[rows], away[rows] - margin)
+            share[rows] = self._depth.compute_share(pixels[rows], away[rows] - margin)
         elif len(rows):
             share[rows] = ~self._find_behind_boxes(points[rows], volumes[rows])
         return share
-
-    def _compare_depth(self, pixels: np.ndarray, away: np.ndarray) -> np.ndarray:
-        """Return the weight of the pixels around (n, 2) that measured at least z (n,), (n,)."""
-        assert self._depth is not None
-        height, width = self._depth.shape
-        corner = np.floor(pixels).astype(int)
-        right, down = (pixels - corner).T
-        at_left, at_top = np.maximum(corner, 0).T
-        at_right = np.minimum(corner[:, 0] + 1, width - 1)
-        at_bottom = np.minimum(corner[:, 1] + 1, height - 1)
-        shown, known = np.zeros((2, len(pixels)))
-        for column, across in ((at_left, 1 - right), (at_right, right)):
-            for row, along in ((at_top, 1 - down), (at_bottom, down)):
-                depth, weight = self._depth[row, column], across * along
-                _check_unit(depth)
-                known += weight * (depth > 0)  # nan and 0 are none
-                shown += weight * (depth >= away) * (depth > 0)
-        return np.where(known > _LEAST_WEIGHT, shown / np.maximum(known, _LEAST_WEIGHT), 0.0)
 
     def measure_behind(self, points: np.ndarray, volumes: np.ndarray) -> np.ndarray:
         """Return how far the rays through points (n, 3) went on behind them, metres, (n,).
@@ -140,7 +110,7 @@ class CameraView:
         behind = np.full(len(points), np.nan)
         rows = np.flatnonzero(away >= 0)
         if self._depth is not None:
-            measured = self._read_depth(pixels[rows])
+            measured = self._depth.read(pixels[rows])
             behind[rows] = np.where(measured > 0, measured - away[rows], np.nan)
             scale = np.linalg.norm(points[rows] - self.pose.position, axis=1) / away[rows]
             behind[rows] *= scale  # along the ray
@@ -150,35 +120,10 @@ class CameraView:
         return behind
 
     def measure_boxes(self, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the depth in the middle of boxes in pixels (n, 4), and its uncertainty, (n,) each.
-
-        The depth is the median of a patch of 5 x 5 pixels over the inner part of each box, nan
-        where there is none. Boxes are right to a pixel or so: the standard deviation is half the
-        range of what was measured a pixel beside the middle. Of what is smaller than that, or is
-        seen at a flat angle, a pixel away is another depth.
-        """
+        """Return the depth of boxes in pixels (n, 4), nan for none, and its uncertainty, (n,)."""
         if self._depth is None or not len(boxes):
             return np.full(len(boxes), np.nan), np.zeros(len(boxes))
-        middle, side = (boxes[:, :2] + boxes[:, 2:]) / 2, boxes[:, 2:] - boxes[:, :2]
-        patch = self._read_patches(middle[:, None] + side[:, None] * _PATCH[:, None])
-        beside = self._read_patches(middle[:, None] + _BESIDE[:, None])
-        beside = np.minimum(np.where(beside > 0, beside, np.nan), self._reach[1])
-        lowest, highest = np.fmin.reduce(beside, axis=1), np.fmax.reduce(beside, axis=1)
-        sd = np.where(lowest <= highest, highest - lowest, 0) / 2
-        is_known = np.isfinite(patch) & (patch > 0)
-        # Sorted with those unknown at the end; np.nanmedian does the same in ten times the time.
-        patch = np.sort(np.where(is_known, patch, np.inf), axis=1)
-        number, row = is_known.sum(axis=1), np.arange(len(boxes))
-        low, high = patch[row, np.maximum(number - 1, 0) // 2], patch[row, number // 2 % 25]
-        return np.where(number > 0, (low + high) / 2, np.nan), sd
-
-    def _read_patches(self, at: np.ndarray) -> np.ndarray:
-        """Return the depths of the m x m pixels in columns and rows (n, m, 2), (n, m * m)."""
-        assert self._depth is not None
-        height, width = self._depth.shape
-        columns = np.clip(np.rint(at[..., 0]).astype(int), 0, width - 1)
-        rows = np.clip(np.rint(at[..., 1]).astype(int), 0, height - 1)
-        return self._depth[rows[:, :, None], columns[:, None, :]].reshape(len(at), -1)
+        return self._depth.measure_boxes(boxes, self._reach[1])
 
     def _project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return pixels (n, 2), and z (n,), -1 for what is not in the image or in reach."""
@@ -188,16 +133,6 @@ class CameraView:
         distance = np.linalg.norm(camera, axis=1)
         is_in = self.intrinsics.contains(pixels) & (distance >= nearest) & (distance <= farthest)
         return pixels, np.where(is_in, camera[:, 2], -1.0)
-
-    def _read_depth(self, pixels: np.ndarray) -> np.ndarray:
-        """Return the depth of pixels that lie in the image, -inf where nothing was measured."""
-        assert self._depth is not None
-        column, row = np.rint(pixels).astype(int).T
-        height, width = self._depth.shape
-        depth = self._depth[np.minimum(row, height - 1), np.minimum(column, width - 1)]
-        depth = np.where(depth > 0, depth, -np.inf)  # nan, too
-        _check_unit(depth)
-        return depth
 
     def _find_behind_boxes(self, points: np.ndarray, volumes: np.ndarray) -> np.ndarray:
         """Tell which points (n, 3) of volumes (n,) are behind boxes or in them, bool (n,)."""
@@ -232,32 +167,3 @@ def _make_planes(intrinsics: Intrinsics) -> np.ndarray:
         [[1, 0, -left], [-1, 0, right], [0, 1, -top], [0, -1, bottom], [0, 0, 1]], dtype=float
     )
     return planes / np.linalg.norm(planes, axis=1, keepdims=True)
-
-
-def _check_unit(depth: np.ndarray) -> None:
-    """Check that no depth of a home is measured beyond what homes have.
-
-    Raises:
-        ValueError: if one is.
-    """
-    if np.any((depth > _FARTHEST_METRES) & np.isfinite(depth)):
-        raise ValueError(
-            f"depth must be at most {_FARTHEST_METRES:g} m, got "
-            f"{depth[np.isfinite(depth)].max():g}. Give metres, or millimetres as integers."
-        )
-
-
-def read_depth(depth: Any, intrinsics: Intrinsics) -> np.ndarray:
-    """Return a depth image in metres; whole numbers are millimetres.
-
-    Raises:
-        ValueError: if it is none, or has another size than the camera.
-    """
-    read = np.asarray(depth)
-    size = (intrinsics.height, intrinsics.width)
-    if read.shape != size or read.dtype.kind not in "fui":
-        raise ValueError(
-            f"depth must be numbers of shape {size}, as the intrinsics say, got "
-            f"{read.dtype} of shape {read.shape}. Register it to the camera of the detections."
-        )
-    return read / 1000 if read.dtype.kind in "ui" else read

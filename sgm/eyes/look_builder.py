@@ -5,19 +5,18 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from sgm.checks import is_number
-from sgm.eyes.assignment import NOWHERE, assign, assign_by_ray
 from sgm.eyes.built_look import BuiltLook
 from sgm.eyes.camera import Intrinsics, Pose
-from sgm.eyes.camera_view import CameraView, read_depth
+from sgm.eyes.camera_view import CameraView
+from sgm.eyes.depth_image import DepthImage
 from sgm.eyes.detection import Detection
 from sgm.eyes.gate import Gate
-from sgm.eyes.located import Measured, locate
 from sgm.eyes.look_rules import LookRules
+from sgm.eyes.placing import OnDetection, Placing, Unassigned
 from sgm.eyes.scene import Scene
 from sgm.eyes.spots import Spots
 from sgm.eyes.tracks import Tracks
@@ -26,23 +25,7 @@ from sgm.layout.box import Box
 from sgm.memory.sighting import RELATIONS, Sighting
 from sgm.messages import shorten
 
-_MOST_UNASSIGNED = 1000  # kept for the user
 _SURE = 0.5  # confidence from which on a thing has a spot
-
-
-@dataclass(frozen=True, slots=True)
-class Unassigned:
-    """A detection that is at no known place.
-
-    Attributes:
-        detection: what was seen.
-        time: of its frame, seconds.
-        center: where in the map, x, y, z; None if it is unknown.
-    """
-
-    detection: Detection
-    time: float
-    center: tuple[float, float, float] | None
 
 
 class LookBuilder:
@@ -70,7 +53,7 @@ class LookBuilder:
         rules: LookRules | None = None,
         gate: Gate | None = None,
         on_look: Callable[[BuiltLook], None] | None = None,
-        on_detection: Callable[[Detection, int | None, str | None], None] | None = None,
+        on_detection: OnDetection | None = None,
     ) -> None:
         """Begin without a frame.
 
@@ -87,10 +70,10 @@ class LookBuilder:
         """
         self.gate = Gate() if gate is None else gate
         self._rules = LookRules() if rules is None else rules
-        self._on_look, self._on_detection = on_look, on_detection
+        self._on_look = on_look
         self._ready: deque[BuiltLook] = deque()
         self._counts: Counter[str] = Counter()
-        self.unassigned: deque[Unassigned] = deque(maxlen=_MOST_UNASSIGNED)
+        self._placing = Placing(self.gate, self._rules.dilation, self._counts, on_detection)
         self._before: tuple[float, Pose] | None = None
         self._time = -math.inf
         self._frame = 0
@@ -106,6 +89,11 @@ class LookBuilder:
     def counts(self) -> dict[str, int]:
         """How many frames and detections there were, and how many were left out for what."""
         return dict(self._counts)
+
+    @property
+    def unassigned(self) -> deque[Unassigned]:
+        """The latest thousand detections that are at no known place."""
+        return self._placing.unassigned
 
     def set_boxes(self, boxes: Mapping[int, Box]) -> None:
         """Go on with other furniture: all visits end, and doors stay as they are.
@@ -159,8 +147,7 @@ class LookBuilder:
             ValueError: if the depth image has another size or unit.
         """
         detections = _read_frame(pose, intrinsics, detections)
-        if depth is not None:
-            depth = read_depth(depth, intrinsics)
+        image = None if depth is None else DepthImage(depth, intrinsics)
         self._counts["frames"] += 1
         fault = self._find_fault(time, pose, pose_time)
         if fault:
@@ -169,12 +156,14 @@ class LookBuilder:
         assert pose is not None
         self._frame += 1
         reach = (self.gate.nearest, self.gate.farthest)
-        view = CameraView(self._scene, pose, intrinsics, depth, reach)
+        view = CameraView(self._scene, pose, intrinsics, image, reach)
         volumes = self._scene.list_volumes()
         known = self._visits.list_known(volumes)
         volumes, share = view.find_seen_points(volumes, self._rules.margin, known)
         shown = self._visits.note_points(time, volumes, share, view)
-        shown |= self._note_detections(time, view, detections)
+        for detection, volume, at in self._placing.place(self._scene, time, view, detections):
+            self._tracks.add(detection, self._frame, volume, at)
+            shown.add(volume // 2)
         self._tracks.note_view(view, self._frame, self._rules.through_margin)
         self._spots.note_rays(view, shown, self._rules.through_margin)
         self._visits.note_frame(time, shown, view)
@@ -206,50 +195,6 @@ class LookBuilder:
         fault = self.gate.find_fault(time, pose, age, self._before)
         self._before = None if pose is None else (time, pose)
         return fault
-
-    def _note_detections(
-        self, time: float, view: CameraView, detections: list[Detection]
-    ) -> set[int]:
-        """Assign the detections of a frame, and return the places where things were seen."""
-        self._counts["detections"] += len(detections)
-        sure = [one for one in detections if one.score >= self.gate.least_score]
-        self._counts["detections of low score"] += len(detections) - len(sure)
-        located, lost = locate(view, sure)
-        volumes = assign(self._scene, located, self._rules.dilation)
-        places = set()
-        distance = np.linalg.norm(located.center - view.pose.position, axis=1)
-        for row, detection in enumerate(located.detections):
-            if not self.gate.nearest <= distance[row] <= self.gate.farthest:
-                self._counts["detections out of range"] += 1
-                continue
-            places |= self._note(time, detection, int(volumes[row]), located.get(row))
-        for detection in lost:
-            if view.has_depth:
-                self._counts["detections without depth"] += 1
-                continue
-            volume, at = assign_by_ray(
-                self._scene, view, detection, self._rules.dilation, self.gate.farthest
-            )
-            away = float(np.linalg.norm(at - view.pose.position))
-            places |= self._note(time, detection, volume, _guess_size(view, detection, at, away))
-        return places
-
-    def _note(self, time: float, detection: Detection, volume: int, at: Measured) -> set[int]:
-        """Add one detection to what is seen at its place, and return the place."""
-        if self._on_detection is not None:
-            is_known = volume != NOWHERE
-            self._on_detection(
-                detection,
-                self._scene.ids[volume // 2] if is_known else None,
-                RELATIONS[volume % 2] if is_known else None,
-            )
-        if volume == NOWHERE:
-            self._counts["detections at no place"] += 1
-            center = tuple(at.center.tolist()) if np.isfinite(at.center).all() else None
-            self.unassigned.append(Unassigned(detection, time, center))
-            return set()
-        self._tracks.add(detection, self._frame, volume, at)
-        return {volume // 2}
 
     def _end(self, visits: list[Visit]) -> None:
         """Make the looks of visits that are over, in the order in which they began."""
@@ -289,16 +234,6 @@ class LookBuilder:
             start=visit.start, end=visit.last, num_frames=visit.num_frames,
             viewpoint=visit.viewpoint,
         )  # fmt: skip
-
-
-def _guess_size(view: CameraView, detection: Detection, at: np.ndarray, away: float) -> Measured:
-    """Return where a thing is that stands at a point, and how large."""
-    assert detection.box is not None
-    left, top, right, bottom = detection.box
-    height = max((bottom - top) * away / view.intrinsics.fy, 0.01)
-    radius = (right - left) * away / view.intrinsics.fx / 2
-    center = at + np.array([0.0, 0.0, height / 2])
-    return Measured(center, radius, height, view.pose.compute_sd(away))
 
 
 def _read_frame(

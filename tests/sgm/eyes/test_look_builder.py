@@ -3,6 +3,7 @@ import pytest
 
 from sgm.eyes import Box, Gate, Intrinsics, LookBuilder, LookRules, Pose
 from sgm.eyes.camera_view import CameraView
+from sgm.eyes.depth_image import DepthImage
 from sgm.eyes.scene import Scene
 from sgm.layout.outline import contains_points, read_outline
 from sgm.memory.look_log import read_log
@@ -138,7 +139,7 @@ def test_points_beside_an_edge_by_hand():
     camera = Intrinsics(100.0, 100.0, 0.5, 0.5, 2, 2)
     depth = np.array([[1.0, 3.0], [np.nan, np.inf]])
     pose = Pose(np.eye(3), np.zeros(3))
-    view = CameraView(Scene({}), pose, camera, depth, (0.2, 9.0))
+    view = CameraView(Scene({}), pose, camera, DepthImage(depth, camera), (0.2, 9.0))
     pixels = np.array([[0.3, 0.0], [0.5, 0.5], [0.5, 0.5], [0.0, 1.0], [0.0, 0.0]])
     away = np.array([2.0, 2.0, 4.0, 2.0, 1.0])
     share = view.compute_seen(camera.unproject(pixels, away), 0.0, np.zeros(5, dtype=int))

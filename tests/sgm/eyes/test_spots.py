@@ -5,6 +5,7 @@ import pytest
 
 from sgm.eyes import Box, Detection, Intrinsics, LookBuilder, Pose
 from sgm.eyes.camera_view import CameraView
+from sgm.eyes.depth_image import DepthImage
 from sgm.eyes.located import Measured
 from sgm.eyes.scene import Scene
 from sgm.eyes.tracks import Track
@@ -29,7 +30,7 @@ def test_a_depth_that_changes_from_pixel_to_pixel_is_uncertain():
     for changed, expected in ((None, 0.1), (np.nan, 0.1), (np.inf, 1.35)):
         if changed is not None:
             depth[4, 3] = changed
-        view = CameraView(Scene({}), pose, camera, depth, (0.2, 4.0))
+        view = CameraView(Scene({}), pose, camera, DepthImage(depth, camera), (0.2, 4.0))
         found, sd = view.measure_boxes(box)
         assert found == pytest.approx([1.4])
         assert sd == pytest.approx([expected])  # of infinity, (4 - 1.3) / 2 m: none is farther

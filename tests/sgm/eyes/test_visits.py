@@ -19,7 +19,7 @@ def test_what_one_stand_shows_was_seen_whatever_others_show(apart, coverage):
     visits, camera = Visits(scene), Intrinsics(1.0, 1.0, 0.5, 0.5, 2, 2)
     for number, share in enumerate((0.7, 0.1, 0.1)):
         pose = Pose(np.eye(3), np.array([apart * number, 0.0, 0.0]))
-        view = CameraView(scene, pose, camera, np.ones((2, 2)), (0.2, 4.0))
+        view = CameraView(scene, pose, camera, None, (0.2, 4.0))
         visits.note_points(number, np.array([1]), np.array([[1.0, share]]), view)
     (visit,) = visits.take_all()
     assert visit.compute_coverage(scene, 1.0)["onTop"] == coverage
