@@ -19,6 +19,7 @@ from sgm.evidence.outings import Outings, join_left
 from sgm.finder.adaptation import Adaptation
 from sgm.finder.ranking import Place, Ranking
 from sgm.finder.reasons import gather_evidence
+from sgm.finder.said_moves import list_said_moves, take_thing
 from sgm.finder.search import ObjectSearch, SearchRules
 from sgm.finder.search_plan import Distance, SearchPlan, find_distance, plan_search
 from sgm.memory.asking import Asked, Looks
@@ -320,11 +321,34 @@ class Finder:
         key = (*rows.tolist(), *labels, *types, *is_looked)
         belief = judged.beliefs.get(key)
         if belief is None:
-            belief = self._judge_elsewhere(asked, np.array(is_looked))
+            belief = self._judge_said(asked, np.array(is_looked))
             if len(judged.beliefs) >= _MOST_JUDGED:
                 judged.beliefs.clear()
             judged.beliefs[key] = belief
         return belief
+
+    def _judge_said(self, asked: Asked, is_looked: np.ndarray) -> Belief:
+        """Return the belief before this step's looks, in which things left where they were.
+
+        What was said to be elsewhere counts as missed by a look at where it was. No look was made,
+        so that this holds for that thing alone: the things of such a question are judged one by
+        one.
+        """
+        moves = {move.row: move for move in list_said_moves(asked)}
+        if not moves:
+            return self._judge_elsewhere(asked, is_looked)
+        beliefs = []
+        for row in range(len(asked.rows)):
+            if row not in moves:
+                beliefs.append(self._judge_elsewhere(take_thing(asked, row), is_looked[[row]]))
+                continue
+            shown = moves[row].show(asked)
+            missed, _ = self.detector.compute_log_likelihood(
+                shown.looks, self._policy.looks_counted
+            )
+            belief = self._judge_elsewhere(shown, is_looked[[row]])
+            beliefs.append(belief.look(missed, keeps_elsewhere=True))
+        return Belief(np.concatenate([belief.log_weights for belief in beliefs]))
 
     def _judge_elsewhere(self, asked: Asked, is_looked: np.ndarray) -> Belief:
         """Return the belief before this step's looks, with what may have left the home."""
