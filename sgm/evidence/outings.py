@@ -55,7 +55,7 @@ def _make_near_by() -> np.ndarray:
     return np.block([[same, other], [other, same]])
 
 
-_NEAR_BY = _make_near_by()
+_NEAR_BY = _make_near_by()  # symmetric
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,7 +205,7 @@ def _count(memory: MemoryBatch, home: np.ndarray, rows: np.ndarray) -> _Counted:
 def _sum_hours(looks: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Weigh looks (n or 1, F, 48) by the hour, (n, 48), and add them up: (n, F)."""
     if len(looks) == 1:
-        return share @ looks[0].T
+        return _multiply(share, looks[0])
     summed: np.ndarray = np.einsum("nfb,nb->nf", looks, share)
     return summed
 
@@ -213,9 +213,17 @@ def _sum_hours(looks: np.ndarray, share: np.ndarray) -> np.ndarray:
 def _sum_places(looks: np.ndarray, usual: np.ndarray) -> np.ndarray:
     """Weigh looks (n or 1, F, 48) by the place, (n, F), and add them up: (n, 48)."""
     if len(looks) == 1:
-        return usual @ looks[0]
+        return _multiply(usual, np.ascontiguousarray(looks[0].T))
     summed: np.ndarray = np.einsum("nfb,nf->nb", looks, usual)
     return summed
+
+
+def _multiply(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return the product of each of n rows and each of m others, (n, D), (m, D) -> (n, m).
+
+    Added up in one order whatever n is, so that no thing's depends on what is asked for beside it.
+    """
+    return np.einsum("nd,md->nm", rows, others)
 
 
 def _count_days(memory: MemoryBatch, home: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -228,7 +236,7 @@ def _count_days(memory: MemoryBatch, home: np.ndarray, rows: np.ndarray) -> np.n
 
 def _expect_share(counted: _Counted, of_home: np.ndarray) -> np.ndarray:
     """Return the share of the time at home that the hours near by and the home tell, (n, 48)."""
-    seen, expected = counted.seen @ _NEAR_BY, counted.expected @ _NEAR_BY
+    seen, expected = _multiply(counted.seen, _NEAR_BY), _multiply(counted.expected, _NEAR_BY)
     return np.clip((seen + _HOME_LOOKS * of_home) / (expected + _HOME_LOOKS), 0.03, 1.0)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from threading import Lock
@@ -17,6 +16,7 @@ from sgm.evidence.doubted import doubt_sightings
 from sgm.evidence.leaving import Leaving
 from sgm.evidence.outings import Outings, join_left
 from sgm.finder.adaptation import Adaptation
+from sgm.finder.judged import JudgedBeliefs
 from sgm.finder.ranking import Place, Ranking
 from sgm.finder.reasons import gather_evidence
 from sgm.finder.said_moves import list_said_moves, take_thing
@@ -31,29 +31,6 @@ from sgm.policies.policy import Policy
 from sgm.policies.probabilities import compute_probabilities
 
 _USUAL_DETECTOR = Detector()
-_MOST_JUDGED = 2000  # beliefs that are kept of a time step
-
-
-@dataclass(slots=True)
-class _Judged:
-    """Beliefs about a state of a memory at a time, by what was asked for.
-
-    Attributes:
-        origin: as in `Asked`.
-        time: time step.
-        settings: of the finder.
-        beliefs: by the things that were asked for.
-    """
-
-    origin: object
-    time: int
-    settings: tuple[object, ...]
-    beliefs: dict[tuple[object, ...], Belief] = field(default_factory=dict)
-
-    def is_of(self, origin: object, time: int, settings: tuple[object, ...]) -> bool:
-        """Tell whether it is about that state, with the very same settings."""
-        is_same = all(own is one for own, one in zip(self.settings, settings, strict=True))
-        return self.origin is origin and self.time == time and is_same
 
 
 class Finder:
@@ -110,7 +87,7 @@ class Finder:
         # What was learnt of which state of a memory, at which time: the same for all questions.
         self._leaving: tuple[object, int, Leaving] | None = None
         self._outings: tuple[object, int, Outings] | None = None
-        self._judged: _Judged | None = None
+        self._judged = JudgedBeliefs()
 
     @property
     def detector(self) -> Detector:
@@ -289,7 +266,9 @@ class Finder:
         was_seen = asked.was_seen
         self._tell_miss_rate(asked)
         with self._lock:  # policies keep caches
-            belief = self._recall_judged(asked)
+            belief = self._judged.recall(
+                asked, self._list_settings(), self._judge_said, self._policy.answers_apart
+            )
         belief = _doubt(belief.spread(CORRECTIONS.anywhere), asked)
         in_hand = asked.carried
         looks, rows, is_another = _list_variants(asked, in_hand)
@@ -304,28 +283,6 @@ class Finder:
         """Give policies and `Leaving` the miss rate of the finder's detector, if one was given."""
         if self._detector is not None:
             asked.batch.history.given_miss_rate = self._detector.miss_rate
-
-    def _recall_judged(self, asked: Asked) -> Belief:
-        """Return the belief before this step's looks, which looks of the step do not change.
-
-        So it is computed once a step for what is asked for again.
-        """
-        settings = self._list_settings()
-        judged = self._judged
-        if judged is None or not judged.is_of(asked.origin, asked.batch.time, settings):
-            judged = self._judged = _Judged(asked.origin, asked.batch.time, settings)
-        is_looked = tuple(said is None for said in asked.said)
-        batch, rows = asked.batch, asked.queries.object
-        labels = (batch.labels[label] for label in batch.objects["label"][rows].tolist())
-        types = batch.objects["type"][rows].tolist()
-        key = (*rows.tolist(), *labels, *types, *is_looked)
-        belief = judged.beliefs.get(key)
-        if belief is None:
-            belief = self._judge_said(asked, np.array(is_looked))
-            if len(judged.beliefs) >= _MOST_JUDGED:
-                judged.beliefs.clear()
-            judged.beliefs[key] = belief
-        return belief
 
     def _judge_said(self, asked: Asked, is_looked: np.ndarray) -> Belief:
         """Return the belief before this step's looks, in which things left where they were.

@@ -158,7 +158,10 @@ class LookLog:
         Raises:
             OSError: if it does not.
         """
-        _sync(self.path)
+        with self._lock.turns:  # not while the log is begun anew: then there is none for a moment
+            file = self.path.open("r+b")
+        with file:
+            os.fsync(file.fileno())
 
     def write(self, kind: str, time: int, clock: Clock | None, values: Mapping[str, Any]) -> None:
         """Append a line.

@@ -32,6 +32,7 @@ class NetworkPolicy(Policy):
     """
 
     score_kind = "logits"
+    answers_apart = True
     reads_clock = False
     text_pipeline = None
 

@@ -29,11 +29,15 @@ class Policy(ABC):
             scores already, by which a finder counts them less where the object was ever seen: 0
             nothing, 1 all of it, as in a Bayes filter. Who reads the counters of the memory has
             half of it: measured (results/notes.md).
+        answers_apart: whether an answer is the same to the bit whatever else is asked at once, in
+            one pass that takes less time than several: a finder then has more things judged than
+            the one that is asked for.
         needs: what it must know of the true homes (`HomeSource.knows`); empty for all but oracles.
     """
 
     score_kind: ClassVar[ScoreKind] = "weights"
     looks_counted: ClassVar[float] = CORRECTIONS.looks_counted
+    answers_apart: ClassVar[bool] = False
     needs: ClassVar[frozenset[str]] = frozenset()
 
     @classmethod

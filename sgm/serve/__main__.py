@@ -22,7 +22,6 @@ from sgm.serve.guard import DEFAULT_RATE, LOCAL_NAMES, Guard, is_local
 
 DEFAULT_PORT = 8600
 TOKEN_VARIABLE = "SGM_TOKEN"
-_SWITCH_SECONDS = 0.001  # after which a thread that answers lets another one have the interpreter
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -92,7 +91,6 @@ def _run(options: argparse.Namespace) -> None:
         home.memory, _make_finder(options.finder), accept_jump=options.accept_jump
     )
     caller = Caller(service, home, options.sync, options.timeout)
-    sys.setswitchinterval(_SWITCH_SECONDS)
     own = tools.MCPTools(caller)
     try:
         if options.stdio:

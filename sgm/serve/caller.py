@@ -1,18 +1,19 @@
-"""Makes calls in threads: those that only read beside one that writes, each within its time."""
+"""Makes calls in threads, one at a time and each within its time, and keeps what they write."""
 
 from __future__ import annotations
 
 import asyncio
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from threading import Lock
+from functools import partial
 from typing import Any
 
 from sgm.finder.service import MemoryService
 from sgm.memory.kept_home import KeptHome
 from sgm.serve.calls import Call
 from sgm.serve.guard import Refused
+from sgm.serve.turns import Turns
 
 NUM_READERS = 4
 MOST_WAITING = 200  # calls at once; more are refused
@@ -23,9 +24,10 @@ SYNC_SECONDS = 1.0
 class Caller:
     """Makes the calls of a service, and keeps its memory on disk.
 
-    Writes are made by one thread, in the order in which they came. A line of the log has left the
-    process before its call is answered; when the disk has it, `sync` says: "answer" before the
-    call is answered, "second" within a second, "never" when the system likes.
+    Calls take turns (`Turns`), and none waits for the disk but those that write. Writes are made by
+    one thread. A line of the log has left the process before its call is answered; when the disk
+    has it, `sync` says: "answer" before the call is answered, "second" within a second, "never"
+    when the system likes.
     """
 
     def __init__(
@@ -49,9 +51,8 @@ class Caller:
         self._sync = sync
         self._readers = ThreadPoolExecutor(NUM_READERS, "sgm-read")
         self._writer = ThreadPoolExecutor(1, "sgm-write")
-        self._keeper = ThreadPoolExecutor(1, "sgm-keep")  # of files, for which no caller waits
-        self._counting = Lock()
-        self._num_waiting = 0
+        self._turns = Turns()
+        self._syncing = asyncio.Lock()
         self.num_writes = 0
         self._num_synced = self._num_saved = 0
         self._told = ""  # the latest warning
@@ -67,34 +68,40 @@ class Caller:
             Refused: if too many calls wait, or it takes too long. A write that takes too long may
                 still be made.
             KeyError, ValueError: as the method does.
-            OSError: if the disk does not take a write; then it was not made.
+            OSError: if the disk does not take a write; then it was not made, or, where the disk was
+                to have it before the answer, may be lost with the power.
         """
-        if self._num_waiting >= MOST_WAITING:
+        if len(self._turns) >= MOST_WAITING:
             raise Refused(503, f"calls must be at most {MOST_WAITING} at once, got more. Wait.")
-        with self._counting:
-            self._num_waiting += 1
-        if call.is_write:
-            future = self._writer.submit(self._write, call, arguments)
-        else:
-            future = self._readers.submit(call.run, self.service, arguments)
-        future.add_done_callback(self._count_down)
         try:
-            return await asyncio.wait_for(asyncio.wrap_future(future), self.timeout)
+            return await asyncio.wait_for(self._make(call, arguments), self.timeout)
         except asyncio.TimeoutError:
             raise Refused(
                 503, f"a call must take at most {self.timeout:g} s, got a longer one. Try again."
             ) from None
 
-    def _count_down(self, _: Any) -> None:
-        with self._counting:
-            self._num_waiting -= 1
-
-    def _write(self, call: Call, arguments: Mapping[str, Any]) -> Any:
-        answer = call.run(self.service, arguments)
-        self.num_writes += 1
+    async def _make(self, call: Call, arguments: Mapping[str, Any]) -> Any:
+        run = partial(call.run, self.service, arguments)
+        if not call.is_write:
+            return await self._turns.run(self._readers, run)
+        answer = await self._turns.run(self._writer, partial(self._write, run))
         if self._sync == "answer":
-            self.service.memory.sync_log()
+            await self._sync_log()
         return answer
+
+    def _write(self, run: Callable[[], Any]) -> Any:
+        answer = run()
+        self.num_writes += 1
+        return answer
+
+    async def _sync_log(self) -> None:
+        """Have the disk take all writes: those made during one sync go together with the next."""
+        made = self.num_writes
+        async with self._syncing:
+            if self._num_synced < made:
+                made = self.num_writes
+                await asyncio.to_thread(self.service.memory.sync_log)
+                self._num_synced = made
 
     async def keep(self, snapshot_seconds: float) -> None:
         """Let time pass, write to the disk and begin logs anew, until it is cancelled.
@@ -106,20 +113,19 @@ class Caller:
         saved_at = loop.time()
         while True:
             await asyncio.sleep(SYNC_SECONDS)
-            await self._try(self._writer, self._let_time_pass)
-            if self._sync == "second" and self.num_writes > self._num_synced:
-                self._num_synced = self.num_writes
-                await self._try(self._keeper, self.service.memory.sync_log)
+            await self._try(self._turns.run(self._writer, self._let_time_pass))
+            if self._sync == "second":
+                await self._try(self._sync_log())
             is_due = loop.time() - saved_at >= snapshot_seconds
             if self.home is not None and self.num_writes > self._num_saved:
                 if is_due or self.home.is_log_long:
                     saved_at = loop.time()
-                    await self._try(self._keeper, self.save)
+                    await self._try(asyncio.to_thread(self.save))
 
-    async def _try(self, pool: ThreadPoolExecutor, do: Callable[[], object]) -> None:
-        """Do something in a thread; what goes wrong is reported, and tried again later."""
+    async def _try(self, doing: Awaitable[object]) -> None:
+        """Wait until something is done; what goes wrong is reported, and tried again later."""
         try:
-            await asyncio.get_running_loop().run_in_executor(pool, do)
+            await doing
         except (OSError, ValueError) as error:
             if str(error) != self._told:
                 self._told = str(error)
@@ -141,7 +147,7 @@ class Caller:
         Raises:
             OSError: as `save`.
         """
-        for pool in (self._readers, self._writer, self._keeper):
+        for pool in (self._readers, self._writer):
             pool.shutdown(wait=True)
         self.save()
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 
@@ -32,8 +33,14 @@ class Home:
         at: where each thing is, as a position in `furniture`.
     """
 
-    def __init__(self, seed: int, miss_rate: float, log: Path | None = None) -> None:
-        self.memory = SceneGraphMemory(log=log)
+    def __init__(
+        self,
+        seed: int,
+        miss_rate: float,
+        log: Path | None = None,
+        clock: Clock | None = None,
+    ) -> None:
+        self.memory = SceneGraphMemory(log=log, clock=clock)
         self.furniture = []
         for room, labels in ROOMS.items():
             number = self.memory.add_room(room)
@@ -79,8 +86,8 @@ class Home:
 def make_home():
     """What makes a home that was lived in for a fortnight of 252 looks."""
 
-    def make(seed: int = 0, miss_rate: float = 0.0) -> Home:
-        home = Home(seed, miss_rate)
+    def make(seed: int = 0, miss_rate: float = 0.0, clock: Clock | None = None) -> Home:
+        home = Home(seed, miss_rate, clock=clock)
         home.live(252)
         return home
 

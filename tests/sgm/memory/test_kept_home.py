@@ -3,12 +3,13 @@
 import json
 import subprocess
 import sys
+import threading
 from datetime import datetime
 
 import numpy as np
 import pytest
 
-from sgm.memory import kept_home, memory_files
+from sgm.memory import kept_home, look_log, memory_files
 from sgm.memory.clock import Clock
 from sgm.memory.kept_home import KeptHome
 from sgm.memory.look_log import read_log
@@ -199,3 +200,28 @@ for open_it in (lambda: KeptHome.open(path), lambda: SceneGraphMemory.load(path,
     lines = done.stdout.splitlines()
     assert len(lines) == 2
     assert all("log must be written by one process at a time" in line for line in lines)
+
+
+def test_a_sync_finds_the_log_while_it_is_begun_anew(tmp_path, monkeypatch):
+    """Between the old log and the new one there is none: a sync waits for it."""
+    home = KeptHome.open(tmp_path / "home.sgm", is_new=True)
+    append, failed, threads = look_log._append, [], []
+
+    def sync():
+        try:
+            home.memory.sync_log()
+        except OSError as error:
+            failed.append(error)
+
+    def append_late(path, content):
+        threads.append(threading.Thread(target=sync))
+        threads[-1].start()
+        threads[-1].join(0.05)
+        append(path, content)
+
+    monkeypatch.setattr(look_log, "_append", append_late)
+    home.snapshot()
+    for thread in threads:
+        thread.join(20)
+    assert threads
+    assert not failed

@@ -446,6 +446,44 @@ def test_readers_do_not_wait_for_the_disk(served, monkeypatch):
     saving.join(20)
 
 
+def test_a_write_that_waits_for_the_disk_keeps_nobody_else_waiting(tmp_path, monkeypatch):
+    """With `--sync answer`; writes that come meanwhile share the next sync."""
+    home, service = open_service(tmp_path / "home.sgm")
+    go_on, num_syncs, num_answered = threading.Event(), [], []
+    sync = service.memory.sync_log
+
+    def wait():
+        num_syncs.append(1)
+        go_on.wait(20)
+        sync()
+
+    monkeypatch.setattr(service.memory, "sync_log", wait)
+    with run_server(service, home, tools=False, sync="answer") as running:
+
+        def write(number):
+            client = Client(running.port)
+            client.call("observe", place="desk", seen=[f"cup {number}"])
+            num_answered.append(number)
+            client.close()
+
+        writing = [threading.Thread(target=write, args=(number,)) for number in range(5)]
+        for thread in writing:
+            thread.start()
+        client = Client(running.port)
+        for _ in range(1000):
+            if running.caller.num_writes == 5:
+                break
+            assert client.call("where_is", thing="mug")["status"] == "ok"
+        assert running.caller.num_writes == 5
+        assert (num_answered, num_syncs) == ([], [1])
+        go_on.set()
+        for thread in writing:
+            thread.join(20)
+        client.close()
+    assert sorted(num_answered) == list(range(5))
+    assert len(num_syncs) <= 3  # the first, that of all who waited, and one for who came between
+
+
 def test_time_is_measured_from_the_first_byte(served):
     begin = time.perf_counter()
     served.client.call("where_is", thing="mug")
