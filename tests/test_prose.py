@@ -31,6 +31,7 @@ PAGES = sorted(
 )
 RESULTS = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "results").glob("*.md"))
 CODE = ("sgm", "simulator", "datamodules", "nep", "tools", "benchmarks", "docs", "ros")
+MOST_WORDS_OF_RESULTS = 25  # in a sentence
 WIDTH = 200  # characters of a line of prose; tables are as wide as they are
 MOST_NUMBERS = 3.0  # in 100 words of prose
 # Pages that are about numbers, with the bound of their own.
@@ -73,6 +74,14 @@ def test_sentences_of_a_page_are_short(page):
     words = {sentence: count_words(sentence) for sentence in list_page_sentences(page)}
     assert [sentence for sentence, number in words.items() if number > MOST_WORDS] == []
     assert not words or sum(words.values()) / len(words) <= MEAN_WORDS
+
+
+@pytest.mark.parametrize("page", RESULTS)
+def test_results_are_told_in_plain_words_and_short_sentences(page):
+    """Lists of homes and measures, which follow a colon, are no sentences; nor are formulas."""
+    assert IS_OUT.findall(re.sub(r"`[^`]*`", "", drop_code(read(page)))) == []
+    told = [sentence.partition(": ")[0] for sentence in list_page_sentences(page)]
+    assert [text for text in told if count_words(drop_formulas(text)) > MOST_WORDS_OF_RESULTS] == []
 
 
 @pytest.mark.parametrize("page", PAGES)
