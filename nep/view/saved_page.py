@@ -9,14 +9,12 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from nep.view.answers import Desk
 from nep.view.style import CSS
 from nep.view.texts import tell_furniture, tell_step
 from sgm.files import write_whole
 
-MOST_FRAMES = 60  # steps of a story, at even distances
+MOST_FRAMES = 60  # steps of a story
 _MOST_FURNITURE = 200  # whose tables are kept
 
 # The same parts as on the live page, filled from data; texts are never read as HTML.
@@ -111,9 +109,9 @@ def save_page(desk: Desk, asked: Sequence[str], path: Path) -> None:
         ) from error
     story, judge = desk.stage.story, desk.judges.names[0]
     questions = list(asked) or [""]
-    steps = np.unique(np.linspace(story.first_step, story.num_steps, MOST_FRAMES).astype(int))
+    steps = story.choose_steps(MOST_FRAMES)
     frames = []
-    for step in steps.tolist():
+    for step in steps:
         answers = {words: asdict(desk.answer(step, words, judge)) for words in questions}
         events = tell_step(story, story.memory_at(step), step)
         time, hour = story.get_time(step), step * story.step_hours

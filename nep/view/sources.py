@@ -10,7 +10,7 @@ from nep.view.page_state import Stage
 from sgm.memory.look_log import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
-from sgm.prior.prior_graph import load_prior
+from sgm.prior.prior_graph import PriorGraph, load_prior
 from simulator.home_options import SOURCES, HomeOptions
 from simulator.replay.record import record_run
 from simulator.replay.replay import Replay
@@ -94,10 +94,17 @@ def open_source(
     prior = None if homes.prior is None else load_prior(homes.prior)
     load: Callable[[], Any]
     if path.suffix == LOG_ENDING:
-        load = lambda: Replay(read_log(path), path.name, prior=prior)  # noqa: E731
+        load = lambda: _read_replay(path, prior)  # noqa: E731
     else:
         load = lambda: StillMemory(SceneGraphMemory.load(path, prior), path.name)  # noqa: E731
     return Stage(load, lambda: (path.stat().st_mtime_ns, path.stat().st_size))
+
+
+def _read_replay(path: Path, prior: PriorGraph | None) -> Replay:
+    """Read a log, and make its last memory: a line that cannot be made again is refused now."""
+    story = Replay(read_log(path), path.name, prior=prior)
+    story.memory_at(story.num_steps)
+    return story
 
 
 def _hold(story: Replay) -> Stage:

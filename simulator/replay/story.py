@@ -133,6 +133,30 @@ class Story(ABC):
             return f"step {step}"
         return f"{self.clock.get_time(step):%a %d %b %H:%M}"
 
+    def choose_steps(self, most: int) -> list[int]:
+        """Return steps that tell the story best, ascending: all of them, if they are few.
+
+        The first and the last step, then those in which something was said, then those with looks,
+        then any; of too many of one kind, some at even distances.
+
+        Args:
+            most: of how many, 2 or more.
+        """
+        first, last = self.first_step, self.num_steps
+        chosen = {first, last}
+        kinds = (
+            {said.step for said in self.statements},
+            {look.step for look in self.looks},
+            set(np.linspace(first, last, most).astype(int).tolist()),
+        )
+        for kind in kinds:
+            new = sorted(step for step in kind - chosen if first <= step <= last)
+            left = most - len(chosen)
+            if len(new) > left:
+                new = [new[n] for n in np.linspace(0, len(new) - 1, left).astype(int)]
+            chosen.update(new)
+        return sorted(chosen)
+
     def trace_object(
         self,
         description: str,

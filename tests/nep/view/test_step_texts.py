@@ -3,9 +3,11 @@
 import pytest
 
 from nep.view.history_figure import make_history
+from nep.view.sources import open_source
 from nep.view.texts import tell_furniture, tell_step
 from sgm.memory.look_log import read_log
 from simulator import SceneGraphMemory, Sighting
+from simulator.home_options import HomeOptions
 from simulator.replay.replay import Replay
 from simulator.replay.still_memory import StillMemory
 
@@ -101,3 +103,12 @@ def test_a_history_marks_what_was_said(memory, log):
         trace for trace in make_history(story.trace_object("fork"), 1.0)["data"]
         if trace.get("name") == "said to be there"
     ]  # fmt: skip
+
+
+def test_a_log_with_a_name_of_nothing_is_refused_when_it_is_opened(memory, log):
+    changed = log.read_text("utf-8").replace(
+        '"description":"keys","name"', '"description":"x","name"'
+    )
+    log.write_text(changed, "utf-8")
+    with pytest.raises(ValueError, match="every rename of a log must be of what was added, got"):
+        open_source(str(log), HomeOptions())

@@ -185,3 +185,27 @@ def test_things_without_statements_have_none(memory, log):
     history = Replay(read_log(log), "home").trace_object("keys")
     assert (history.said_by, len(history.said_hour), len(history.said_place)) == ((), 0, 0)
     assert history.look_place.dtype == np.int64
+
+
+def test_steps_that_tell_the_story_are_chosen(memory, log):
+    """A page of 60 of 1,000 steps, at even distances, had none in which somebody spoke."""
+    for step in (101, 203, 303):
+        memory.step(step - memory.time)
+        memory.observe(TABLE, [Sighting("keys")])
+    memory.step(8)
+    memory.note_moved("keys", SHELF, "anna")
+    memory.step(689)
+    story = Replay(read_log(log), "home")
+    steps = story.choose_steps(12)
+    assert {0, 101, 203, 303, 311, 1000} < set(steps)
+    assert len(steps) == 12
+    assert steps == sorted(steps)
+    assert story.choose_steps(2) == [0, 1000]
+    assert story.choose_steps(3) == [0, 311, 1000]
+    assert story.choose_steps(5) == [0, 101, 303, 311, 1000]
+    assert StillMemory(memory, "home.sgm").choose_steps(60) == [1000]
+
+
+def test_few_steps_are_all_chosen(memory, log):
+    memory.step(5)
+    assert Replay(read_log(log), "home").choose_steps(60) == [0, 1, 2, 3, 4, 5]
