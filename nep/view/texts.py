@@ -87,7 +87,7 @@ def tell_step(story: Story, memory: SceneGraphMemory, step: int) -> list[str]:
 
 
 def tell_statement(said: PastStatement) -> str:
-    """Say what somebody said, or what the robot did."""
+    """Tell what was said, or what the robot did."""
     thing, other = said.thing, said.other
     done = {
         "picked_up": f"the robot picked up {thing}",

@@ -85,7 +85,7 @@ class JudgedBeliefs:
     def _choose_more(self, asked: Asked, things: tuple[_Thing, ...]) -> list[_Thing]:
         """Choose what is judged along: the latest that were asked for, and not of this state.
 
-        Not what somebody spoke of last, which is judged by itself, nor with several of one name:
+        Not what was spoken of last, which is judged by itself, nor with several of one name:
         they count as several questions, which the evidence shows.
         """
         if len(things) > 1 or asked.said[0] is not None or not asked.was_seen.all():

@@ -1,4 +1,4 @@
-"""What somebody said of a thing, as evidence about that thing alone: it left where it was."""
+"""What was said of a thing, as evidence about that thing alone: it left where it was."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from sgm.names.words import read_words
 class ThingRows:
     """The objects of a memory by their rows in its table, and by what they are called.
 
-    Things of a known id are told apart by it, whatever they are called; the others by the words of
+    Things of a known id are distinguished by it, whatever they are called; the others by the words of
     their descriptions.
     """
 

@@ -27,7 +27,7 @@ class Turns:
         self._num_running = 0
 
     def __len__(self) -> int:
-        """How many wait or run, with those that nobody waits for any longer."""
+        """How many wait or run, with those whose callers wait no longer."""
         return len(self._waiting) + self._num_running
 
     async def run(self, pool: Executor, function: Callable[[], Any]) -> Any:

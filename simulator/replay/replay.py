@@ -183,7 +183,7 @@ class Replay(Story):
 
 
 def _read_statement(line: LogLine, player: Replayer, num_looks: int) -> PastStatement | None:
-    """Return what a line says that somebody said or did; None of another line.
+    """Return what a line says that was said or done; None of another line.
 
     Raises:
         ValueError: if it names furniture that there is not.

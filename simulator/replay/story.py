@@ -47,14 +47,14 @@ class PastLook:
 
 @dataclass(frozen=True, slots=True)
 class PastStatement:
-    """What somebody said, or the robot did, instead of looking.
+    """What was said, or the robot did, instead of looking.
 
     Attributes:
         step: when.
         kind: as a log calls it: "moved", "picked_up", "put_down", "rename", "merge", "split",
             "split_off", "remove_object" or "remove_furniture".
         thing: description of the thing; empty of furniture.
-        by: who said so; "robot" for what it did itself, empty where nobody did.
+        by: who said so; "robot" for what it did itself, empty where it was not said.
         furniture: id of the place that it is about; None without one.
         place: name of that place, as it was then; empty without one.
         other: the new name, or the thing that it is one with; empty without one.
