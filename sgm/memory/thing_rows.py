@@ -12,8 +12,8 @@ from sgm.names.words import read_words
 class ThingRows:
     """The objects of a memory by their rows in its table, and by what they are called.
 
-    Things of a known id are distinguished by it, whatever they are called; the others by the words of
-    their descriptions.
+    Things of a known id are distinguished by it, whatever they are called. The others are, by the
+    words of their descriptions.
     """
 
     def __init__(self, things: Iterable[Thing] = ()) -> None:
