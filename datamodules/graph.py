@@ -12,7 +12,6 @@ from datamodules.feature_rows import EdgeRows, LayoutRows, NodeRows, QuestionRow
 from datamodules.features import (
     TABLES,
     TEXT_DIM,
-    Feature,
     FeatureConfig,
     count_columns,
     list_columns,
@@ -46,6 +45,13 @@ class GraphBuilder:
         """
         self.config = config
         self.num_hops = num_hops
+        on = config.groups
+        self._width = {table: count_columns(table, on) for table in TABLES}
+        self._columns = {
+            table: [(feature, where) for feature, where in list_columns(table, on)
+                    if feature.group in on]
+            for table in TABLES
+        }  # fmt: skip
         self._rng = np.random.default_rng(seed)
         self._text = load_text(config.text_pipeline)
         self._labels: tuple[str, ...] = ()
@@ -132,8 +138,8 @@ class GraphBuilder:
         self, first_node: np.ndarray, furniture: NodeRows, objects: NodeRows
     ) -> np.ndarray:
         """Compute the features of all nodes, float32 (N, D); (N, 0) if none of them are on."""
-        columns = self._list("node")
-        width = count_columns("node", self.config.groups) if columns else 0
+        columns = self._columns["node"]
+        width = self._width["node"] if columns else 0
         values = np.zeros((first_node[-1], width), dtype=np.float32)
         parts = (values[slice(*first_node[kind : kind + 2])] for kind in (FURNITURE, OBJECT))
         for rows, part in zip((furniture, objects), parts, strict=True):
@@ -154,9 +160,9 @@ class GraphBuilder:
             prob: prior of the edges of the layout.
         """
         num_layout = len(prob)
-        values = np.zeros((len(cosine), count_columns("edge", self.config.groups)), np.float32)
+        values = np.zeros((len(cosine), self._width["edge"]), np.float32)
         layout = LayoutRows(cosine[:num_layout], prob)
-        for feature, where in self._list("edge"):
+        for feature, where in self._columns["edge"]:
             if feature.of == "query edge":
                 asked = edges.select(query_edge - num_layout)
                 values[query_edge, where] = _as_columns(feature.compute(asked))
@@ -171,10 +177,10 @@ class GraphBuilder:
         self, table: str, rows: NodeRows | QuestionRows, count: int
     ) -> np.ndarray | None:
         """Compute what the memory says of places or questions, (n, D); None if that is off."""
-        columns = self._list(table)
+        columns = self._columns[table]
         if not columns:
             return None
-        values = np.zeros((count, count_columns(table, self.config.groups)), dtype=np.float32)
+        values = np.zeros((count, self._width[table]), dtype=np.float32)
         names = {"place": PLACE_COLUMNS, "question": QUESTION_COLUMNS}[table]
         for feature, where in columns:
             values[:, where] = _as_columns(feature.compute(rows))
@@ -182,11 +188,6 @@ class GraphBuilder:
                 without = self.config.evidence_without
                 values[:, where] *= [name.partition(".")[0] not in without for name in names]
         return values
-
-    def _list(self, table: str) -> list[tuple[Feature, slice]]:
-        """List the features of an array that are on, with their columns."""
-        groups = self.config.groups
-        return [entry for entry in list_columns(table, groups) if entry[0].group in groups]
 
     def _get_text(self, labels: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
         """Return the text table (L, 96) or (L, 0) and the cosine of every pair (L, L)."""
@@ -201,7 +202,7 @@ class GraphBuilder:
     @property
     def reads_asked_alone(self) -> bool:
         """Whether what else is in a memory than the objects asked for makes no difference."""
-        read = (feature for table in TABLES for feature, _ in self._list(table))
+        read = (feature for columns in self._columns.values() for feature, _ in columns)
         return self.num_hops == 0 and not any(feature.reads_others for feature in read)
 
     @property

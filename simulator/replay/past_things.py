@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from sgm.memory.corrections import ThingName
 from sgm.memory.look_log import LogLine
 from sgm.memory.memory_content import MemoryContent
+from sgm.memory.thing_name import ThingName
 from sgm.names.names import read_name
 
 _Key = tuple[str, ...] | str  # by which a thing is known: its words, or its id

@@ -5,8 +5,8 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterator
 
-from sgm.memory.corrections import ThingName
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.thing_name import ThingName
 from simulator.replay.past_things import PastThings
 from simulator.replay.story import PastLook, PastStatement, Story
 
