@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 import torch
 from torch import Tensor, nn
+from torch.nn.functional import embedding, linear
 from torch_geometric.nn import TemporalEncoding
 
 from nep.event_networks.network import PairDecoder, TemporalNetwork
@@ -63,16 +64,21 @@ class DyGFormer(TemporalNetwork):
         of_place = self._read_sequence(pairs.places, asked.time)
         thing_row = pairs.query
         ends = of_thing[1][thing_row], of_place[1]  # (P, K): neighbours, -1 for none
+        # A count is one of few numbers, and a thing's sequence is that of all its pairs: what is
+        # linear is computed once for each of them, and looked up by pairs.
+        numbers = torch.arange(self.num_events + 1, dtype=self.dtype).unsqueeze(-1)
+        of_values, of_counts = self.read.weight.split([2 * width + MESSAGE_DIM, width], dim=1)
+        table = linear(self.count(numbers), of_counts)  # (K + 1, D)
         tokens = []
-        for (values, _), rows, own, other in (
+        for (values, ids), rows, own, other in (
             (of_thing, thing_row, ends[0], ends[1]),
             (of_place, np.arange(len(thing_row)), ends[1], ends[0]),
         ):
-            shared = self._count(own, own), self._count(own, other)
-            counts = sum(self.count(part.unsqueeze(-1)) for part in shared)
+            known = linear(values, of_values, self.read.bias)
+            known = known + embedding(_count(ids, ids), table)
+            steps = known[torch.from_numpy(rows)] + embedding(_count(own, other), table)
             is_none = torch.from_numpy(own < 0).unsqueeze(-1)
-            joined = torch.cat([values[torch.from_numpy(rows)], counts], dim=-1)
-            steps = self.read(joined).masked_fill(is_none, 0)  # (P, K, D)
+            steps = steps.masked_fill(is_none, 0)  # (P, K, D)
             tokens.append(
                 self.flatten(steps.reshape(len(own), -1, self.patch * width))  # (P, K / p, D)
             )
@@ -104,7 +110,8 @@ class DyGFormer(TemporalNetwork):
         return torch.cat([text, self.time(age.reshape(-1)).reshape(*age.shape, -1), message],
                          dim=-1), ids  # fmt: skip
 
-    def _count(self, own: np.ndarray, other: np.ndarray) -> Tensor:
-        """Return how often each of `own` is in `other`, float32 (P, K)."""
-        equal = (own[:, :, None] == other[:, None, :]) & (own >= 0)[:, :, None]
-        return torch.from_numpy(equal.sum(axis=2)).to(self.dtype)
+
+def _count(own: np.ndarray, other: np.ndarray) -> Tensor:
+    """Return how often each of `own` is in `other`, int64 (P, K)."""
+    equal = (own[:, :, None] == other[:, None, :]) & (own >= 0)[:, :, None]
+    return torch.from_numpy(equal.sum(axis=2))
