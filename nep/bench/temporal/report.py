@@ -26,23 +26,24 @@ MEMORY = "graph memory"
 _KNOWS_MORE = ("ceiling", "oracle")
 _ABOUT = """\
 Temporal graph networks, rules of temporal graph learning, and graph memories on where things are in
-homes. All places of a home are candidates; ties are averaged. Every temporal network is trained on
-the events that `bayesian` saw in the same {train_homes} homes x {train_steps} steps for {epochs}
-epochs, {batch_homes} homes at a time, with the same loss (listwise over all places). Settings are
-chosen in {val_homes} validation homes by {trials} trials each (Optuna, seeded, with pruning; epochs
-of a trial: {trial_epochs}). Everyone plays {num_homes} test homes with its own looks: {steps}
-questions, then {searches} searches in each.
+homes. All places of a home are candidates, and ties are averaged.
 
-Networks read text vectors of labels, random features that tell the nodes of a home apart, the prior
-of each place, and events: sightings alone, or negative looks, too. Graph memories are the weights
-named in the command; their model cards say what they were trained on.
+- **Training.** Every temporal network learns from what `bayesian` saw in the same {train_homes}
+  homes x {train_steps} steps. Epochs: {epochs}, {batch_homes} homes at a time. The loss is
+  listwise over all places.
+- **Settings** are chosen in {val_homes} validation homes. Trials of each network: {trials} (Optuna,
+  seeded, with pruning). Epochs of a trial: {trial_epochs}.
+- **Test.** Every player is asked {steps} questions in each of {num_homes} test homes, and makes
+  {searches} searches there, with its own looks.
+- **Input.** Networks read text vectors of labels, random features that tell the nodes of a home
+  apart, and the prior of each place. They read sightings alone, or negative looks, too.
+- **Graph memories** are the weights named in the command. Their model cards say what they were
+  trained on.
 
-- *trainings*: how many a row is the mean of.
-- *minus*: first guesses minus those of the best rule of the table, paired over homes and trainings,
-  with 95 % intervals. That rule is the best in these test homes, which favours it.
-- *p* is corrected by Holm's method for each table; *detectable* would be found with 80 % power.
-- *ms a decision* and *s to train* are processor time on one core.
-- `ceiling` knows the true dynamics.
+*Trainings*: how many a row is the mean of. *Minus*: first guesses minus those of the best rule,
+paired over homes and trainings, with 95 % intervals. That rule is the best of the table in these
+test homes, which favours it. *p* is corrected by Holm's method for each table. *Detectable* would
+be found with 80 % power. Cost is processor time on one core. `ceiling` knows the true dynamics.
 """
 
 
