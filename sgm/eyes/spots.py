@@ -18,7 +18,9 @@ _SAME_SPOT = 0.15  # metres within which a thing of the same name is taken for t
 _OVERLAP = 0.5  # of half of both sizes: bodies side by side are all of that apart
 _MOST_OVERLAP = 0.05  # metres: thin things, as books, stand closer than they are wide
 _LEAST_SIZE = 0.015  # metres: of what looks smaller all ways round, only a corner was seen
-_IN_SIGHT = 2.0  # standard deviations by which a spot may be wrong
+_IN_SIGHT = 3.0  # standard deviations by which a spot may be wrong: one in 400 is by more
+# Where else a thing may be: to the left of its spot, and towards the camera. In shares of how far.
+_LEFT, _TOWARDS = np.array([[0, -1, -0.5, 0.5, 1, 0, 0], [0, 0, 0, 0, 0, 0.5, 1]])
 _SUPPORT = 0.015  # metres of what is behind a thing: less cannot be told from the thing itself
 
 
@@ -166,10 +168,10 @@ def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> Non
     have come more than half of the way from the front of the thing to it. Where that is less than
     the uncertainty, as behind a plate, it is enough that nothing was measured in front of it.
 
-    A spot may be beside where it was measured, by the uncertainty of both poses and of its depth.
-    Two rays more, which a thing there would meet, must have gone through as well, to the left and
-    to the right. Of a thing that fits between the three no ray tells, and none of one of which only
-    a corner was seen: the rest lies beside its middle.
+    A spot may be beside or before where it was measured, by the uncertainty of both poses and of
+    its depth. Rays that a thing there would meet must have gone through as well. Of a thing that
+    fits between them no ray tells, and none of one of which only a corner was seen: the rest lies
+    beside its middle.
 
     Args:
         view: of the frame.
@@ -193,11 +195,14 @@ def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> Non
     # must not be hidden: a thing that lies along the ray is lower than its box says.
     heights = np.outer((0.25, 0.0, -0.45), height)  # (3, n)
     points = center + heights[..., None] * np.array([0.0, 0.0, 1.0])
-    aside = np.maximum(_IN_SIGHT * sd - radius, 0) * np.array([[0.0], [-1.0], [1.0]])  # (3, n)
-    left = np.cross((0.0, 0.0, 1.0), ray)
-    left /= np.maximum(np.linalg.norm(left, axis=1), 1e-9)[:, None]
-    points = points + (aside[..., None] * left)[:, None]  # (3, 3, n, 3)
-    measured = view.measure_behind(points.reshape(-1, 3), np.tile(volumes, 9)).reshape(3, 3, -1)
+    ahead = ray * (1.0, 1.0, 0.0)
+    ahead /= np.maximum(np.linalg.norm(ahead, axis=1), 1e-9)[:, None]
+    left = np.cross((0.0, 0.0, 1.0), ahead)
+    far = np.maximum(_IN_SIGHT * sd - radius, 0)
+    offsets = _LEFT[:, None, None] * left - _TOWARDS[:, None, None] * ahead  # (7, n, 3)
+    points = points + (far[:, None] * offsets)[:, None]  # (7, 3, n, 3)
+    measured = view.measure_behind(points.reshape(-1, 3), np.tile(volumes, points[..., 0, 0].size))
+    measured = measured.reshape(points.shape[:3])
     is_in_front = np.fmin.reduce(measured[0]) < -half - through_margin
     behind, middle, foot = measured.min(axis=0)  # nan if one of them is
     below = np.minimum(middle, foot)
@@ -208,7 +213,7 @@ def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> Non
     least = np.minimum(half + through_margin + 2 * sd, (expected - half) / 2)
     least = np.where(is_flat, -half - through_margin + 2 * sd, least)
     is_known = np.maximum(2 * radius, height) >= _LEAST_SIZE
-    is_known &= _IN_SIGHT * sd <= 3 * radius  # it does not fit between the rays
+    is_known &= far <= 4 * radius  # it does not fit between the rays
     is_through = is_known & (behind > least) & (below >= -half - through_margin)
     for spot, through, front in zip(spots, is_through, is_in_front, strict=True):
         spot.num_through += bool(through)

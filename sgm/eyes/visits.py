@@ -8,11 +8,10 @@ import numpy as np
 
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.scene import Scene
+from sgm.eyes.seen_points import SeenPoints
 from sgm.layout.viewpoint import Viewpoint
 
-_SURE = 1 - 1e-6  # of all four pixels around a point
 _ALWAYS = 128  # points of a volume that every frame projects, the first ones
-_ONE_STAND = 0.3  # metres within which frames are from about one stand
 
 
 @dataclass(slots=True, eq=False)
@@ -22,11 +21,7 @@ class Visit:
     Attributes:
         place: number in the scene.
         start, last: seconds of the first and the latest frame that showed it.
-        is_seen: which points of its two volumes were in view, bool (2, n).
-        stand: where the camera was when it came to where it is now, (3,).
-        sum_share: sums over the frames from this stand in which a point was in view for some of the
-            pixels around it, of their share, (2, n).
-        num_share: how many frames those are, (2, n).
+        points: which were in view.
         num_frames: frames that showed it.
         has_depth: whether all of them had a depth image.
         num_best: points that the frame showed that showed most.
@@ -36,33 +31,11 @@ class Visit:
     place: int
     start: float
     last: float
-    is_seen: np.ndarray
-    stand: np.ndarray
-    sum_share: np.ndarray
-    num_share: np.ndarray
+    points: SeenPoints
     num_frames: int = 0
     has_depth: bool = True
     num_best: int = 0
     viewpoint: Viewpoint | None = None
-
-    def add_share(self, side: int, share: np.ndarray) -> None:
-        """Take in how far the points of a volume are in view of a frame, 0 to 1, (n,)."""
-        is_sure = share >= _SURE
-        self.is_seen[side] |= is_sure
-        is_doubtful = (share > 0) & ~is_sure
-        self.sum_share[side, is_doubtful] += share[is_doubtful]
-        self.num_share[side] += is_doubtful
-
-    def leave_stand(self, to: np.ndarray) -> None:
-        """Decide what is in doubt, and go on from another stand.
-
-        Beside an edge a pixel shows what lies half a pixel before or behind it. Frames from one
-        stand show one edge at the same points: united, all would have been seen that is nearly
-        seen, so that their mean decides. From another stand other points are behind the edge.
-        """
-        self.is_seen |= 2 * self.sum_share >= np.maximum(self.num_share, 1)
-        self.sum_share[:], self.num_share[:] = 0.0, 0
-        self.stand = to
 
     def compute_coverage(self, scene: Scene, most_blind: float) -> dict[str, float]:
         """Return the share in view of what is "in" and "onTop" of the place.
@@ -74,8 +47,7 @@ class Visit:
             most_blind: bound where not all frames had a depth image.
         """
         num_free = np.maximum(scene.num_free[2 * self.place : 2 * self.place + 2], 1)
-        self.leave_stand(self.stand)
-        inside, on_top = (self.is_seen.sum(axis=1) / num_free).tolist()
+        inside, on_top = (self.points.find_seen().sum(axis=1) / num_free).tolist()
         if not scene.has_inside[self.place]:
             inside = on_top
         elif not scene.num_free[2 * self.place + 1]:  # up to the ceiling, or below another box
@@ -101,7 +73,7 @@ class Visits:
         for row, volume in enumerate(volumes.tolist()):
             visit = self._open.get(volume // 2)
             if visit is not None:
-                known[row, _ALWAYS:] = visit.is_seen[volume % 2, _ALWAYS:]
+                known[row, _ALWAYS:] = visit.points.is_sure[volume % 2, _ALWAYS:]
         return known
 
     def note_points(
@@ -121,7 +93,7 @@ class Visits:
         for row in np.flatnonzero((share >= 0.5).any(axis=1)):
             volume = int(volumes[row])
             visit = self._continue(volume // 2, time, view)
-            visit.add_share(volume % 2, share[row])
+            visit.points.add(volume % 2, share[row])
             visit.has_depth &= view.has_depth
             if num_shown[row] > visit.num_best:
                 visit.num_best, visit.viewpoint = int(num_shown[row]), view.make_viewpoint()
@@ -158,10 +130,7 @@ class Visits:
         """Return the visit to a place, which begins or goes on with a frame."""
         visit, at = self._open.get(place), view.pose.position
         if visit is None:
-            shape = (2, self._scene.points.shape[1])
-            is_seen, counts = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=np.int64)
-            visit = Visit(place, time, time, is_seen, at, np.zeros(shape), counts)
-            self._open[place] = visit
-        elif np.linalg.norm(at - visit.stand) > _ONE_STAND + 2 * view.pose.position_sd:
-            visit.leave_stand(at)
+            points = SeenPoints(self._scene.points.shape[1], at)
+            visit = self._open[place] = Visit(place, time, time, points)
+        visit.points.move(at, view.pose.position_sd)
         return visit
