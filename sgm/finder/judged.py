@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import islice
+from itertools import chain
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from sgm.memory.queries import Queries
 
 MOST_TOGETHER = 16  # things in one pass: less than twice the time of one
 _MOST_BELIEFS = 2000  # that are kept of a state
-_MOST_LATELY = 500  # things whose questions are remembered
+_MOST_LATELY = 500  # things of a home, or asked for, among which is chosen what comes along
 
 # Row, label and type of a thing, and whether a look has shown it last: what a belief depends on.
 _Thing = tuple[int, str, int, bool]
@@ -24,9 +24,9 @@ Judge = Callable[[Asked, np.ndarray], Belief]
 class JudgedBeliefs:
     """Beliefs about the memory before the looks of a time step, which these do not change.
 
-    A pass of a network for sixteen things takes little more time than for one. So what was asked
-    for lately comes along with what is asked for now: as many things as are known of this state
-    already, so that who asks for one thing a step waits for no other.
+    A pass of a network for sixteen things takes little more time than for one. So other things come
+    along with what is asked for: as many as are known of this state already, so that who asks for
+    one thing a step waits for no other.
     """
 
     def __init__(self) -> None:
@@ -83,7 +83,7 @@ class JudgedBeliefs:
         return belief
 
     def _choose_more(self, asked: Asked, things: tuple[_Thing, ...]) -> list[_Thing]:
-        """Choose what is judged along: the latest that were asked for, and not of this state.
+        """Choose what is judged along: the latest that were asked for, then the latest seen.
 
         Not what was spoken of last, which is judged by itself, nor with several of one name:
         they count as several questions, which the evidence shows.
@@ -92,7 +92,7 @@ class JudgedBeliefs:
             return []
         objects, labels = asked.batch.objects, asked.batch.labels
 
-        def is_here(row: int, label: str, kind: int) -> bool:
+        def is_here(row: int, label: str, kind: int, _: bool) -> bool:
             """Whether it is a thing of this memory, still."""
             return (
                 row < len(objects)
@@ -100,9 +100,24 @@ class JudgedBeliefs:
                 and labels[objects["label"][row]] == label
             )
 
-        known = {*self._beliefs, things}
-        new = (one for one in reversed(self._lately) if (one,) not in known and is_here(*one[:3]))
-        return list(islice(new, min(len(self._beliefs), MOST_TOGETHER - 1)))
+        most, more = min(len(self._beliefs), MOST_TOGETHER - 1), dict[_Thing, None]()
+        for thing in chain(reversed(self._lately), _list_seen(asked)):
+            if len(more) == most:
+                break
+            if (thing,) not in self._beliefs and thing not in things and is_here(*thing):
+                more[thing] = None
+        return list(more)
+
+
+def _list_seen(asked: Asked) -> Iterator[_Thing]:
+    """List the things of a home, the latest seen first; of one with thousands of things, none."""
+    batch, objects = asked.batch, asked.batch.objects
+    if len(objects) > _MOST_LATELY:
+        return
+    rows = np.flatnonzero((objects["num_observed"] > 0) & (objects["same_as"] < 0))
+    rows = rows[np.argsort(-objects["last_observed"][rows], kind="stable")]
+    for row in rows.tolist():
+        yield row, batch.labels[objects["label"][row]], int(objects["type"][row]), True
 
 
 def _list_things(asked: Asked) -> tuple[_Thing, ...]:

@@ -73,20 +73,18 @@ class Caller:
         """
         if len(self._turns) >= MOST_WAITING:
             raise Refused(503, f"calls must be at most {MOST_WAITING} at once, got more. Wait.")
+        run = partial(call.run, self.service, arguments)
+        pool = self._readers
+        if call.is_write:
+            run, pool = partial(self._write, run), self._writer
         try:
-            return await asyncio.wait_for(self._make(call, arguments), self.timeout)
+            answer = await self._turns.run(pool, run, self.timeout)
+            if call.is_write and self._sync == "answer":
+                await asyncio.wait_for(self._sync_log(), self.timeout)
         except asyncio.TimeoutError:
             raise Refused(
                 503, f"a call must take at most {self.timeout:g} s, got a longer one. Try again."
             ) from None
-
-    async def _make(self, call: Call, arguments: Mapping[str, Any]) -> Any:
-        run = partial(call.run, self.service, arguments)
-        if not call.is_write:
-            return await self._turns.run(self._readers, run)
-        answer = await self._turns.run(self._writer, partial(self._write, run))
-        if self._sync == "answer":
-            await self._sync_log()
         return answer
 
     def _write(self, run: Callable[[], Any]) -> Any:
@@ -113,7 +111,7 @@ class Caller:
         saved_at = loop.time()
         while True:
             await asyncio.sleep(SYNC_SECONDS)
-            await self._try(self._turns.run(self._writer, self._let_time_pass))
+            await self._try(self._turns.run(self._writer, self._let_time_pass, self.timeout))
             if self._sync == "second":
                 await self._try(self._sync_log())
             is_due = loop.time() - saved_at >= snapshot_seconds
@@ -126,7 +124,7 @@ class Caller:
         """Wait until something is done; what goes wrong is reported, and tried again later."""
         try:
             await doing
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, asyncio.TimeoutError) as error:
             if str(error) != self._told:
                 self._told = str(error)
                 print(f"warning: {error}", file=sys.stderr, flush=True)

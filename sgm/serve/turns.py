@@ -30,23 +30,35 @@ class Turns:
         """How many wait or run, with those whose callers wait no longer."""
         return len(self._waiting) + self._num_running
 
-    async def run(self, pool: Executor, function: Callable[[], Any]) -> Any:
+    async def run(self, pool: Executor, function: Callable[[], Any], seconds: float) -> Any:
         """Run a function in a thread of a pool when it is its turn, and return what it returns.
 
-        Who is cancelled before that has it left out; what has begun is done.
+        Args:
+            pool: of the thread.
+            function: what to run.
+            seconds: within which it has to end.
+
+        Raises:
+            asyncio.TimeoutError: if it has not ended in time. It is left out if it has not begun;
+                else it goes on.
         """
-        ended: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+        loop = asyncio.get_running_loop()
+        ended: asyncio.Future[Any] = loop.create_future()
+        timer = loop.call_later(seconds, _end, ended, None, asyncio.TimeoutError())
         self._waiting.append((ended, pool, function))
         if self._first is None:
             self._begin()
-        return await ended
+        try:
+            return await ended
+        finally:
+            timer.cancel()
 
     def _begin(self) -> None:
         """Let the one have its turn that has waited for longest."""
         self._first = None
         while self._waiting and self._first is None:
             ended, pool, function = self._waiting.popleft()
-            if not ended.cancelled():
+            if not ended.done():
                 self._first = ended
                 self._num_running += 1
                 loop = ended.get_loop()
@@ -62,9 +74,9 @@ class Turns:
             result = function()
         except BaseException as caught:
             error = caught
-        ended.get_loop().call_soon_threadsafe(self._end, ended, timer, result, error)
+        ended.get_loop().call_soon_threadsafe(self._note_end, ended, timer, result, error)
 
-    def _end(
+    def _note_end(
         self,
         ended: asyncio.Future[Any],
         timer: asyncio.TimerHandle,
@@ -73,13 +85,19 @@ class Turns:
     ) -> None:
         timer.cancel()
         self._num_running -= 1
-        if not ended.cancelled():
-            if error is None:
-                ended.set_result(result)
-            else:
-                ended.set_exception(error)
-        self._pass_on(ended)
+        # Later: after the answer was sent, and what has come by then was read.
+        ended.get_loop().call_later(0, self._pass_on, ended)
+        _end(ended, result, error)
 
     def _pass_on(self, ended: asyncio.Future[Any]) -> None:
         if self._first is ended:
             self._begin()
+
+
+def _end(ended: asyncio.Future[Any], result: Any, error: BaseException | None) -> None:
+    if ended.done():  # nobody waits for it any longer
+        return
+    if error is None:
+        ended.set_result(result)
+    else:
+        ended.set_exception(error)

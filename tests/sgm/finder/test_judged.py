@@ -31,7 +31,7 @@ def count_passes(finder, monkeypatch):
     return passes
 
 
-def test_things_that_were_asked_for_lately_come_along(make_home, network, monkeypatch):
+def test_other_things_come_along_and_have_their_own_answers(make_home, network, monkeypatch):
     home = make_home(clock=Clock(datetime(2026, 11, 16), 2 * 3600))
     finder = ObjectFinder(network)
     passes = count_passes(finder, monkeypatch)
@@ -41,16 +41,19 @@ def test_things_that_were_asked_for_lately_come_along(make_home, network, monkey
         found = finder.rank(home.memory, name)
         assert found == ObjectFinder(network).rank(home.memory, name)
 
-    for name in names[:10]:
+    for name in names:  # none of which was asked for before: what was seen last comes along
         ask(name)
-    assert passes == [1] * 10  # nothing was asked for before
+    assert passes[:3] == [1, 2, 4]
+    assert sum(passes) == len(names)
+    for name in names[:10]:  # the latest that are asked for
+        ask(name)
     for _ in range(2):
         home.live(3)
         passes.clear()
         for name in names[:10]:
             ask(name)
-        # The first alone, then as many more as are known: 1 + (1 + 1) + (1 + 3) + the other 3.
-        assert passes == [1, 2, 4, 3]
+        # The first alone, then as many more as are known; these ten before all others.
+        assert passes == [1, 2, 4, 8]
     home.memory.observe(home.furniture[0], [Sighting(names[0])])
     ask(names[0])
     assert len(passes) == 4  # a look of the step changes no belief about the time before it
