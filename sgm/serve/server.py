@@ -21,9 +21,10 @@ GRACE_SECONDS = 5  # for the calls that were begun, when the server ends
 
 
 class BoundedProtocol(H11Protocol):
-    """Closes a connection on which no request arrives in time."""
+    """Closes a connection on which no request arrives in time, or whose answers are not read."""
 
     _timer: asyncio.TimerHandle | None = None
+    _write_timer: asyncio.TimerHandle | None = None
     head_seconds = HEAD_SECONDS
 
     def connection_made(self, transport: Any) -> None:
@@ -39,9 +40,20 @@ class BoundedProtocol(H11Protocol):
         elif self._timer is None:
             self._wait()
 
+    def pause_writing(self) -> None:
+        """Begin to wait for the client to read: more is on its way than the transport takes."""
+        super().pause_writing()
+        self._write_timer = self.loop.call_later(self.head_seconds, self.transport.abort)
+
+    def resume_writing(self) -> None:
+        """The client reads on."""
+        super().resume_writing()
+        self._end_waiting_for_reader()
+
     def connection_lost(self, exc: Exception | None) -> None:
         """Wait no more."""
         self._end_waiting()
+        self._end_waiting_for_reader()
         super().connection_lost(exc)
 
     def _is_answering(self) -> bool:
@@ -54,6 +66,11 @@ class BoundedProtocol(H11Protocol):
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
+
+    def _end_waiting_for_reader(self) -> None:
+        if self._write_timer is not None:
+            self._write_timer.cancel()
+            self._write_timer = None
 
     def _close(self) -> None:
         self._timer = None

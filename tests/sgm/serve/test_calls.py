@@ -148,6 +148,9 @@ BAD = [
         "embedding must be a l",
     ),
     ("add_place", {"label": "a", "room": "b", "position": [1, 1e300]}, "position must be two"),
+    ("add_place", {"label": "a", "room": "b", "position": [1, 10**400]}, "position must be two"),
+    ("observe", {"place": 1, "seen": [], "coverage": 10**400}, "coverage must be a number above 0"),
+    ("search_start", {"thing": "mug", "budget": float("inf")}, "budget must be a number above 0"),
 ]
 
 

@@ -285,6 +285,20 @@ def test_a_body_without_end_is_cut(tmp_path, monkeypatch):
             send_chunks(sending)
 
 
+def test_a_client_that_reads_no_answer_is_left(tmp_path, monkeypatch):
+    """Else its connection, and what waits to be sent on it, would stay for good."""
+    server = pytest.importorskip("sgm.serve.server", reason="uvicorn is not installed")
+    monkeypatch.setattr(server.BoundedProtocol, "head_seconds", 0.1)
+    home, service = open_service(tmp_path / "home.sgm")
+    with (
+        run_server(service, home, Guard(rate=1e9), tools=False) as running,
+        socket.create_connection(("127.0.0.1", running.port), timeout=20) as sending,
+        pytest.raises((ConnectionResetError, BrokenPipeError)),
+    ):
+        while True:
+            sending.sendall(b"GET /openapi.json HTTP/1.1\r\nHost: localhost\r\n\r\n" * 100)
+
+
 def test_a_full_disk_is_answered_and_nothing_was_changed(served, monkeypatch):
     before = json.dumps(served.service.memory.to_dict())
 
@@ -357,7 +371,22 @@ def test_a_feed_ends_with_the_server(tmp_path):
 def make_bad_request(rng):
     """A request that is malformed somewhere: its head, its JSON, a value, a path."""
     good = {"thing": "mug", "place": "desk", "seen": ["cup"], "coverage": 0.5, "k": 3}
-    odd = [None, True, -1, 10**40, 1.5, "", "x" * 5000, [], {}, [[]], {"a": {}}, "\ud800", "\0"]
+    odd = [
+        None,
+        True,
+        -1,
+        10**40,
+        10**400,
+        1.5,
+        "",
+        "x" * 5000,
+        [],
+        {},
+        [[]],
+        {"a": {}},
+        "\ud800",
+        "\0",
+    ]
     names = ["where_is", "observe", "search_start", "search_next", "list_things", "history", "x"]
     call = str(rng.choice(names))
     values = {key: value for key, value in good.items() if rng.random() < 0.5}
