@@ -285,6 +285,12 @@ def test_a_body_without_end_is_cut(tmp_path, monkeypatch):
             send_chunks(sending)
 
 
+def send_requests(connection):
+    """Send requests without end."""
+    while True:
+        connection.sendall(b"GET /openapi.json HTTP/1.1\r\nHost: localhost\r\n\r\n" * 100)
+
+
 def test_a_client_that_reads_no_answer_is_left(tmp_path, monkeypatch):
     """Else its connection, and what waits to be sent on it, would stay for good."""
     server = pytest.importorskip("sgm.serve.server", reason="uvicorn is not installed")
@@ -293,10 +299,9 @@ def test_a_client_that_reads_no_answer_is_left(tmp_path, monkeypatch):
     with (
         run_server(service, home, Guard(rate=1e9), tools=False) as running,
         socket.create_connection(("127.0.0.1", running.port), timeout=20) as sending,
-        pytest.raises((ConnectionResetError, BrokenPipeError)),
     ):
-        while True:
-            sending.sendall(b"GET /openapi.json HTTP/1.1\r\nHost: localhost\r\n\r\n" * 100)
+        with pytest.raises((ConnectionResetError, BrokenPipeError)):
+            send_requests(sending)
 
 
 def test_a_full_disk_is_answered_and_nothing_was_changed(served, monkeypatch):
