@@ -40,7 +40,8 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
         seconds = []
         for name in names[:num_answers]:
             start = time.perf_counter()
-            text = json.dumps(desk.answer(memory.time, name, "heat").figure)
+            state = desk.tell_state(memory.time)
+            text = json.dumps([state, desk.answer(memory.time, name, "heat")])
             seconds.append(time.perf_counter() - start)
         return float(np.median(seconds)) * 1000, {"kB": len(text) / 1000}
 

@@ -7,11 +7,12 @@ import webbrowser
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Thread
 
 from nep.view.answers import Desk
 from nep.view.page_state import Judges
 from nep.view.saved_page import save_page
-from nep.view.server import DEFAULT_PORT, start
+from nep.view.server import DEFAULT_PORT, PageServer
 from nep.view.sources import PLAYED, WEEK, list_options, open_source
 from sgm.checks import check_at_least
 from simulator.command_line import add_home_arguments, make_parser, one_line_errors, parse, pick
@@ -33,6 +34,7 @@ class ViewOptions:
         number: of the home that is played.
         seed: of the homes.
         robot: policy of the robot that is played.
+        doors: X,Y of each door between rooms, in metres; the way of a search leads through them.
     """
 
     ask: tuple[str, ...] = ()
@@ -44,6 +46,7 @@ class ViewOptions:
     number: int = 0
     seed: int = 0
     robot: str = "bayesian"
+    doors: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the numbers.
@@ -77,18 +80,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if source in PLAYED:
             print(f"Playing {source} ...", flush=True)
         stage = open_source(
-            source, homes, options.steps, options.number, options.seed, options.robot
-        )
+            source, homes, options.steps, options.number, options.seed, options.robot,
+            [door.split(",") for door in options.doors],
+        )  # fmt: skip
         desk = Desk(stage, judges)
         asked = options.ask or _list_last_asked(desk)
         if options.save is not None:
             save_page(desk, asked, options.save)
             print(f"Saved {options.save}")
             return
-        server, address = start(desk, options.port, next(iter(asked), ""))
-    print(f"Open {address}\nCtrl-C ends it.", flush=True)
+        server = PageServer(desk, options.port, next(iter(asked), ""))
+        Thread(target=judges.get, args=(judges.names[0],), daemon=True).start()  # seconds
+    print(f"Open {server.address}\nCtrl-C ends it.", flush=True)
     if not options.no_browser:
-        webbrowser.open(address)
+        webbrowser.open(server.address)
     try:
         server.serve_forever()
     except KeyboardInterrupt:

@@ -1,121 +1,287 @@
-"""What the page answers: maps, tables and histories for a question at a step."""
+"""What the page asks for: states, answers, histories and changes, as JSON values."""
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import OrderedDict
-from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import asdict
 from threading import Lock
 from typing import Any
 
-from nep.view.history_figure import make_history
-from nep.view.map_figure import MapContent, View, make_map
+import numpy as np
+
+from nep.view.cones import make_cone
 from nep.view.page_state import Judges, Stage
-from nep.view.texts import TextTable, tell_ranking, tell_search
+from nep.view.plan_shapes import PlanShapes
+from nep.view.routes import list_ways
+from nep.view.texts import tell_furniture, tell_step
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.finder.ranking import Ranking
 from sgm.finder.search_plan import plan_search
+from sgm.memory.sighting import RELATIONS
 from simulator.drawing.history import History
 from simulator.replay.story import Story
 
-SEARCH, TRUTH = "search plan", "truth"  # what may be drawn besides
+MOST_PLACES = 12  # of a ranking, in words
+MOST_CHANGES = 300  # the latest ones
+MOST_LOOKS = 400  # before a step, whose places the map shows
 _HISTORIES_KEPT = 64
 _PLANNED = 5  # places of a search plan
-
-
-@dataclass(frozen=True, slots=True)
-class ShownAnswer:
-    """What one judge says.
-
-    Attributes:
-        figure: of the map.
-        tables: the ranking, and the search plan if it was asked for.
-        problem: why there is no answer, in a line; empty if there is one.
-    """
-
-    figure: dict[str, Any]
-    tables: tuple[TextTable, ...] = ()
-    problem: str = ""
+_DIGITS = 4  # of probabilities
+_SPELLED = dict(zip(RELATIONS, ("inside", "on top"), strict=True))
 
 
 class Desk:
-    """Answers of finders about a stage."""
+    """Answers about a stage."""
 
     def __init__(self, stage: Stage, judges: Judges) -> None:
         """Answer about a stage."""
         self.stage = stage
         self.judges = judges
+        self._names: dict[str, int] = {}
+        self._names_lock = Lock()
         self._histories: OrderedDict[tuple[Any, ...], History] = OrderedDict()
         self._lock = Lock()
 
-    def answer(
-        self,
-        step: int,
-        asked: str = "",
-        judge: str = "bayesian",
-        options: Collection[str] = (SEARCH, TRUTH),
-        view: View | None = None,
-        selected: int | None = None,
-        story: Story | None = None,
-    ) -> ShownAnswer:
-        """Ask one judge, and draw what it says.
+    def tell_page(self, asked: str = "") -> dict[str, Any]:
+        """Return what the page has to know before it asks."""
+        story = self.stage.story
+        clock = story.clock
+        return {
+            "title": story.title, "asked": asked, "judges": self.judges.names,
+            "isLive": self.stage.is_live, "hasTruth": story.truth is not None,
+            "clock": None if clock is None else
+            {"start": clock.start.isoformat(), "stepSeconds": clock.step_seconds},
+            **self.watch(),
+        }  # fmt: skip
 
-        Args:
-            step: of the story.
-            asked: what is looked for, in words; empty for nothing.
-            judge: name of the finder.
-            options: what is drawn besides, some of `SEARCH` and `TRUTH`.
-            view: what is on the screen; None for all.
-            selected: furniture that was clicked.
-            story: what is asked about; None for what the stage shows now.
+    def watch(self) -> dict[str, Any]:
+        """Return how far the story goes, and whether it could be read."""
+        story = self.stage.story
+        return {
+            "version": self.stage.version, "first": story.first_step, "last": story.num_steps,
+            "problem": self.stage.problem,
+        }  # fmt: skip
+
+    def list_names(self, since: int = 0) -> list[str]:
+        """Return the names that the objects of states are numbers of, from one on."""
+        with self._names_lock:
+            return list(self._names)[since:]
+
+    def tell_plan(self, step: int) -> dict[str, Any]:
+        """Return rooms, furniture and doors at a step.
 
         Raises:
             ValueError: if the story has no such step.
         """
-        story = story or self.stage.story
-        memory = story.memory_at(step)
-        ranking, search, problem = None, None, ""
-        tables: list[TextTable] = []
-        true_places: list[int] = []
-        if asked:
-            try:
-                ranking = self.judges.get(judge).rank(memory, asked)
-                tables.append(tell_ranking(ranking, judge))
-                if SEARCH in options:
-                    search = plan_search(asked, ranking.places[:_PLANNED])
-                    tables.append(tell_search(search))
-            except ValueError as error:
-                problem = str(error)
-            if ranking is not None and TRUTH in options and story.truth is not None:
-                is_there = story.truth.find(
-                    ranking.resolution.matches or (asked,), memory.num_furniture
-                )
-                true_places = [
-                    memory.furniture_ids[node] for node in is_there[step].nonzero()[0].tolist()
-                ]
-        content = MapContent(
-            plan=self.stage.get_plan(step, story),
-            memory=memory,
-            ranking=ranking,
-            search=search,
-            true_places=true_places,
-            looked={look.furniture: look.viewpoint for look in story.looks if look.step == step},
-            selected=selected,
-            view=view,
-        )
-        return ShownAnswer(make_map(content), tuple(tables), problem)
+        return self.stage.get_shapes(step).to_json()
 
-    def trace(self, description: str, judge: str | None, step: int) -> dict[str, Any]:
-        """Return the figure of the history of a thing, with a line at a step.
+    def tell_state(self, step: int) -> dict[str, Any]:
+        """Return what is remembered at a step: things, looks, and what happened.
 
         Raises:
-            ValueError: if the description is no name.
+            ValueError: if the story has no such step.
         """
         story = self.stage.story
-        key = (self.stage.version, description, judge)
+        memory = story.memory_at(step)
+        shapes = self.stage.get_shapes(step, story)
+        batch = memory.batch
+        edges = batch.edges
+        rows = np.flatnonzero(edges["num_true"] > 0)
+        names = self._number_names(memory.descriptions)
+        return {
+            "step": step,
+            "time": story.get_time(step),
+            "plan": self.stage.get_plan_number(step, story),
+            "numNames": len(self._names),
+            "things": {
+                "place": (edges["furniture"][rows] * NUM_RELATIONS + edges["relation"][rows])
+                .tolist(),
+                "name": names[edges["object"][rows]].tolist(),
+                "seen": edges["last_true"][rows].tolist(),
+                "there": edges["is_true"][rows].astype(int).tolist(),
+            },
+            "lastLook": np.maximum(batch.furniture_last_observed[0], -1).tolist(),
+            "looks": _list_looks(story, shapes, step),
+            "events": tell_step(story, memory, step),
+        }  # fmt: skip
+
+    def answer(self, step: int, words: str, judge: str = "bayesian") -> dict[str, Any]:
+        """Ask one judge where something is.
+
+        Args:
+            step: of the story.
+            words: what is looked for.
+            judge: name of the finder.
+
+        Returns:
+            The ranking and a search plan; `problem` alone where the words are no name.
+
+        Raises:
+            ValueError: if the story has no such step.
+        """
+        story = self.stage.story
+        memory = story.memory_at(step)
+        shapes = self.stage.get_shapes(step, story)
+        try:
+            ranking = self.judges.get(judge).rank(memory, words)
+        except ValueError as error:
+            return {"judge": judge, "problem": str(error)}
+        search = plan_search(words, ranking.places[:_PLANNED])
+        index = {number: node for node, number in enumerate(shapes.furniture_ids)}
+        true_places: list[int] = []
+        if story.truth is not None:
+            there = story.truth.find(ranking.resolution.matches or (words,), memory.num_furniture)
+            true_places = there[step].nonzero()[0].tolist()
+        return {
+            "judge": judge,
+            "title": str(ranking.resolution),
+            "rows": _list_rows(ranking),
+            "probability": {
+                index[place.furniture]: round(place.probability, _DIGITS)
+                for place in ranking.places
+                if place.furniture in index
+            },
+            "search": {
+                "looks": [
+                    {"furniture": index[look.place.furniture], "say": look.instruction,
+                     "cost": round(look.cost, 1)}
+                    for look in search
+                ],
+                "found": round(search.found, _DIGITS), "cost": round(search.expected_cost, 1),
+                "ways": list_ways(shapes, [index[look.place.furniture] for look in search]),
+            },
+            "truth": true_places,
+        }  # fmt: skip
+
+    def tell_furniture(self, step: int, furniture: int) -> list[dict[str, Any]]:
+        """Return what was seen at a furniture node by a step, as tables; none if it is unknown.
+
+        Raises:
+            ValueError: if the story has no such step.
+        """
+        story = self.stage.story
+        memory = story.memory_at(step)
+        if furniture not in memory.furniture_ids:
+            return []
+        return [asdict(table) for table in tell_furniture(story, memory, furniture)]
+
+    def tell_changes(self, step: int) -> dict[str, Any]:
+        """Return what has changed by a step, `memory.changes`, the latest first.
+
+        Raises:
+            ValueError: if the story has no such step.
+        """
+        memory = self.stage.story.memory_at(step)
+        changes = memory.changes(0)
+        known = set(memory.furniture_ids)
+        return {
+            "rows": [
+                {
+                    **asdict(change),
+                    "from": _name(memory, change.from_place, known),
+                    "to": _name(memory, change.to_place, known),
+                    "probability": round(change.probability, _DIGITS),
+                }
+                for change in changes[:MOST_CHANGES]
+            ],
+            "more": max(len(changes) - MOST_CHANGES, 0),
+        }
+
+    def trace(self, words: str, judge: str) -> dict[str, Any]:
+        """Return the history of a thing: belief, truth and looks at the places that matter.
+
+        Raises:
+            ValueError: if the words are no name.
+        """
+        story = self.stage.story
+        key = (self.stage.version, words, judge)
         with self._lock:  # who asks for the same meanwhile gets it then
             history = self._histories.get(key)
             if history is None:
-                finder = None if judge is None else self.judges.get(judge)
-                history = self._histories[key] = story.trace_object(description, finder)
+                history = story.trace_object(words, self.judges.get(judge))
+                self._histories[key] = history
                 while len(self._histories) > _HISTORIES_KEPT:
                     self._histories.popitem(last=False)
-        return make_history(history, step * story.step_hours)
+        return tell_history(history, story.step_hours)
+
+    def _number_names(self, names: tuple[str, ...]) -> np.ndarray:
+        """Return the number of each name, (O,); a new one gets the next number."""
+        with self._names_lock:
+            numbers = [self._names.setdefault(name, len(self._names)) for name in names]
+        return np.array(numbers, dtype=np.int64)
+
+
+def tell_history(history: History, step_hours: float) -> dict[str, Any]:
+    """Return a history, its times in steps."""
+    belief = history.belief
+    return {
+        "words": history.description,
+        "places": history.places,
+        "edges": np.round(history.edges / step_hours, 2).tolist(),
+        "belief": None if belief is None else
+        [[None if np.isnan(p) else round(float(p), 3) for p in row] for row in belief.T],
+        "stays": [[place, begin / step_hours, end / step_hours]
+                  for place, begin, end in history.list_stays()],
+        "looks": [
+            [round(hour / step_hours), place, int(found)]
+            for hour, place, found in zip(
+                history.look_hour.tolist(), history.look_place.tolist(),
+                history.is_found.tolist(), strict=True,
+            )
+        ],
+        "said": [
+            [round(hour / step_hours), place, by]
+            for hour, place, by in zip(
+                history.said_hour.tolist(), history.said_place.tolist(), history.said_by,
+                strict=True,
+            )
+        ],
+    }  # fmt: skip
+
+
+def _list_rows(ranking: Ranking) -> list[dict[str, Any]]:
+    """List the answer in words: *elsewhere* first, then the likeliest places."""
+    rows: list[dict[str, Any]] = [
+        {"p": ranking.elsewhere, "name": "elsewhere", "why": "at no place that the memory knows"}
+    ]
+    if ranking.with_robot:
+        rows.append({"p": ranking.with_robot, "name": "with the robot", "why": "it carries it"})
+    rows += [
+        {"p": place.probability, "name": place.name, "relation": _SPELLED[place.relation],
+         "why": place.why, "furniture": place.furniture}
+        for place in ranking.places[:MOST_PLACES]
+    ]  # fmt: skip
+    rest = ranking.places[MOST_PLACES:]
+    if rest:
+        left = sum(place.probability for place in rest)
+        name = f"{len(rest)} other place{'s' if len(rest) > 1 else ''}"
+        rows.append({"p": left, "name": name, "why": ""})
+    return [{**row, "p": round(row["p"], _DIGITS)} for row in rows]
+
+
+def _list_looks(story: Story, shapes: PlanShapes, step: int) -> list[dict[str, Any]]:
+    """List the latest looks until a step: furniture, when, from where, and of this step the cone.
+
+    Of earlier steps those alone that say from where they were.
+    """
+    index = {number: node for node, number in enumerate(shapes.furniture_ids)}
+    end = bisect_right(story.looks, step, key=lambda look: look.step)
+    rows = []
+    for look in story.looks[max(end - MOST_LOOKS, 0) : end]:
+        node = index.get(look.furniture)
+        if node is None or not (look.step == step or look.viewpoint):
+            continue
+        row: dict[str, Any] = {"furniture": node, "step": look.step}
+        if look.step == step:
+            cone = make_cone(shapes, node, look.viewpoint)
+            if cone is not None:
+                row["cone"] = np.round(cone, 3).tolist()
+        elif look.viewpoint is not None:
+            row["at"] = [round(look.viewpoint.x, 3), round(look.viewpoint.y, 3)]
+        rows.append(row)
+    return rows
+
+
+def _name(memory: Any, furniture: int | None, known: set[int]) -> str | None:
+    return memory.describe(furniture) if furniture in known else None

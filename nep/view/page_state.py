@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from threading import Lock
 from typing import Any
 
+import numpy as np
+
+from nep.view.plan_shapes import PlanShapes
 from sgm.finder.finder import Finder
+from sgm.layout.furniture import read_position
 from sgm.messages import shorten
 from sgm.network.shipped import find_trained, list_shipped, split_name
-from simulator.drawing.floor_plan import FloorPlan
 from simulator.policies import POLICIES, find_policy
 from simulator.replay.story import Story
+
+_PLANS_KEPT = 32
 
 
 class Stage:
@@ -26,22 +33,28 @@ class Stage:
     """
 
     def __init__(
-        self, load: Callable[[], Story], get_state: Callable[[], Any] | None = None
+        self,
+        load: Callable[[], Story],
+        get_state: Callable[[], Any] | None = None,
+        doors: Iterable[Sequence[float]] = (),
     ) -> None:
         """Read the story.
 
         Args:
             load: reads it.
             get_state: returns something that differs when it has changed; None if it never does.
+            doors: x, y of doors between rooms in metres, beside those that the story knows.
 
         Raises:
-            ValueError: if it cannot be read.
+            ValueError: if it cannot be read, or a door is no two numbers.
         """
+        self._doors = np.array([read_position(door) for door in doors], float).reshape(-1, 2)
         self._load, self._get_state = load, get_state
         self._lock = Lock()
         self._state = get_state() if get_state is not None else None
         self._story = load()
-        self._plans: dict[int, FloorPlan] = {}
+        self._plans: OrderedDict[int, tuple[int, PlanShapes]] = OrderedDict()
+        self._num_plans = 0
         self.is_live = get_state is not None
         self.version = 0
         self.problem = ""
@@ -65,21 +78,32 @@ class Stage:
             except (ValueError, OSError) as error:  # in the middle of being written
                 self.problem = str(error)
 
-    def get_plan(self, step: int, story: Story | None = None) -> FloorPlan:
-        """Return the floor plan at a step; made once as long as the layout stays as it is.
+    def get_shapes(self, step: int, story: Story | None = None) -> PlanShapes:
+        """Return what stands where at a step; made once as long as the layout stays as it is.
 
         Args:
             step: of the story.
             story: one that was shown; None for what is shown now.
         """
-        story = story or self._story
-        if story.plan is not None:
-            return story.plan
+        return self._get_plan(step, story or self._story)[1]
+
+    def get_plan_number(self, step: int, story: Story | None = None) -> int:
+        """Return the number of the layout at a step; another layout has another number."""
+        return self._get_plan(step, story or self._story)[0]
+
+    def _get_plan(self, step: int, story: Story) -> tuple[int, PlanShapes]:
+        plan = story.plan
         memory = story.memory_at(step)
-        key = hash((*memory.layout.rooms.items(), *memory.layout.furniture.items()))
+        layout = memory.layout
+        key = hash((id(plan), *layout.rooms.items(), *layout.furniture.items()))
         with self._lock:
             if key not in self._plans:
-                self._plans[key] = FloorPlan.of_memory(memory)
+                own = PlanShapes.of_memory(memory) if plan is None else PlanShapes.of_plan(plan)
+                own = replace(own, doors=np.concatenate([own.doors, self._doors]))
+                self._plans[key] = self._num_plans, own
+                self._num_plans += 1
+                while len(self._plans) > _PLANS_KEPT:
+                    self._plans.popitem(last=False)
             return self._plans[key]
 
 

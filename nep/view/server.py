@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-import logging
-import socket
+import json
+import sys
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Thread
-from typing import TYPE_CHECKING
+from typing import Any
 
 from nep.view.answers import Desk
+from nep.view.document import make_document, make_policy
+from nep.view.inputs import CALLS, MOST_BYTES, read_request
 from nep.view.page_state import Judges, Stage
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.serve.guard import Guard, Refused
 from simulator.replay.still_memory import StillMemory
-
-if TYPE_CHECKING:
-    from werkzeug.serving import BaseWSGIServer
 
 HOST = "127.0.0.1"
 DEFAULT_PORT = 8050
 _MOST_PAGES = 50  # beside each other on one machine
+_REQUEST_SECONDS = 30.0  # in which a request has to arrive
+_PLAIN = "text/plain; charset=utf-8"
+_HEADERS = (
+    ("X-Content-Type-Options", "nosniff"),
+    ("Cross-Origin-Resource-Policy", "same-origin"),
+    ("Cache-Control", "no-store"),
+)
 
 
 def show(
@@ -27,6 +35,7 @@ def show(
     title: str = "robot",
     port: int = DEFAULT_PORT,
     opens_browser: bool = True,
+    doors: Iterable[Sequence[float]] = (),
 ) -> str:
     """Open a page on the memory of a running program; it follows what the memory learns.
 
@@ -41,12 +50,13 @@ def show(
         title: of the page.
         port: of this machine; the next free one is taken.
         opens_browser: whether to open the page in the browser.
+        doors: x, y of the doors between rooms in metres; the way of a search leads through them.
 
     Returns:
         The address of the page.
 
     Raises:
-        ModuleNotFoundError: if dash is not installed.
+        ValueError: if a door is no two numbers.
         OSError: if no port is free.
     """
     get = memory if callable(memory) else lambda: memory
@@ -56,59 +66,127 @@ def show(
         looks = int(batch.furniture_num_observed.sum())
         return (id(batch), batch.time, looks, batch.num_furniture, len(batch.edges))
 
-    stage = Stage(lambda: StillMemory(get().copy(), title), get_state)
-    server, address = start(Desk(stage, Judges()), port)
+    stage = Stage(lambda: StillMemory(get().copy(), title), get_state, doors)
+    server = PageServer(Desk(stage, Judges()), port)
     Thread(target=server.serve_forever, daemon=True).start()
     if opens_browser:
-        webbrowser.open(address)
-    return address
+        webbrowser.open(server.address)
+    return server.address
 
 
-def start(desk: Desk, port: int = DEFAULT_PORT, asked: str = "") -> tuple[BaseWSGIServer, str]:
-    """Make the server of a page, which `serve_forever` runs.
+class PageServer(ThreadingHTTPServer):
+    """Answers this machine alone: the page, and what the page asks."""
 
-    Args:
-        desk: answers.
-        port: of this machine; the next free one is taken.
-        asked: what is asked at first.
+    daemon_threads = True
 
-    Returns:
-        The server, and its address.
+    def __init__(self, desk: Desk, port: int = DEFAULT_PORT, asked: str = "") -> None:
+        """Listen at the first free port from a number on.
 
-    Raises:
-        ModuleNotFoundError: if dash is not installed.
-        OSError: if no port is free.
-    """
-    try:
-        from werkzeug.serving import make_server
+        Args:
+            desk: answers.
+            port: of this machine.
+            asked: what is asked at first.
 
-        from nep.view.app import make_app
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            f"the page must find the package dash, got none ({error}). Install it with "
-            "`pip install scene-graph-memory[view]`, or save the page to a file with --save."
-        ) from error
-    app = make_app(desk, asked)
-    Thread(target=desk.judges.get, args=(desk.judges.names[0],), daemon=True).start()  # seconds
-    logging.getLogger("werkzeug").setLevel(logging.ERROR)
-    with _find_socket(port) as free:
-        number = free.getsockname()[1]
-        server = make_server(HOST, number, app.server, threaded=True, fd=free.fileno())
-    return server, f"http://{HOST}:{number}/"
+        Raises:
+            OSError: if no port is free.
+        """
+        self.desk = desk
+        self.asked = asked
+        self.guard = Guard()
+        for number in range(port, port + _MOST_PAGES):
+            try:
+                super().__init__((HOST, number), _Handler)
+                return
+            except (OSError, OverflowError):
+                continue
+        raise OSError(
+            f"port must be free on this machine, got none from {port} to {port + _MOST_PAGES - 1}. "
+            "Choose another one with --port."
+        )
 
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Be silent about browsers that leave before they are answered."""
+        if not isinstance(sys.exc_info()[1], ConnectionError):
+            super().handle_error(request, client_address)
 
-def _find_socket(port: int) -> socket.socket:
-    """Return a socket that listens at the first free port from a number on."""
-    for number in range(port, port + _MOST_PAGES):
-        free = socket.socket()
-        free.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    @property
+    def address(self) -> str:
+        """Where the page is."""
+        return f"http://{HOST}:{self.server_address[1]}/"
+
+    def respond(
+        self, method: str, path: str, headers: Mapping[str, str], content: bytes, client: str = HOST
+    ) -> tuple[int, str, bytes]:
+        """Answer a request: status, type and content.
+
+        Args:
+            method: GET for the page, POST for what it asks.
+            path: only "/".
+            headers: by name in lower case.
+            content: of a POST.
+            client: address of who asks.
+        """
         try:
-            free.bind((HOST, number))
-            free.listen()
-            return free
-        except (OSError, OverflowError):
-            free.close()
-    raise OSError(
-        f"port must be free on this machine, got none from {port} to {port + _MOST_PAGES - 1}. "
-        "Choose another one with --port."
-    )
+            self.guard.check(client, path, headers)
+            if path != "/" or method not in ("GET", "HEAD", "POST"):
+                raise Refused(404, "request must be GET or POST of /, got another. Open /.")
+            if method != "POST":
+                page = make_document(self.desk.tell_page(self.asked))
+                return 200, "text/html; charset=utf-8", page.encode()
+            call, arguments = read_request(content, self.desk)
+        except Refused as error:
+            return error.status, _PLAIN, f"{error.line}\n".encode()
+        except ValueError as error:
+            return 400, _PLAIN, f"{error}\n".encode()
+        if call == "watch":
+            self.desk.stage.refresh()
+        try:
+            answer = CALLS[call][1](self.desk, **arguments)
+        except ValueError as error:  # the story went on meanwhile, or the words are no name
+            answer = {"problem": str(error)}
+        return 200, "application/json", json.dumps(answer, separators=(",", ":")).encode()
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """Reads requests and writes answers; nothing is logged."""
+
+    server: PageServer
+    protocol_version = "HTTP/1.1"
+    server_version = sys_version = ""
+    timeout = _REQUEST_SECONDS
+
+    def do_GET(self) -> None:
+        """Answer with the page."""
+        self._answer(b"")
+
+    do_HEAD = do_GET
+
+    def do_POST(self) -> None:
+        """Answer what the page asks."""
+        size = self.headers.get("Content-Length", "")
+        if not size.isdecimal() or len(size) > 9 or int(size) > MOST_BYTES:
+            self.close_connection = True
+            self._answer(b"", 413)
+            return
+        self._answer(self.rfile.read(int(size)))
+
+    def _answer(self, content: bytes, refused: int | None = None) -> None:
+        headers = {name.lower(): value for name, value in self.headers.items()}
+        status, kind, answer = self.server.respond(
+            self.command, self.path.partition("?")[0], headers, content, self.client_address[0]
+        )
+        if refused is not None:
+            line = f"request must have a length of at most {MOST_BYTES} bytes. Reload the page.\n"
+            status, kind, answer = refused, _PLAIN, line.encode()
+        self.send_response(status)
+        for name, value in (
+            ("Content-Type", kind), ("Content-Length", str(len(answer))), *_HEADERS,
+            ("Content-Security-Policy", f"{make_policy()}; frame-ancestors 'none'"),
+        ):  # fmt: skip
+            self.send_header(name, value)
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(answer)
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Log nothing: what is refused is answered."""

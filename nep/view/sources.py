@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +65,7 @@ def open_source(
     number: int = 0,
     seed: int = 0,
     robot: str = "bayesian",
+    doors: Sequence[Sequence[Any]] = (),
 ) -> Stage:
     """Open what a page shows.
 
@@ -75,6 +76,7 @@ def open_source(
         number: of the home.
         seed: of everything random.
         robot: policy of the robot that is played.
+        doors: x, y of doors between rooms, beside those that the source knows.
 
     Raises:
         ValueError: if a file is broken, or a number out of range.
@@ -83,13 +85,14 @@ def open_source(
     if source == GRID:
         from simulator.igridson.replay import record_searches  # an extra
 
-        return _hold(record_searches(steps or GRID_SEARCHES, seed=seed, policy=robot))
+        return _hold(record_searches(steps or GRID_SEARCHES, seed=seed, policy=robot), doors)
     if source in PLAYED or path.is_dir():
         made = homes.make()
         return _hold(
             record_run(
                 made, steps or made.num_steps or DEFAULT_STEPS, home=number, seed=seed, policy=robot
-            )
+            ),
+            doors,
         )
     prior = None if homes.prior is None else load_prior(homes.prior)
     load: Callable[[], Any]
@@ -97,7 +100,7 @@ def open_source(
         load = lambda: _read_replay(path, prior)  # noqa: E731
     else:
         load = lambda: StillMemory(SceneGraphMemory.load(path, prior), path.name)  # noqa: E731
-    return Stage(load, lambda: (path.stat().st_mtime_ns, path.stat().st_size))
+    return Stage(load, lambda: (path.stat().st_mtime_ns, path.stat().st_size), doors)
 
 
 def _read_replay(path: Path, prior: PriorGraph | None) -> Replay:
@@ -107,5 +110,5 @@ def _read_replay(path: Path, prior: PriorGraph | None) -> Replay:
     return story
 
 
-def _hold(story: Replay) -> Stage:
-    return Stage(lambda: story)
+def _hold(story: Replay, doors: Sequence[Sequence[Any]]) -> Stage:
+    return Stage(lambda: story, doors=doors)

@@ -1,20 +1,16 @@
-"""What the page says in words: answers, what happened in a step, what is known of furniture."""
+"""What the page says in words: what happened in a step, and what is known of furniture."""
 
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
-from html import escape
 
 import numpy as np
 
-from sgm.finder.ranking import Ranking
-from sgm.finder.search_plan import SearchPlan
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.statement import ROBOT
 from simulator.replay.story import PastLook, PastStatement, Story
 
-MOST_PLACES = 12  # of a ranking
 MOST_LOOKS = 12  # at a furniture node
 MOST_THINGS = 60  # at a furniture node
 _MOST_NAMED = 12  # in a line
@@ -35,34 +31,6 @@ class TextTable:
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     note: str = ""
-
-
-def escape_label(text: str) -> str:
-    """Return a text that plotly writes as it is: it reads some HTML in labels."""
-    return escape(text, quote=False)
-
-
-def tell_ranking(ranking: Ranking, who: str) -> TextTable:
-    """List the likeliest places with the reasons, and *elsewhere*."""
-    rows = [
-        (f"{place.probability:.1%}", f"{place.name}, {_spell(place.relation)}", place.why)
-        for place in ranking.places[:MOST_PLACES]
-    ]
-    left = sum(place.probability for place in ranking.places[MOST_PLACES:])
-    if len(ranking) > MOST_PLACES:
-        rows.append((f"{left:.1%}", f"{len(ranking) - MOST_PLACES} other places", ""))
-    rows.append((f"{ranking.elsewhere:.1%}", "elsewhere", "at no place that the memory knows"))
-    return TextTable(f"{ranking.resolution}, says {who}", ("", "place", "why"), tuple(rows))
-
-
-def tell_search(search: SearchPlan) -> TextTable:
-    """List the looks of a plan in order."""
-    rows = tuple(
-        (str(number), look.place.name, f"{look.place.probability:.0%}", f"{look.cost:.1f}")
-        for number, look in enumerate(search, 1)
-    )
-    note = f"found with {search.found:.0%}, expected cost {search.expected_cost:.1f}"
-    return TextTable("Search plan", ("", "look at", "", "cost"), rows, note)
 
 
 def tell_step(story: Story, memory: SceneGraphMemory, step: int) -> list[str]:
@@ -173,7 +141,3 @@ def _tell_look(look: PastLook) -> str:
 def _join(names: tuple[str, ...]) -> str:
     more = len(names) - _MOST_NAMED
     return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
-
-
-def _spell(relation: str) -> str:
-    return {"in": "inside", "onTop": "on top"}[relation]

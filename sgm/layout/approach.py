@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -40,7 +41,10 @@ def compute_positions(
         in_the_way = [
             box
             for other, box in boxes.items()
-            if other not in floors and box.top > ground + _STEP and box.bottom < ground + _TALLEST
+            if other not in floors
+            and box.top > ground + _STEP
+            and box.bottom < ground + _TALLEST
+            and math.dist(box.center[:2], row.box.center[:2]) < _get_reach(box) + _get_reach(row.box)
         ]
         points = _list_points(row.box, is_floor=number in floors)
         is_free = np.ones(len(points), dtype=bool)
@@ -58,6 +62,11 @@ def compute_positions(
             x, y = points[int(is_free.argmax())].tolist()
             found[number] = (x, y)
     return found
+
+
+def _get_reach(box: Box) -> float:
+    """Return how far from its middle a box is, or one stands to look at it, at most."""
+    return math.hypot(*box.size[:2]) / 2 + max(_DISTANCES) + _CLEARANCE
 
 
 def _find_ground(room: int, furniture: Mapping[int, Furniture]) -> float:

@@ -39,6 +39,7 @@ class FloorPlan:
             boxes.
         stands: where one stands to look at the furniture, nan where it is unknown, (F, 2); None
             without boxes.
+        doors: middles of the doors between rooms, (D, 2); None where none are known.
     """
 
     rooms: tuple[str, ...]
@@ -51,6 +52,7 @@ class FloorPlan:
     has_positions: bool = False
     footprints: np.ndarray | None = None
     stands: np.ndarray | None = None
+    doors: np.ndarray | None = None
 
     @classmethod
     def make(

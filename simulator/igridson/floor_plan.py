@@ -25,6 +25,16 @@ def make_plan(layout: GridLayout) -> FloorPlan:
         ]
     )
     corner -= SIZE / 2
+    footprints = np.array(
+        [
+            [(x, rows - y), (x, rows - y - tall), (x + wide, rows - y - tall), (x + wide, rows - y)]
+            for x, y, wide, tall in (
+                (piece.column, piece.row, piece.width, piece.height) for piece in layout.furniture
+            )
+        ],
+        dtype=float,
+    )
+    door_rows, door_columns = np.nonzero(layout.is_door)
     return FloorPlan(
         rooms=layout.rooms,
         furniture=tuple(number_names([piece.label for piece in layout.furniture])),
@@ -34,6 +44,8 @@ def make_plan(layout: GridLayout) -> FloorPlan:
         corner=corner,
         size=SIZE,
         has_positions=True,
+        footprints=footprints,
+        doors=np.column_stack([door_columns + 0.5, rows - door_rows - 0.5]),
     )
 
 

@@ -1,4 +1,4 @@
-"""Requests to the page that no browser sends: an answer, a line or nothing, never a traceback."""
+"""Requests to the page that no browser sends: an answer or a line, never a traceback."""
 
 from __future__ import annotations
 
@@ -12,65 +12,41 @@ from typing import Any
 import mutate
 import numpy as np
 import targets
-from dash import Dash
 
 from nep.view.answers import Desk
-from nep.view.app import make_app
+from nep.view.inputs import CALLS
 from nep.view.page_state import Judges, Stage
+from nep.view.server import PageServer
 from simulator.replay.still_memory import StillMemory
 
 Rng = np.random.Generator
-# A good value of each input, by the end of its name.
-GOOD = {
-    "n_clicks": 1, "n_submit": 1, "n_intervals": 1, "disabled": True, "max": 4,
-    "relayoutData": {f"{axis}axis.range[{end}]": end for axis in "xy" for end in (0, 1)},
-    "clickData": {"points": [{"customdata": ["furniture", 0]}]}, "asked.data": "mug",
-    "object.data": "mug", "version.data": 0, "selected.data": 0, "words.value": "mug",
-    "step.value": 3, "judge-a.value": "bayesian", "judge-b.value": "nobody",
-    "options.value": ["search plan"], "view-a.data": [0, 1, 0, 1], "view-b.data": None,
-}  # fmt: skip
+# A good value of each argument.
+GOOD = {"step": 0, "since": 0, "words": "mug", "judge": "bayesian", "furniture": 0}
 ODD = (
     *mutate.VALUES, "evilmod:P", "os:system", "numpy.zeros", ".:", "..x:y", 10**400, -(2**53),
-    [10**9] * 4, ["truth"] * 3, {"points": [{"customdata": ["furniture", 10**30]}]}, "\ud800",
+    [10**9] * 4, "none", {"words": "mug"}, "\ud800", "x" * 201,
 )  # fmt: skip
-PATHS = ("/_dash-component-suites/os/x.js", "/_dash-component-suites/dash/../x", "/assets/../x",
-         "/_reload-hash", "/_dash-layout", "/%2e%2e/x", "/_dash-update-component/x")  # fmt: skip
+PATHS = ("/x.js", "/page/../x", "/%2e%2e/x", "/?call=watch", "//", "/page.css")
 
 
 @functools.cache
-def get_app() -> Dash:
+def get_server() -> PageServer:
     """Return a page on a small memory."""
     memory = targets.make_memory()
     desk = Desk(Stage(lambda: StillMemory(memory, "home")), Judges())
     desk.judges.names = ["bayesian", "last_seen_prior"]  # no seconds for torch
-    return make_app(desk)
+    return PageServer(desk)
 
 
-def make_body(output: str) -> dict[str, Any]:
-    """Return what a browser sends to a callback."""
-    callback = get_app().callback_map[output]
-    names = output[2:-2].split("...") if output.startswith("..") else [output]
-    outputs = [dict(zip(("id", "property"), name.rsplit(".", 1), strict=True)) for name in names]
-    rows: dict[str, Any] = {
-        part: [
-            {**row, "value": GOOD.get(f"{row['id']}.{row['property']}", GOOD.get(row["property"]))}
-            for row in callback[part]
-        ]
-        for part in ("inputs", "state")
-    }
-    first = callback["inputs"][0]
-    return {
-        "output": output,
-        "outputs": outputs if output.startswith("..") else outputs[0],
-        "changedPropIds": [f"{first['id']}.{first['property']}"],
-        **rows,
-    }
+def make_body(call: str) -> dict[str, Any]:
+    """Return what a browser sends for a call."""
+    step = get_server().desk.stage.story.num_steps
+    return {"call": call, **{name: {**GOOD, "step": step}[name] for name in CALLS[call][0]}}
 
 
 def make_request(folder: Path) -> None:
     """Write a good request."""
-    output = next(name for name in get_app().callback_map if "map-a.figure" in name)
-    write_request(folder, "POST /_dash-update-component", json.dumps(make_body(output)).encode())
+    write_request(folder, "POST /", json.dumps(make_body("answer")).encode())
 
 
 def write_request(folder: Path, line: str, content: bytes) -> None:
@@ -81,15 +57,13 @@ def write_request(folder: Path, line: str, content: bytes) -> None:
 
 def change(folder: Path, rng: Rng) -> None:
     """Forge a value, the frame around it, bytes, or a path."""
-    outputs = list(get_app().callback_map)
-    body, kind = make_body(outputs[int(rng.integers(len(outputs)))]), rng.integers(8)
-    line = "POST /_dash-update-component"
+    body, kind = make_body(list(CALLS)[int(rng.integers(len(CALLS)))]), rng.integers(8)
+    line = "POST /"
     if kind <= 3:  # a value of its own, or two
-        rows = [*body["inputs"], *body["state"]]
         for _ in range(int(rng.integers(1, 3))):
-            row = rows[int(rng.integers(len(rows)))]
+            name = list(body)[int(rng.integers(len(body)))]
             value = ODD[int(rng.integers(len(ODD)))]
-            row["value"] = mutate.mutate_json(row["value"], rng) if kind == 3 else value
+            body[name] = mutate.mutate_json(body[name], rng) if kind == 3 else value
     elif kind == 4:
         body = mutate.mutate_json(body, rng)
     elif kind == 5:
@@ -120,18 +94,14 @@ def use(folder: Path) -> None:
     method, path = (folder / "line").read_text().split()
     records = _Records()
     logging.getLogger().addHandler(records)
-    app = get_app()
-    app.server.logger.addHandler(records)
     try:
-        found = app.server.test_client().open(
-            path, method=method, data=(folder / "body").read_bytes(),
-            content_type="application/json", headers={"Host": "127.0.0.1:8050"},
-        )  # fmt: skip
+        status, _, answer = get_server().respond(
+            method, path, {"host": "127.0.0.1:8050"}, (folder / "body").read_bytes()
+        )
     finally:
         logging.getLogger().removeHandler(records)
-        app.server.logger.removeHandler(records)
-    assert found.status_code < 500, f"{found.status_code}: {''.join(records.lines)[-1000:]}"
+    assert status < 500, status
     assert not records.lines, records.lines
     assert "evilmod" not in sys.modules
-    if found.status_code == 400:
-        raise ValueError(found.text.strip())
+    if status >= 400:
+        raise ValueError(answer.decode().strip())

@@ -7,6 +7,7 @@ import pytest
 
 from nep.view.answers import Desk
 from nep.view.page_state import Judges, Stage
+from nep.view.server import PageServer
 from sgm.memory.look_log import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
@@ -49,17 +50,14 @@ def desk(log):
 @pytest.fixture
 def serve():
     """Serve desks until the test ends; returns the address of each page."""
-    pytest.importorskip("dash", reason="dash is not installed: pip install .[view]")
-    from nep.view.server import start
-
     servers = []
 
     def run(desk, asked=""):
-        server, address = start(desk, 8050, asked)
+        server = PageServer(desk, 8050, asked)
         thread = threading.Thread(target=server.serve_forever, daemon=True)
         thread.start()
         servers.append((server, thread))
-        return address
+        return server.address
 
     yield run
     for server, thread in servers:

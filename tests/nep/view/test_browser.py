@@ -1,97 +1,59 @@
-"""The page in a real browser: ask, move the slider, click, read what it says."""
+"""The page in a real browser, as a person uses it: ask, drag, click, play, read what it says."""
 
+import json
 import re
 
 import pytest
 
 pytest.importorskip("selenium", reason="selenium is not installed")
 
-from selenium.webdriver.common.action_chains import ActionChains
-from selenium.webdriver.common.actions.wheel_input import ScrollOrigin
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.support.ui import WebDriverWait
 
 from nep.view.saved_page import save_page
+from tests.nep.view.page_driver import (
+    ask,
+    click_map,
+    find,
+    open_page,
+    read,
+    read_answer,
+    read_rows,
+    run_on_map,
+    wait_for,
+)
 
 pytestmark = pytest.mark.slow
 
-WAIT_S = 60  # a busy machine is not a failure
-
-
-def wait_for(browser, is_so):
-    """Wait until a condition holds, and return what it gave."""
-    return WebDriverWait(browser, WAIT_S).until(lambda driver: is_so())
-
-
-def read_rows(browser, where):
-    """Cells of all rows of the tables in an element."""
-    return browser.execute_script(
-        "return [...document.querySelectorAll(arguments[0] + ' tbody tr')]"
-        ".map(row => [...row.children].map(cell => cell.textContent))",
-        where,
-    )
-
-
-def read(browser, where):
-    return browser.find_element(By.CSS_SELECTOR, where).text
-
-
-def ask(browser, words):
-    """Type a question, as a person does."""
-    box = browser.find_element(By.ID, "words")
-    box.send_keys(Keys.CONTROL, "a")
-    box.send_keys(words, Keys.ENTER)
-
-
-def click_map(browser, x, y):
-    """Click at a point of the map, given in its own coordinates."""
-    at = browser.execute_script(
-        "const plot = document.querySelector('#map-a .js-plotly-plot') ||"
-        " document.querySelector('#map-a');"
-        "const {xaxis, yaxis} = plot._fullLayout, box = plot.getBoundingClientRect();"
-        "return [box.left + xaxis._offset + xaxis.d2p(arguments[0]),"
-        " box.top + yaxis._offset + yaxis.d2p(arguments[1])]",
-        x, y,
-    )  # fmt: skip
-    ActionChains(browser).move_by_offset(*map(round, at)).pause(0.3).click().perform()
-    ActionChains(browser).move_by_offset(*(-round(value) for value in at)).perform()
-
 
 def test_ask_move_and_click(browser, serve, desk):
-    browser.get(serve(desk))
-    wait_for(browser, lambda: read(browser, "#events"))
+    open_page(browser, serve(desk))
     assert read(browser, "h1") == "my home"
-
     ask(browser, "the red mug")
-    rows = wait_for(browser, lambda: read_rows(browser, "#answer-a"))
-    assert rows[0][1:] == ["counter top in kitchen, on top", "seen here in this step; prior 60%"]
+    rows = wait_for(browser, lambda: read_answer(browser))
     # What is seen in this step is there with 97 % (`Corrections.seen_now`); all parts sum to one.
-    shares = [float(row[0][:-1]) for row in rows if row[0].endswith("%")]
-    assert shares[0] == 97.0
-    assert sum(shares) == pytest.approx(100, abs=0.3)
-    assert rows[3][1] == "elsewhere"
+    assert rows[0][1] == "elsewhere"
+    assert rows[1] == ["97%", "counter top in kitchen, on top", "seen here in this step; prior 60%"]
+    assert sum(float(row[0][:-1]) for row in rows) == pytest.approx(100, abs=0.3)
+    bar = "return document.querySelectorAll('.answer .track')[arguments[0]].firstChild.clientWidth"
+    widths = [browser.execute_script(bar, row) for row in (0, 1)]
+    assert widths[0] < 3 < 40 < widths[1]
     assert "looked at counter top in kitchen: saw red mug" in read(browser, "#events")
 
-    thumb = browser.find_element(By.CSS_SELECTOR, "#step [role=slider]")
-    for _ in range(6):
-        thumb.send_keys(Keys.ARROW_LEFT)
+    find(browser, "step").send_keys(Keys.HOME)
     wait_for(browser, lambda: read(browser, "#time") == "step 0")
-    wait_for(browser, lambda: read_rows(browser, "#answer-a")[0][1] == "desk in study, on top")
+    wait_for(browser, lambda: read_answer(browser)[1][1] == "desk in study, on top")
     assert "saw red mug, laptop" in read(browser, "#events")
-
-    wait_for(browser, lambda: browser.find_elements(By.CSS_SELECTOR, "#map-a .scatterlayer"))
-    plan = desk.stage.get_plan(0)
-    click_map(browser, *plan.centre[2])
+    click_map(browser, *desk.stage.get_shapes(0).middles[2], down=15)
     wait_for(browser, lambda: "desk in study" in read(browser, "#furniture"))
     rows = read_rows(browser, "#furniture")
     assert ["red mug", "there", "step 0", "0", "1 of 1"] in rows
     assert ["step 0", "saw red mug, laptop"] in rows
 
-    browser.find_element(By.ID, "play").click()
+    find(browser, "play").click()
     wait_for(browser, lambda: read(browser, "#time") == "step 6")
     wait_for(browser, lambda: ["step 5", "saw laptop"] in read_rows(browser, "#furniture"))
-
+    wait_for(browser, lambda: find(browser, "play").text == "▶")
     outside = browser.execute_script(
         "return performance.getEntriesByType('resource').map(entry => entry.name)"
         ".filter(name => !name.startsWith(location.origin) && !name.startsWith('data:'))"
@@ -100,72 +62,162 @@ def test_ask_move_and_click(browser, serve, desk):
 
 
 def test_two_answers_side_by_side_and_a_bad_question(browser, serve, desk):
-    browser.get(serve(desk, "laptop"))
-    wait_for(browser, lambda: read_rows(browser, "#answer-a"))
-    browser.find_element(By.ID, "judge-b").click()
-    options = wait_for(
-        browser,
-        lambda: [
-            option
-            for option in browser.find_elements(By.CSS_SELECTOR, "[role=option]")
-            if option.text.strip() == "last_seen_prior"
-        ],
-    )  # fmt: skip
-    options[0].click()
+    open_page(browser, serve(desk, "laptop"))
+    wait_for(browser, lambda: read_answer(browser))
+    second = find(browser, "judge-b")
+    options = [option.text for option in second.find_elements(By.TAG_NAME, "option")]
+    assert options == ["no second answer", "bayesian", "last_seen_prior"]
+    assert not find(browser, "map-b").is_displayed()
+    second.send_keys("last")
     wait_for(browser, lambda: "says last_seen_prior" in read(browser, "#answer-b"))
+    assert find(browser, "map-b").is_displayed()
     assert "says bayesian" in read(browser, "#answer-a")
     ask(browser, "<b>butter</b>")
-    wait_for(browser, lambda: "white fridge" in read(browser, "#answer-a"))
+    wait_for(browser, lambda: "white fridge" in read(browser, "#answer-b"))
+    wait_for(browser, lambda: read(browser, "#history h3") == "<b>butter</b>")
+    second.send_keys("no second")
+    wait_for(browser, lambda: not find(browser, "map-b").is_displayed())
+    assert read(browser, "#answer-b") == ""
     ask(browser, "___")
     wait_for(browser, lambda: "must" in read(browser, "#answer-a .problem"))
 
 
-def test_a_click_on_an_object_draws_its_history(browser, serve, desk):
-    browser.get(serve(desk))
-    wait_for(browser, lambda: browser.find_elements(By.CSS_SELECTOR, "#map-a .scatterlayer"))
-    plan, memory = desk.stage.get_plan(6), desk.stage.story.memory_at(6)
-    edges = memory.batch.edges
-    milk = memory.descriptions.index("milk")
-    seen = [row for row in range(len(edges)) if edges["num_true"][row]]
-    spots = plan.list_spots(edges["furniture"][seen] * 2 + edges["relation"][seen])
-    spot = next(at for at, row in zip(spots, seen, strict=True) if edges["object"][row] == milk)
-    click_map(browser, *spot)
-    wait_for(browser, lambda: "milk" in read(browser, "#history"))
-    assert "white fridge in kitchen" in read(browser, "#history")
+def test_keys_move_in_time_and_on_the_map(browser, serve, desk):
+    open_page(browser, serve(desk))
+    body = browser.find_element(By.TAG_NAME, "body")
+    body.send_keys(Keys.ARROW_LEFT)
+    wait_for(browser, lambda: read(browser, "#time") == "step 5")
+    body.send_keys(Keys.HOME)
+    wait_for(browser, lambda: read(browser, "#time") == "step 0")
+    body.send_keys(Keys.SHIFT, Keys.ARROW_RIGHT)
+    wait_for(browser, lambda: read(browser, "#time") == "step 6")
+    body.send_keys(Keys.SHIFT, Keys.HOME, Keys.SHIFT)
+    wait_for(browser, lambda: read(browser, "#time") == "step 0")
+    body.send_keys(" ")
+    wait_for(browser, lambda: read(browser, "#time") == "step 6")
+    canvas, whole = find(browser, "map-a"), run_on_map(browser, "return [view.x, view.scale]")
+    canvas.send_keys("+")
+    assert run_on_map(browser, "return view.scale") == pytest.approx(1.5 * whole[1])
+    canvas.send_keys(Keys.ARROW_RIGHT)
+    assert run_on_map(browser, "return view.x") > whole[0]
+    assert read(browser, "#time") == "step 6"
+    canvas.send_keys("0")
+    assert run_on_map(browser, "return [view.x, view.scale]") == pytest.approx(whole)
+    body.send_keys("/")
+    assert browser.switch_to.active_element.get_attribute("id") == "words"
 
 
-def test_a_zoom_stays(browser, serve, desk):
-    def get_width():
-        return browser.execute_script(
-            "const plot = document.querySelector('#map-a .js-plotly-plot');"
-            "const {range} = plot._fullLayout.xaxis; return range[1] - range[0]"
-        )
+def test_a_click_hits_what_it_aims_at(browser, serve, desk):
+    """A dot from some pixels beside it, furniture from some pixels beside it, nothing from afar."""
+    open_page(browser, serve(desk))
+    dots = run_on_map(
+        browser, "return map.dots.map(dot => [dot.thing.name, ...view.toHome(dot.at)])"
+    )
+    spot = {name: at for name, *at in dots}
+    for beside in (-5, 5):
+        click_map(browser, *spot["milk"], right=beside, down=beside // 2)
+        wait_for(browser, lambda: read(browser, "#history h3") == "milk")
+        wait_for(browser, lambda: "white fridge" in read(browser, "#furniture"))
+        click_map(browser, *spot["laptop"], right=beside, down=beside // 2)
+        wait_for(browser, lambda: read(browser, "#history h3") == "laptop")
+        wait_for(browser, lambda: "desk in study" in read(browser, "#furniture"))
+    left, bottom = desk.stage.get_shapes(6).outlines[0].min(axis=0)
+    click_map(browser, left, bottom, right=8, down=10)  # 10 pixels below its border
+    wait_for(browser, lambda: "white fridge" in read(browser, "#furniture"))
+    find_all = "return [-400, 3].map(x => map.find([x, 3], 14))"
+    assert run_on_map(browser, find_all) == [None, None]
+    nearest = """
+        const hits = [];
+        for (const dot of map.dots) {
+          for (const turn of [0, 1, 2, 3, 4, 5]) {
+            const at = [dot.at[0] + 4 * Math.cos(turn), dot.at[1] + 4 * Math.sin(turn)];
+            const away = map.dots.map(one => Math.hypot(one.at[0] - at[0], one.at[1] - at[1]));
+            hits.push(map.find(at, 14).thing === map.dots[away.indexOf(Math.min(...away))].thing);
+          }
+        }
+        return [hits.length, hits.every(Boolean)]"""
+    assert run_on_map(browser, nearest) == [6 * len(dots), True]
 
-    browser.get(serve(desk))
-    area = wait_for(browser, lambda: browser.find_elements(By.CSS_SELECTOR, "#map-a .nsewdrag"))[0]
-    wait_for(browser, lambda: read(browser, "#events"))
-    before = get_width()
-    wheel = ScrollOrigin.from_element(area)
-    for _ in range(3):  # a tenth each
-        ActionChains(browser).scroll_from_origin(wheel, 0, -400).pause(1).perform()
-    zoomed = wait_for(browser, lambda: get_width() < 0.85 * before and get_width())
+
+def test_wheel_drag_and_pinch(browser, serve, desk):
+    open_page(browser, serve(desk))
+    box = browser.execute_script(
+        "const box = document.getElementById('map-a').getBoundingClientRect();"
+        "return [box.left, box.top]"
+    )
+
+    def send(kind, **values):
+        browser.execute_cdp_cmd(f"Input.dispatch{kind}Event", values)
+
+    def get_view():
+        return run_on_map(browser, "return [...view.toHome([200, 150]), view.scale]")
+
+    x, y, scale = get_view()
+    at = {"x": box[0] + 200, "y": box[1] + 150}
+    send("Mouse", type="mouseWheel", deltaX=0, deltaY=-240, **at)
+    wait_for(browser, lambda: get_view()[2] == pytest.approx(scale * 2.718281828**0.4))
+    # What is below the mouse stays there, but for a part of a pixel.
+    assert get_view()[:2] == pytest.approx([x, y], abs=0.01)
+    scale = get_view()[2]
+    send("Mouse", type="mousePressed", button="left", buttons=1, clickCount=1, **at)
+    for right in (20, 60):
+        send("Mouse", type="mouseMoved", button="left", buttons=1, x=at["x"] + right, y=at["y"])
+    send("Mouse", type="mouseReleased", button="left", x=at["x"] + 60, y=at["y"])
+    wait_for(browser, lambda: get_view()[0] == pytest.approx(x - 60 / scale, abs=0.01))
+    assert read(browser, "#furniture").startswith("Click")  # a drag is no click
+
+    def touch(kind, *points):
+        send("Touch", type=kind, touchPoints=[{"x": x, "y": y, "id": n} for n, (x, y) in points])
+
+    left, top = at["x"], at["y"]
+    touch("touchStart", (0, (left - 40, top)))
+    touch("touchStart", (0, (left - 40, top)), (1, (left + 40, top)))
+    touch("touchMove", (0, (left - 60, top)), (1, (left + 60, top)))
+    touch("touchMove", (0, (left - 80, top)), (1, (left + 80, top)))
+    touch("touchEnd")
+    wait_for(browser, lambda: get_view()[2] == pytest.approx(2 * scale, rel=0.02))
+    for button, times in (("closer", 1.5), ("farther", 1 / 1.5)):
+        before = get_view()[2]
+        find(browser, button).click()
+        assert get_view()[2] == pytest.approx(times * before)
+    zoomed = get_view()
     ask(browser, "laptop")
-    wait_for(browser, lambda: read_rows(browser, "#answer-a"))
-    assert get_width() == pytest.approx(zoomed, rel=0.05)
+    wait_for(browser, lambda: read_answer(browser))
+    assert get_view() == pytest.approx(zoomed)  # a zoom stays
+
+
+def test_a_page_follows_a_file_that_goes_on(browser, serve, log):
+    from nep.view.answers import Desk
+    from nep.view.page_state import Judges, Stage
+    from sgm.memory.scene_graph_memory import SceneGraphMemory
+    from sgm.memory.sighting import Sighting
+    from simulator.replay.still_memory import StillMemory
+
+    memory = SceneGraphMemory.load(log.parent / "home.sgm")
+    desk = Desk(Stage(lambda: StillMemory(memory.copy(), "home"), lambda: memory.time), Judges())
+    desk.judges.names = ["bayesian"]
+    open_page(browser, serve(desk, "keys"))
+    assert read(browser, "#time") == "step 6"
+    memory.add_furniture("shelf", memory.add_room("hall"))
+    memory.step(3)
+    memory.observe(3, [Sighting("keys")])
+    wait_for(browser, lambda: read(browser, "#time") == "step 9")
+    wait_for(browser, lambda: read_answer(browser)[1][1] == "shelf in hall, on top")
+    assert run_on_map(browser, "return map.plan.rooms.map(room => room.name)")[2] == "hall"
 
 
 def test_a_saved_page_needs_no_server(browser, desk, tmp_path):
     page = tmp_path / "page.html"
     save_page(desk, ["red mug", "milk"], page)
     text = page.read_text("utf-8")
-    assert not re.search(r"<(?:script|link|img)[^>]+(?:src|href)=", text)
-    browser.get(page.as_uri())
-    rows = wait_for(browser, lambda: read_rows(browser, "#answer-a"))
-    assert rows[0][1] == "counter top in kitchen, on top"
-    browser.find_element(By.ID, "step").send_keys(Keys.HOME)
+    assert not re.search(r"<(?:script|link|img)[^>]+(?:src|href)=\"(?!data:)", text)
+    assert json.loads(re.search(r'id="data">(.*?)</script>', text)[1])["title"] == "my home"
+    open_page(browser, page.as_uri())
+    assert read_answer(browser)[1][1] == "counter top in kitchen, on top"
+    find(browser, "step").send_keys(Keys.HOME)
     wait_for(browser, lambda: read(browser, "#time") == "step 0")
-    assert read_rows(browser, "#answer-a")[0][1] == "desk in study, on top"
-    browser.find_element(By.CSS_SELECTOR, "#words option:nth-child(2)").click()
+    assert read_answer(browser)[1][1] == "desk in study, on top"
+    find(browser, "asked").send_keys("milk")
     wait_for(browser, lambda: "milk" in read(browser, "#answer-a h3"))
-    click_map(browser, *desk.stage.get_plan(6).centre[2])
+    click_map(browser, *desk.stage.get_shapes(6).middles[2], down=15)
     wait_for(browser, lambda: "desk in study" in read(browser, "#furniture"))

@@ -1,0 +1,237 @@
+"""What stands where on the map: polygons of rooms and furniture, to scale where that is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sgm.layout.furniture import Furniture
+from sgm.layout.outline import compute_edge_distance, contains_points
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from simulator.drawing.floor_plan import FloorPlan
+from simulator.drawing.home import get_room_colour
+
+FLOOR = "floor"  # label of furniture that is the ground of its room
+_PAD = 0.3  # metres around furniture, where the room has no floor of its own
+_SIDES = (0.4, 1.0)  # metres: least and most of a box around a point
+_RINGS = 12  # around a point, in which a box looks for a free spot
+_IN_ROWS = (0.05, 0.2, 0.9, 0.7)  # of the unit square of furniture that is laid out: its box
+_DIGITS = 3
+
+
+@dataclass(frozen=True)
+class PlanShapes:
+    """A home from above.
+
+    Attributes:
+        rooms: names, (R,).
+        room_outlines: corners of each, (k, 2).
+        has_floor: whether the outline of a room is known, and not a box around its furniture, (R,).
+        furniture_ids, furniture: ids and names, (F,).
+        furniture_room: room index of each furniture node, (F,).
+        outlines: corners of each furniture node, (k, 2).
+        is_to_scale: whether that is its footprint, and not a box around a point, (F,).
+        insides: where its things are drawn: x, y of the middle, width, height, yaw, (F, 5).
+        stands: where one stands to look at it, nan where it is unknown, (F, 2).
+        doors: middles of the doors between rooms, (D, 2).
+        has_positions: whether furniture stands where it is, and not in rows by room.
+    """
+
+    rooms: tuple[str, ...]
+    room_outlines: tuple[np.ndarray, ...]
+    has_floor: tuple[bool, ...]
+    furniture_ids: tuple[int, ...]
+    furniture: tuple[str, ...]
+    furniture_room: np.ndarray
+    outlines: tuple[np.ndarray, ...]
+    is_to_scale: tuple[bool, ...]
+    insides: np.ndarray
+    stands: np.ndarray
+    doors: np.ndarray
+    has_positions: bool
+
+    @classmethod
+    def of_memory(cls, memory: SceneGraphMemory) -> PlanShapes:
+        """Place what a memory knows: in rows by room if nothing has a box or a position.
+
+        Furniture with a box has its footprint, furniture with a position a box around it that
+        covers no other, and the rest a free spot in its room. A piece of furniture with the label
+        `FLOOR` and a box is the outline of its room.
+        """
+        layout = memory.layout
+        nodes = layout.furniture
+        if all(node.box is None and node.position is None for node in nodes.values()):
+            return cls.of_plan(FloorPlan.of_memory(memory))
+        index = {room: number for number, room in enumerate(layout.rooms)}
+        rooms = np.array([index[node.room] for node in nodes.values()], dtype=np.int64)
+        rows = list(nodes.values())
+        stands = layout.compute_positions().values()
+        outlines, insides = _place(rows, rooms)
+        floors = {int(rooms[n]): outlines[n] for n, row in enumerate(rows) if _is_floor(row)}
+        room_outlines = []
+        east = max((float(corners[:, 0].max()) for corners in outlines), default=0.0)
+        for room in range(len(index)):
+            own = [outlines[n] for n in np.flatnonzero(rooms == room)]
+            if room in floors:
+                room_outlines.append(floors[room])
+            elif own:
+                corners = np.concatenate(own)
+                low, high = corners.min(axis=0) - _PAD, corners.max(axis=0) + _PAD
+                room_outlines.append(_make_box(*((low + high) / 2), *(high - low)))
+            else:  # beside the home
+                east += 2.0
+                room_outlines.append(_make_box(east - 0.5, 0.5, 1.0, 1.0))
+        return cls(
+            layout.room_labels, tuple(room_outlines), tuple(n in floors for n in index.values()),
+            tuple(nodes), tuple(row.description for row in rows), rooms, tuple(outlines),
+            tuple(row.box is not None for row in rows), insides,
+            np.array([(np.nan, np.nan) if at is None else at for at in stands]).reshape(-1, 2),
+            np.zeros((0, 2)), True,
+        )  # fmt: skip
+
+    @classmethod
+    def of_plan(cls, plan: FloorPlan) -> PlanShapes:
+        """Take a floor plan over."""
+        boxes = plan.room_box
+        rooms = [_make_box(x + w / 2, y + h / 2, w, h) for x, y, w, h in boxes]
+        outlines, insides = [], np.zeros((len(plan.furniture), 5))
+        left, bottom, width, height = np.array(_IN_ROWS) * plan.size
+        for node, (x, y) in enumerate(plan.corner):
+            known = None if plan.footprints is None else plan.footprints[node]
+            if known is not None and np.isfinite(known).all():
+                outlines.append(known)
+                low, high = known.min(axis=0), known.max(axis=0)
+            else:
+                low = np.array([x + left, y + bottom])
+                high = low + np.array([width, height])
+                outlines.append(_make_box(*((low + high) / 2), width, height))
+            insides[node] = [*((low + high) / 2), *(high - low), 0]
+        nowhere = np.full((len(plan.furniture), 2), np.nan)
+        return cls(
+            plan.rooms, tuple(rooms), (plan.has_positions,) * len(rooms), plan.furniture_ids,
+            plan.furniture, plan.furniture_room, tuple(outlines),
+            (plan.footprints is not None,) * len(outlines), insides,
+            nowhere if plan.stands is None else plan.stands,
+            np.zeros((0, 2)) if plan.doors is None else plan.doors, plan.has_positions,
+        )  # fmt: skip
+
+    @property
+    def middles(self) -> np.ndarray:
+        """Where each furniture node is, (F, 2)."""
+        return self.insides[:, :2]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what the page draws."""
+        return {
+            "hasPositions": self.has_positions,
+            "rooms": [
+                {"name": name, "poly": _round(corners), "known": known, "colour": colour}
+                for name, corners, known, colour in zip(
+                    self.rooms, self.room_outlines, self.has_floor,
+                    map(get_room_colour, self.rooms), strict=True,
+                )
+            ],
+            "furniture": [
+                {"id": number, "name": name, "room": room, "poly": _round(corners),
+                 "toScale": known, "inside": inside}
+                for number, name, room, corners, known, inside in zip(
+                    self.furniture_ids, self.furniture, self.furniture_room.tolist(),
+                    self.outlines, self.is_to_scale, _round(self.insides), strict=True,
+                )
+            ],
+            "doors": _round(self.doors),
+        }  # fmt: skip
+
+
+def _place(rows: Sequence[Furniture], rooms: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
+    """Return the outline of each furniture node, and the middle, size and yaw of its inside."""
+    side = _choose_side(rows)
+    outlines: list[np.ndarray] = [np.zeros((0, 2))] * len(rows)
+    insides = np.zeros((len(rows), 5))
+    taken: list[np.ndarray] = []  # left, bottom, right, top
+    for node, row in enumerate(rows):
+        if row.box is None or _is_floor(row):
+            continue
+        outlines[node] = row.box.corners
+        if row.box.outline is None:
+            insides[node] = [*row.box.center[:2], *row.box.size[:2], row.box.yaw]
+        else:
+            insides[node] = _find_inside(row.box.corners)
+        taken.append(np.concatenate([outlines[node].min(axis=0), outlines[node].max(axis=0)]))
+    known = [node for node, row in enumerate(rows) if row.box is None and row.position is not None]
+    unknown = [n for n, row in enumerate(rows) if row.box is None and row.position is None]
+    floors = [node for node, row in enumerate(rows) if _is_floor(row)]
+    for node in (*known, *floors, *unknown):
+        row = rows[node]
+        if row.box is not None:  # a floor: its things lie where it is free
+            outlines[node] = row.box.corners
+            wish = _find_inside(row.box.corners)[:2]
+        elif row.position is not None:
+            wish = np.array(row.position)
+        else:
+            own = [outlines[n] for n in np.flatnonzero(rooms == rooms[node]) if len(outlines[n])]
+            others = own or [corners for corners in outlines if len(corners)]
+            corners = np.concatenate(others)
+            wish = (corners.min(axis=0) + corners.max(axis=0)) / 2
+            wish = wish if own else np.array([corners[:, 0].max() + 2 * side, wish[1]])
+        at = _find_free(wish, side, taken)
+        taken.append(np.concatenate([at - side / 2, at + side / 2]))
+        insides[node] = [*at, side, side, 0]
+        if row.box is None:
+            outlines[node] = _make_box(*at, side, side)
+    return outlines, insides
+
+
+def _choose_side(rows: Sequence[Furniture]) -> float:
+    """Return the side of a box around a point: few cover each other, and none is a speck."""
+    at = np.array([row.position for row in rows if row.box is None and row.position is not None])
+    if len(at) < 2:
+        return 0.7
+    apart = np.abs(at[:, None] - at[None]).max(axis=2)
+    np.fill_diagonal(apart, np.inf)
+    return float(np.clip(0.9 * np.quantile(apart.min(axis=1), 0.25), *_SIDES))
+
+
+def _find_free(wish: np.ndarray, side: float, taken: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the middle (2,) of a free square near a point; the point itself if all is taken."""
+    if not taken:
+        return wish
+    boxes = np.array(taken)
+    for ring in range(_RINGS):
+        turns = np.linspace(0, 2 * np.pi, max(8 * ring, 1), endpoint=False)
+        ways = np.column_stack([np.cos(turns), np.sin(turns)]) * ring * side / 2
+        for spot in wish + ways:
+            low, high = spot - 0.52 * side, spot + 0.52 * side
+            is_over = (boxes[:, :2] < high).all(axis=1) & (boxes[:, 2:] > low).all(axis=1)
+            if not is_over.any():
+                return np.asarray(spot)
+    return wish
+
+
+def _find_inside(corners: np.ndarray) -> np.ndarray:
+    """Return a square in a polygon: x, y, width, height, yaw, where its sides are farthest."""
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    axes = [np.linspace(low[axis], high[axis], 25)[1:-1] for axis in (0, 1)]
+    points = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+    outline = tuple(map(tuple, corners.tolist()))
+    away = np.where(contains_points(outline, points), compute_edge_distance(outline, points), -1.0)
+    best = int(away.argmax())
+    side = max(float(away[best]), 0.05) * np.sqrt(2)
+    return np.array([*points[best], side, side, 0.0])
+
+
+def _make_box(x: float, y: float, width: float, height: float) -> np.ndarray:
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (width / 2, height / 2)
+    return np.asarray(corners + np.array([x, y]))
+
+
+def _is_floor(row: Furniture) -> bool:
+    return row.label == FLOOR and row.box is not None
+
+
+def _round(values: np.ndarray) -> list[Any]:
+    rounded: list[Any] = np.round(values, _DIGITS).tolist()
+    return rounded
