@@ -80,10 +80,10 @@ class PlanShapes:
             elif own:
                 corners = np.concatenate(own)
                 low, high = corners.min(axis=0) - _PAD, corners.max(axis=0) + _PAD
-                room_outlines.append(_make_box(*((low + high) / 2), *(high - low)))
+                room_outlines.append(_make_box((low + high) / 2, high - low))
             else:  # beside the home
                 east += 2.0
-                room_outlines.append(_make_box(east - 0.5, 0.5, 1.0, 1.0))
+                room_outlines.append(_make_box(np.array([east - 0.5, 0.5]), np.ones(2)))
         return cls(
             layout.room_labels, tuple(room_outlines), tuple(n in floors for n in index.values()),
             tuple(nodes), tuple(row.description for row in rows), rooms, tuple(outlines),
@@ -96,7 +96,7 @@ class PlanShapes:
     def of_plan(cls, plan: FloorPlan) -> PlanShapes:
         """Take a floor plan over."""
         boxes = plan.room_box
-        rooms = [_make_box(x + w / 2, y + h / 2, w, h) for x, y, w, h in boxes]
+        rooms = [_make_box(box[:2] + box[2:] / 2, box[2:]) for box in boxes]
         outlines, insides = [], np.zeros((len(plan.furniture), 5))
         left, bottom, width, height = np.array(_IN_ROWS) * plan.size
         for node, (x, y) in enumerate(plan.corner):
@@ -107,7 +107,7 @@ class PlanShapes:
             else:
                 low = np.array([x + left, y + bottom])
                 high = low + np.array([width, height])
-                outlines.append(_make_box(*((low + high) / 2), width, height))
+                outlines.append(_make_box((low + high) / 2, high - low))
             insides[node] = [*((low + high) / 2), *(high - low), 0]
         nowhere = np.full((len(plan.furniture), 2), np.nan)
         return cls(
@@ -181,7 +181,7 @@ def _place(rows: Sequence[Furniture], rooms: np.ndarray) -> tuple[list[np.ndarra
         taken.append(np.concatenate([at - side / 2, at + side / 2]))
         insides[node] = [*at, side, side, 0]
         if row.box is None:
-            outlines[node] = _make_box(*at, side, side)
+            outlines[node] = _make_box(at, np.array([side, side]))
     return outlines, insides
 
 
@@ -223,9 +223,10 @@ def _find_inside(corners: np.ndarray) -> np.ndarray:
     return np.array([*points[best], side, side, 0.0])
 
 
-def _make_box(x: float, y: float, width: float, height: float) -> np.ndarray:
-    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (width / 2, height / 2)
-    return np.asarray(corners + np.array([x, y]))
+def _make_box(middle: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Return the corners (4, 2) of a rectangle by its middle and size, (2,) each."""
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * size / 2
+    return np.asarray(corners + middle)
 
 
 def _is_floor(row: Furniture) -> bool:

@@ -61,7 +61,7 @@ def _go(
     while np.isfinite(np.where(is_open, cost, np.inf)).any():
         here = int(np.where(is_open, cost, np.inf).argmin())
         is_open[here] = False
-        for other in np.flatnonzero(is_open):
+        for other in np.flatnonzero(is_open).tolist():
             way = cost[here] + np.linalg.norm(doors[other] - doors[here])
             if set(joined[here]) & set(joined[other]) and way < cost[other]:
                 cost[other], before[other] = way, here

@@ -6,10 +6,6 @@ const AGES = 6;  // shades of the marks: old looks are lighter
 // Draws into an element; `pick` gets the step that is clicked.
 const drawHistory = (parent, trace, time, now, pick) => {
   parent.replaceChildren();
-  if (!trace) {
-    addText(parent, "p", "Ask for a thing, or click one on the map.");
-    return;
-  }
   addText(parent, "h3", trace.words);
   const width = Math.max(parent.clientWidth, 280), left = Math.min(190, 0.36 * width), right = width - 8;
   const [first, last] = [trace.edges[0], trace.edges.at(-1)], bottom = 6 + ROW_PX * trace.places.length;

@@ -5,6 +5,7 @@ const NAMES = ["paper", "ground", "ink", "muted", "line", "wall", "box", "belief
 const SMALLEST = 0.005;  // probability that is written down
 const SMALLEST_DOT = 1.6, LARGEST_DOT = 5;  // pixels
 const FAINTEST = 0.1;  // of what has been missing for days: it is drawn no more
+const LIKELY = 0.05, SMALL_PX = 24;
 const LEAST_PX = 9;  // of furniture with a name of its own
 
 const readColours = () => {
@@ -374,18 +375,22 @@ class HomeMap {
     }
     wanted.sort((one, other) => other.rank - one.rank);
     this.labels = [];
-    for (const {forms, row, room, around, isCount} of wanted) {
+    for (const {rank, forms, row, room, around, isCount} of wanted) {
       // No name stands on another piece of furniture or in another room: it would be taken for its name.
-      const isBarred = box => pieces.isHit(box, other => other.own !== row, 2)
+      const isBarred = box => pieces.isHit(box, other => other.own !== row, 4)
         || room !== undefined && rooms.isHit(box, other => other.own !== room, 3);
-      for (const form of forms) {
+      const place = (form, bars, spare = 0) => {
         const label = {...form, row, room, width: this.measure(form.text, form.font) + 4};
-        const box = this.boxes.place(label, listSpots(label, around, isCount), isBarred);
-        if (!box) continue;
-        this.labels.push(box);
-        this.write(box.text, box.left + 2, box.top + box.height - 3, box.font, box.colour);
-        break;
-      }
+        const near = [around[0] - spare, around[1] - spare, around[2] + spare, around[3] + spare];
+        return this.boxes.place(label, listSpots(label, near, isCount), bars);
+      };
+      // Where furniture is smaller than a name, that of a likely place may cover its neighbours.
+      const isLikely = rank >= 2 + LIKELY && around[2] - around[0] < SMALL_PX && around[3] - around[1] < SMALL_PX;
+      const box = place(forms[0], isBarred) ?? (isLikely && room === undefined ? place(forms[0]) ?? place(forms[0], undefined, 12) : null)
+        ?? (forms[1] ? place(forms[1], isBarred) : null);
+      if (!box) continue;
+      this.labels.push(box);
+      this.write(box.text, box.left + 2, box.top + box.height - 3, box.font, box.colour);
     }
   }
 

@@ -85,11 +85,22 @@ const later = (name, act, ms) => {
   }, ms));
 };
 
-const drawHistoryNow = () => drawHistory(find("history"), trace, time, step, at => go(at));
+const NO_HISTORY = "Ask for a thing, or click one on the map.";
+
+const drawHistoryNow = () => trace && drawHistory(find("history"), trace, time, step, at => go(at));
 
 const readHistory = guard(async () => {
-  trace = await source.readTrace(thing ?? words, SIDES[0].judge.value);
-  drawHistoryNow();
+  const asked = thing ?? words, judge = SIDES[0].judge.value;
+  if (trace?.words !== asked) {
+    trace = null;
+    find("history").replaceChildren();
+    addText(find("history"), "p", asked ? `asking for the history of ${asked} …` : NO_HISTORY);
+  }
+  const found = await source.readTrace(asked, judge);
+  if (asked !== (thing ?? words) || judge !== SIDES[0].judge.value) return;  // another one is asked for by now
+  trace = found;
+  if (trace) drawHistoryNow();
+  else if (asked) addText(find("history"), "p", "none is kept").previousSibling?.remove();
 });
 
 const fillPlace = async () => {
