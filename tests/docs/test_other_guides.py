@@ -56,7 +56,6 @@ def test_vectors_are_made_as_in_text():
 
 
 def test_the_page_of_a_memory_opens_as_in_view(monkeypatch):
-    pytest.importorskip("dash", reason="dash is not installed: extra view")
     memory = SceneGraphMemory()
     memory.add_furniture("shelf", memory.add_room("kitchen"))
     opened = []

@@ -53,5 +53,5 @@ const drawHistory = (parent, trace, time, now, pick) => {
   });
   addText(parent, "p", `Orange: believed to be there; ${trace.stays.length ? "pink bar: truly there; " : ""}`
     + "blue dot: a look saw it; red stroke: a look did not; "
-    + `${trace.said.length ? "diamond: somebody said so; " : ""}old looks are fainter.`, "note");
+    + `${trace.said.length ? "diamond: said to be there; " : ""}old looks are fainter.`, "note");
 };

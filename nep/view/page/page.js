@@ -46,7 +46,7 @@ const show = guard(async (at = step) => {
 });
 
 const draw = (state, answers, judges) => {
-  find("step").value = getPosition(step);
+  find("step").value = step;
   find("step").setAttribute("aria-valuetext", time.say(step));
   find("time").textContent = time.say(step);
   SIDES.forEach(({map, side, panel, canvas}, number) => {
@@ -173,7 +173,7 @@ const play = () => {
 
 const drawSlider = () => {
   const {steps} = source, svg = find("axis"), width = find("step").clientWidth, thumb = 8;
-  Object.assign(find("step"), {max: steps.length - 1, disabled: steps.length < 2});
+  Object.assign(find("step"), {min: steps[0], max: steps.at(-1), disabled: steps.length < 2});
   svg.replaceChildren();
   svg.setAttribute("height", 20);
   const toX = at => thumb + (width - 2 * thumb) * (at - steps[0]) / Math.max(steps.at(-1) - steps[0], 1);
@@ -225,7 +225,7 @@ const setUp = () => {
   }
   for (const id of ["shows-search", "shows-truth"]) find(id).addEventListener("change", () => show());
   find("since").addEventListener("change", showChanges);
-  find("step").addEventListener("input", event => go(source.steps[event.target.value]));
+  find("step").addEventListener("input", event => go(Number(event.target.value)));
   find("play").addEventListener("click", play);
   find("theme").addEventListener("click", () => {
     const root = document.documentElement, isDark = getComputedStyle(root).getPropertyValue("--paper").trim() !== "#ffffff";

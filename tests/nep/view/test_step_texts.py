@@ -2,7 +2,7 @@
 
 import pytest
 
-from nep.view.history_figure import make_history
+from nep.view.answers import tell_history
 from nep.view.sources import open_source
 from nep.view.texts import tell_furniture, tell_step
 from sgm.memory.look_log import read_log
@@ -96,13 +96,9 @@ def test_furniture_says_by_what_a_thing_is_gone(memory, log, is_log):
 
 def test_a_history_marks_what_was_said(memory, log):
     story = Replay(read_log(log), "home")
-    figure = make_history(story.trace_object("car keys"), 1.0)
-    (said,) = [trace for trace in figure["data"] if trace.get("name") == "said to be there"]
-    assert (said["x"], said["text"]) == ([1.0], ["anna"])
-    assert not [
-        trace for trace in make_history(story.trace_object("fork"), 1.0)["data"]
-        if trace.get("name") == "said to be there"
-    ]  # fmt: skip
+    told = tell_history(story.trace_object("car keys"), 1.0)
+    assert [(step, by) for step, _, by in told["said"]] == [(1, "anna")]
+    assert tell_history(story.trace_object("fork"), 1.0)["said"] == []
 
 
 def test_a_log_with_a_name_of_nothing_is_refused_when_it_is_opened(memory, log):
