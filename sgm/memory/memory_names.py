@@ -39,7 +39,7 @@ class MemoryNames(MemoryQuestions):
         matches = self._match(thing)
         with self._lock:
             state = self._state
-            rows = state.find_rows(thing) or [r for name in matches for r in state.find_rows(name)]
+            rows = state.find_rows(thing) or state.find_rows(*matches)
             ids = (state.things[row].id for row in rows)
             return tuple(dict.fromkeys(own for own in ids if own))
 
@@ -197,9 +197,7 @@ class MemoryNames(MemoryQuestions):
             ValueError: if there are several.
         """
         state = self._state
-        rows = state.find_rows(thing) or list(
-            dict.fromkeys(row for name in matches for row in state.find_rows(name))
-        )
+        rows = state.find_rows(thing) or state.find_rows(*matches)
         if only is not None:
             rows = [row for row in rows if row in only]
         if len(rows) > 1:

@@ -180,8 +180,10 @@ class MemoryQuestions(MemoryLayout):
         """
         matches = self.resolve(description).matches
         with self._lock:
-            rows = dict.fromkeys(row for match in matches for row in self._state.find_rows(match))
-            found = [seen for row in rows for seen in list_places(self._state, row)]
+            state = self._state
+            fused = state.fuse_batch()
+            rows = state.find_rows(*matches)
+            found = [seen for row in rows for seen in list_places(state, row, fused)]
         return sorted(found, key=lambda seen: -seen.time)
 
     def last_seen(self, description: str) -> SeenAt | None:
@@ -208,10 +210,9 @@ class MemoryQuestions(MemoryLayout):
         with self._lock:
             state = self._state
             fused = state.fuse_batch()
-            rows = state.find_rows(thing) or [r for name in matches for r in state.find_rows(name)]
             found = [
                 event
-                for row in dict.fromkeys(rows)
+                for row in state.find_rows(thing) or state.find_rows(*matches)
                 for event in list_events(
                     fused,
                     get_statements(state, row),

@@ -179,7 +179,7 @@ class MemoryState:
             np.array([RELATIONS.index(sighting.relation) for sighting in seen], dtype=np.int64),
             np.array([coverage], dtype=float),
             np.array([sighting.confidence for sighting in seen], dtype=float),
-            np.array([row for name in hidden for row in self.find_rows(name)], dtype=np.int64),
+            np.array(self.find_rows(*hidden), dtype=np.int64),
         )
         self.step.add(own, Counter(rows))
         at_once = self.batch.objects["num_at_once"]
@@ -219,11 +219,7 @@ class MemoryState:
 
     def share(self, snapshot: MemoryBatch) -> MemoryBatch:
         """Return what a snapshot holds, of which questions may be asked; what was merged is one."""
-        if self.has_merged:
-            copied = snapshot.copy()
-            fuse(copied)
-            return copied
-        return snapshot.share()
+        return fuse(snapshot) if self.has_merged else snapshot.share()
 
     def ensure_object(self, description: str, id: str = "") -> int:
         """Return the row of an object node, adding the node if it is new; see `ThingRows.add`."""
@@ -249,24 +245,19 @@ class MemoryState:
         members = np.flatnonzero(find_roots(self.batch.objects["same_as"]) == row).tolist()
         return [row, *(member for member in members if member != row)]
 
-    def find_rows(self, name: str) -> list[int]:
-        """Return the rows of all things of a name, or of the one of that id, each once.
+    def find_rows(self, *names: str) -> list[int]:
+        """Return the rows of all things of some names, or of the ones of those ids, each once.
 
         Of nodes that were merged, that is the one that stands for all.
         """
-        rows = self.things.find_rows(name)
+        rows = [row for name in names for row in self.things.find_rows(name)]
         if rows and self.has_merged:
-            roots = find_roots(self._batch.objects["same_as"])
-            rows = list(dict.fromkeys(roots[rows].tolist()))
-        return rows
+            rows = find_roots(self._batch.objects["same_as"])[rows].tolist()
+        return list(dict.fromkeys(rows))
 
     def fuse_batch(self) -> MemoryBatch:
         """Return the memory with what was merged as one; a copy, where anything was."""
-        batch = self.batch
-        if self.has_merged:
-            batch = batch.copy()
-            fuse(batch)
-        return batch
+        return fuse(self.batch) if self.has_merged else self.batch
 
     def link(self, rows: Collection[int], row: int) -> None:
         """Let objects be one with another from now on, or, with -1, things of their own."""

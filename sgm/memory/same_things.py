@@ -25,23 +25,20 @@ def find_roots(same_as: np.ndarray) -> np.ndarray:
     return roots
 
 
-def fuse(batch: MemoryBatch) -> None:
-    """Let the nodes that are one thing be one in a copy of a memory of one home.
+def fuse(memory: MemoryBatch) -> MemoryBatch:
+    """Return a copy of a memory of one home in which the nodes that are one thing are one.
 
     Their edges at one place become one. A look there was one look for all of them, so that they
     are not added up: it was looked at as often as for the node that was looked for most often, and
     seen as often as all were together, but not more often.
 
-    Args:
-        batch: a copy, which is changed; the merged nodes stay in it, without edges.
+    The merged nodes stay in it, without edges.
     """
-    objects = batch.objects
-    roots = find_roots(objects["same_as"])
-    members = np.flatnonzero(roots != np.arange(len(roots)))
-    if not len(members):
-        return
+    batch = memory.copy()
+    roots = find_roots(batch.objects["same_as"])
     _fuse_objects(batch, roots)
     _fuse_edges(batch, roots)
+    return batch
 
 
 def _fuse_objects(batch: MemoryBatch, roots: np.ndarray) -> None:

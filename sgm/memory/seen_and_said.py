@@ -40,7 +40,7 @@ def get_last_said(state: MemoryState, row: int) -> Statement | None:
 
 
 def list_places(
-    state: MemoryState, row: int, fused: MemoryBatch | None = None, edges: np.ndarray | None = None
+    state: MemoryState, row: int, fused: MemoryBatch, edges: np.ndarray | None = None
 ) -> list[SeenAt]:
     """List every place where the object of a row was ever seen, the latest first.
 
@@ -50,20 +50,19 @@ def list_places(
     Args:
         state: of the memory.
         row: of the object.
-        fused: from `fuse_batch`, if that was called before.
+        fused: from `fuse_batch`.
         edges: rows of edges among which its own are; None for all.
     """
-    batch = state.fuse_batch() if fused is None else fused
-    places = home_view.list_places(batch, state.furniture.ids, row, edges)
+    places = home_view.list_places(fused, state.furniture.ids, row, edges)
     told = get_statements(state, row).order_places()
     if not told:
         return places
-    last = int(batch.objects["last_furniture"][row])
+    last = int(fused.objects["last_furniture"][row])
     if last != NEVER and get_last_said(state, row) is None:
-        seen = int(batch.objects["last_observed"][row])
+        seen = int(fused.objects["last_observed"][row])
         told[seen, state.furniture.ids[last]] = len(told)
     places.sort(key=lambda at: (-at.time, -told.get((at.time, at.furniture), -1)))
-    said_by = list_said_by(state, row, batch)
+    said_by = list_said_by(state, row, fused)
     return [replace(at, by=said_by.get((at.time, at.furniture), "")) for at in places]
 
 
