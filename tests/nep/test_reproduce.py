@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -19,11 +20,11 @@ from nep.bench.paper.experiments import (
     enter,
     find_models,
 )
-from nep.bench.paper.plan import SCORES, checksum_trained, plan_stages
 from nep.bench.paper.stages import _THREAD_VARIABLES
+from nep.bench.paper.trained_plan import SCORES
 from nep.bench.paper.training import Training
 from nep.bench.paper.work import LOCK
-from nep.bench.runner import list_missing, load_played, play_all
+from nep.bench.runner import list_missing, play_all
 from nep.bench.suites.paper import Paper, _make_plan, main
 from nep.fit import FitCLI
 from nep.players.checkpoints import load_exported
@@ -51,7 +52,7 @@ def make_plan(folder: Path, *options: str):
 
 def list_jobs(plan):
     """The jobs of all stages, in order."""
-    return [job for stage in plan_stages(plan) for job in stage]
+    return [job for stage in plan.plan_stages() for job in stage]
 
 
 @pytest.fixture(scope="module")
@@ -65,9 +66,8 @@ def folder(tmp_path_factory, python):
 def list_plays(plan) -> list[str]:
     """Who has still to play, of networks that are trained and policies."""
     trained = plan.list_trained()
-    games = plan.list_games()
-    cache = load_played(games, plan.runs / SCORES, checksum_trained(trained))
-    missing = list_missing(games, lambda game: plan.list_players(game, trained), cache)
+    players = partial(plan.list_players, trained=trained)
+    missing = list_missing(plan.list_games(), players, plan.load_cache())
     return [f"{game.setting.name} {who}" for _, game, part in missing for who in part]
 
 

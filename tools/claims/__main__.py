@@ -8,7 +8,6 @@ from typing import ClassVar
 
 from jsonargparse import ArgumentParser, Namespace
 
-from nep.bench.paper.plan import plan_trainings
 from nep.bench.paper.stages import run_stages
 from nep.bench.paper.work import (
     list_work_options,
@@ -69,8 +68,7 @@ class Claims(Suite):
         with one_line_errors(), work_in(plan.runs):
             failed = {}
             if options.train:
-                stages = plan_trainings(plan.list_trainings(), plan.runs)
-                failed = run_stages(stages, options.workers, console)
+                failed = run_stages(plan.plan_stages(), options.workers, console)
             plan.play(options.workers, options.backend)
             write_files(options.out, make_report(plan), console)
             stop_if_failed(failed)

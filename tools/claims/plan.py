@@ -11,10 +11,9 @@ import numpy as np
 
 from nep.bench.paper.experiments import SETTINGS, Contestant, Setting
 from nep.bench.paper.paper_game import PaperGame
-from nep.bench.paper.plan import SCORES, checksum_trained
 from nep.bench.paper.readings import ReadingGame
+from nep.bench.paper.trained_plan import TrainedPlan
 from nep.bench.paper.training import Training
-from nep.bench.runner import load_played, play_all
 from nep.bench.score_cache import ScoreCache
 from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
 from nep.report.results import ScoreSummary, pack_summary, unpack_summary
@@ -73,7 +72,7 @@ _HOMES_AT_ONCE = 10  # informed keeps 40 MB of draws a home
 
 
 @dataclass(frozen=True, slots=True)
-class ClaimsPlan:
+class ClaimsPlan(TrainedPlan):
     """What is trained and played.
 
     Attributes:
@@ -104,7 +103,7 @@ class ClaimsPlan:
         options = () if self.epochs is None else (f"--trainer.max_epochs={self.epochs}",)
         return Training(contestant, seed, options, runs, self.data, source)
 
-    def list_trainings(self) -> list[Training]:
+    def list_all_trainings(self) -> list[Training]:
         """Return all trainings, the most important ones first."""
         orders = [
             self.make_training(source, nodes, (name,), seed)
@@ -161,14 +160,6 @@ class ClaimsPlan:
             games += [self.make_game("sampled", setting, crosses) for crosses in (False, True)]
         return {game.name: game for game in games}
 
-    def name_training(self, training: Training) -> str:
-        """Return the name of a training among players: its folder."""
-        return training.folder.relative_to(self.runs).as_posix()
-
-    def list_trained(self) -> dict[str, Training]:
-        """Return the trainings that are done, by name."""
-        return {self.name_training(row): row for row in self.list_trainings() if row.is_done()}
-
     def list_players(
         self, game: PaperGame, trained: Mapping[str, Training]
     ) -> dict[str, MakePolicy]:
@@ -198,20 +189,6 @@ class ClaimsPlan:
         ]
         names = [name for name in policies if name not in known]
         return list_contestants(game.setting.task, names, networks)
-
-    def play(self, workers: int = 1, backend: str = "processes") -> ScoreCache:
-        """Let policies, and networks that are trained, play what they have not played yet."""
-        trained = self.list_trained()
-        return play_all(
-            self.list_games(), lambda game: self.list_players(game, trained), self.runs / SCORES,
-            checksum_trained(trained), workers, backend,
-        )  # fmt: skip
-
-    def load_cache(self) -> ScoreCache:
-        """Return what has been played so far."""
-        return load_played(
-            self.list_games(), self.runs / SCORES, checksum_trained(self.list_trained())
-        )
 
     def load_table_1(self, setting: Setting, cache: ScoreCache) -> dict[str, ScoreSummary]:
         """Return what all have scored in Table 1, by title; nothing without the file.

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 from nep.bench.paper.experiments import (
@@ -20,9 +19,8 @@ from nep.bench.paper.experiments import (
 )
 from nep.bench.paper.paper_game import PaperGame
 from nep.bench.paper.paper_tables import Provenance
-from nep.bench.paper.stages import Job
-from nep.bench.paper.training import Training, collect_data, find_config
-from nep.bench.runner import play_all
+from nep.bench.paper.trained_plan import TrainedPlan
+from nep.bench.paper.training import Training, find_config
 from nep.bench.score_cache import ScoreCache
 from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
 from nep.report.code_version import list_versions
@@ -33,11 +31,10 @@ from sgm.messages import shorten
 from simulator.policies import POLICIES
 
 TABLES = ("1", "2", "figure")
-SCORES = "scores.json"  # in the folder of runs
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class Plan(TrainedPlan):
     """What is trained and played.
 
     Attributes:
@@ -157,14 +154,9 @@ class Plan:
         )
         return {game.name: game for game in map(self.make_game, settings)}
 
-    def name_training(self, training: Training) -> str:
-        """Return the name of a training among players: its folder."""
-        return training.folder.relative_to(self.runs).as_posix()
-
-    def list_trained(self) -> dict[str, Training]:
-        """Return the trainings that are done, by name."""
-        every = [row for network in self.list_networks() for row in self.list_trainings(network)]
-        return {self.name_training(row): row for row in every if row.is_done()}
+    def list_all_trainings(self) -> list[Training]:
+        """Return the trainings of all networks."""
+        return [row for network in self.list_networks() for row in self.list_trainings(network)]
 
     def list_players(
         self, game: PaperGame, trained: Mapping[str, Training]
@@ -178,56 +170,9 @@ class Plan:
         ]
         return list_contestants(game.setting.task, policies, networks)
 
-    def play(self, workers: int = 1, backend: str = "processes") -> ScoreCache:
-        """Let policies, and networks that are trained, play what they have not played yet."""
-        trained = self.list_trained()
-        return play_all(
-            self.list_games(), lambda game: self.list_players(game, trained), self.runs / SCORES,
-            checksum_trained(trained), workers, backend,
-        )  # fmt: skip
-
     def load_scores(self, network: Contestant, cache: ScoreCache) -> ScoreSummary:
         """Return what the trainings of a network have scored; one alone as it is."""
         own = cache.scores[self.make_game(network.setting).name]
         trainings = self.list_trainings(network)
         scores = [unpack_summary(own[self.name_training(training)]) for training in trainings]
         return scores[0] if len(scores) == 1 else ScoreSummary.join(scores)
-
-
-def checksum_trained(trained: Mapping[str, Training]) -> dict[str, str]:
-    """Return the SHA-256 of networks by name."""
-    return {name: compute_checksum(own.checkpoint) for name, own in trained.items()}
-
-
-def plan_stages(plan: Plan) -> tuple[list[Job], list[Job]]:
-    """List what is to be collected and trained for a plan."""
-    rows = [row for network in plan.list_networks() for row in plan.list_trainings(network)]
-    return plan_trainings(rows, plan.runs)
-
-
-def plan_trainings(every: Iterable[Training], runs: Path) -> tuple[list[Job], list[Job]]:
-    """List collections, then trainings, as far as they are not done yet.
-
-    Args:
-        every: the trainings, in their order.
-        runs: folder in which those of their folders lie, and which has the logs.
-    """
-    missing = [training for training in every if not training.is_done()]
-    together: dict[Path, list[Training]] = {}
-    for training in missing:
-        together.setdefault(training.folder.parent, []).append(training)
-
-    def make_job(what: str, folder: Path, run: Callable[[], object], after: Sequence[str]) -> Job:
-        key = folder.relative_to(runs).as_posix()
-        log = runs / "logs" / f"{what}-{key.replace('/', '-')}.log"
-        return Job(f"{what} {key}", run, log, tuple(after))
-
-    collections = {
-        folder: make_job("collect", folder, partial(collect_data, own), ())
-        for folder, own in together.items()
-    }
-    trainings = [
-        make_job("train", row.folder, row.run, [collections[row.folder.parent].name])
-        for row in missing
-    ]
-    return list(collections.values()), trainings

@@ -20,7 +20,7 @@ from nep.bench.paper.experiments import (
     list_full_models,
 )
 from nep.bench.paper.paper_tables import load_table_1, make_table_1, make_table_2
-from nep.bench.paper.plan import TABLES, Plan, plan_stages
+from nep.bench.paper.plan import TABLES, Plan
 from nep.bench.paper.stages import run_stages
 from nep.bench.paper.weights import check_weights, export_weights
 from nep.bench.paper.work import (
@@ -210,7 +210,7 @@ class Paper(Suite):
         if options.tiny:
             console.print(_TINY_COST)
         with one_line_errors(), work_in(plan.runs):
-            failed = run_stages(plan_stages(plan), options.workers, console)
+            failed = run_stages(plan.plan_stages(), options.workers, console)
             cache = plan.play(options.workers, options.backend)
             stop_if_failed(failed)
             write_files(options.out, make_files(plan, cache), console)

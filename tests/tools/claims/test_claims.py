@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from torch.utils.tensorboard import SummaryWriter
 
-from nep.bench.paper.plan import SCORES, plan_trainings
 from nep.bench.paper.readings import READINGS, compute_listed_ndcg, find_reach, play_readings
+from nep.bench.paper.trained_plan import SCORES
 from nep.bench.paper.training import Training
 from nep.bench.runner import play_all
 from nep.players.contestants import list_contestants
@@ -44,7 +44,7 @@ def find_cells(text, start):
 
 
 def test_every_training_is_in_a_folder_of_its_own(plan):
-    trainings = plan.list_trainings()
+    trainings = plan.list_all_trainings()
     assert len({training.folder for training in trainings}) == len(trainings)
     # three networks x three seeds x two kinds of homes x on and off, eighteen with a change, and
     # three at each of two more learning rates
@@ -70,7 +70,7 @@ def test_table_1_stands_for_seed_0(plan, tmp_path):
     known = ClaimsPlan(plan.runs, plan.data, num_homes=2, steps=2, table_1=path)
     cache = known.load_cache()
     assert known.load_table_1(LOCATION["on"], cache)["NEP-MLP"].home_values.tolist() == [0.5, 1.0]
-    assert len(known.list_trainings()) == len(plan.list_trainings()) - 6
+    assert len(known.list_all_trainings()) == len(plan.list_all_trainings()) - 6
     rows["bayesian"]["mean_of_each_home"] = [means[0], means[1] + 0.5]
     path.write_text(json.dumps({"settings": settings}))
     with pytest.raises(ValueError, match="table_1 must be of the same test homes"):
@@ -84,12 +84,12 @@ def test_the_page_says_how_to_make_it_again(plan):
 
 
 def test_every_network_is_trained_and_plays_where_it_was_trained(plan):
-    collections, trainings = plan_trainings(plan.list_trainings(), plan.runs)
+    collections, trainings = plan.plan_stages()
     assert len(trainings) == 60
     names = {job.name for job in (*collections, *trainings)}
     assert len(names) == len([*collections, *trainings])
     assert all(job.after and job.after[0] in names for job in trainings)
-    trained = {plan.name_training(row): row for row in plan.list_trainings()}
+    trained = {plan.name_training(row): row for row in plan.list_all_trainings()}
     assert len(trained) == 60
     games = plan.list_games()
     players = {name: plan.list_players(game, {}) for name, game in games.items()}
@@ -180,7 +180,7 @@ def test_the_rate_is_chosen_by_validation_alone(plan, fake_trainings, monkeypatc
     names = {**names, "mlp": ("mlp", "1e-4"), "gcn": ("gcn", "1e-4")}
     fake_trainings({own: [known[rate][1]] * 2 for own, (_, rate) in names.items()})
     monkeypatch.setattr(Training, "is_done", lambda own: own.contestant.name in names)
-    monkeypatch.setattr("tools.claims.plan.checksum_trained", lambda trained: {})
+    monkeypatch.setattr(ClaimsPlan, "compute_checksums", lambda own: {})
     monkeypatch.setattr(Training, "count_parameters", lambda own: 1234)
     monkeypatch.setattr(
         Training, "read_validation", lambda own: known[names[own.contestant.name][1]][0]
