@@ -156,7 +156,8 @@ def draw_time(axes: Axes) -> None:
             is_moved = bool(step // period % 2)
             memory.observe(0, [] if is_moved else [Sighting("mug")])
             memory.observe(1, [Sighting("mug")] if is_moved else [])
-            memory.step()
+            if step < 48:
+                memory.step()
         finder = Finder(Adaptive())
         rankings = [finder.rank(memory, "mug", at=memory.time + int(step)) for step in steps]
         values = [place.probability for r in rankings for place in r if place.furniture == 0]

@@ -1,4 +1,4 @@
-"""Draws the folders of the packages, the ones that import others above them.
+"""Draws the folders of the packages: a column for each package, what imports others above them.
 
 From the root of a checkout: `python -m docs.draw_layers`.
 """
@@ -8,12 +8,18 @@ from __future__ import annotations
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
 
-from tests.imports import PACKAGES, find_part, list_module_imports
+from tests.imports import find_part, list_module_imports
 
 PICTURE = Path(__file__).parent / "images" / "layers.png"
-COLOURS = dict(zip(PACKAGES, ("#f6dcdc", "#dcebdc", "#dfe6f5", "#f7e3cd", "#e8e8e8"), strict=True))
-_FIT = 8  # boxes side by side; of more, every second one is lifted
+# Columns from the left: each imports those left of it. A column may hold two packages.
+COLUMNS = (("sgm",), ("simulator",), ("datamodules", "nep", "tools"))
+COLOURS = {
+    "sgm": "#f6dcdc", "simulator": "#dcebdc", "datamodules": "#dfe6f5", "nep": "#f7e3cd",
+    "tools": "#e8e8e8",
+}  # fmt: skip
+_BESIDE = 3  # boxes in a line of a column
 
 
 def list_arrows() -> dict[str, set[str]]:
@@ -26,17 +32,6 @@ def list_arrows() -> dict[str, set[str]]:
     for package in ("sgm", "simulator", "nep", "tools"):
         del arrows[package]
     return {part: targets & arrows.keys() for part, targets in arrows.items()}
-
-
-def drop_implied(arrows: dict[str, set[str]]) -> dict[str, set[str]]:
-    """Leave out what a part imports of a part that lies below another that it imports."""
-    below: dict[str, set[str]] = {}
-    for part in sorted(arrows, key=compute_floors(arrows).__getitem__):
-        below[part] = arrows[part].union(*(below[target] for target in arrows[part]))
-    return {
-        part: {target for target in targets if all(target not in below[other] for other in targets)}
-        for part, targets in arrows.items()
-    }
 
 
 def compute_floors(arrows: dict[str, set[str]]) -> dict[str, int]:
@@ -54,29 +49,43 @@ def compute_floors(arrows: dict[str, set[str]]) -> dict[str, int]:
     return floors
 
 
+def list_lines(arrows: dict[str, set[str]], packages: tuple[str, ...]) -> list[list[str]]:
+    """Return the lines of a column from the bottom; a part imports none of its own line."""
+    own = {part for part in arrows if part.partition(".")[0] in packages}
+    floors = compute_floors({part: arrows[part] & own for part in own})
+    lines = []
+    for floor in range(max(floors.values()) + 1):
+        parts = sorted(part for part in own if floors[part] == floor)
+        lines += [parts[start : start + _BESIDE] for start in range(0, len(parts), _BESIDE)]
+    return lines
+
+
+def draw_column(axes: Axes, left: int, packages: tuple[str, ...], lines: list[list[str]]) -> None:
+    """Draw the boxes of a column above its title."""
+    axes.text(left + 0.5, -1.1, ", ".join(packages), ha="center", va="center", weight="bold")
+    for height, parts in enumerate(lines):
+        for number, part in enumerate(parts):
+            package, _, name = part.partition(".")
+            text = {"__main__": "commands", "": package}.get(name, name.replace("_", " "))
+            box = {"boxstyle": "round,pad=0.3", "ec": "#707070", "lw": 0.7, "fc": COLOURS[package]}
+            x = left + 0.03 + 0.94 * (number + 0.5) / len(parts)
+            axes.text(x, height, text, ha="center", va="center", fontsize=8, bbox=box)
+
+
 def main() -> None:
     """Write docs/images/layers.png; its metadata names the parts that it shows."""
     arrows = list_arrows()
-    floors = compute_floors(arrows)
-    top = max(floors.values())
-    at: dict[str, tuple[float, float]] = {}
-    for floor in range(top + 1):
-        parts = sorted(part for part in floors if floors[part] == floor)
-        for number, part in enumerate(parts):
-            lift = 0.45 * (number % 2) if len(parts) > _FIT else 0
-            at[part] = ((number + 0.5) / len(parts), floor + lift)
-    figure, ax = plt.subplots(figsize=(11, 0.62 * (top + 1)), layout="constrained")
-    for part, targets in drop_implied(arrows).items():
-        for target in targets:
-            (x, y), (to_x, to_y) = at[part], at[target]
-            ax.plot([x, to_x], [y - 0.2, to_y + 0.2], color="#b8b8b8", lw=0.6, zorder=1)
-    for part, (x, y) in at.items():
-        style = {"boxstyle": "round,pad=0.35", "ec": "#707070", "lw": 0.7}
-        text = part.replace(".__main__", " commands").replace(".", "/")
-        colour = COLOURS[part.partition(".")[0]]
-        ax.text(x, y, text, ha="center", va="center", fontsize=8, bbox=style | {"fc": colour})
-    ax.set(xlim=(-0.05, 1.05), ylim=(-0.6, top + 0.6))
-    ax.axis("off")
+    columns = [list_lines(arrows, packages) for packages in COLUMNS]
+    top = max(map(len, columns))
+    figure, axes = plt.subplots(figsize=(9.5, 0.42 * top + 0.9), layout="constrained")
+    for left, (packages, lines) in enumerate(zip(COLUMNS, columns, strict=True)):
+        draw_column(axes, left, packages, lines)
+        if left:
+            axes.axvline(left, color="#c0c0c0", linewidth=0.8)
+            arrow = {"arrowstyle": "->", "color": "#505050", "lw": 1.5}
+            axes.annotate("", (left - 0.12, -1.1), (left + 0.12, -1.1), arrowprops=arrow)
+    axes.set(xlim=(0, len(COLUMNS)), ylim=(-1.7, top - 0.4))
+    axes.axis("off")
     figure.savefig(
         PICTURE, dpi=110, metadata={"Software": None, "Description": " ".join(sorted(arrows))}
     )

@@ -1,4 +1,4 @@
-"""Pages of the commands, from their parsers."""
+"""Pages of the commands, from their parsers, with links to the pages that their help names."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ import io
 import os
 import re
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from unittest import mock
 
+ROOT = Path(__file__).resolve().parents[1]
 FOLDER = "reference/commands"
 # What is run as `python -m NAME`, by the module that holds its `main`.
 COMMANDS = {
@@ -51,7 +53,21 @@ def make_page(name: str) -> str:
         if words:
             text.append(f"## {' '.join(words)}")
         text.append(f"```text\n{written.rstrip()}\n```")
+    pages = re.findall(r"\b(?:docs|results)/[\w/]+\.md\b", " ".join(text))
+    pages = [page for page in dict.fromkeys(pages) if (ROOT / page).is_file()]
+    links = [f"- [{read_title(page)}](../../{link_page(page)})" for page in pages]
+    text += ["## Pages", "\n".join(links)] if links else []
     return "\n\n".join(text) + "\n"
+
+
+def read_title(page: str) -> str:
+    """Return the heading of a page of the repository."""
+    return (ROOT / page).read_text("utf-8").partition("\n")[0].removeprefix("# ")
+
+
+def link_page(page: str) -> str:
+    """Return where a page is in the site."""
+    return page.removeprefix("docs/")
 
 
 def list_helps(

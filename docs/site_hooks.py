@@ -7,13 +7,16 @@ are added here under their path in the repository, and links are written for whe
 from __future__ import annotations
 
 import json
+import os
 import posixpath
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
+import nbconvert
 from mkdocs.plugins import event_priority
 from mkdocs.structure.files import File
 
@@ -28,6 +31,7 @@ LINK = re.compile(r"(!?\[[^\]]*\]\()([^)\s]+)(\))")
 OUTSIDE = ("results/*.md", "benchmarks/README.md", "ros/README.md", "notebooks/README.md")
 SINGLE = ("CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")
 LANGUAGES = {".py": "python", ".yaml": "yaml", ".json": "json", ".csv": "csv", ".md": "markdown"}
+_written = TemporaryDirectory(prefix="site-")  # goes at exit
 _made: dict[str, str] = {}  # text of pages that are made here, by their path in the site
 
 
@@ -45,15 +49,37 @@ def list_notebooks() -> list[str]:
 def on_config(config: Any) -> Any:
     """Append results, notebooks, commands and the API to the navigation, and make their pages."""
     _made.clear()
+    # Templates of notebooks lie beside nbconvert, also where an environment borrows its packages.
+    beside = Path(nbconvert.__file__).parents[4] / "share" / "jupyter"
+    os.environ["JUPYTER_PATH"] = os.pathsep.join([os.environ.get("JUPYTER_PATH", ""), str(beside)])
     api, commands = make_api_pages(ROOT), make_command_pages()
     _made.update(api | commands)
     parts = {title: pages for part in config["nav"] for title, pages in part.items()}
     parts["Reference"] += [{"Commands": sorted(commands)}, {"API": list(api)}]
+    named = set(list_pages(config["nav"]))
     results = [path for path in list_outside() if path.startswith("results/")]
-    parts["Results"] += [*results, {"Notebooks": ["notebooks/README.md", *list_notebooks()]}]
-    parts["Design"] += ["benchmarks/README.md", *SINGLE]
+    notebooks = [{read_notebook_title(path): path} for path in list_notebooks()]
+    parts["Results"] += [path for path in results if path not in named]
+    parts["Results"].append({"Notebooks": ["notebooks/README.md", *notebooks]})
+    parts["Design"] += SINGLE
     config["nav"] = [{title: pages} for title, pages in parts.items()]
     return config
+
+
+def list_pages(nav: Any) -> Iterator[str]:
+    """List the paths of a navigation."""
+    if isinstance(nav, str):
+        yield nav
+    else:
+        for part in nav.values() if isinstance(nav, dict) else nav:
+            yield from list_pages(part)
+
+
+def read_notebook_title(path: str) -> str:
+    """Return the number and the heading of a notebook."""
+    first = json.loads((ROOT / path).read_text("utf-8"))["cells"][0]["source"]
+    heading = "".join(first).partition("\n")[0].removeprefix("# ")
+    return f"{Path(path).name.partition('_')[0]} {heading}"
 
 
 @event_priority(100)  # before the plugin that looks for notebooks
@@ -63,8 +89,10 @@ def on_files(files: Any, config: Any) -> Any:
     for path in outside:
         files.append(File.generated(config, path, abs_src_path=str(ROOT / path)))
     for path in list_notebooks():
-        text = rewrite_notebook((ROOT / path).read_text("utf-8"), path)
-        files.append(File.generated(config, path, content=text))
+        written = Path(_written.name) / path  # the plugin reads notebooks from disk alone
+        written.parent.mkdir(exist_ok=True)
+        written.write_text(rewrite_notebook((ROOT / path).read_text("utf-8"), path), "utf-8")
+        files.append(File(path, _written.name, config["site_dir"], config["use_directory_urls"]))
     for path, text in _made.items():
         files.append(File.generated(config, path, content=text))
     pages = [ROOT / path for path in outside] + sorted((ROOT / "docs").rglob("*.md"))
@@ -79,7 +107,7 @@ def on_files(files: Any, config: Any) -> Any:
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     """Write the links of a page for the site, and its equations as MathML."""
     path = page.file.src_uri
-    if path in _made:
+    if path in _made or path in list_notebooks():
         return markdown
     source = path if page.file.generated_by else f"docs/{path}"
     return replace_equations(replace_links(markdown, lambda link: move_link(link, source)))

@@ -32,6 +32,7 @@ from simulator.command_line import (
 from simulator.fan_out import check_workers
 from simulator.home_options import HomeOptions
 from simulator.policies import POLICIES, check_policies, list_policies
+from simulator.policies.registry import WHERE_NAMED
 from simulator.process import run_main
 from simulator.tasks.evaluation import play_games
 from simulator.tasks.fingerprint import compute_fingerprint
@@ -252,7 +253,8 @@ def _make_parser() -> ArgumentParser:
         "--policies",
         type=tuple[str, ...],
         default=("all",),
-        help=f"all, none, or some of {', '.join(POLICIES)}, or your own: my_module:MyPolicy",
+        help=f"all, none, or some of {', '.join(POLICIES)}; those that all leaves out: "
+        f"{', '.join(WHERE_NAMED)}; or your own: my_module:MyPolicy",
     )
     parser.add_argument(
         "--checkpoint",

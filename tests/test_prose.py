@@ -101,13 +101,14 @@ def test_lines_of_a_page_are_not_too_wide(page):
 
 @pytest.mark.parametrize("page", PAGES)
 def test_lists_and_tables_begin_after_an_empty_line(page):
-    """Else the site shows them as part of the paragraph."""
+    """Else the site shows them as part of the paragraph, or of the table above."""
     lines = drop_code(read(page)).split("\n")
     begins = re.compile(r"(?:[-*] |\d+\. |\|)")
     lost = [
         line
         for before, line in itertools.pairwise(lines)
-        if begins.match(line) and before.strip() and not re.match(r"\s|[-*] |\d+\. |\|", before)
+        if (begins.match(line) and before.strip() and not re.match(r"\s|[-*] |\d+\. |\|", before))
+        or (before.lstrip().startswith("|") and re.match(r"\s*(?:[-*] |\d+\. )", line))
     ]
     assert lost == []
 
@@ -132,6 +133,12 @@ def test_links_lead_somewhere(page):
         )
         broken += [] if is_there else [link]
     assert broken == []
+
+
+@pytest.mark.parametrize("page", [*PAGES, *RESULTS])
+def test_links_to_pages_carry_a_title(page):
+    """Not the name of a file, which says less."""
+    assert re.findall(r"\[[\w/]+\.md\]\([^)]*\)", drop_code(read(page))) == []
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page.startswith("docs/")])

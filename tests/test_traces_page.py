@@ -46,7 +46,17 @@ def test_commands_run_in_order(home, capsys):
     assert num_run == 7
     out = capsys.readouterr().out
     assert "1 homes of at least 48 steps" in out
-    assert "types that the prior does not know: hamster" in out
+    assert "types that the prior does not know: hamster\n" in out
+    assert "--prior household knows" not in out
+
+
+def test_check_names_a_prior_that_knows_a_type(home, capsys):
+    events = home / "events.csv"
+    events.write_text(events.read_text().replace("hamster", "keys"))
+    for prior, line in (([], "--prior household knows keys\n"), (["--prior", "household"], "")):
+        MODULES["simulator.trace"](["check", "home", *prior])
+        out = capsys.readouterr().out
+        assert out.endswith(f"does not know: {'keys' if line else 'none'}\n{line}")
 
 
 def test_the_error_is_as_shown(home):

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.optimize import isotonic_regression
 
-from nep.report.statistics import smooth
+from nep.report.statistics import compute_interval, smooth
 
 # One colour and line style per policy, the same in every figure; oracles are dashed grey.
 _STYLES: Mapping[str, dict[str, Any]] = {
@@ -34,10 +34,13 @@ _STYLES: Mapping[str, dict[str, Any]] = {
 
 
 _WINDOW = 10  # steps that a curve is averaged over
+# Rules that are drawn where all would be too many to follow.
+_FEW = ("random", "priors", "myopic", "bayesian", "persistence", "oracle", "ceiling")
+_MOST_CURVES = 10
 _NUM_BINS = 10  # of a calibration diagram
 
 # Networks, in the order in which they are given.
-_MODEL_COLORS = ("#d62728", "#ff7f0e", "#17becf", "#e41a8c", "#a65628", "#377eb8")
+_MODEL_COLORS = ("#d62728", "#ff7f0e", "#17becf", "#e41a8c", "#5e3c99", "#2ca02c")
 
 
 def draw_over_steps(
@@ -50,7 +53,8 @@ def draw_over_steps(
     """Draw a score over steps for every policy, models in bold with a band.
 
     Curves are averaged over the last ten steps; the band is one standard error over homes.
-    Names stand at the end of their curves.
+    A line leads from the end of each curve to its name. Of more than ten policies, a few rules and
+    oracles are drawn, and all in bold.
 
     Args:
         values: score of each home and step, (H, T), by policy.
@@ -61,6 +65,8 @@ def draw_over_steps(
     Source: paper figure 4.
     """
     bold = {highlight} if isinstance(highlight, str) else set(highlight)
+    if len(values) > _MOST_CURVES:
+        values = {name: rows for name, rows in values.items() if name in bold or name in _FEW}
     figure = Figure(figsize=(7.5, 4.8), dpi=120, layout="constrained")
     axes = figure.subplots()
     ends: list[tuple[float, str, str]] = []
@@ -79,8 +85,8 @@ def draw_over_steps(
             )
         ends.append((float(mean[-1]), name, style["color"]))
     axes.set_ylim(bottom=0)
-    _label_ends(axes, ends, x=len(mean) * 1.015)
-    axes.set_xlim(1, len(mean) * 1.24)  # room for the names
+    _label_ends(axes, ends, last=len(mean))
+    axes.set_xlim(1, len(mean) * 1.3)  # room for the names
     axes.set_xticks([tick for tick in axes.get_xticks() if 0 < tick <= len(mean)])
     axes.set_xlabel("time step")
     axes.set_ylabel(f"{metric}, mean of {_WINDOW} steps")
@@ -90,27 +96,77 @@ def draw_over_steps(
     return figure
 
 
+def draw_scores(
+    panels: Mapping[str, Mapping[str, Mapping[str, np.ndarray]]], colors: Mapping[str, str]
+) -> Figure:
+    """Draw the mean score of each contestant with its 95 % interval over homes.
+
+    Args:
+        panels: score of each home, (H,), by contestant, by what the marks are, by title of a panel.
+            A panel has filled marks and, of a second kind, hollow ones.
+        colors: of contestants, which are the rows, the first at the top.
+    """
+    names = list(colors)
+    figure = Figure(figsize=(9.5, 1.1 + 0.24 * len(names)), dpi=100, layout="constrained")
+    columns = figure.subplots(1, len(panels), squeeze=False, sharey=True).ravel()
+    for axes, (title, kinds) in zip(columns, panels.items(), strict=True):
+        for (kind, scores), shift in zip(kinds.items(), (-0.14, 0.14), strict=False):
+            for row, name in enumerate(names):
+                if name not in scores:
+                    continue
+                color, inside = colors[name], colors[name] if shift < 0 else "white"
+                interval, y = compute_interval(scores[name]), row + shift
+                axes.plot(interval, [y, y], color=color, linewidth=1.2)
+                axes.plot(scores[name].mean(), y, "o", ms=4.5, mec=color, mfc=inside)
+            axes.plot([], [], "o", ms=4.5, mec="black", mfc="black" if shift < 0 else "white",
+                      label=kind)  # fmt: skip
+        axes.set_title(fill(title, 28), loc="left", fontsize=10)
+        axes.grid(axis="x", alpha=0.25)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.tick_params(labelsize=9)
+    columns[0].set_yticks(
+        range(len(names)), [name.replace("_", " ").replace("`", "") for name in names]
+    )
+    for label, name in zip(columns[0].get_yticklabels(), names, strict=True):
+        label.set_color(colors[name])
+    columns[0].invert_yaxis()
+    handles, labels = columns[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower right", ncols=2, frameon=False, fontsize=9)
+    return figure
+
+
 def draw_by_hour(accuracy: Mapping[str, Mapping[str, Sequence[float]]]) -> Figure:
     """Draw the share of wrong answers in each hour of the day, a panel each for some kinds of play.
 
+    Rows are the same in all panels: the player that is best over all of them stands at the top.
+    Where one has not played, its row is empty.
+
     Args:
         accuracy: share of right answers in hours 0 to 23, nan where nothing was asked, by player
-            and by title; the best player of a panel stands at its top.
+            and by title.
     """
+    hours: dict[str, list[Sequence[float]]] = {}
+    for players in accuracy.values():
+        for name, own in players.items():
+            hours.setdefault(name, []).append(own)
+    names = sorted(hours, key=lambda name: -float(np.nanmean(hours[name])))
     num_rows = -(-len(accuracy) // 2)
-    most = max(len(players) for players in accuracy.values())
-    figure = Figure(figsize=(15, (0.6 + 0.26 * most) * num_rows), dpi=90, layout="constrained")
-    panels = figure.subplots(num_rows, 2, squeeze=False).ravel()
+    figure = Figure(
+        figsize=(9.5, 0.9 + (0.55 + 0.19 * len(names)) * num_rows), dpi=100, layout="constrained"
+    )
+    panels = figure.subplots(num_rows, 2, squeeze=False, sharex=True, sharey=True).ravel()
     for axes, (title, players) in zip(panels, accuracy.items(), strict=False):
-        names = sorted(players, key=lambda player: -float(np.nanmean(players[player])))
-        wrong = 1 - np.array([players[name] for name in names])  # (players, 24)
+        nothing = [np.nan] * 24
+        wrong = 1 - np.array([players.get(name, nothing) for name in names])  # (players, 24)
         image = axes.imshow(wrong, vmin=0, vmax=1, cmap="magma_r", aspect="auto")
-        axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names], fontsize=8)
-        axes.set_xticks(range(0, 24, 3), [f"{hour}:00" for hour in range(0, 24, 3)], fontsize=8)
-        axes.set_title(fill(title, 80), loc="left", fontsize=8)
+        axes.set_title(fill(title, 52), loc="left", fontsize=9)
+        axes.tick_params(labelsize=9)
+    panels[0].set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
+    panels[0].set_xticks(range(0, 24, 6), [f"{hour}:00" for hour in range(0, 24, 6)])
     for axes in panels[len(accuracy) :]:
         axes.set_axis_off()
-    figure.colorbar(image, ax=list(panels), label="share of wrong first guesses", shrink=0.5)
+    bar = figure.colorbar(image, ax=list(panels), location="top", pad=0.01, shrink=0.5, aspect=40)
+    bar.set_label("share of wrong first guesses")
     return figure
 
 
@@ -140,8 +196,8 @@ def draw_calibration(confidence: np.ndarray, is_correct: np.ndarray, title: str)
     return figure
 
 
-def _label_ends(axes: Axes, ends: list[tuple[float, str, str]], x: float) -> None:
-    """Write names at the ends of curves, each as near to its own as the others allow."""
+def _label_ends(axes: Axes, ends: list[tuple[float, str, str]], last: int) -> None:
+    """Write names beside the ends of curves, as near as the others allow, with lines to them."""
     ends = sorted(ends)
     values = np.array([end for end, _, _ in ends])
     bottom, top = axes.get_ylim()
@@ -149,5 +205,6 @@ def _label_ends(axes: Axes, ends: list[tuple[float, str, str]], x: float) -> Non
     heights = isotonic_regression(values - steps).x + steps
     heights = np.minimum(heights, top + steps - steps[-1])  # as far as they fit, none above
     heights = np.maximum(heights, bottom + steps)  # the axes, and none below
-    for y, (_, name, color) in zip(heights, ends, strict=True):
-        axes.text(x, y, name.replace("_", " "), color=color, va="center", fontsize=10)
+    for y, (end, name, color) in zip(heights, ends, strict=True):
+        axes.plot([last, last * 1.015, last * 1.06], [end, end, y], color=color, linewidth=0.8)
+        axes.text(last * 1.07, y, name.replace("_", " "), color=color, va="center", fontsize=10)

@@ -235,7 +235,8 @@ class Finder:
             exclude: furniture ids not to visit.
             give_up_at: probability that no further look finds it, from which on `next` gives up:
                 it is elsewhere, where there is no way, or, once all other places were looked at,
-                hidden there. At 1 the search ends with the budget alone.
+                hidden there. Places that the budget does not allow count as out of reach. At 1
+                the search ends with the budget alone.
             budget: most that all looks may cost together, in the unit of the distances; without
                 distances it is the number of looks. None for as many looks as three at each place.
 

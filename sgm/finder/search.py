@@ -62,7 +62,7 @@ class SearchRules:
     Attributes:
         look_cost: of one look.
         exclude: furniture ids not to visit.
-        give_up_at: probability that no further look finds it, from which on it ends.
+        give_up_at: probability that no look within the budget finds it, from which on it ends.
         budget: most that all looks may cost together; None for as many as make sense.
     """
 
@@ -161,7 +161,8 @@ class ObjectSearch:
 
         It is over when the thing was found; when it is elsewhere or at a place that cannot be
         reached with `give_up_at` or more, or, once all others were looked at, hidden there; or when
-        the budget allows no further look.
+        the budget allows no further look, or only looks that find it with less than
+        1 - `give_up_at` together.
         """
         self._going = None
         if self.is_found:
@@ -177,9 +178,17 @@ class ObjectSearch:
         if self._compute_prospect(places) <= 1 - self._rules.give_up_at:
             self._reason = _tell_why_given_up(ranking.elsewhere, cut_off)
             return None
+        within = self._list_affordable(places)
+        if within and self._compute_prospect(within) <= 1 - self._rules.give_up_at:
+            self._reason = self._tell_too_small(places, within)
+            return None
         looks = self._plan(places)
         if not looks:
-            self._reason = _tell_why_given_up(ranking.elsewhere, cut_off, self._rules.budget)
+            ended = "given up"
+            if self._rules.budget is not None:
+                how = "spent" if self.cost else "too small for any look"
+                ended = f"budget of {self._rules.budget:g} {how}"
+            self._reason = _tell_why_given_up(ranking.elsewhere, cut_off, ended)
             return None
         self._going, self._reason = looks[0], ""
         return self._going
@@ -264,7 +273,7 @@ class ObjectSearch:
             or looks[0].cost <= self._rules.budget - self.cost
         ):
             return looks
-        return self._order([place for place in places if self._is_affordable(place)])
+        return self._order(self._list_affordable(places))
 
     def _order(self, places: Sequence[Place]) -> Sequence[Look]:
         miss_again = self._finder.detector.miss_again
@@ -273,12 +282,28 @@ class ObjectSearch:
             self._opened,
         ).looks  # fmt: skip
 
-    def _is_affordable(self, place: Place) -> bool:
-        """Tell whether the rest of the budget is enough for a look at a place."""
+    def _list_affordable(self, places: Sequence[Place]) -> list[Place]:
+        """List the places for which the rest of the budget is enough."""
+        if self._rules.budget is None:
+            return list(places)
+        left = self._rules.budget - self.cost
+        return [place for place in places if self._compute_cost(place) <= left]
+
+    def _compute_cost(self, place: Place) -> float:
+        """Return what a look at a place costs now."""
         cost = compute_way(self._distance, self._at, place.furniture) + self._rules.look_cost
-        if place.furniture != self._opened:
-            cost += place.open_cost or 0.0
-        return cost <= (self._rules.budget or 0.0) - self.cost
+        return cost if place.furniture == self._opened else cost + (place.open_cost or 0.0)
+
+    def _tell_too_small(self, places: Sequence[Place], within: Sequence[Place]) -> str:
+        """Say which place the budget does not allow, and how little it allows."""
+        budget, there = self._rules.budget or 0.0, {place.furniture for place in within}
+        beyond = [place for place in places if place.furniture not in there]
+        best = max(beyond, key=lambda place: place.probability)
+        return (
+            f"budget of {budget:g} too small for {best.name} ({best.probability:.0%}, cost "
+            f"{self._compute_cost(best):.1f}, {budget - self.cost:.1f} left), within it "
+            f"{self._compute_prospect(within):.1%}"
+        )
 
     def _compute_prospect(self, places: Sequence[Place]) -> float:
         """Return how likely looks at places find it, if there are as many as one likes.
@@ -342,12 +367,9 @@ class ObjectSearch:
             self._at = furniture
 
 
-def _tell_why_given_up(
-    elsewhere: float, cut_off: Sequence[Place], budget: float | None = None
-) -> str:
+def _tell_why_given_up(elsewhere: float, cut_off: Sequence[Place], ended: str = "given up") -> str:
     """Say how likely it is elsewhere, or at a place without a way."""
-    spent = "given up" if budget is None else f"budget of {budget:g} spent"
-    reason = f"{spent}, elsewhere {elsewhere:.0%}"
+    reason = f"{ended}, elsewhere {elsewhere:.0%}"
     if cut_off and cut_off[0].probability > elsewhere:
         reason += f", {cut_off[0].name}, which cannot be reached, {cut_off[0].probability:.0%}"
     return reason

@@ -95,7 +95,7 @@ class Turns:
 
 
 def _end(ended: asyncio.Future[Any], result: Any, error: BaseException | None) -> None:
-    if ended.done():  # nobody waits for it any longer
+    if ended.done():  # no client waits for it any longer
         return
     if error is None:
         ended.set_result(result)

@@ -48,8 +48,8 @@ EVENT_RULES: Mapping[str, type[Policy]] = {
     "base3": Base3,
 }
 # Likewise: it takes a hundred times as long as the others.
-_WHERE_NAMED: Mapping[str, type[Policy]] = {"informed": Informed, **EVENT_RULES}
-_ALL = {**POLICIES, **_OF_OTHER_HOMES, **_WHERE_NAMED}
+WHERE_NAMED: Mapping[str, type[Policy]] = {"informed": Informed, **EVENT_RULES}
+_ALL = {**POLICIES, **_OF_OTHER_HOMES, **WHERE_NAMED}
 
 
 def find_policy(name: str) -> type[Policy]:

@@ -32,7 +32,7 @@ _HEADING = """# Eyes, held against the truth of homes of boxes
 Made by
 `python -m simulator.robot_home measure --num_homes {num_homes} --rounds {rounds} --steps {steps}
 --seed {seed} --out results/eyes.md`
-in simulated homes with people ([docs/box_world.md](../docs/box_world.md)); depth is measured. There
+in simulated homes with people ([Homes of boxes](../docs/box_world.md)); depth is measured. There
 are {errands_per_step} errands in each of the {steps} hours of a home. A find counts where such a
 thing truly is.
 """

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from sgm.checks import check_at_least
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from sgm.memory.look_log import read_log
-from sgm.prior.prior_graph import PRIOR_HELP, load_prior
+from sgm.prior.prior_graph import PRIOR_HELP, SHIPPED, load_prior
 from simulator.command_line import choose, make_parser, parse, pick
 from simulator.home_options import HomeOptions
 from simulator.process import run_main
@@ -91,7 +91,20 @@ def check(arguments: Sequence[str]) -> int:
     print(f"{source.num_homes} homes of at least {source.num_steps} steps")
     unknown = source.list_unknown_types()
     print(f"types that the prior does not know: {', '.join(unknown) or 'none'}")
+    for line in list_priors_that_know(unknown, options.prior):
+        print(line)
     return 0
+
+
+def list_priors_that_know(types: Sequence[str], prior: str | None) -> list[str]:
+    """Say which priors that ship know types that the one given does not."""
+    lines = []
+    for name in SHIPPED:
+        labels = {kind.label for kind in load_prior(name).objects}
+        known = [label for label in types if label in labels]
+        if known and name != (prior or "default"):
+            lines.append(f"--prior {name} knows {', '.join(known)}")
+    return lines
 
 
 def bring(arguments: Sequence[str]) -> int:

@@ -3,6 +3,7 @@
 import re
 import subprocess
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 
@@ -46,6 +47,33 @@ def test_every_module_and_command_has_its_place(site):
 
 
 @pytest.mark.slow
+def test_every_entry_of_the_menu_has_a_title(site):
+    """On pages that show the whole menu of their part."""
+    for page, fewest in (("results.html", 25), ("robot.html", 25), ("design.html", 6)):
+        text = (site / page).read_text("utf-8")
+        entries = re.findall(r'<a href="([^"#]+)" class="md-nav__link">\s*(.*?)</a>', text, re.S)
+        titles = {link: re.sub(r"<[^>]+>|\s+", " ", inner).strip() for link, inner in entries}
+        assert len(titles) > fewest
+        assert {"None", ""}.isdisjoint(titles.values())
+    results = (site / "results.html").read_text("utf-8")
+    for title in ("05 Your own home", "Benchmarks", "Asked for anything"):
+        assert title in results
+    assert "A node for ROS 2" in (site / "robot.html").read_text("utf-8")
+
+
+@pytest.mark.slow
+def test_no_link_of_a_page_is_broken(site):
+    broken = []
+    for page in site.rglob("*.html"):
+        if page.name == "404.html":
+            continue  # its links start at the root of a server
+        for link in set(re.findall(r'(?:href|src)="([^"#]+)', page.read_text("utf-8"))):
+            is_there = re.match(r"\w+:|//", link) or (page.parent / unquote(link)).exists()
+            broken += [] if is_there else [f"{page.relative_to(site)}: {link}"]
+    assert broken == []
+
+
+@pytest.mark.slow
 def test_nothing_is_fetched_from_elsewhere(site):
     pages = list(site.rglob("*.html"))
     assert len(pages) > 120
@@ -61,7 +89,8 @@ def test_nothing_is_fetched_from_elsewhere(site):
 @pytest.mark.slow
 def test_results_notebooks_and_linked_files_are_in_the_site(site):
     assert (site / "results" / "table_1.html").is_file()
-    assert "05" in (site / "notebooks" / "05_your_own_home.html").name
+    notebook = (site / "notebooks" / "05_your_own_home.html").read_text("utf-8")
+    assert "jp-Cell" in notebook
     belief = (site / "concepts" / "belief.html").read_text("utf-8")
     assert "<math" in belief
     assert "$$" not in belief

@@ -35,12 +35,29 @@ def folder(tmp_path_factory, python):
     """A folder of one's own with the files of the page, where the policy was played."""
     folder = tmp_path_factory.mktemp("mine")
     files = re.findall(r"ave this as `(\S+)`.*?\n```\w+\n(.*?)```", PAGE, re.DOTALL)
-    assert [name for name, _ in files] == ["my_package.py", "pyproject.toml"]
+    assert [name for name, _ in files] == [
+        "my_package.py", "pyproject.toml", "two_guesses.py", "my_metrics.py"
+    ]  # fmt: skip
     for name, text in files:
         (folder / name).write_text(text, "utf-8")
-    (command,) = re.findall(r"^python (-m nep\.evaluate .*)$", PAGE, re.MULTILINE)
-    run(python, folder, *shlex.split(command), *SMALL)
+    commands = re.findall(r"^python (-m nep\.evaluate .*)$", PAGE, re.MULTILINE)
+    assert len(commands) == 2
+    for command in commands:
+        run(python, folder, *shlex.split(command), *SMALL)
     return folder
+
+
+def test_a_task_and_a_metric_of_ones_own_are_in_the_table(folder):
+    table = (folder / "guesses" / "table.md").read_text("utf-8")
+    assert "Two Guesses" in table
+    assert "| mrr | rank above 1 |" in table
+
+
+def test_the_page_names_every_metric_of_a_step():
+    from simulator.tasks.metrics import STEP_METRICS
+
+    (line,) = [line for line in PAGE.splitlines() if line.startswith("- **`Task.metric`**")]
+    assert re.findall(r"`(\w+)`", line) == [*STEP_METRICS]
 
 
 def test_a_policy_outside_the_repository_is_in_the_tables(folder, python):

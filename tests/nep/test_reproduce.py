@@ -87,7 +87,7 @@ def read_times(folder: Path) -> dict[str, int]:
 
 def test_table_1_has_every_cell(folder):
     assert {path.name for path in (folder / "out").iterdir()} == {
-        "table_1.md", "table_1.csv", "table_1.json"
+        "table_1.md", "table_1.csv", "table_1.json", "table_1.png"
     }  # fmt: skip
     stored = json.loads((folder / "out" / "table_1.json").read_text())
     assert list(stored["settings"]) == [setting.name for setting in SETTINGS]

@@ -47,7 +47,8 @@ def make_report(plan: ClaimsPlan) -> dict[str, bytes]:
         "".join(f"- {line}\n" for line in dict.fromkeys(scores.missing))
         or "Nothing that the command runs is missing.\n",
         "Not part of the command: 10,000 training homes "
-        "([experiments.md](experiments.md#ten-thousand-training-homes)), `en_core_web_sm`.\n",
+        "([How NEP-HEAT+ came about](experiments.md#ten-thousand-training-homes)), "
+        "`en_core_web_sm`.\n",
         _make_footer(plan, command),
     ]
     return {
@@ -76,7 +77,7 @@ def _make_footer(plan: ClaimsPlan, command: str) -> str:
     notes = []
     if plan.table_1 is not None:
         notes.append(
-            "Seed 0 in homes of 32 places is that of [table_1.md](table_1.md), which was "
+            "Seed 0 in homes of 32 places is that of [Table 1](table_1.md), which was "
             "played in the same test homes (checked by `bayesian`, home by home)."
         )
     versions = ", ".join(f"{name} {number}" for name, number in list_versions().items())

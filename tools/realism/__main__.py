@@ -106,7 +106,7 @@ def _write(config: RealismConfig, table: str) -> str:
             f"{config.num_homes} simulated homes of each kind (test homes, seed {config.seed}).",
             "Cells are mean ± standard deviation over homes, in italics where it lies outside",
             f"the spread of the {config.called}. Out of the home is a place of its own.",
-            "[docs/worlds.md](../docs/worlds.md) says what the simulated homes are. Command: "
+            "[Simulated homes](../docs/worlds.md) says what the simulated homes are. Command: "
             f"`python -m tools.realism --trace DIR --seed {config.seed} --called "
             f"{shlex.quote(config.called)} --out results`.",
             "",

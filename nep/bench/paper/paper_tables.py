@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from nep.bench.paper.experiments import (
     ABLATED,
@@ -25,6 +26,8 @@ from nep.bench.paper.experiments import (
     list_claimed_order,
 )
 from nep.bench.paper.paper_numbers import PAPER_TABLE_1, PAPER_TABLE_2
+from nep.config_files import CONFIG_FOLDER
+from nep.report.figures import draw_scores
 from nep.report.results import ScoreSummary
 from nep.report.statistics import LEVEL, correct_holm
 from nep.report.tables import (
@@ -102,8 +105,8 @@ class Provenance:
 
     def list_configs(self) -> list[str]:
         """Say what each network was trained with, a paragraph or none."""
-        configs = ", ".join(f"{title} `{config}`" for title, config in self.configs.items())
-        return [f"Configs ([nep/configs](../nep/configs)): {configs}.\n"] if configs else []
+        configs = [f"{title} {_link_config(name)}" for title, name in self.configs.items()]
+        return [f"Configs: {', '.join(configs)}.\n"] if configs else []
 
     @property
     def pairs(self) -> str:
@@ -223,6 +226,8 @@ def make_table_1(results: Mapping[Setting, Scores], provenance: Provenance) -> d
         "simulator, or the true dynamics of the home. Of those that are given neither, the best is "
         "bold. The CSV has the numbers unrounded, the JSON the mean of every home.\n",
         _make_combined(tables),
+        "![Every method with its 95 % interval over homes; in grey those that are given the rules "
+        "or the home](table_1.png)\n",
         _ABOUT_KNOWN,
         *provenance.list_configs(),
         "## The paper's Table 1\n",
@@ -252,11 +257,34 @@ def make_table_1(results: Mapping[Setting, Scores], provenance: Provenance) -> d
         },
     }
     named = {setting.name: rows for setting, rows in tables.items()}
+    image = io.BytesIO()
+    figure = draw_table_1({setting: results[setting] for setting in tables})
+    figure.savefig(image, format="png", metadata={"Software": None, "Comment": provenance.command})
     return {
+        "table_1.png": image.getvalue(),
         "table_1.md": "\n".join(parts).encode(),
         "table_1.csv": make_csv(named, key="setting").encode(),
         "table_1.json": (json.dumps(content) + "\n").encode(),
     }
+
+
+def draw_table_1(results: Mapping[Setting, Scores]) -> Figure:
+    """Draw a panel for each task: who is given nothing in colour, who is given more in grey."""
+    panels: dict[str, dict[str, dict[str, np.ndarray]]] = {}
+    names: dict[str, str] = {}
+    for setting, scores in results.items():
+        arrow = "more" if setting.metric.is_higher_better else "less"
+        task = f"{TASKS[setting.task].title}: {setting.metric.title}, {arrow} is better"
+        kind = f"objects {'come and go' if setting.dynamic_nodes else 'stay in the home'}"
+        names |= list_shown(scores)
+        panels.setdefault(task, {})[kind] = {
+            shown: scores[title].home_values for title, shown in list_shown(scores).items()
+        }
+    colors = {
+        shown: "#7f7f7f" if find_known(title) else "#1f77b4" if title in POLICIES else "#d62728"
+        for title, shown in names.items()
+    }
+    return draw_scores(panels, colors)
 
 
 def load_table_1(path: Path) -> tuple[dict[Setting, Scores], Provenance]:
@@ -330,6 +358,12 @@ def make_table_2(scores: Scores, provenance: Provenance) -> dict[str, bytes]:
     columns = ["minus_full", "minus_full_low", "minus_full_high"]
     writer.writerows([["ablation", "model", "mean", "std", *columns], *lines])
     return {"table_2.md": "\n".join(parts).encode(), "table_2.csv": file.getvalue().encode()}
+
+
+def _link_config(name: str) -> str:
+    """Link a config that ships; one of a user has a name alone."""
+    is_ours = (CONFIG_FOLDER / name).is_file()
+    return f"[{name}](../nep/configs/{name})" if is_ours else f"`{name}`"
 
 
 def _make_combined(tables: Mapping[Setting, Sequence[Row]]) -> str:

@@ -40,7 +40,7 @@ _ABOUT = """\
 `{command}`.
 Mean ± standard deviation over searches; the JSON file beside this page has standard errors over
 homes. Every policy gets the same homes and the same queries.
-[docs/igridson.md](../docs/igridson.md) has the rules. *Paper*: its Table 3."""
+[A home on a grid](../docs/igridson.md) has the rules. *Paper*: its Table 3."""
 
 
 @dataclass(frozen=True)

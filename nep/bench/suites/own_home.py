@@ -60,7 +60,7 @@ _RECORDED = "plays of {called}, with the household prior,"
 _T_INTERVAL = " (t, as there are fewer than ten)"
 _LEARNT = {
     ADAPTED: ", `adapted` to the log of the first days (`finder.adapt`)",
-    TUNED: ", `fine-tuned` on it ([docs/robot/learn.md](../docs/robot/learn.md#your-own-home))",
+    TUNED: ", `fine-tuned` on it ([Learn a home](../docs/robot/learn.md#your-own-home))",
 }
 
 

@@ -33,7 +33,7 @@ questions about things that are not where this agent saw them last. *Right if ou
 those about things that are not where they have been most of the time so far. These are the same
 questions for all. NLL, calibration error and looks: less is better. `oracle` knows how often each
 thing is put at each place, the future included.
-[docs/traces.md](../docs/traces.md#the-benchmark-of-recorded-homes) says more."""
+[Recorded homes](../docs/traces.md#the-benchmark-of-recorded-homes) says more."""
 _ABOUT_SOURCE = (
     "NAME=SOURCE of networks that were each trained without one home, {home} in SOURCE: every home "
     "is played by that which has not seen it"

@@ -165,12 +165,18 @@ def write_short(folder):
     return path
 
 
-def test_the_best_stands_at_the_top_of_the_figure():
+def test_rows_of_the_figure_are_the_same_in_all_panels_the_best_at_the_top():
     hours = {"a": [0.5] * 24, "b": [0.75] * 23 + [float("nan")]}
-    figure = draw_by_hour({"one": hours, "two": hours, "three": hours})
+    # In "two" b is the worst, and over all panels the best: .75, .25 and .9 beside .5
+    others = {"two": {"a": [0.5] * 24, "b": [0.25] * 24}, "three": {"b": [0.9] * 24}}
+    figure = draw_by_hour({"one": hours, **others})
     labels = [text.get_text() for text in figure.axes[0].get_yticklabels()]
     assert labels == ["b", "a"]
-    np.testing.assert_allclose(figure.axes[0].images[0].get_array()[1], 0.5)
+    shown = [axes.images[0].get_array() for axes in figure.axes[:3]]
+    np.testing.assert_allclose(shown[0][1], 0.5)
+    np.testing.assert_allclose(shown[1][0], 0.75)
+    np.testing.assert_allclose(shown[2][0], 0.1)
+    assert np.isnan(np.ma.filled(shown[2], np.nan)[1]).all()  # a has not played
 
 
 @pytest.mark.slow

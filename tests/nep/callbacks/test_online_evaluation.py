@@ -124,16 +124,35 @@ def test_markdown_says_what_the_terminal_says(run):
 
 def test_names_at_the_ends_of_curves_do_not_overlap():
     same = np.ones((2, 10), dtype=bool)
-    values = dict.fromkeys(POLICIES, same)
+    values = dict.fromkeys(list(POLICIES)[:10], same)
     figure = draw_over_steps(values, "bayesian", title="equal scores", metric="accuracy")
     figure.canvas.draw()
     boxes = [text.get_window_extent() for text in figure.axes[0].texts]
-    assert len(boxes) == len(POLICIES)
+    assert len(boxes) == len(values)
     heights = sorted((box.y0, box.y1) for box in boxes)
     # Letters may reach below their line; lines themselves are apart.
     assert all(low[1] - next_low[0] < 2 for low, next_low in itertools.pairwise(heights))
     bottom, top = figure.axes[0].get_ylim()
     assert all(bottom <= text.get_position()[1] <= top for text in figure.axes[0].texts)
+
+
+def test_of_many_curves_a_few_rules_and_all_networks_are_drawn_with_lines_to_their_names():
+    rng = np.random.default_rng(0)
+    values = {name: rng.random((3, 10)) for name in [*POLICIES, "mine", "other"]}
+    figure = draw_over_steps(values, ["mine", "other"], title="many", metric="accuracy")
+    (axes,) = figure.axes
+    names = {text.get_text() for text in axes.texts}
+    assert {"mine", "other", "bayesian", "oracle"} <= names
+    assert len(names) == 9
+    curves = [line for line in axes.lines if len(line.get_xdata()) == 10]
+    leaders = [line for line in axes.lines if len(line.get_xdata()) == 3]
+    assert len(curves) == len(leaders) == 9
+    # Each line starts at the end of a curve of its colour, and ends at a name.
+    ends = {(line.get_color(), line.get_ydata()[-1]) for line in curves}
+    assert {(line.get_color(), line.get_ydata()[0]) for line in leaders} == ends
+    heights = {text.get_position()[1] for text in axes.texts}
+    assert {line.get_ydata()[-1] for line in leaders} == heights
+    assert len({color for color, _ in ends}) == 9
 
 
 def test_plays_the_task_of_the_data_beside_some_policies(tmp_path, monkeypatch, capsys):

@@ -156,8 +156,39 @@ def test_a_budget_of_metres():
     assert set(offered) == {1, 2}  # what is too far is never offered, however likely
     assert looking.cost == pytest.approx(sum(costs))
     assert 4.5 <= looking.cost <= 5.0
+    tiny = Finder(Bayesian()).search(home, "mug", "door", distance, budget=1.5)
+    assert tiny.next() is None  # the nearest is a metre away, and a look costs 1
+    assert re.match(r"mug: budget of 1.5 too small for any look, elsewhere \d", tiny.outcome)
     with pytest.raises(ValueError, match=r"budget must be a number above 0, got 0"):
         Finder(Bayesian()).search(home, "mug", budget=0)
+
+
+def test_a_budget_for_hopeless_places_alone_ends_the_search():
+    """The mug is 10 m away; what a budget of 5 reaches holds next to nothing."""
+    home = make_home_of_places(3)
+    metres = {0: 10.0, 1: 1.0, 2: 2.0}
+    for place in metres:
+        home.observe(place, [Sighting("mug")] if place == 0 else [])
+
+    def distance(here, there):
+        return abs(metres.get(here, 0.0) - metres[there])
+
+    finder = Finder(Bayesian())
+    looking = finder.search(home, "mug", "door", distance, look_cost=0.5, budget=5.0)
+    held = sum(place.probability for place in looking.ranking if place.furniture != 0)
+    assert 0 < held < 0.1
+    assert looking.next() is None
+    shelf = looking.ranking[0].probability
+    assert looking.outcome == (
+        f"mug: budget of 5 too small for shelf 0 in study ({shelf:.0%}, cost 10.5, 5.0 left), "
+        f"within it {held:.1%} after 0 looks"
+    )
+    enough = finder.search(home, "mug", "door", distance, look_cost=0.5, budget=11.0)
+    assert enough.next().place.furniture == 0
+    patient = finder.search(
+        home, "mug", "door", distance, look_cost=0.5, budget=5.0, give_up_at=1 - held / 2
+    )
+    assert patient.next().place.furniture in {1, 2}
 
 
 def test_looks_that_cost_nothing_are_no_staring():

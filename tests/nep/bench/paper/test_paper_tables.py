@@ -23,6 +23,7 @@ from nep.bench.paper.paper_tables import (
     Provenance,
     compute_table,
     correct_claims,
+    draw_table_1,
     list_claims,
     load_table_1,
     make_table_1,
@@ -165,8 +166,13 @@ def test_table_1_by_hand(location):
     line = "NEP-HEAT better than NEP-GCN | +0.200 [-1.071, +1.471] | 1.408 | 1.000 | undecided |"
     assert line in text
     assert "python -m nep.reproduce --table 1" in text
+    assert files["table_1.png"].startswith(b"\x89PNG")
+    panel, _ = draw_table_1(results).axes
+    assert panel.get_title(loc="left").startswith("Predict Object Location")
+    means = {float(line.get_xdata()[0]) for line in panel.lines if len(line.get_xdata()) == 1}
+    assert means == {float(own.home_values.mean()) for own in location.values()}
     assert "numpy 2.2" in text
-    assert "Configs ([nep/configs](../nep/configs)): NEP-MLP `mlp.yaml`.\n" in first
+    assert "Configs: NEP-MLP [mlp.yaml](../nep/configs/mlp.yaml).\n" in first
 
     read = list(csv.DictReader(io.StringIO(files["table_1.csv"].decode())))
     assert {line["setting"] for line in read} == {"predict_location-on", "find_object-on"}
