@@ -58,9 +58,8 @@ def on_config(config: Any) -> Any:
     parts["Reference"] += [{"Commands": sorted(commands)}, {"API": list(api)}]
     named = set(list_pages(config["nav"]))
     results = [path for path in list_outside() if path.startswith("results/")]
-    notebooks = [{read_notebook_title(path): path} for path in list_notebooks()]
     parts["Results"] += [path for path in results if path not in named]
-    parts["Results"].append({"Notebooks": ["notebooks/README.md", *notebooks]})
+    parts["Results"].append({"Notebooks": ["notebooks/README.md", *list_notebooks()]})
     parts["Design"] += SINGLE
     config["nav"] = [{title: pages} for title, pages in parts.items()]
     return config
@@ -73,13 +72,6 @@ def list_pages(nav: Any) -> Iterator[str]:
     else:
         for part in nav.values() if isinstance(nav, dict) else nav:
             yield from list_pages(part)
-
-
-def read_notebook_title(path: str) -> str:
-    """Return the number and the heading of a notebook."""
-    first = json.loads((ROOT / path).read_text("utf-8"))["cells"][0]["source"]
-    heading = "".join(first).partition("\n")[0].removeprefix("# ")
-    return f"{Path(path).name.partition('_')[0]} {heading}"
 
 
 @event_priority(100)  # before the plugin that looks for notebooks
