@@ -1,5 +1,6 @@
 """The Python of the README runs and prints what it says there; its results are those stored."""
 
+import configparser
 import re
 from pathlib import Path
 
@@ -42,3 +43,13 @@ def test_the_readme_is_a_screen_longer_than_its_twenty_lines():
     text = README.read_text("utf-8").partition("## Cite")[0]
     twenty = re.search(r"## In twenty lines.*?\n## ", text, re.DOTALL)[0]
     assert len(text.splitlines()) - len(twenty.splitlines()) <= 60
+
+
+def test_make_installs_extras_that_there_are():
+    """pip warns of one that is unknown, and goes on without it."""
+    settings = configparser.ConfigParser()
+    settings.read(README.parent / "setup.cfg", encoding="utf-8")
+    made = re.findall(r"'\.\[([\w,]+)\]'", (README.parent / "Makefile").read_text(encoding="utf-8"))
+    named = {extra for text in made for extra in text.split(",")}
+    assert named
+    assert named <= set(settings["options.extras_require"])
