@@ -102,5 +102,10 @@ def test_a_search_may_look_at_a_shut_place_without_opening_it():
 
 def test_a_budget_pays_for_doors():
     memory = make_memory(open_cost=3.0)
-    search = Finder(Bayesian()).search(memory, "milk", budget=3.5)
+    finder = Finder(Bayesian())
+    search = finder.search(memory, "milk", budget=3.5, give_up_at=0.99)
     assert search.next().place.furniture == 1  # the fridge would cost 4
+    search = finder.search(memory, "milk", budget=3.5)
+    assert search.next() is None  # the shelf alone finds it with less than .1
+    assert "budget of 3.5 too small for white fridge" in search.outcome
+    assert finder.search(memory, "milk", budget=4.0).next().place.furniture == 0
