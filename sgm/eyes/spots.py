@@ -20,7 +20,10 @@ _MOST_OVERLAP = 0.05  # metres: thin things, as books, stand closer than they ar
 _LEAST_SIZE = 0.015  # metres: of what looks smaller all ways round, only a corner was seen
 _IN_SIGHT = 3.0  # standard deviations by which a spot may be wrong: one in 400 is by more
 # Where else a thing may be: to the left of its spot, and towards the camera. In shares of how far.
-_LEFT, _TOWARDS = np.array([[0, -1, -0.5, 0.5, 1, 0, 0], [0, 0, 0, 0, 0, 0.5, 1]])
+_APART = 0.25
+_STEPS = np.arange(_APART, 1 + _APART, _APART)
+_LEFT = np.concatenate(([0.0], -_STEPS, _STEPS, np.zeros_like(_STEPS)))
+_TOWARDS = np.concatenate((np.zeros(1 + 2 * len(_STEPS)), _STEPS))
 _SUPPORT = 0.015  # metres of what is behind a thing: less cannot be told from the thing itself
 
 
@@ -199,8 +202,8 @@ def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> Non
     ahead /= np.maximum(np.linalg.norm(ahead, axis=1), 1e-9)[:, None]
     left = np.cross((0.0, 0.0, 1.0), ahead)
     far = np.maximum(_IN_SIGHT * sd - radius, 0)
-    offsets = _LEFT[:, None, None] * left - _TOWARDS[:, None, None] * ahead  # (7, n, 3)
-    points = points + (far[:, None] * offsets)[:, None]  # (7, 3, n, 3)
+    offsets = _LEFT[:, None, None] * left - _TOWARDS[:, None, None] * ahead  # (r, n, 3)
+    points = points + (far[:, None] * offsets)[:, None]  # (r, 3, n, 3)
     measured = view.measure_behind(points.reshape(-1, 3), np.tile(volumes, points[..., 0, 0].size))
     measured = measured.reshape(points.shape[:3])
     is_in_front = np.fmin.reduce(measured[0]) < -half - through_margin
@@ -213,7 +216,7 @@ def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> Non
     least = np.minimum(half + through_margin + 2 * sd, (expected - half) / 2)
     least = np.where(is_flat, -half - through_margin + 2 * sd, least)
     is_known = np.maximum(2 * radius, height) >= _LEAST_SIZE
-    is_known &= far <= 4 * radius  # it does not fit between the rays
+    is_known &= _APART * far <= 2 * radius  # it does not fit between the rays
     is_through = is_known & (behind > least) & (below >= -half - through_margin)
     for spot, through, front in zip(spots, is_through, is_in_front, strict=True):
         spot.num_through += bool(through)
