@@ -228,6 +228,15 @@ def test_a_table_of_one_column_trains_and_plays_for_that_alone(tmp_path):
     assert "--settings find_object-off" in plan.describe("1").command
 
 
+def test_the_figure_has_its_column_whichever_ones_table_1_has(tmp_path):
+    plan = make_plan(tmp_path, "--table", "all", "--settings", "find_object-off")
+    assert [own.name for own in plan.settings] == ["find_object-off"]
+    played = [own.name for own in plan.list_settings()]
+    assert played == ["find_object-off", ABLATION_SETTING.name]
+    every = make_plan(tmp_path, "--table", "all")
+    assert every.list_settings() == every.settings == SETTINGS
+
+
 def test_heat_plus_without_the_belief_is_told_no_rules(tmp_path):
     (model,) = find_models(["heat_plus_no_belief"])
     training = Training(enter(model, SETTINGS[0]), 0, (), tmp_path, tmp_path)

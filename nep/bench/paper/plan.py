@@ -114,9 +114,10 @@ class Plan(TrainedPlan):
 
     def list_settings(self) -> tuple[Setting, ...]:
         """Return the settings in which all models and policies play."""
-        if "1" in self.tables:
-            return self.settings
-        return (ABLATION_SETTING,) if "figure" in self.tables else ()
+        settings = self.settings if "1" in self.tables else ()
+        if "figure" in self.tables and ABLATION_SETTING not in settings:
+            settings += (ABLATION_SETTING,)
+        return settings
 
     def list_networks(self) -> list[Contestant]:
         """Return every network that must be trained, setting by setting."""

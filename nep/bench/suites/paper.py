@@ -70,7 +70,8 @@ def make_files(plan: Plan, cache: ScoreCache) -> dict[str, bytes]:
         }
     files: dict[str, bytes] = {}
     if "1" in plan.tables:
-        files |= make_table_1(results, plan.describe("1"))
+        columns = {setting: results[setting] for setting in plan.settings}
+        files |= make_table_1(columns, plan.describe("1"))
     if "2" in plan.tables:
         networks = [*list_full_models(), *list_ablations()]
         ablated = {network.name: plan.load_scores(network, cache) for network in networks}
