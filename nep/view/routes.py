@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+from scipy.sparse.csgraph import csgraph_from_dense, dijkstra
 
 from nep.view.plan_shapes import PlanShapes
 from sgm.layout.outline import compute_outline_distance
@@ -42,38 +43,19 @@ def _join_rooms(shapes: PlanShapes) -> list[tuple[int, ...]]:
     return joined
 
 
-def _go(
-    shapes: PlanShapes, joined: Sequence[tuple[int, ...]], start: int, end: int
-) -> list[np.ndarray]:
-    """Return the doors on the shortest way between two furniture nodes, by Dijkstra's algorithm."""
+def _go(shapes: PlanShapes, joined: Sequence[tuple[int, ...]], start: int, end: int) -> np.ndarray:
+    """Return the doors on the shortest way between two furniture nodes, (n, 2)."""
     rooms = shapes.furniture_room
-    if rooms[start] == rooms[end]:
-        return []
-    doors = shapes.doors
-    cost = np.array(
-        [
-            np.linalg.norm(door - shapes.middles[start]) if rooms[start] in own else np.inf
-            for door, own in zip(doors, joined, strict=True)
-        ]
-    )
-    before = np.full(len(doors), -1)
-    is_open = np.ones(len(doors), dtype=bool)
-    while np.isfinite(np.where(is_open, cost, np.inf)).any():
-        here = int(np.where(is_open, cost, np.inf).argmin())
-        is_open[here] = False
-        for other in np.flatnonzero(is_open).tolist():
-            way = cost[here] + np.linalg.norm(doors[other] - doors[here])
-            if set(joined[here]) & set(joined[other]) and way < cost[other]:
-                cost[other], before[other] = way, here
-    last = [
-        cost[door] + np.linalg.norm(doors[door] - shapes.middles[end])
-        if rooms[end] in joined[door] else np.inf
-        for door in range(len(doors))
-    ]  # fmt: skip
-    if not np.isfinite(last).any():
-        return []
-    way, at = [], int(np.argmin(last))
-    while at >= 0:
-        way.append(doors[at])
-        at = int(before[at])
-    return way[::-1]
+    own = [{rooms[start]}, {rooms[end]}, *map(set, joined)]  # of the two ends, and of each door
+    shares = np.array([[bool(one & other) for other in own] for one in own])
+    if shares[0, 1]:
+        return np.zeros((0, 2))
+    points = np.concatenate([shapes.middles[[start, end]], shapes.doors])
+    length = np.linalg.norm(points[:, None] - points, axis=-1)
+    graph = csgraph_from_dense(np.where(shares, length, np.inf), null_value=np.inf)
+    _, before = dijkstra(graph, indices=0, return_predecessors=True)
+    way, at = [], before[1]
+    while at > 0:  # negative: there is no way
+        way.append(at)
+        at = before[at]
+    return points[way[::-1]]

@@ -90,7 +90,7 @@ def assign_by_ray(
     away = float(entry[place])
     height = max((bottom - top) * away / view.intrinsics.fy, _LEAST_HEIGHT)
     radius = (right - left) * away / view.intrinsics.fx / 2
-    foot, sd = view.pose.position + ray[0] * away, view.pose.compute_sd(away)
+    foot, sd = view.pose.position + ray[0] * away, float(view.pose.compute_sd(entry[place]))
     at = Measured(foot + np.array([0.0, 0.0, height / 2]), radius, height, sd)
 
     upper = scene.center[place, 2] + scene.half[place, 2]

@@ -215,6 +215,6 @@ class Pose:
         """Turn points of the camera's frame (n, 3) into the map."""
         return np.asarray(points, dtype=float) @ self.rotation.T + self.position
 
-    def compute_sd(self, distance: float) -> float:
-        """Return the standard deviation of what is measured at a distance, metres."""
-        return math.hypot(self.position_sd, self.angle_sd * distance)
+    def compute_sd(self, distance: np.ndarray) -> np.ndarray:
+        """Return the standard deviations of what is measured at distances, metres."""
+        return np.hypot(self.position_sd, self.angle_sd * distance)

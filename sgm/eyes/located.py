@@ -91,7 +91,7 @@ def locate(view: CameraView, detections: Sequence[Detection]) -> tuple[Located, 
     radius = np.append(radius, [(length + width) / 2 for length, width, _ in size])
     height = np.append(height, [tall for _, _, tall in size])
     distance = np.linalg.norm(center - view.pose.position, axis=1)
-    sd = np.hypot(view.pose.position_sd, view.pose.angle_sd * distance)
+    sd = view.pose.compute_sd(distance)
     depth_sd = np.append(depth_sd[is_known], np.zeros(len(own)))
     return Located((*found, *own), center, radius, height, sd, depth_sd), lost
 

@@ -190,10 +190,7 @@ def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> Non
     distance = np.linalg.norm(ray, axis=1)
     ray = ray / np.maximum(distance, 1e-9)[:, None]
     half = compute_half_chord(ray, radius, height)
-    sd = np.hypot(
-        np.array([spot.sd for spot in spots]),
-        np.hypot(view.pose.position_sd, view.pose.angle_sd * distance),
-    )
+    sd = np.hypot([spot.sd for spot in spots], view.pose.compute_sd(distance))
     # The upper part is measured: behind it the bearing surface is farther away. Middle and foot
     # must not be hidden: a thing that lies along the ray is lower than its box says.
     heights = np.outer((0.25, 0.0, -0.45), height)  # (3, n)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, fields, replace
 from pathlib import Path
@@ -14,7 +13,7 @@ from jsonargparse import ArgumentParser, Namespace
 
 from nep.bench.paper.work import work_in
 from nep.bench.runner import Suite
-from nep.bench.table_options import Option
+from nep.bench.table_options import Option, make_command
 from nep.bench.temporal.kept_units import read_unit
 from nep.bench.temporal.plan import (
     HOUSEHOLDS,
@@ -41,6 +40,7 @@ RULES = (
     "ceiling",
 )  # fmt: skip
 _INFORMATION = ("sightings", "negatives")
+_UNTOLD = ("runs", "threads", "note", "table_only")  # options on which no score depends
 _KINDS = ("paper_on", "paper_off", "routine", "mixed")
 
 
@@ -176,6 +176,11 @@ class Temporal(Suite):
             kinds[HOUSEHOLDS] = every[HOUSEHOLDS]
         sources = {name: kind.sources[0] for name, kind in kinds.items() if name != HOUSEHOLDS}
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
+        names = [point.name for point in checkpoints]
+        told = Namespace(
+            {name: value for name, value in vars(options).items() if name not in _UNTOLD}
+        )
+        command = make_command(parser, told, names)
         options.runs.mkdir(parents=True, exist_ok=True)
         entries = [
             Entry(kind, network, information == "sightings")
@@ -187,8 +192,6 @@ class Temporal(Suite):
         def write(what: str = "") -> None:
             if what:
                 print(what, flush=True)
-            names = [point.name for point in checkpoints]
-            command = describe_command(options, sizes)
             write_table(
                 make_content(workshop, entries, options.seeds, RULES, names, command, options.note),
                 options.out,
@@ -219,24 +222,6 @@ def read_sizes(options: Namespace) -> Sizes:
     """Return how much is trained and played."""
     own = {name: value for name, value in pick(options, Sizes).items() if value is not None}
     return replace(TINY if options.tiny else Sizes(), **own)
-
-
-def describe_command(options: Namespace, sizes: Sizes) -> str:
-    """Return the command line with what the scores depend on; of files the names alone."""
-    words = ["python", "-m", "nep.temporal", "--seeds", str(options.seeds)]
-    for name, default in (
-        ("kinds", _KINDS), ("networks", tuple(NETWORKS)), ("information", _INFORMATION),
-    ):  # fmt: skip
-        if tuple(options[name]) != tuple(default):
-            words += [f"--{name}", *options[name]]
-    for row in fields(Sizes):
-        if getattr(sizes, row.name) != row.default:
-            words += [f"--{row.name}", str(getattr(sizes, row.name))]
-    if options.checkpoint:
-        words += ["--checkpoint", *(Path(text).name for text in options.checkpoint)]
-    if options.recorded:
-        words += ["--recorded", *(Path(folder).name for folder in options.recorded)]
-    return shlex.join(words)
 
 
 def _load(path: Path) -> dict[str, Any]:

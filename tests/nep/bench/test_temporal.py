@@ -49,6 +49,10 @@ def test_every_row_says_its_trainings(folder):
     assert "What negative looks add to first guesses" in text
     assert "Not complete" not in text
     assert str(folder) not in text
+    assert content["command"] == (
+        "python -m nep.temporal --kinds paper_on --networks recurrent --seeds 2 --tiny True "
+        "--trials 0"
+    )
 
 
 @pytest.mark.slow
