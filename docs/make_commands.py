@@ -36,6 +36,7 @@ COMMANDS = {
     "tools.text_training": "tools.text_training.__main__",
     "tools.realism": "tools.realism.__main__",
     "tools.names": "tools.names.__main__",
+    "tools.eyes": "tools.eyes.__main__",
     "tools.claims": "tools.claims.__main__",
 }
 

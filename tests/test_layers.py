@@ -45,8 +45,8 @@ ORDER = """
     nep.any_home nep.own_home nep.searches nep.elsewhere nep.temporal nep.headlines nep.reproduce
     nep
     nep.__main__
-    tools.priors tools.text_training tools.realism tools.names tools.claims tools.measure_design
-    tools.make_paper_homes tools tools.__main__
+    tools.priors tools.text_training tools.realism tools.names tools.eyes tools.claims
+    tools.measure_design tools.make_paper_homes tools tools.__main__
 """.split()
 # Plug-ins of packages above, which a registry names and imports only where they are asked for.
 PLUGINS = {("simulator.trace.importers", "nep.importers.homer")}  # its files need torch

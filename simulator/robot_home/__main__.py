@@ -1,4 +1,4 @@
-"""`python -m simulator.robot_home play | measure`."""
+"""`python -m simulator.robot_home play`."""
 
 from simulator.process import run_main
 from simulator.robot_home.command import main

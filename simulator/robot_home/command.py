@@ -1,41 +1,28 @@
-"""The command line: play a week, or measure what robots' eyes are right about."""
+"""The command line: play a week."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 
 from tqdm import tqdm
 
 from sgm.checks import check_at_least, check_seed
-from sgm.files import write_whole
 from sgm.finder.finder import Finder
 from sgm.policies.adaptive import Adaptive
 from simulator.box_world.robot_body import BodyRules
 from simulator.command_line import add_home_arguments, choose, make_parser, parse, pick
 from simulator.home_options import HomeOptions
-from simulator.robot_home.results import MeasureRules, format_results, measure_homes
 from simulator.robot_home.week import Tally, Week, WeekRules
 
 PROG = "python -m simulator.robot_home"
+_MOVED = {"measure": "python -m tools.eyes, in a checkout"}
 # Homes with people that are no larger than flats, where nothing else is asked for.
-_USUAL_HOMES = {
+USUAL_HOMES = {
     "home.furniture_per_room": 5,
     "home.objects_per_furniture": 3,
     "home.dynamics": {"class_path": "simulator.world.routine.dynamics.RoutineDynamics"},
 }
-
-
-_HEADING = """# Eyes, held against the truth of homes of boxes
-
-Made by
-`python -m simulator.robot_home measure --num_homes {num_homes} --rounds {rounds} --steps {steps}
---seed {seed} --out results/eyes.md`
-in simulated homes with people ([Homes of boxes](../docs/box_world.md)); depth is measured. There
-are {errands_per_step} errands in each of the {steps} hours of a home. A find counts where such a
-thing truly is.
-"""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -44,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit status: 0 if all is well, 1 on bad input.
     """
-    return choose(PROG, {"play": play, "measure": measure}, arguments)
+    return choose(PROG, {"play": play}, arguments, moved=_MOVED)
 
 
 def play(arguments: Sequence[str]) -> int:
@@ -56,7 +43,7 @@ def play(arguments: Sequence[str]) -> int:
         "default; docs/box_world.md says what is simulated.",
     )
     add_home_arguments(parser)
-    parser.set_defaults(_USUAL_HOMES)
+    parser.set_defaults(USUAL_HOMES)
     parser.add_argument("--number", type=int, default=0, help="number of the home")
     parser.add_argument("--seed", type=int, default=0, help="of home, camera and errands")
     parser.add_class_arguments(WeekRules)
@@ -103,46 +90,6 @@ def play(arguments: Sequence[str]) -> int:
     if options.save is not None:
         week.seeing.memory.save(options.save / "home.sgm")
         print(f"saved: {options.save / 'home.sgm'}, {log}")
-    return 0
-
-
-def measure(arguments: Sequence[str]) -> int:
-    """Hold coverage, assignment, absences and finds against the truth, over many homes."""
-    parser = make_parser(
-        f"{PROG} measure",
-        "Hold what the eyes of robots say against the truth of many homes of boxes, and print the "
-        "table of results/eyes.md. Homes that were measured before are not measured again.",
-    )
-    add_home_arguments(parser)
-    parser.set_defaults(_USUAL_HOMES)
-    parser.add_class_arguments(MeasureRules)
-    parser.add_argument("--seed", type=int, default=0, help="of homes, cameras and errands")
-    parser.add_argument(
-        "--work", type=Path, default=Path("runs/eyes"), help="folder with a file for each home"
-    )
-    parser.add_argument("--out", type=Path | None, help="file for the table")
-    parser.add_argument("--quiet", type=bool, default=False, help="no progress bar")
-    options = parse(parser, arguments)
-    check_seed(options.seed)
-    rules = MeasureRules(**pick(options, MeasureRules))
-    check_at_least(
-        1, num_homes=rules.num_homes, rounds=rules.rounds, steps=rules.steps,
-        errands_per_step=rules.errands_per_step,
-    )  # fmt: skip
-    source = HomeOptions(**pick(options, HomeOptions)).make()
-    source.check_homes(range(rules.num_homes))
-    source.check_steps(rules.steps)
-    found = list(
-        tqdm(
-            measure_homes(source, rules, options.seed, options.work),
-            total=rules.num_homes, unit="home", disable=options.quiet,
-        )
-    )  # fmt: skip
-    table = format_results(found)
-    print(table)
-    if options.out is not None:
-        text = _HEADING.format(**asdict(rules), seed=options.seed)
-        write_whole(options.out, f"{text}\n{table}\n".encode())
     return 0
 
 

@@ -13,10 +13,10 @@ import numpy as np
 from sgm.files import read_json, write_whole
 from simulator.box_world.robot_body import BodyRules
 from simulator.box_world.world import BoxWorld
-from simulator.robot_home.measures import EyesExam
 from simulator.robot_home.week import Week, WeekRules
 from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
+from tools.eyes.measures import EyesExam
 
 NOISES = (0.0, 0.02, 0.1)  # standard deviations of the known position, metres
 _ABSENCE_NOISE = 0.02  # with which absences are counted

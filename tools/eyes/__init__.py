@@ -1,0 +1,1 @@
+"""What the eyes of robots are right about, held against the truth of homes of boxes."""

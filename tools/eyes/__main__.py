@@ -1,0 +1,68 @@
+"""Command line: `python -m tools.eyes`, the table of results/eyes.md."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from tqdm import tqdm
+
+from sgm.checks import check_at_least, check_seed
+from sgm.files import write_whole
+from simulator.command_line import add_home_arguments, make_parser, one_line_errors, parse, pick
+from simulator.home_options import HomeOptions
+from simulator.process import run_main
+from simulator.robot_home.command import USUAL_HOMES
+from tools.eyes.results import MeasureRules, format_results, measure_homes
+
+_HEADING = """# Eyes, held against the truth of homes of boxes
+
+Made by
+`python -m tools.eyes --num_homes {num_homes} --rounds {rounds} --steps {steps}
+--seed {seed} --out results/eyes.md`
+in simulated homes with people ([Homes of boxes](../docs/box_world.md)); depth is measured. There
+are {errands_per_step} errands in each of the {steps} hours of a home. A find counts where such a
+thing truly is.
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Hold coverage, assignment, absences and finds against the truth, over many homes."""
+    parser = make_parser(
+        "python -m tools.eyes",
+        "Hold what the eyes of robots say against the truth of many homes of boxes, and print the "
+        "table of results/eyes.md. Homes that were measured before are not measured again.",
+    )
+    add_home_arguments(parser)
+    parser.set_defaults(USUAL_HOMES)
+    parser.add_class_arguments(MeasureRules)
+    parser.add_argument("--seed", type=int, default=0, help="of homes, cameras and errands")
+    parser.add_argument(
+        "--work", type=Path, default=Path("runs/eyes"), help="folder with a file for each home"
+    )
+    parser.add_argument("--out", type=Path | None, help="file for the table")
+    parser.add_argument("--quiet", type=bool, default=False, help="no progress bar")
+    with one_line_errors():
+        options = parse(parser, arguments)
+        check_seed(options.seed)
+        rules = MeasureRules(**pick(options, MeasureRules))
+        check_at_least(1, **asdict(rules))
+        source = HomeOptions(**pick(options, HomeOptions)).make()
+        source.check_homes(range(rules.num_homes))
+        source.check_steps(rules.steps)
+        found = list(
+            tqdm(
+                measure_homes(source, rules, options.seed, options.work),
+                total=rules.num_homes, unit="home", disable=options.quiet,
+            )
+        )  # fmt: skip
+        table = format_results(found)
+        print(table)
+        if options.out is not None:
+            text = _HEADING.format(**asdict(rules), seed=options.seed)
+            write_whole(options.out, f"{text}\n{table}\n".encode())
+
+
+if __name__ == "__main__":
+    run_main(main)
