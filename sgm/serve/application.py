@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 import json
 import time
-from collections.abc import Awaitable, Callable, Mapping, MutableMapping, Sequence
-from contextlib import AbstractAsyncContextManager, AsyncExitStack, suppress
-from typing import Any, Protocol
+from collections.abc import Mapping, MutableMapping, Sequence
+from contextlib import AsyncExitStack, suppress
+from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qsl
 
 from sgm.files import parse_json
@@ -17,17 +17,12 @@ from sgm.serve.caller import Caller
 from sgm.serve.calls import BY_NAME, VERSION, Call
 from sgm.serve.documents import make_openapi, make_page
 from sgm.serve.feed import Feed
-from sgm.serve.guard import Guard, Refused
+from sgm.serve.guard import BODY_SECONDS, MOST_LINE, Guard, Receive, Refused, Scope, Send, read_body
 from sgm.serve.metrics import Metrics
-from sgm.serve.rules import read_text
 
-MOST_BYTES = 256 << 10  # of a request
-BODY_SECONDS = 10.0  # in which it has to arrive
-MOST_LINE = 500  # characters of an error
+if TYPE_CHECKING:  # mcp is an extra
+    from sgm.serve.tools import MCPTools
 
-Scope = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
-Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
 _JSON = "application/json"
 # A page that was read, by mistake or not, can do nothing and is shown nowhere else.
 _HEADERS = [
@@ -36,16 +31,6 @@ _HEADERS = [
     (b"content-security-policy", b"default-src 'none'; style-src 'unsafe-inline'"),
     (b"cache-control", b"no-store"),
 ]
-
-
-class Tools(Protocol):
-    """The same calls as tools: `sgm.serve.tools`."""
-
-    def run(self) -> AbstractAsyncContextManager[None]:
-        """Be ready until the end of the context."""
-
-    async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request, whose body was bounded."""
 
 
 class Application:
@@ -58,7 +43,7 @@ class Application:
         self,
         caller: Caller,
         guard: Guard,
-        tools: Tools | None = None,
+        tools: MCPTools | None = None,
         snapshot_seconds: float = 300.0,
         body_seconds: float = BODY_SECONDS,
     ) -> None:
@@ -144,7 +129,7 @@ class Application:
             answer = await self.caller.call(call, arguments)
             await _send(send, 200, _JSON, write_json(answer))
         elif path == "/mcp" and self._tools is not None:
-            body = b"" if method == "GET" else await self._read_body(headers, receive)
+            body = b"" if method == "GET" else await read_body(headers, receive, self._body_seconds)
             await self._tools.handle(scope, _give(body, receive), send)
         elif path in ("/", "/health", "/metrics", "/openapi.json", f"/{VERSION}/feed"):
             if method != "GET":
@@ -209,7 +194,7 @@ class Application:
                 ) from None
             if len(dict(pairs)) < len(pairs):
                 raise ValueError("query must name an argument once, got one twice. Leave one out.")
-            return call.read(dict(pairs), read_text)
+            return call.read(dict(pairs), is_query=True)
         if method != "POST":
             raise _refuse_method(call.name, method, ["POST"] if call.is_write else ["GET", "POST"])
         kind = headers.get("content-type", "").partition(";")[0].strip().lower()
@@ -217,7 +202,7 @@ class Application:
             raise Refused(
                 415, f"Content-Type must be {_JSON}, got {shorten_text(kind, 100)!r}. Send JSON."
             )
-        body = await self._read_body(headers, receive)
+        body = await read_body(headers, receive, self._body_seconds)
         try:
             values = parse_json(body)
         except ValueError as error:
@@ -225,35 +210,6 @@ class Application:
                 f"body must be JSON, got {shorten_text(str(error))}. Send one object."
             ) from None
         return call.read(values)
-
-    async def _read_body(self, headers: Mapping[str, str], receive: Receive) -> bytes:
-        told = headers.get("content-length", "0")
-        if not told.isascii() or not told.isdigit():
-            raise Refused(400, "Content-Length must be a number, got another value. Mend it.")
-        body = bytearray()
-        too_long = Refused(413, f"body must have at most {MOST_BYTES} bytes, got more. Send less.")
-        if len(told) > 12 or int(told) > MOST_BYTES:
-            raise too_long
-
-        async def read() -> None:
-            while True:
-                message = await receive()
-                if message["type"] == "http.disconnect":
-                    raise Refused(400, "body must be whole, got a part of it. Send it again.")
-                body.extend(message.get("body", b""))
-                if len(body) > MOST_BYTES:
-                    raise too_long
-                if not message.get("more_body"):
-                    return
-
-        try:
-            await asyncio.wait_for(read(), self._body_seconds)
-        except asyncio.TimeoutError:
-            raise Refused(
-                408,
-                f"body must arrive within {self._body_seconds:g} s, got a part of it. Try again.",
-            ) from None
-        return bytes(body)
 
 
 def _refuse_method(what: str, method: str, allowed: Sequence[str]) -> Refused:

@@ -11,17 +11,19 @@ from sgm.memory.statement import ROBOT
 from sgm.messages import shorten
 from sgm.serve.answer_schema import make_schema
 from sgm.serve.rules import (
-    ChoiceRule,
-    NumberRule,
-    PlaceRule,
-    PositionRule,
-    RelationRule,
+    PLACE,
+    POSITION,
+    RELATION,
+    SEEN,
+    SHARE,
+    START,
+    TEXT,
+    TIME,
     Rule,
-    SeenRule,
-    StartRule,
-    TextRule,
-    TimeRule,
-    WholeRule,
+    make_choice_rule,
+    make_number_rule,
+    make_text_rule,
+    make_whole_rule,
 )
 
 VERSION: Final = "v1"  # of the schema: fields may be added in it, and none changes or goes
@@ -65,16 +67,11 @@ class Call:
     method: Callable[..., Any]
     is_write: bool = False
 
-    @property
-    def answer(self) -> Any:
-        """The dataclass that it returns."""
-        return get_type_hints(self.method)["return"]
-
     def make_input_schema(self) -> dict[str, Any]:
         """Return the JSON Schema of its arguments."""
         properties = {}
         for argument in self.arguments:
-            own = {**argument.rule.to_json(), "description": argument.about}
+            own = {**argument.rule.schema, "description": argument.about}
             if argument.default not in (None, REQUIRED):
                 own["default"] = argument.default
             properties[argument.name] = own
@@ -87,16 +84,14 @@ class Call:
 
     def make_output_schema(self) -> dict[str, Any]:
         """Return the JSON Schema of its answer."""
-        return make_schema(self.answer)
+        return make_schema(get_type_hints(self.method)["return"])
 
-    def read(
-        self, values: Any, read_one: Callable[[Rule, str, Any], Any] | None = None
-    ) -> dict[str, Any]:
+    def read(self, values: Any, *, is_query: bool = False) -> dict[str, Any]:
         """Return the arguments for Python.
 
         Args:
             values: JSON values by name.
-            read_one: reads a value by a rule; None for `Rule.read`.
+            is_query: whether they are texts of a query instead.
 
         Raises:
             ValueError: if one is missing, unknown, or breaks its rule.
@@ -123,12 +118,8 @@ class Call:
                         f"{argument.about}"
                     )
                 continue
-            own = (
-                argument.rule.read(argument.name, value)
-                if read_one is None
-                else read_one(argument.rule, argument.name, value)
-            )
-            read[argument.python or argument.name] = own
+            read_one = argument.rule.read_text if is_query else argument.rule.read
+            read[argument.python or argument.name] = read_one(argument.name, value)
         return read
 
     def run(self, service: MemoryService, arguments: Mapping[str, Any]) -> Any:
@@ -136,27 +127,18 @@ class Call:
         return self.method(service, **arguments)
 
 
-_THING = Argument("thing", TextRule(), "in words, such as the red mug, or its id", REQUIRED)
-_PLACE = Argument("place", PlaceRule(), "id or name, such as desk in study", REQUIRED)
-_COVERAGE = Argument("coverage", NumberRule(0, 1), "share of the place that was in view", 1)
+_THING = Argument("thing", TEXT, "in words, such as the red mug, or its id", REQUIRED)
+_PLACE = Argument("place", PLACE, "id or name, such as desk in study", REQUIRED)
+_COVERAGE = Argument("coverage", SHARE, "share of the place that was in view", 1)
 _SEEN = Argument(
-    "seen",
-    SeenRule(),
-    "everything that was seen there, and nothing else; [] if nothing was",
-    REQUIRED,
+    "seen", SEEN, "everything that was seen there, and nothing else; [] if nothing was", REQUIRED
 )
-
-
-_BY = Argument("by", TextRule(), "who says so", ROBOT)
-_WAS_AT = Argument(
-    "was_at",
-    PlaceRule(),
-    "place from which one of several of its kind was taken",
-)
+_BY = Argument("by", TEXT, "who says so", ROBOT)
+_WAS_AT = Argument("was_at", PLACE, "place from which one of several of its kind was taken")
 
 
 def _rows(about: str, default: int | None) -> Argument:
-    return Argument("k", WholeRule(1, MOST_ROWS), about, default)
+    return Argument("k", make_whole_rule(1, MOST_ROWS), about, default)
 
 
 CALLS: Final[tuple[Call, ...]] = (
@@ -166,7 +148,7 @@ CALLS: Final[tuple[Call, ...]] = (
         "reasons. If the status is ambiguous, ask the user what `ask` says.",
         (
             _THING,
-            Argument("at", TimeRule(), "local time, 2026-11-16T18:30, or a time step; not past"),
+            Argument("at", TIME, "local time, 2026-11-16T18:30, or a time step; not past"),
             _rows("most places; left out: three, or fewer, so that the answer is short", None),
         ),
         MemoryService.where_is,
@@ -177,12 +159,12 @@ CALLS: Final[tuple[Call, ...]] = (
         (
             _THING,
             Argument(
-                "from", StartRule(), "where you are: a place, or [x, y] in metres; in homes with "
+                "from", START, "where you are: a place, or [x, y] in metres; in homes with "
                 "positions", None, "start",
             ),
             Argument(
-                "budget", NumberRule(0, 1e6), "most that all looks together may cost: metres and 1 "
-                "for each; without from, the number of looks",
+                "budget", make_number_rule(0, 1e6), "most that all looks together may cost: metres "
+                "and 1 for each; without from, the number of looks",
             ),
         ),
         MemoryService.search_start,
@@ -191,12 +173,12 @@ CALLS: Final[tuple[Call, ...]] = (
         "search_next",
         "Say what came of the latest look of a search, and get the next one.",
         (
-            Argument("search_id", TextRule(40), "from search_start", REQUIRED),
+            Argument("search_id", make_text_rule(40), "from search_start", REQUIRED),
             Argument(
-                "result", ChoiceRule(("found", "not_found", "seen")),
+                "result", make_choice_rule("found", "not_found", "seen"),
                 "found or not_found, of the thing alone; seen, with all that was seen", REQUIRED,
             ),
-            Argument("seen", SeenRule(), "everything that was seen there, if the result is seen"),
+            Argument("seen", SEEN, "everything that was seen there, if the result is seen"),
             _COVERAGE,
         ),
         MemoryService.search_next,
@@ -216,9 +198,9 @@ CALLS: Final[tuple[Call, ...]] = (
         (
             _THING,
             _PLACE,
-            Argument("by", TextRule(), "who says so, such as anna", REQUIRED),
-            Argument("relation", RelationRule(), "how it lies there", "in"),
-            Argument("confidence", NumberRule(0, 1), "that it is right, 0.5 or more; else 0.9"),
+            Argument("by", TEXT, "who says so, such as anna", REQUIRED),
+            Argument("relation", RELATION, "how it lies there", "in"),
+            Argument("confidence", SHARE, "that it is right, 0.5 or more; else 0.9"),
             _WAS_AT,
         ),
         MemoryService.note_moved,
@@ -234,7 +216,7 @@ CALLS: Final[tuple[Call, ...]] = (
     Call(
         "put_down",
         "Note that the robot has put down what it carried.",
-        (_THING, _PLACE, Argument("relation", RelationRule(), "how it lies there", "onTop")),
+        (_THING, _PLACE, Argument("relation", RELATION, "how it lies there", "onTop")),
         MemoryService.put_down,
         is_write=True,
     ),
@@ -242,8 +224,8 @@ CALLS: Final[tuple[Call, ...]] = (
         "forget",
         "Forget a thing that is not there at all (there is no vase), or a place that is gone.",
         (
-            Argument("thing", TextRule(), "in words; left out for a place"),
-            Argument("place", PlaceRule(), "id or name; left out for a thing"),
+            Argument("thing", TEXT, "in words; left out for a place"),
+            Argument("place", PLACE, "id or name; left out for a thing"),
             _BY,
         ),
         MemoryService.forget,
@@ -254,7 +236,7 @@ CALLS: Final[tuple[Call, ...]] = (
         "Call a thing otherwise: that is no cup, it is a bowl.",
         (
             _THING,
-            Argument("name", TextRule(), "what it is called from now on", REQUIRED),
+            Argument("name", TEXT, "what it is called from now on", REQUIRED),
             _BY,
         ),
         MemoryService.rename,
@@ -263,7 +245,7 @@ CALLS: Final[tuple[Call, ...]] = (
     Call(
         "merge",
         "Note that two things are one (this is the same mug), called as the first; see split.",
-        (_THING, Argument("other", TextRule(), "in words, or its id", REQUIRED), _BY),
+        (_THING, Argument("other", TEXT, "in words, or its id", REQUIRED), _BY),
         MemoryService.merge,
         is_write=True,
     ),
@@ -273,9 +255,9 @@ CALLS: Final[tuple[Call, ...]] = (
         (
             _THING,
             Argument(
-                "place", PlaceRule(), "what was seen there is another thing; else a merge is undone"
+                "place", PLACE, "what was seen there is another thing; else a merge is undone"
             ),
-            Argument("name", TextRule(), "of that other thing, with a place"),
+            Argument("name", TEXT, "of that other thing, with a place"),
             _BY,
         ),
         MemoryService.split,
@@ -284,15 +266,15 @@ CALLS: Final[tuple[Call, ...]] = (
     Call(
         "list_places",
         "List the places where things may be.",
-        (Argument("room", TextRule(), "its name; left out for all"), _rows("most rows", 20)),
+        (Argument("room", TEXT, "its name; left out for all"), _rows("most rows", 20)),
         MemoryService.list_places,
     ),
     Call(
         "list_things",
         "List what is at a place, or all things of a kind, or all that is known; seen last first.",
         (
-            Argument("place", PlaceRule(), "id or name; left out for all"),
-            Argument("kind", TextRule(), "such as mug; left out for all"),
+            Argument("place", PLACE, "id or name; left out for all"),
+            Argument("kind", TEXT, "such as mug; left out for all"),
             _rows("most rows", 20),
         ),
         MemoryService.list_things,
@@ -308,7 +290,7 @@ CALLS: Final[tuple[Call, ...]] = (
         "changes",
         "List what is new, was moved, is gone or was picked up since a time, the latest first.",
         (
-            Argument("since", TimeRule(), "local time, 2026-11-16T18:30, or a time step", REQUIRED),
+            Argument("since", TIME, "local time, 2026-11-16T18:30, or a time step", REQUIRED),
             _rows("most rows", 20),
         ),
         MemoryService.changes,
@@ -316,7 +298,7 @@ CALLS: Final[tuple[Call, ...]] = (
     Call(
         "add_room",
         "Add a room.",
-        (Argument("label", TextRule(), "such as kitchen", REQUIRED),),
+        (Argument("label", TEXT, "such as kitchen", REQUIRED),),
         MemoryService.add_room,
         is_write=True,
     ),
@@ -324,10 +306,10 @@ CALLS: Final[tuple[Call, ...]] = (
         "add_place",
         "Add a place where things may be, such as a fridge or a desk.",
         (
-            Argument("label", TextRule(), "what it is, such as fridge", REQUIRED),
-            Argument("room", TextRule(), "its room, by name", REQUIRED),
-            Argument("name", TextRule(), "for people, such as white fridge; else the label"),
-            Argument("position", PositionRule(), "where one stands to look at it, metres"),
+            Argument("label", TEXT, "what it is, such as fridge", REQUIRED),
+            Argument("room", TEXT, "its room, by name", REQUIRED),
+            Argument("name", TEXT, "for people, such as white fridge; else the label"),
+            Argument("position", POSITION, "where one stands to look at it, metres"),
         ),
         MemoryService.add_place,
         is_write=True,

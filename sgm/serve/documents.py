@@ -72,7 +72,7 @@ def _list_parameters(call: Call) -> list[dict[str, Any]]:
             "in": "query",
             "required": argument.default is REQUIRED,
             "description": argument.about,
-            "schema": argument.rule.to_json(),
+            "schema": argument.rule.schema,
         }
         for argument in call.arguments
     ]
@@ -118,7 +118,7 @@ def make_tables() -> str:
         if call.arguments:
             lines += ["| argument | is | |", "| --- | --- | --- |"]
         for argument in call.arguments:
-            rule = describe_rule(argument.rule.to_json())
+            rule = describe_rule(argument.rule.schema)
             default = argument.default
             note = " (required)" if default is REQUIRED else ""
             note = note or ("" if default is None else f" ({json.dumps(default)} if left out)")

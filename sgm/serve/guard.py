@@ -1,12 +1,17 @@
-"""Who is answered: names of this machine, no page of another origin, a token, so many a second."""
+"""What is answered: names of this machine, no page of another origin, a token, so many a second.
+
+And requests of so many bytes at most, which arrive in time.
+"""
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import ipaddress
 from collections import OrderedDict
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Collection, Mapping, MutableMapping, Sequence
 from time import monotonic
+from typing import Any
 
 from sgm.messages import shorten_text
 
@@ -14,7 +19,15 @@ LOCAL_NAMES = frozenset(("127.0.0.1", "localhost", "[::1]"))
 MOST_CLIENTS = 1000  # addresses whose rates are kept
 DEFAULT_RATE = 1000.0  # requests of one address in a second
 _BURST_SECONDS = 2.0  # of the rate, at once
+MOST_BYTES = 256 << 10  # of the body of a request
+BODY_SECONDS = 10.0  # in which it has to arrive
+MOST_LINE = 500  # characters of an error
 OPEN_PATHS = frozenset(("/health",))  # answered without a token: it says nothing of the home
+
+# Of ASGI.
+Scope = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
+Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
 
 
 class Refused(Exception):
@@ -121,6 +134,45 @@ class Guard:
             raise Refused(
                 429, f"requests must be at most {self._rate:g} a second, got more. Wait a second."
             )
+
+
+async def read_body(headers: Mapping[str, str], receive: Receive, seconds: float) -> bytes:
+    """Read the body of a request.
+
+    Args:
+        headers: as in `Guard.check`.
+        receive: of the request.
+        seconds: in which it has to arrive.
+
+    Raises:
+        Refused: if it is too long, late or cut short.
+    """
+    told = headers.get("content-length", "0")
+    if not told.isascii() or not told.isdigit():
+        raise Refused(400, "Content-Length must be a number, got another value. Mend it.")
+    body = bytearray()
+    too_long = Refused(413, f"body must have at most {MOST_BYTES} bytes, got more. Send less.")
+    if len(told) > 12 or int(told) > MOST_BYTES:
+        raise too_long
+
+    async def read() -> None:
+        while True:
+            message = await receive()
+            if message["type"] == "http.disconnect":
+                raise Refused(400, "body must be whole, got a part of it. Send it again.")
+            body.extend(message.get("body", b""))
+            if len(body) > MOST_BYTES:
+                raise too_long
+            if not message.get("more_body"):
+                return
+
+    try:
+        await asyncio.wait_for(read(), seconds)
+    except asyncio.TimeoutError:
+        raise Refused(
+            408, f"body must arrive within {seconds:g} s, got a part of it. Try again."
+        ) from None
+    return bytes(body)
 
 
 def is_local(host: str) -> bool:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Any, NoReturn, Protocol
+from typing import Any
 
 from sgm.files import parse_json
 from sgm.memory.identity import MOST_NUMBERS
@@ -16,13 +16,25 @@ from sgm.messages import shorten, shorten_text
 from sgm.names.words import MAX_LENGTH
 
 MOST_SEEN = 500  # sightings of a look
+_MOST_METRES = 1e9  # and most that a number of an embedding may be
 
 
-class Rule(Protocol):
-    """A rule for one argument."""
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A rule for one argument.
 
-    def to_json(self) -> dict[str, Any]:
-        """Return it as JSON Schema."""
+    Attributes:
+        schema: JSON Schema of it.
+        must: the same in words, for the message.
+        convert: returns a value for Python, given the name of the argument and the value as JSON
+            has it; None for one that breaks the rule.
+        is_text: whether a text of a query is meant as it is written, as "3" is by a name.
+    """
+
+    schema: Mapping[str, Any]
+    must: str
+    convert: Callable[[str, Any], Any]
+    is_text: bool = False
 
     def read(self, name: str, value: Any) -> Any:
         """Return the value for Python.
@@ -34,262 +46,111 @@ class Rule(Protocol):
         Raises:
             ValueError: if it breaks the rule.
         """
+        own = self.convert(name, value)
+        if own is None:
+            got = shorten_text(shorten(value).encode("utf-8", "backslashreplace").decode())
+            raise ValueError(f"{name} must {self.must}, got {got}. See /openapi.json.")
+        return own
 
+    def read_text(self, name: str, text: str) -> Any:
+        """Return the value of a text of a query: "3" is a number where a number is meant.
 
-@dataclass(frozen=True, slots=True)
-class TextRule:
-    """A text of 1 to `most` characters.
-
-    Attributes:
-        most: characters.
-    """
-
-    most: int = MAX_LENGTH
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as JSON Schema."""
-        return {"type": "string", "minLength": 1, "maxLength": self.most}
-
-    def read(self, name: str, value: Any) -> str:
-        """Return the text."""
-        if not isinstance(value, str) or not 1 <= len(value) <= self.most:
-            _refuse(name, f"be a text of 1 to {self.most} characters", value)
-        return value
-
-
-@dataclass(frozen=True, slots=True)
-class ChoiceRule:
-    """One of some texts.
-
-    Attributes:
-        names: which.
-    """
-
-    names: tuple[str, ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as JSON Schema."""
-        return {"type": "string", "enum": list(self.names)}
-
-    def read(self, name: str, value: Any) -> str:
-        """Return the text."""
-        if not isinstance(value, str) or value not in self.names:
-            _refuse(name, f"be one of {', '.join(self.names)}", value)
-        return value
-
-
-@dataclass(frozen=True, slots=True)
-class RelationRule:
-    """How a thing lies at a place: "in" or "onTop" it, spelled as `read_relation` reads it."""
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as JSON Schema."""
-        return {"type": "string", "enum": list(SPELLINGS)}
-
-    def read(self, name: str, value: Any) -> str:
-        """Return "in" or "onTop"."""
-        try:
-            return read_relation(value if value != "" else None)
-        except ValueError:
-            _refuse(name, f"be one of {', '.join(SPELLINGS)}", value)
-
-
-@dataclass(frozen=True, slots=True)
-class WholeRule:
-    """A whole number.
-
-    Attributes:
-        least, most: bounds, which it may be itself.
-    """
-
-    least: int
-    most: int
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as JSON Schema."""
-        return {"type": "integer", "minimum": self.least, "maximum": self.most}
-
-    def read(self, name: str, value: Any) -> int:
-        """Return the number."""
-        if not _is_whole(value) or not self.least <= value <= self.most:
-            _refuse(name, f"be a whole number from {self.least} to {self.most}", value)
-        return int(value)
-
-
-@dataclass(frozen=True, slots=True)
-class NumberRule:
-    """A number above `above`, at most `most`.
-
-    Attributes:
-        above: bound that it may not be.
-        most: bound that it may be.
-    """
-
-    above: float
-    most: float
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as JSON Schema."""
-        return {"type": "number", "exclusiveMinimum": self.above, "maximum": self.most}
-
-    def read(self, name: str, value: Any) -> float:
-        """Return the number."""
-        if not _is_number(value) or not self.above < value <= self.most:
-            _refuse(name, f"be a number above {self.above:g} and at most {self.most:g}", value)
-        return float(value)
-
-
-@dataclass(frozen=True, slots=True)
-class TimeRule:
-    """A local date and time in ISO 8601 without a zone, or a time step."""
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as JSON Schema."""
-        step = {"type": "integer", "minimum": 0, "maximum": MAX_TIME}
-        return {"anyOf": [{"type": "string", "minLength": 1, "maxLength": 40}, step]}
-
-    def read(self, name: str, value: Any) -> datetime | int:
-        """Return a datetime, or the step."""
-        if _is_whole(value) and 0 <= value <= MAX_TIME:
-            return int(value)
-        time = None
-        if isinstance(value, str) and len(value) <= 40:
+        Raises:
+            ValueError: if it breaks the rule.
+        """
+        if not self.is_text:
             try:
-                time = datetime.fromisoformat(value)
+                value = parse_json(text)
             except ValueError:
-                pass
-        if time is None or time.tzinfo is not None:
-            rule = "be local time such as 2026-11-16T18:30 without a zone, or a time step"
-            _refuse(name, rule, value)
-        return time
+                value = text
+            if not isinstance(value, str):
+                return self.read(name, value)
+        return self.read(name, text)
 
 
-@dataclass(frozen=True, slots=True)
-class PlaceRule:
-    """A place by its id, or by a name such as "white fridge in kitchen"."""
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as JSON Schema."""
-        return {"anyOf": [TextRule().to_json(), WholeRule(0, MAX_TIME).to_json()]}
-
-    def read(self, name: str, value: Any) -> str | int:
-        """Return the name or the id."""
-        if _is_whole(value) and 0 <= value <= MAX_TIME:
-            return int(value)
-        if not isinstance(value, str) or not 1 <= len(value) <= MAX_LENGTH:
-            _refuse(name, f"be the id of a place, or a name of 1 to {MAX_LENGTH} characters", value)
-        return value
+def make_text_rule(most: int = MAX_LENGTH) -> Rule:
+    """Return the rule of a text of 1 to `most` characters."""
+    return Rule(
+        {"type": "string", "minLength": 1, "maxLength": most},
+        f"be a text of 1 to {most} characters",
+        lambda _, value: value if isinstance(value, str) and 1 <= len(value) <= most else None,
+        is_text=True,
+    )
 
 
-@dataclass(frozen=True, slots=True)
-class PositionRule:
-    """Two numbers, metres."""
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as JSON Schema."""
-        return {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
-
-    def read(self, name: str, value: Any) -> tuple[float, float]:
-        """Return two finite numbers."""
-        is_pair = isinstance(value, list) and len(value) == 2 and all(map(_is_number, value))
-        if not is_pair or not all(abs(number) <= 1e9 for number in value):
-            _refuse(name, "be two numbers, metres, such as [1.5, 4]", value)
-        x, y = value
-        return float(x), float(y)
+def make_choice_rule(*names: str) -> Rule:
+    """Return the rule of one of some texts."""
+    return Rule(
+        {"type": "string", "enum": list(names)},
+        f"be one of {', '.join(names)}",
+        lambda _, value: value if isinstance(value, str) and value in names else None,
+        is_text=True,
+    )
 
 
-@dataclass(frozen=True, slots=True)
-class StartRule:
-    """A position, or a place."""
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as JSON Schema."""
-        return {"anyOf": [*PlaceRule().to_json()["anyOf"], PositionRule().to_json()]}
-
-    def read(self, name: str, value: Any) -> tuple[float, float] | str | int:
-        """Return what `PositionRule` or `PlaceRule` does."""
-        return (PositionRule() if isinstance(value, list) else PlaceRule()).read(name, value)
+def make_whole_rule(least: int, most: int) -> Rule:
+    """Return the rule of a whole number between bounds, which it may be itself."""
+    return Rule(
+        {"type": "integer", "minimum": least, "maximum": most},
+        f"be a whole number from {least} to {most}",
+        lambda _, value: int(value) if _is_whole(value) and least <= value <= most else None,
+    )
 
 
-@dataclass(frozen=True, slots=True)
-class VectorRule:
-    """A list of numbers, such as an embedding."""
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as JSON Schema."""
-        return {
-            "type": "array",
-            "items": {"type": "number"},
-            "minItems": 1,
-            "maxItems": MOST_NUMBERS,
-        }
-
-    def read(self, name: str, value: Any) -> tuple[float, ...]:
-        """Return the numbers."""
-        is_row = isinstance(value, list) and 1 <= len(value) <= MOST_NUMBERS
-        if not is_row or not all(_is_number(one) and abs(one) <= 1e9 for one in value):
-            _refuse(name, f"be a list of 1 to {MOST_NUMBERS} numbers", value)
-        return tuple(map(float, value))
+def make_number_rule(above: float, most: float) -> Rule:
+    """Return the rule of a number above a bound, and at most another one."""
+    return Rule(
+        {"type": "number", "exclusiveMinimum": above, "maximum": most},
+        f"be a number above {above:g} and at most {most:g}",
+        lambda _, value: float(value) if _is_number(value) and above < value <= most else None,
+    )
 
 
-# Of the fields of a sighting.
-_SIGHTING: Mapping[str, Rule] = {
-    "thing": TextRule(),
-    "relation": RelationRule(),
-    "confidence": NumberRule(0, 1),
-    "owner": TextRule(),
-    "id": TextRule(),
-    "embedding": VectorRule(),
-}
+def _read_relation(name: str, value: Any) -> str | None:
+    try:
+        return read_relation(value if value != "" else None)
+    except ValueError:
+        return None
 
 
-@dataclass(frozen=True, slots=True)
-class SeenRule:
-    """A list of what was seen: names, or objects with `thing`, and perhaps more about it."""
-
-    def to_json(self) -> dict[str, Any]:
-        """Return it as JSON Schema."""
-        thing = {
-            "type": "object",
-            "properties": {name: rule.to_json() for name, rule in _SIGHTING.items()},
-            "required": ["thing"],
-            "additionalProperties": False,
-        }
-        return {
-            "type": "array",
-            "items": {"anyOf": [TextRule().to_json(), thing]},
-            "maxItems": MOST_SEEN,
-        }
-
-    def read(self, name: str, value: Any) -> list[Sighting]:
-        """Return sightings."""
-        if not isinstance(value, list) or len(value) > MOST_SEEN:
-            _refuse(name, f"be a list of at most {MOST_SEEN} things", value)
-        return [self._read_one(f"{name}[{row}]", one) for row, one in enumerate(value)]
-
-    def _read_one(self, name: str, value: Any) -> Sighting:
-        if isinstance(value, str):
-            return Sighting(TextRule().read(name, value))
-        if not isinstance(value, dict) or "thing" not in value or not value.keys() <= {*_SIGHTING}:
-            _refuse(name, f"be a name, or an object of {', '.join(_SIGHTING)}", value)
-        read = {key: _SIGHTING[key].read(f"{name}.{key}", own) for key, own in value.items()}
-        return Sighting(read.pop("thing"), **read)
+def _read_time(name: str, value: Any) -> datetime | int | None:
+    if _is_whole(value) and 0 <= value <= MAX_TIME:
+        return int(value)
+    try:
+        time = (
+            datetime.fromisoformat(value) if isinstance(value, str) and len(value) <= 40 else None
+        )
+    except ValueError:
+        return None
+    return time if time is not None and time.tzinfo is None else None
 
 
-def read_text(rule: Rule, name: str, text: str) -> Any:
-    """Return the value of a text of a query: "3" is a number where a number is meant.
+def _read_place(name: str, value: Any) -> str | int | None:
+    if _is_whole(value) and 0 <= value <= MAX_TIME:
+        return int(value)
+    return value if isinstance(value, str) and 1 <= len(value) <= MAX_LENGTH else None
 
-    Raises:
-        ValueError: if it breaks the rule.
-    """
-    if not isinstance(rule, TextRule | ChoiceRule | RelationRule):
-        try:
-            value = parse_json(text)
-        except ValueError:
-            value = text
-        if not isinstance(value, str):
-            return rule.read(name, value)
-    return rule.read(name, text)
+
+def _read_numbers(value: Any, least: int, most: int) -> tuple[float, ...] | None:
+    if not isinstance(value, list) or not least <= len(value) <= most:
+        return None
+    fits = all(_is_number(number) and abs(number) <= _MOST_METRES for number in value)
+    return tuple(map(float, value)) if fits else None
+
+
+def _read_seen(name: str, value: Any) -> list[Sighting] | None:
+    if not isinstance(value, list) or len(value) > MOST_SEEN:
+        return None
+    return [_THING.read(f"{name}[{row}]", one) for row, one in enumerate(value)]
+
+
+def _read_sighting(name: str, value: Any) -> Sighting | None:
+    if isinstance(value, str):
+        return Sighting(TEXT.read(name, value))
+    if not isinstance(value, dict) or "thing" not in value or not value.keys() <= {*_SIGHTING}:
+        return None
+    read = {key: _SIGHTING[key].read(f"{name}.{key}", own) for key, own in value.items()}
+    return Sighting(read.pop("thing"), **read)
 
 
 def _is_whole(value: Any) -> bool:
@@ -302,6 +163,60 @@ def _is_number(value: Any) -> bool:
     return is_number and abs(value) <= sys.float_info.max
 
 
-def _refuse(name: str, rule: str, value: Any) -> NoReturn:
-    got = shorten_text(shorten(value).encode("utf-8", "backslashreplace").decode())
-    raise ValueError(f"{name} must {rule}, got {got}. See /openapi.json.")
+_STEP = {"type": "integer", "minimum": 0, "maximum": MAX_TIME}
+TEXT = make_text_rule()
+SHARE = make_number_rule(0, 1)
+# "in" or "onTop" of a place, spelled as `read_relation` reads it.
+RELATION = Rule(
+    {"type": "string", "enum": list(SPELLINGS)}, f"be one of {', '.join(SPELLINGS)}",
+    _read_relation, is_text=True,
+)  # fmt: skip
+TIME = Rule(
+    {"anyOf": [{"type": "string", "minLength": 1, "maxLength": 40}, _STEP]},
+    "be local time such as 2026-11-16T18:30 without a zone, or a time step",
+    _read_time,
+)
+PLACE = Rule(
+    {"anyOf": [TEXT.schema, _STEP]},
+    f"be the id of a place, or a name of 1 to {MAX_LENGTH} characters",
+    _read_place,
+)
+POSITION = Rule(
+    {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2},
+    "be two numbers, metres, such as [1.5, 4]",
+    lambda _, value: _read_numbers(value, 2, 2),
+)
+# A position, or a place.
+START = Rule(
+    {"anyOf": [*PLACE.schema["anyOf"], POSITION.schema]},
+    PLACE.must,
+    lambda name, value: (POSITION if isinstance(value, list) else PLACE).read(name, value),
+)
+_SIGHTING: Mapping[str, Rule] = {
+    "thing": TEXT,
+    "relation": RELATION,
+    "confidence": SHARE,
+    "owner": TEXT,
+    "id": TEXT,
+    "embedding": Rule(
+        {"type": "array", "items": {"type": "number"}, "minItems": 1, "maxItems": MOST_NUMBERS},
+        f"be a list of 1 to {MOST_NUMBERS} numbers",
+        lambda _, value: _read_numbers(value, 1, MOST_NUMBERS),
+    ),
+}
+# A name, or an object with `thing`, and perhaps more about it.
+_THING = Rule(
+    {
+        "type": "object",
+        "properties": {name: rule.schema for name, rule in _SIGHTING.items()},
+        "required": ["thing"],
+        "additionalProperties": False,
+    },
+    f"be a name, or an object of {', '.join(_SIGHTING)}",
+    _read_sighting,
+)
+SEEN = Rule(
+    {"type": "array", "items": {"anyOf": [TEXT.schema, _THING.schema]}, "maxItems": MOST_SEEN},
+    f"be a list of at most {MOST_SEEN} things",
+    _read_seen,
+)

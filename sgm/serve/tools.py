@@ -13,10 +13,9 @@ from mcp.server.streamable_http_manager import StreamableHTTPSessionManager
 
 from sgm.finder.answers import to_json
 from sgm.messages import shorten_text
-from sgm.serve.application import MOST_BYTES, MOST_LINE, Receive, Scope, Send
 from sgm.serve.caller import Caller
 from sgm.serve.calls import BY_NAME, CALLS, VERSION
-from sgm.serve.guard import Refused
+from sgm.serve.guard import MOST_BYTES, MOST_LINE, Receive, Refused, Scope, Send
 
 INSTRUCTIONS = (
     "A memory of what was seen in a home. Ask where_is before you search. When a status is "

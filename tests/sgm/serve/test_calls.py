@@ -11,7 +11,7 @@ from sgm.finder.service import MemoryService
 from sgm.memory.sighting import Sighting
 from sgm.serve.calls import BY_NAME, CALLS, REQUIRED
 from sgm.serve.documents import make_openapi, make_page, make_tables
-from sgm.serve.rules import MOST_SEEN, read_text
+from sgm.serve.rules import MOST_SEEN
 
 from .conftest import START, open_service
 
@@ -169,7 +169,7 @@ def test_relations_are_spelled_as_in_python(written, read):
     seen = [{"thing": "pen", "relation": written}]
     assert BY_NAME["observe"].read({"place": 2, "seen": seen})["seen"] == [Sighting("pen", read)]
     values = {"thing": "pen", "place": "desk", "relation": written}
-    assert BY_NAME["put_down"].read(values, read_text)["relation"] == read
+    assert BY_NAME["put_down"].read(values, is_query=True)["relation"] == read
     assert fits(BY_NAME["put_down"].make_input_schema(), values)
     values["relation"] = "under"
     with pytest.raises(ValueError, match=r"relation must be one of in, onTop, .*, got 'under'"):
@@ -194,10 +194,13 @@ def test_arguments_are_what_python_takes():
 
 def test_a_query_says_numbers_as_text():
     call = BY_NAME["list_things"]
-    assert call.read({"place": "2", "k": "3"}, read_text) == {"place": 2, "k": 3}
-    assert call.read({"place": "desk", "kind": "7"}, read_text) == {"place": "desk", "kind": "7"}
+    assert call.read({"place": "2", "k": "3"}, is_query=True) == {"place": 2, "k": 3}
+    assert call.read({"place": "desk", "kind": "7"}, is_query=True) == {
+        "place": "desk",
+        "kind": "7",
+    }
     with pytest.raises(ValueError, match="k must be a whole number"):
-        call.read({"k": "[" * 1000}, read_text)
+        call.read({"k": "[" * 1000}, is_query=True)
 
 
 def test_openapi_lists_every_call():

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sgm.finder.answers import to_json, write_json
-from sgm.serve import application, caller
+from sgm.serve import caller, guard
 from sgm.serve.guard import LOCAL_NAMES, Guard, Refused, is_local
 
 from .conftest import Client, open_service, run_server
@@ -459,7 +459,7 @@ def test_malformed_requests_are_refused_in_one_line_and_nothing_grows(served, ca
 
 
 def test_the_bound_of_a_body_is_that_of_the_tools():
-    assert application.MOST_BYTES == 256 << 10
+    assert guard.MOST_BYTES == 256 << 10
 
 
 def test_readers_do_not_wait_for_the_disk(served, monkeypatch):
