@@ -29,7 +29,6 @@ COMMANDS = {
     "nep.view": "nep.view.__main__",
     "nep.reproduce": "nep.reproduce",
     "nep.temporal": "nep.temporal",
-    "nep.headlines": "nep.headlines",
     "nep.igridson": "nep.igridson",
     "nep.bench": "nep.bench.__main__",
     "tools.priors": "tools.priors.__main__",
@@ -38,6 +37,7 @@ COMMANDS = {
     "tools.names": "tools.names.__main__",
     "tools.eyes": "tools.eyes.__main__",
     "tools.claims": "tools.claims.__main__",
+    "tools.headlines": "tools.headlines",
 }
 
 

@@ -11,6 +11,7 @@ from types import ModuleType
 # Folders and modules; what is inside a folder has the same name in the new one.
 MOVED = {
     "nep.claims": "tools.claims",
+    "nep.headlines": "tools.headlines",
     "nep.kinds": "nep.bench",
     "nep.event_networks.plan": "nep.bench.temporal.plan",
     "nep.event_networks.report": "nep.bench.temporal.report",

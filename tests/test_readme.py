@@ -4,7 +4,7 @@ import configparser
 import re
 from pathlib import Path
 
-from nep.headlines import main
+from tools.headlines import main
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 
@@ -20,7 +20,7 @@ def test_the_twenty_lines_print_what_the_readme_says(capsys, tmp_path, monkeypat
 
 
 def test_what_is_said_of_results_is_what_the_command_prints(capsys):
-    """All that `nep.headlines` prints stands in results/headlines.md; its end in README, too."""
+    """All that `tools.headlines` prints stands in results/headlines.md; its end in README, too."""
     results = README.parent / "results"
     main(["--results", str(results)])
     parts = capsys.readouterr().out.strip().split("\n\n")

@@ -1,4 +1,4 @@
-"""Prints the first numbers of README and results/headlines.md: `python -m nep.headlines`."""
+"""Prints the first numbers of README and results/headlines.md: `python -m tools.headlines`."""
 
 from __future__ import annotations
 
@@ -180,7 +180,7 @@ def _write(value: float, form: str) -> str:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
     parser = make_parser(
-        "python -m nep.headlines", "Print the first numbers of README, from the stored results."
+        "python -m tools.headlines", "Print the first numbers of README, from the stored results."
     )
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder of results")
     with one_line_errors(status=2):
