@@ -11,6 +11,7 @@ from jsonargparse import Namespace
 from nep.bench.best_rule import make_overview
 from nep.bench.columns import make_accuracy_table, make_table
 from nep.bench.home_games import choose_games, list_benchmark
+from nep.bench.paired_priors import compare_priors, make_comparison
 from nep.bench.runner import Report, TableSuite
 from nep.bench.table_options import Option, describe_made, list_table_options
 from nep.bench.task_game import TaskGame
@@ -117,6 +118,9 @@ class Recorded(TableSuite[TaskGame]):
         if told:
             compared = make_overview({name: report.about[name] for name in told}, told, networks[0])
             parts.append(f"## `{networks[0]}` beside the best rule\n\n{compared}")
+        further = [text.partition("=")[0] for text in options.also_prior]
+        if paired := compare_priors(report.about, scores, further, ("priors", *networks[:1])):
+            parts.append(f"## Priors beside each other\n\n{make_comparison(paired)}")
         hours = {
             titles[name]: {who: own["by_hour"] for who, own in players.items()}
             for name, players in scores.items()

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from nep.bench.home_games import list_benchmark
+from nep.bench.paired_priors import compare_priors, make_comparison
 from nep.bench.suites.recorded import main
 from nep.report.figures import draw_by_hour
 from sgm.network.shipped import find_trained
@@ -78,6 +79,30 @@ def test_a_further_prior_needs_name_and_file(homes, tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["--trace", *homes, "--out", str(tmp_path / "x.md"), *SIZE, "--also_prior", "words"])
     assert "also_prior must be NAME=FILE, got 'words'" in capsys.readouterr().err
+
+
+def test_priors_are_paired_home_by_home():
+    """Two homes of two replays each: replays are averaged first, and a home is one unit."""
+    units = ["a", "a", "b", "b"]
+    values = {"shipped": [0.0, 0.2, 0.1, 0.1], "words": [0.4, 0.2, 0.6, 0.2], "own": [0.5] * 4}
+    kinds = {f"episodes-{name}": {"x": {"accuracy": own}} for name, own in values.items()}
+    kinds["lives-shipped"] = kinds["episodes-shipped"]  # without the further priors
+    about = {kind: {"units": units} for kind in kinds}
+    rows = compare_priors(about, kinds, ["words", "own"], ["x", "absent"])
+    assert [(row.first, row.second) for row in rows] == [
+        ("words", "shipped"), ("own", "shipped"), ("own", "words")
+    ]  # fmt: skip
+    # Homes of words minus shipped: .3 - .1 and .4 - .1, so .2 and .3: mean .25, error .05,
+    # t of one degree 12.706. p = 1 - 2 atan(5) / pi = .126.
+    found = rows[0].difference
+    assert (found.mean, found.low, found.high) == pytest.approx((0.25, -0.385, 0.885), abs=1e-3)
+    assert found.p == pytest.approx(0.126, abs=1e-3)
+    # own minus shipped: .4 both times: p = 0. own minus words: .2 and .1: t = 3, p = .205.
+    assert [row.corrected for row in rows] == pytest.approx([0.251, 0.0, 0.251], abs=1e-3)
+    text = make_comparison(rows)
+    assert "| episodes | `x` | own minus shipped | **+0.400 [+0.400, +0.400]** |" in text
+    assert "all 3 comparisons" in text
+    assert compare_priors(about, kinds, [], ["x"]) == []
 
 
 def test_of_a_long_life_the_last_ten_days_are_scored(homes):
@@ -191,7 +216,27 @@ def test_the_page_of_language_priors_is_what_its_scores_say(tmp_path):
     assert out.read_text() == page
     scores = json.loads((results / name).read_text())["scores"]
     notes = (results / "notes.md").read_text()
-    for kind, title in (("shipped", "default (counted"), ("words", "word vectors alone")):
-        own = scores[f"episodes-policy-{kind}"]["any_home"]
-        cell = f"{np.mean(own['accuracy']):.3f} / {np.mean(own['nll']):.2f}".lstrip("0")
-        assert cell in next(line for line in notes.splitlines() if line.startswith(f"| {title}"))
+    guide = (results.parent / "docs" / "priors.md").read_text()
+    for kind, title in (
+        ("shipped", "default (counted"), ("words", "word vectors alone"),
+        ("filled", "filled in by a language model"), ("household", "household (written"),
+        ("counted", "counted in the other"),
+    ):  # fmt: skip
+        line = next(line for line in notes.splitlines() if line.startswith(f"| {title}"))
+        for player in ("priors", "adaptive", "any_home"):
+            own = scores[f"episodes-policy-{kind}"][player]
+            forms = (("accuracy", ".3f"), ("nll", ".2f"), ("looks", ".2f"))
+            cell = " / ".join(shorten(np.mean(own[name]), form) for name, form in forms)
+            assert f"| {cell} |" in line
+    for kind, player in (
+        ("words", "priors"), ("filled", "priors"), ("shipped", "priors"), ("counted", "priors"),
+        ("filled", "bayesian"), ("filled", "frequentist"), ("words", "any_home"),
+        ("filled", "any_home"), ("shipped", "any_home"),
+    ):  # fmt: skip
+        own = np.mean(scores[f"episodes-policy-{kind}"][player]["accuracy"])
+        assert shorten(own, ".3f") in guide.partition("In five scripted households")[2]
+
+
+def shorten(number, form):
+    """Without the zero before the point, as tables by hand have it."""
+    return f"{number:{form}}".removeprefix("0")

@@ -13,7 +13,8 @@ from sgm.prior.prior_graph import FurnitureType, ObjectType, Placement, PriorGra
 from simulator.priors.__main__ import main
 from simulator.priors.language import COLUMNS, make_prompt, make_word_prior, read_filled
 
-PAGE = (Path(__file__).parents[3] / "docs" / "priors.md").read_text("utf-8")
+DOCS = Path(__file__).parents[3] / "docs"
+PAGE = (DOCS / "priors.md").read_text("utf-8")
 BASE = PriorGraph(
     rooms=("kitchen", "bedroom"),
     furniture=tuple(
@@ -156,3 +157,16 @@ def test_the_commands(tmp_path, capsys):
         row.label for row in PriorGraph.default().objects
     }
     assert main(["filled", str(tmp_path / "none.csv"), "--out", str(tmp_path / "x.json")]) == 1
+
+
+def test_the_table_of_a_language_model_is_the_answer_to_the_prompt_beside_it(tmp_path, capsys):
+    folder = DOCS / "language_table"
+    assert "written by a large language model" in (folder / "ABOUT.txt").read_text("utf-8")
+    assert main(["prompt", "--things", str(folder / "things.txt")]) == 0
+    assert capsys.readouterr().out == (folder / "prompt.txt").read_text("utf-8")
+    prior = read_filled(folder / "table.csv")
+    things = (folder / "things.txt").read_text("utf-8").splitlines()
+    assert {row.label for row in prior.objects} == {*things}
+    for thing in things:  # "three to six rows for each thing"
+        assert 3 <= sum(row.object == thing for row in prior.placements) <= 6
+    assert "[table](language_table/table.csv)" in PAGE

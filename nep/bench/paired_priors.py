@@ -1,0 +1,118 @@
+"""Priors beside each other: what one gives to a player that another does not, home by home."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from nep.bench.columns import COLUMNS, COMPARED
+from nep.bench.task_game import GameScores
+from nep.report.statistics import LEVEL, correct_holm
+from nep.report.tables import (
+    Difference,
+    TableColumn,
+    format_difference,
+    format_number,
+    format_p,
+    lay_out,
+)
+from simulator.tasks.metrics import Metric
+
+_ABOUT = """\
+The same player with one prior, minus itself with another, in the same homes. A home is the unit:
+all plays of one are averaged first. *Holm* is p corrected for all {number} comparisons of this
+section; bold: decided after it. What is asked for may differ a little with the prior, since it says
+how often things move ([ruling 9](../docs/design.md#rulings))."""
+
+
+@dataclass(frozen=True, slots=True)
+class PriorDifference:
+    """A player with two priors, by one column.
+
+    Attributes:
+        column: what is compared.
+        player: who plays with both.
+        first, second: names of the priors.
+        homes: what their kinds have in common, such as "episodes-policy".
+        difference: with the first minus with the second.
+        corrected: p after Holm's correction.
+    """
+
+    column: Metric
+    player: str
+    first: str
+    second: str
+    homes: str
+    difference: Difference
+    corrected: float = float("nan")
+
+
+def compare_priors(
+    about: Mapping[str, Mapping[str, Any]],
+    scores: GameScores,
+    further: Sequence[str],
+    players: Sequence[str],
+) -> list[PriorDifference]:
+    """Compare each further prior with every other one that was played in the same homes.
+
+    Args:
+        about: of each kind, by name: "units", what each score is of. A name ends with its prior.
+        scores: of all players, by kind.
+        further: names of the priors.
+        players: who are compared with themselves; left out where they have not played.
+    """
+    by_homes: dict[str, dict[str, str]] = {}
+    for kind in about:
+        homes, _, prior = kind.rpartition("-")
+        by_homes.setdefault(homes, {})[prior] = kind
+    found = []
+    for column in map(COLUMNS.__getitem__, COMPARED):
+        for player in players:
+            for homes, kinds in by_homes.items():
+                pairs = [
+                    (first, second)
+                    for number, first in enumerate(further)
+                    for second in kinds
+                    if first in kinds and second not in further[number:]
+                ]
+                for first, second in pairs:
+                    own = [scores[kinds[prior]].get(player, {}) for prior in (first, second)]
+                    if any(column.name not in one for one in own):
+                        continue
+                    values = np.subtract(*(np.array(one[column.name]) for one in own))
+                    difference = Difference.of(values, about[kinds[first]]["units"])
+                    row = PriorDifference(column, player, first, second, homes, difference)
+                    found.append(row)
+    corrected = correct_holm([row.difference.p for row in found])
+    return [replace(row, corrected=p) for row, p in zip(found, corrected, strict=True)]
+
+
+def make_comparison(rows: Sequence[PriorDifference]) -> str:
+    """Return Markdown: what is compared, and a table for each column."""
+    parts = [_ABOUT.format(number=len(rows))]
+    for column in dict.fromkeys(row.column for row in rows):
+        own = [row for row in rows if row.column == column]
+        better = "more" if column.is_higher_better else "less"
+        title = column.title[:1].upper() + column.title[1:]
+        table = lay_out(own, _list_columns(column.format), num_text=3)
+        parts.append(f"### {title} ({better} is better)\n\n{table.strip()}")
+    return "\n\n".join(parts)
+
+
+def _list_columns(form: str) -> list[TableColumn]:
+    def write_difference(row: PriorDifference) -> str:
+        mark = "**" if row.corrected < 1 - LEVEL else ""
+        return f"{mark}{format_difference(row.difference, form)}{mark}"
+
+    return [
+        TableColumn("homes", lambda row: row.homes),
+        TableColumn("player", lambda row: f"`{row.player}`"),
+        TableColumn("prior", lambda row: f"{row.first} minus {row.second}"),
+        TableColumn("difference [95 %]", write_difference),
+        TableColumn("detectable", lambda row: format_number(row.difference.detectable, form)),
+        TableColumn("p", lambda row: format_p(row.difference.p)),
+        TableColumn("Holm", lambda row: format_p(row.corrected)),
+    ]
