@@ -37,6 +37,7 @@ COMMANDS = {
     "tools.names": "tools.names.__main__",
     "tools.eyes": "tools.eyes.__main__",
     "tools.claims": "tools.claims.__main__",
+    "tools.searches": "tools.searches.__main__",
     "tools.headlines": "tools.headlines",
 }
 

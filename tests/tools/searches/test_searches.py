@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from nep.bench.suites.searches import main
+from tools.searches.__main__ import main
 
 
 @pytest.mark.slow

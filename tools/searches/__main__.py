@@ -1,4 +1,4 @@
-"""How soon searches find things, by several orders of looks."""
+"""How soon searches find things, by several orders of looks: `python -m tools.searches --help`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from nep.bench.lived_homes import list_lived_homes
 from nep.bench.robot_life import LifeGame, LivedHome
 from nep.bench.runner import Report, TableSuite
 from nep.bench.score_cache import ScoreCache
-from nep.bench.search_orders import COLUMNS, MOST_LOOKS, SEARCHERS, TOLD, WITHIN, search_all
 from nep.bench.table_options import Option, count, describe_made, list_table_options
 from nep.players.contestants import Checkpoint
 from nep.report.tables import Difference, format_difference, join_table
@@ -24,8 +23,10 @@ from nep.robot.finder import ObjectFinder
 from sgm.belief import Detector
 from sgm.finder.finder import Finder
 from simulator.policies.registry import find_policy
+from simulator.process import run_main
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
+from tools.searches.search_orders import COLUMNS, MOST_LOOKS, SEARCHERS, TOLD, WITHIN, search_all
 
 RULES = ("bayesian", "adaptive")
 _SIZES = (3, 6, 9)  # furniture nodes of each of four rooms, of one simulated home after the other
@@ -61,7 +62,7 @@ Differences are *search* minus *greedy*, over homes, with 95 % intervals; less l
 class SearchGame(LifeGame):
     """A home in which things are searched for, by finder and order of looks."""
 
-    scored_by: ClassVar[tuple[str, ...]] = ("nep.bench.robot_life", "nep.bench.search_orders")
+    scored_by: ClassVar[tuple[str, ...]] = ("nep.bench.robot_life", "tools.searches.search_orders")
 
     def play(
         self, players: Mapping[str, tuple[Callable[[], Finder], str]]
@@ -161,7 +162,7 @@ def _list_finders(scores: Mapping[str, Any]) -> list[str]:
 class Searches(TableSuite[SearchGame]):
     """Orders of looks, each with the belief of several finders."""
 
-    command = "nep.searches"
+    command = "tools.searches"
     summary = (
         "Let a robot look around in homes for some days, then search for things by several orders "
         "of looks, and count the looks."
@@ -222,3 +223,6 @@ class Searches(TableSuite[SearchGame]):
 
 
 main = Searches().main
+
+if __name__ == "__main__":
+    run_main(main)

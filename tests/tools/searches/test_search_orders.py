@@ -3,12 +3,12 @@
 import pytest
 
 from nep.bench.robot_life import FinderQuestion
-from nep.bench.search_orders import MOST_LOOKS, SEARCHERS, search_all
 from sgm.belief import Detector
 from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies.heuristics import Bayesian
+from tools.searches.search_orders import MOST_LOOKS, SEARCHERS, search_all
 
 
 def make_memory() -> SceneGraphMemory:
