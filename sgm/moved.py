@@ -18,6 +18,7 @@ MOVED = {
     "nep.paper": "nep.bench.paper",
     "nep.players.calibration": "nep.players.fit_calibration",
     "nep.players.searches": "nep.players.calibration_searches",
+    "nep.bench.paper.readings": "tools.claims.readings",
     "nep.bench.search_orders": "tools.searches.search_orders",
     "nep.bench.suites.searches": "tools.searches",
     "nep.report.searches": "nep.report.search_pictures",

@@ -10,9 +10,9 @@ import numpy as np
 
 from nep.bench.paper.experiments import SETTINGS
 from nep.bench.paper.paper_numbers import PAPER_TABLE_1
-from nep.bench.paper.readings import READINGS
 from nep.report.tables import join_table
 from tools.claims.plan import LIKELIHOOD, ORDER, PAPER_POLICIES, SOURCES
+from tools.claims.readings import READINGS
 from tools.claims.scores import ClaimsScores, round_all
 
 # Rows of the paper's likelihood column that no reading comes near.

@@ -11,7 +11,6 @@ import numpy as np
 
 from nep.bench.paper.experiments import SETTINGS, Contestant, Setting
 from nep.bench.paper.paper_game import PaperGame
-from nep.bench.paper.readings import ReadingGame
 from nep.bench.paper.trained_plan import TrainedPlan
 from nep.bench.paper.training import Training
 from nep.bench.score_cache import ScoreCache
@@ -24,6 +23,7 @@ from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.scores import TaskScores
 from simulator.world.homes import Homes
 from simulator.world.streams import Streams
+from tools.claims.readings import ReadingGame
 
 LOCATION = {nodes: Setting("predict_location", nodes == "on") for nodes in ("on", "off")}
 LIKELIHOOD = {nodes: Setting("relative_likelihood", nodes == "on") for nodes in ("on", "off")}

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from torch.utils.tensorboard import SummaryWriter
 
-from nep.bench.paper.readings import READINGS, compute_listed_ndcg, find_reach, play_readings
 from nep.bench.paper.trained_plan import SCORES
 from nep.bench.paper.training import Training
 from nep.bench.runner import play_all
@@ -21,6 +20,7 @@ from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 from tools.claims.__main__ import main
 from tools.claims.plan import LOCATION, ClaimsPlan
+from tools.claims.readings import READINGS, compute_listed_ndcg, find_reach, play_readings
 from tools.claims.report import make_report
 from tools.claims.scores import ClaimsScores
 

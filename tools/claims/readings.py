@@ -83,7 +83,7 @@ READINGS: Mapping[str, LikelihoodReading] = {
 class ReadingGame(PaperGame):
     """The same homes; rankings are scored under every reading of the likelihood metric."""
 
-    scored_by: ClassVar[tuple[str, ...]] = ("nep.bench.paper.readings", "simulator.tasks.ndcg")
+    scored_by: ClassVar[tuple[str, ...]] = ("tools.claims.readings", "simulator.tasks.ndcg")
 
     @property
     def name(self) -> str:
