@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from datetime import datetime
+from typing import TypeVar
 
 from sgm.finder.answers import (
     ChangeList,
@@ -17,24 +18,18 @@ from sgm.finder.answers import (
     ThingRow,
 )
 from sgm.finder.finder import Finder
-from sgm.finder.meanings import (
-    Unclear,
-    ask_room,
-    find_place,
-    find_rooms,
-    tell_ambiguous,
-    tell_unknown,
-)
+from sgm.finder.meanings import Unclear, ask_room, doubt, find_place, find_rooms
 from sgm.finder.where import tell_name
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+
+_List = TypeVar("_List", PlaceList, ThingList, EventList)
 
 
 def list_places(memory: SceneGraphMemory, room: str | None, k: int) -> PlaceList:
     """List places; `MemoryService.list_places` says what the arguments are."""
     rooms = None if room is None else find_rooms(memory, room)
     if room is not None and not rooms:
-        unclear, at = ask_room(memory, room, []), _tell(memory, memory.time)
-        return PlaceList(unclear.status, (), 0, at, unclear.ask, unclear.candidates)
+        return _cut(PlaceList, memory, [], k, memory.time, ask_room(memory, room, []))
     home, layout = memory.to_dict(), memory.layout
     now, rows = home["time"], []
     for own in home["rooms"]:
@@ -55,42 +50,36 @@ def list_places(memory: SceneGraphMemory, room: str | None, k: int) -> PlaceList
                 )
             )
     rows.sort(key=lambda row: row.place)
-    return PlaceList("ok", tuple(rows[:k]), max(len(rows) - k, 0), _tell(memory, now))
+    return _cut(PlaceList, memory, rows, k, now)
 
 
 def list_things(
     memory: SceneGraphMemory, finder: Finder, place: int | str | None, kind: str | None, k: int
 ) -> ThingList:
     """List things; `MemoryService.list_things` says what the arguments are."""
-    found: int | None = None
-    if place is not None:
-        where = find_place(memory, place)
-        if isinstance(where, Unclear):
-            return _ask(memory, where)
-        found = where
     matches: Sequence[str] | None = None
-    if kind is not None:
-        resolution = finder.resolve(memory, kind)
-        if not resolution.matches:
-            return _ask(memory, tell_unknown(resolution))
-        matches = resolution.matches
+    try:
+        found = None if place is None else find_place(memory, place)
+        if kind is not None:
+            resolution = finder.resolve(memory, kind)
+            matches, unknown = resolution.matches, doubt(resolution)
+            if unknown is not None and not matches:
+                raise unknown
+    except Unclear as unclear:
+        return _cut(ThingList, memory, [], k, memory.time, unclear)
     rows = _list_rows(memory, matches)
     if found is not None:
         rows = [row for row in rows if row.place == found and row.is_there]
     else:
         rows = _keep_current(rows)
-    return _cut(memory, rows, k)
+    return _cut(ThingList, memory, rows, k, memory.time)
 
 
 def list_history(memory: SceneGraphMemory, finder: Finder, thing: str, k: int) -> EventList:
     """List what is known of a thing; `MemoryService.history` says what the arguments are."""
     resolution, now = finder.resolve(memory, thing), memory.time
-    unclear = Unclear("ok", "", ())
-    if resolution.is_ambiguous:
-        unclear = tell_ambiguous(resolution)
-    elif not resolution.matches:
-        unclear = tell_unknown(resolution)
-    matches = resolution.matches if unclear.status == "ok" else ()
+    unclear = doubt(resolution)
+    matches = resolution.matches if unclear is None else ()
     rows = [
         EventRow(
             thing=match,
@@ -106,9 +95,7 @@ def list_history(memory: SceneGraphMemory, finder: Finder, thing: str, k: int) -
         for event in memory.history(match)
     ]
     rows.sort(key=lambda row: -row.at.step)
-    left_out = max(len(rows) - k, 0)
-    at = _tell(memory, now, now)
-    return EventList(unclear.status, tuple(rows[:k]), left_out, at, unclear.ask, unclear.candidates)
+    return _cut(EventList, memory, rows, k, now, unclear)
 
 
 def list_changes(memory: SceneGraphMemory, since: datetime | int, k: int) -> ChangeList:
@@ -171,14 +158,14 @@ def _keep_current(rows: Sequence[ThingRow]) -> list[ThingRow]:
     return kept
 
 
-def _cut(memory: SceneGraphMemory, rows: Sequence[ThingRow], k: int) -> ThingList:
-    at = _tell(memory, memory.time)
-    return ThingList("ok", tuple(rows[:k]), max(len(rows) - k, 0), at)
-
-
-def _ask(memory: SceneGraphMemory, unclear: Unclear) -> ThingList:
-    at = _tell(memory, memory.time)
-    return ThingList(unclear.status, (), 0, at, unclear.ask, unclear.candidates)
+def _cut(
+    kind: type[_List], memory: SceneGraphMemory, rows: Sequence[object], k: int, now: int,
+    unclear: Unclear | None = None,
+) -> _List:  # fmt: skip
+    """Return a list of k rows at most, or what to ask."""
+    more = () if unclear is None else (unclear.ask, unclear.candidates)
+    status = "ok" if unclear is None else unclear.status
+    return kind(status, tuple(rows[:k]), max(len(rows) - k, 0), _tell(memory, now, now), *more)  # type: ignore[arg-type]
 
 
 def _tell(memory: SceneGraphMemory, step: int, now: int | None = None) -> Moment:

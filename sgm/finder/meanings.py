@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from sgm.finder.answers import Status
 from sgm.finder.finder import Finder
@@ -18,27 +17,31 @@ _NUMBERED = re.compile(r".*\(place (\d{1,9})\)")  # as candidates of one name ar
 _MOST_NAME = 60  # characters of a name in a question
 
 
-@dataclass(frozen=True, slots=True)
-class Unclear:
+class Unclear(Exception):
     """A name that means none or several of what there is.
 
     Attributes:
         status: "ambiguous" or "unknown".
         ask: what to ask the user.
         candidates: what may be meant.
+        thing: what the call was about; empty if it was about a place.
     """
 
-    status: Status
-    ask: str
-    candidates: tuple[str, ...]
+    def __init__(
+        self, status: Status, ask: str, candidates: tuple[str, ...], thing: str = ""
+    ) -> None:
+        """Say what to ask."""
+        super().__init__(ask)
+        self.status, self.ask, self.candidates, self.thing = status, ask, candidates, thing
 
 
-def find_place(memory: SceneGraphMemory, place: int | str) -> int | Unclear:
+def find_place(memory: SceneGraphMemory, place: int | str) -> int:
     """Return the id of the place that is meant, by its id or by a name.
 
     Names are read as "white fridge in kitchen", "white fridge", or as `find_furniture` does.
 
     Raises:
+        Unclear: if that is none, or several.
         KeyError: if there is no place of that id.
         ValueError: if the name is none (`read_words`).
     """
@@ -69,9 +72,9 @@ def find_place(memory: SceneGraphMemory, place: int | str) -> int | Unclear:
     within = [names[number] for number in names if layout.furniture[number].room in rooms]
     if within:
         ask = f"{shorten(place, _MOST_NAME)} is a room. {_ask(within)}"
-        return Unclear("ambiguous", ask, tuple(within[:MOST_CANDIDATES]))
+        raise Unclear("ambiguous", ask, tuple(within[:MOST_CANDIDATES]))
     near = memory.resolve(place, among=list(names.values())).alternatives
-    return Unclear("unknown", _ask_unknown(place, near, "list_places"), near)
+    raise Unclear("unknown", _ask_unknown(place, near, "list_places"), near)
 
 
 def find_rooms(memory: SceneGraphMemory, room: str) -> list[int]:
@@ -89,35 +92,54 @@ def find_rooms(memory: SceneGraphMemory, room: str) -> list[int]:
     return found
 
 
-def find_thing(memory: SceneGraphMemory, finder: Finder, thing: str) -> str | Unclear:
-    """Return the description or id of the one thing that is meant; a new name is one of its own.
+def find_thing(
+    memory: SceneGraphMemory, finder: Finder, thing: str, *, is_known: bool = False
+) -> str:
+    """Return the description or id of the one thing that is meant.
+
+    Args:
+        memory: what was seen.
+        finder: says what names mean.
+        thing: in words.
+        is_known: whether it must be there; else a new name is one of its own.
 
     Raises:
+        Unclear: if there are several, or none where one must be.
         ValueError: if the name is none (`read_words`).
     """
     resolution = finder.resolve(memory, thing)
     if resolution.is_ambiguous or len(resolution.matches) > 1:
-        return tell_ambiguous(resolution)
+        raise _tell_ambiguous(resolution)
     if not resolution.matches:
+        if is_known:
+            raise _tell_unknown(resolution)
         return thing
     own = resolution.matches[0]
     ids = memory.list_ids(own)
     if len(ids) > 1:
         told = [f"{own} {number}" for number in ids]
-        return Unclear("ambiguous", _ask(told), ids[:MOST_CANDIDATES])
+        raise Unclear("ambiguous", _ask(told), ids[:MOST_CANDIDATES], thing)
     return own
 
 
-def tell_ambiguous(resolution: Resolution) -> Unclear:
-    """Return what to ask where a question means several things."""
-    ask = resolution.ask_back or _ask(resolution.matches)
-    return Unclear("ambiguous", ask, resolution.matches[:MOST_CANDIDATES])
+def doubt(resolution: Resolution) -> Unclear | None:
+    """Return what to ask where a question means different things, or nothing; None if it is clear.
+
+    Several things of one name are no doubt here: the question is about any of them.
+    """
+    if resolution.is_ambiguous:
+        return _tell_ambiguous(resolution)
+    return None if resolution.matches else _tell_unknown(resolution)
 
 
-def tell_unknown(resolution: Resolution) -> Unclear:
-    """Return what to ask where nothing is known of that name."""
-    near = resolution.alternatives[:MOST_CANDIDATES]
-    return Unclear("unknown", _ask_unknown(resolution.question, near, "list_things"), near)
+def _tell_ambiguous(resolution: Resolution) -> Unclear:
+    ask, thing = resolution.ask_back or _ask(resolution.matches), resolution.question
+    return Unclear("ambiguous", ask, resolution.matches[:MOST_CANDIDATES], thing)
+
+
+def _tell_unknown(resolution: Resolution) -> Unclear:
+    near, thing = resolution.alternatives[:MOST_CANDIDATES], resolution.question
+    return Unclear("unknown", _ask_unknown(thing, near, "list_things"), near, thing)
 
 
 def ask_room(memory: SceneGraphMemory, room: str, found: Sequence[int]) -> Unclear:
@@ -130,7 +152,7 @@ def ask_room(memory: SceneGraphMemory, room: str, found: Sequence[int]) -> Uncle
     return Unclear("unknown", f"No room is called {name}.", labels)
 
 
-def _choose(found: Sequence[int], names: dict[int, str]) -> int | Unclear:
+def _choose(found: Sequence[int], names: dict[int, str]) -> int:
     if len(found) == 1:
         return found[0]
     own = [names[number] for number in found]
@@ -138,7 +160,7 @@ def _choose(found: Sequence[int], names: dict[int, str]) -> int | Unclear:
         name if own.count(name) == 1 else f"{name} (place {number})"
         for number, name in zip(found, own, strict=True)
     ]
-    return Unclear("ambiguous", _ask(told), tuple(told[:MOST_CANDIDATES]))
+    raise Unclear("ambiguous", _ask(told), tuple(told[:MOST_CANDIDATES]))
 
 
 def _ask(names: Sequence[str]) -> str:

@@ -7,8 +7,9 @@ from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from functools import wraps
 from threading import RLock
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar, cast
 
 from sgm.finder.answers import (
     ChangeList,
@@ -24,15 +25,7 @@ from sgm.finder.answers import (
 )
 from sgm.finder.finder import Finder
 from sgm.finder.listings import list_changes, list_history, list_places, list_things
-from sgm.finder.meanings import (
-    Unclear,
-    ask_room,
-    find_place,
-    find_rooms,
-    find_thing,
-    tell_ambiguous,
-    tell_unknown,
-)
+from sgm.finder.meanings import Unclear, ask_room, doubt, find_place, find_rooms, find_thing
 from sgm.finder.search import ObjectSearch
 from sgm.finder.search_plan import Look, find_distance
 from sgm.finder.where import tell_name, tell_where
@@ -46,6 +39,7 @@ DEFAULT_ROWS = 20  # of lists
 MOST_SEARCHES = 100  # at once; the one that was not used for longest ends
 
 Result = Literal["found", "not_found", "seen"]
+_Method = TypeVar("_Method", bound=Callable[..., Noted])
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +71,24 @@ class _Open:
 
     search: ObjectSearch
     look: Look | None
+
+
+def _write(method: _Method) -> _Method:
+    """Let a method write alone; where a name is unclear, it answers with what to ask."""
+
+    @wraps(method)
+    def write(self: MemoryService, *args: Any, **kwargs: Any) -> Noted:
+        with self._writing:
+            try:
+                return method(self, *args, **kwargs)
+            except Unclear as unclear:
+                at = Moment.tell(self.memory.time, self.memory.time, self.memory.clock)
+                return Noted(
+                    unclear.status, unclear.thing, None, "nothing was noted", at, unclear.ask,
+                    unclear.candidates,
+                )  # fmt: skip
+
+    return cast("_Method", write)
 
 
 class MemoryService:
@@ -201,14 +213,18 @@ class MemoryService:
                 of range.
         """
         resolution = self.finder.resolve(self.memory, thing)
-        if resolution.is_ambiguous:
-            return self._ask_search(thing, tell_ambiguous(resolution))
-        if isinstance(start, str):
-            found = find_place(self.memory, start)
-            if isinstance(found, Unclear):
-                return self._ask_search(thing, found)
-            start = found
-        elif isinstance(start, int):
+        unclear = doubt(resolution)
+        try:
+            if unclear is not None and resolution.matches:
+                raise unclear
+            if isinstance(start, str):
+                start = find_place(self.memory, start)
+        except Unclear as asks:
+            return Searching(
+                asks.status, "", thing, None, False, 0, "no search was started", asks.ask,
+                asks.candidates,
+            )  # fmt: skip
+        if isinstance(start, int):
             self.memory.describe(start)
         elif start is not None:
             start = tuple(start)
@@ -224,8 +240,7 @@ class MemoryService:
             self._searches[search_id] = own
             while len(self._searches) > MOST_SEARCHES:
                 self._searches.popitem(last=False)
-        near = None if resolution.matches else tell_unknown(resolution)
-        return _tell_search(search_id, own, near)
+        return _tell_search(search_id, own, unclear)
 
     def search_next(
         self,
@@ -275,6 +290,7 @@ class MemoryService:
             self._note("search_next", search.description, look.place.furniture, said)
             return _tell_search(search_id, own)
 
+    @_write
     def observe(self, place: int | str, seen: Sequence[Sighting], coverage: float = 1.0) -> Noted:
         """Note all that was seen in a look at a place; what was not seen counts as absent.
 
@@ -287,16 +303,13 @@ class MemoryService:
             KeyError: if there is no place of that id.
             ValueError: if a name is none, or the coverage is out of range.
         """
-        with self._writing:
-            found = find_place(self.memory, place)
-            if isinstance(found, Unclear):
-                return self._ask(found)
-            self.let_time_pass()
-            self.memory.observe(found, seen, coverage)
-            things = "1 thing" if len(seen) == 1 else f"{len(seen)} things"
-            said = f"{things} seen at {tell_name(self.memory, found)}"
-            return self._note("observe", "", found, said)
+        here = find_place(self.memory, place)
+        self.let_time_pass()
+        self.memory.observe(here, seen, coverage)
+        things = "1 thing" if len(seen) == 1 else f"{len(seen)} things"
+        return self._note("observe", "", here, f"{things} seen at {tell_name(self.memory, here)}")
 
+    @_write
     def note_moved(
         self,
         thing: str,
@@ -320,17 +333,14 @@ class MemoryService:
             KeyError: if there is no place of an id.
             ValueError: if a name is none, or a value is out of range.
         """
-        with self._writing:
-            found = self._find(thing, place, was_at)
-            if isinstance(found, Noted):
-                return found
-            own, here, before = found
-            assert here is not None
-            self.let_time_pass()
-            self.memory.note_moved(own, here, by, relation, confidence, before)
-            said = f"{by} said that {own} is at {tell_name(self.memory, here)}"
-            return self._note("note_moved", own, here, said)
+        here, before = self._find_place(place, thing), self._find_taken(was_at, thing)
+        own = find_thing(self.memory, self.finder, thing)
+        self.let_time_pass()
+        self.memory.note_moved(own, here, by, relation, confidence, before)
+        said = f"{by} said that {own} is at {tell_name(self.memory, here)}"
+        return self._note("note_moved", own, here, said)
 
+    @_write
     def picked_up(self, thing: str, was_at: int | str | None = None) -> Noted:
         """Note that the robot has taken a thing, and carries it until it is put down.
 
@@ -342,15 +352,13 @@ class MemoryService:
             KeyError: if there is no place of that id.
             ValueError: if a name is none.
         """
-        with self._writing:
-            found = self._find(thing, None, was_at)
-            if isinstance(found, Noted):
-                return found
-            own, _, before = found
-            self.let_time_pass()
-            self.memory.picked_up(own, before)
-            return self._note("picked_up", own, before, f"the robot carries {own}")
+        before = self._find_taken(was_at, thing)
+        own = find_thing(self.memory, self.finder, thing)
+        self.let_time_pass()
+        self.memory.picked_up(own, before)
+        return self._note("picked_up", own, before, f"the robot carries {own}")
 
+    @_write
     def put_down(self, thing: str, place: int | str, relation: str = "onTop") -> Noted:
         """Note that the robot has put down what it carried.
 
@@ -363,19 +371,17 @@ class MemoryService:
             KeyError: if there is no place of that id.
             ValueError: if a name is none, or the robot carries no such thing.
         """
-        with self._writing:
-            carried = self.memory.carried
-            matches = self.memory.resolve(thing, among=carried).matches if carried else ()
-            found = self._find(matches[0] if len(matches) == 1 else thing, place, None)
-            if isinstance(found, Noted):
-                return found
-            own, here, _ = found
-            assert here is not None
-            self.let_time_pass()
-            self.memory.put_down(own, here, relation)
-            said = f"the robot put {own} at {tell_name(self.memory, here)}"
-            return self._note("put_down", own, here, said)
+        carried = self.memory.carried
+        matches = self.memory.resolve(thing, among=carried).matches if carried else ()
+        thing = matches[0] if len(matches) == 1 else thing
+        here = self._find_place(place, thing)
+        own = find_thing(self.memory, self.finder, thing)
+        self.let_time_pass()
+        self.memory.put_down(own, here, relation)
+        said = f"the robot put {own} at {tell_name(self.memory, here)}"
+        return self._note("put_down", own, here, said)
 
+    @_write
     def forget(
         self, thing: str | None = None, place: int | str | None = None, by: str = ROBOT
     ) -> Noted:
@@ -397,23 +403,19 @@ class MemoryService:
                 "forget must get a thing or a place, got "
                 f"{'none of them' if thing is None else 'both'}. Give one."
             )
-        with self._writing:
-            if thing is not None:
-                own = self._find_known(thing)
-                if isinstance(own, Noted):
-                    return own
-                self.let_time_pass()
-                self.memory.forget(own, by)
-                return self._note("forget", own, None, f"{by} said that there is no {own}")
-            assert place is not None
-            here = find_place(self.memory, place)
-            if isinstance(here, Unclear):
-                return self._ask(here)
-            name = tell_name(self.memory, here)
+        if thing is not None:
+            own = find_thing(self.memory, self.finder, thing, is_known=True)
             self.let_time_pass()
-            self.memory.forget(here, by)
-            return self._note("forget", "", here, f"{by} said that there is no {name}")
+            self.memory.forget(own, by)
+            return self._note("forget", own, None, f"{by} said that there is no {own}")
+        assert place is not None
+        here = find_place(self.memory, place)
+        name = tell_name(self.memory, here)
+        self.let_time_pass()
+        self.memory.forget(here, by)
+        return self._note("forget", "", here, f"{by} said that there is no {name}")
 
+    @_write
     def rename(self, thing: str, name: str, by: str = ROBOT) -> Noted:
         """Call a thing otherwise: "that is no cup, it is a bowl".
 
@@ -425,14 +427,12 @@ class MemoryService:
         Raises:
             ValueError: if a name is none, or another thing has the new one.
         """
-        with self._writing:
-            own = self._find_known(thing)
-            if isinstance(own, Noted):
-                return own
-            self.let_time_pass()
-            self.memory.rename(own, name, by)
-            return self._note("rename", name, None, f"{by} said that {own} is called {name}")
+        own = find_thing(self.memory, self.finder, thing, is_known=True)
+        self.let_time_pass()
+        self.memory.rename(own, name, by)
+        return self._note("rename", name, None, f"{by} said that {own} is called {name}")
 
+    @_write
     def merge(self, thing: str, other: str, by: str = ROBOT) -> Noted:
         """Note that two things are one, "this is the same mug", which is called as the first.
 
@@ -444,17 +444,14 @@ class MemoryService:
         Raises:
             ValueError: if a name is none, both are one already, or one is carried.
         """
-        with self._writing:
-            own, second = self._find_known(thing), self._find_known(other)
-            for found in (own, second):
-                if isinstance(found, Noted):
-                    return found
-            assert isinstance(own, str)
-            assert isinstance(second, str)
-            self.let_time_pass()
-            self.memory.merge(own, second, by)
-            return self._note("merge", own, None, f"{by} said that {own} and {second} are one")
+        own, second = (
+            find_thing(self.memory, self.finder, one, is_known=True) for one in (thing, other)
+        )
+        self.let_time_pass()
+        self.memory.merge(own, second, by)
+        return self._note("merge", own, None, f"{by} said that {own} and {second} are one")
 
+    @_write
     def split(
         self,
         thing: str,
@@ -476,51 +473,33 @@ class MemoryService:
             ValueError: if a name is none, nothing was merged, or the thing was seen at no other
                 place.
         """
-        with self._writing:
-            here: int | None = None
-            if place is not None:
-                found = find_place(self.memory, place)
-                if isinstance(found, Unclear):
-                    return self._ask(found, thing)
-                here = found
-            self.let_time_pass()
-            self.memory.split(thing, here, name or "", by)
-            said = f"{by} said that {thing} is two things"
-            return self._note("split", thing, here, said)
+        here = None if place is None else self._find_place(place, thing)
+        self.let_time_pass()
+        self.memory.split(thing, here, name or "", by)
+        return self._note("split", thing, here, f"{by} said that {thing} is two things")
 
-    def _find_known(self, thing: str) -> str | Noted:
-        """Find the one thing of a name, or say what to ask where there are none or several."""
-        resolution = self.finder.resolve(self.memory, thing)
-        if not resolution.matches:
-            return self._ask(tell_unknown(resolution), thing)
-        own = find_thing(self.memory, self.finder, thing)
-        return self._ask(own, thing) if isinstance(own, Unclear) else own
+    def _find_place(self, place: int | str, thing: str) -> int:
+        """Return the id of the place that is meant; what is to be asked is about a thing."""
+        try:
+            return find_place(self.memory, place)
+        except Unclear as unclear:
+            unclear.thing = thing
+            raise
 
-    def _find(
-        self, thing: str, place: int | str | None, was_at: int | str | None
-    ) -> tuple[str, int | None, int | None] | Noted:
-        """Find the thing and the places that names mean, or say what to ask."""
-        places: list[int | None] = []
-        for name in (place, was_at):
-            found = None if name is None else find_place(self.memory, name)
-            if isinstance(found, Unclear):
-                return self._ask(found, thing)
-            places.append(found)
-        own = find_thing(self.memory, self.finder, thing)
-        if isinstance(own, Unclear):
-            return self._ask(own, thing)
-        return own, places[0], places[1]
+    def _find_taken(self, was_at: int | str | None, thing: str) -> int | None:
+        return None if was_at is None else self._find_place(was_at, thing)
 
+    @_write
     def add_room(self, label: str) -> Noted:
         """Add a room, such as "kitchen".
 
         Raises:
             ValueError: if the label is no name.
         """
-        with self._writing:
-            self.memory.add_room(label)
-            return self._note("add_room", "", None, f"there is a room {label}")
+        self.memory.add_room(label)
+        return self._note("add_room", "", None, f"there is a room {label}")
 
+    @_write
     def add_place(
         self,
         label: str,
@@ -539,13 +518,12 @@ class MemoryService:
         Raises:
             ValueError: if a label or name is none, or the position no two numbers.
         """
-        with self._writing:
-            rooms = find_rooms(self.memory, room)
-            if len(rooms) != 1:
-                return self._ask(ask_room(self.memory, room, rooms))
-            at: Any = None if position is None else tuple(position)
-            place = self.memory.add_furniture(label, rooms[0], name, at)
-            return self._note("add_place", "", place, f"there is a {tell_name(self.memory, place)}")
+        rooms = find_rooms(self.memory, room)
+        if len(rooms) != 1:
+            raise ask_room(self.memory, room, rooms)
+        at: Any = None if position is None else tuple(position)
+        place = self.memory.add_furniture(label, rooms[0], name, at)
+        return self._note("add_place", "", place, f"there is a {tell_name(self.memory, place)}")
 
     def list_places(self, room: str | None = None, k: int = DEFAULT_ROWS) -> PlaceList:
         """List the places of a room, or of the home.
@@ -608,18 +586,6 @@ class MemoryService:
         """
         _check_rows(k)
         return list_changes(self.memory, since, k)
-
-    def _ask(self, unclear: Unclear, thing: str = "") -> Noted:
-        at = Moment.tell(self.memory.time, self.memory.time, self.memory.clock)
-        return Noted(
-            unclear.status, thing, None, "nothing was noted", at, unclear.ask, unclear.candidates
-        )
-
-    def _ask_search(self, thing: str, unclear: Unclear) -> Searching:
-        return Searching(
-            unclear.status, "", thing, None, False, 0, "no search was started", unclear.ask,
-            unclear.candidates,
-        )  # fmt: skip
 
     def _note(self, call: str, thing: str, place: int | None, said: str) -> Noted:
         """Tell all who listen what was written, and return it."""

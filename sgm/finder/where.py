@@ -7,7 +7,7 @@ from datetime import datetime
 
 from sgm.finder.answers import MOST_BYTES, LastSeen, Moment, PlaceFound, WhereIs, write_json
 from sgm.finder.finder import Finder
-from sgm.finder.meanings import MOST_CANDIDATES, Unclear, tell_ambiguous, tell_unknown
+from sgm.finder.meanings import MOST_CANDIDATES, doubt
 from sgm.finder.ranking import Place, Ranking
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import SeenAt
@@ -27,18 +27,14 @@ def tell_where(
     """Say where a thing may be; `MemoryService.where_is` says what the arguments are."""
     ranking = finder.rank(memory, thing, k or DEFAULT_PLACES, at=at)
     resolution, now, clock = ranking.resolution, memory.time, memory.clock
-    unclear = Unclear("ok", "", ())
-    if resolution.is_ambiguous:
-        unclear = tell_ambiguous(resolution)
-    elif not resolution.matches:
-        unclear = tell_unknown(resolution)
+    unclear = doubt(resolution)
     seen, asked = _choose_last_seen(ranking), now
     if isinstance(at, datetime) and clock is not None:
         asked = int((at - clock.start).total_seconds() // clock.step_seconds)
     elif isinstance(at, int):
         asked = at
     answer = WhereIs(
-        status=unclear.status,
+        status="ok" if unclear is None else unclear.status,
         thing=ranking.description,
         taken_for=resolution.matches[:MOST_CANDIDATES],
         places=tuple(
@@ -64,8 +60,8 @@ def tell_where(
             at=Moment.tell(seen.time, now, clock),
         ),
         at=Moment.tell(asked, now, clock),
-        ask=unclear.ask,
-        candidates=unclear.candidates,
+        ask="" if unclear is None else unclear.ask,
+        candidates=() if unclear is None else unclear.candidates,
     )
     return answer if k is not None else _fit(answer)
 
