@@ -172,14 +172,7 @@ class Pose:
                 f"quaternion must have the length 1, got {norm:.3g} of {shorten(quaternion)}. Give "
                 "x, y, z, w."
             )
-        x, y, z, w = x / norm, y / norm, z / norm, w / norm
-        rotation = np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-            ]
-        )
+        rotation = make_rotation((x / norm, y / norm, z / norm, w / norm))
         return cls(rotation, np.array(position, dtype=float), position_sd, angle_sd)
 
     @classmethod
@@ -218,3 +211,15 @@ class Pose:
     def compute_sd(self, distance: np.ndarray) -> np.ndarray:
         """Return the standard deviations of what is measured at distances, metres."""
         return np.hypot(self.position_sd, self.angle_sd * distance)
+
+
+def make_rotation(quaternion: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Return the matrix (3, 3) of a quaternion x, y, z, w of length 1."""
+    x, y, z, w = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )

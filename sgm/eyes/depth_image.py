@@ -112,11 +112,7 @@ class DepthImage:
 
 
 def _check_unit(depth: np.ndarray) -> None:
-    """Check that no depth of a home is measured beyond what homes have.
-
-    Raises:
-        ValueError: if one is.
-    """
+    """Check that no depth of a home is measured beyond what homes have; `ValueError` if one is."""
     if np.any((depth > _FARTHEST_METRES) & np.isfinite(depth)):
         raise ValueError(
             f"depth must be at most {_FARTHEST_METRES:g} m, got "

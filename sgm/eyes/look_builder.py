@@ -210,7 +210,8 @@ class LookBuilder:
                 self._on_look(look)
 
     def _make_look(self, visit: Visit) -> BuiltLook | None:
-        coverage = visit.compute_coverage(self._scene, self._rules.most_blind)
+        most = 1.0 if visit.has_depth else self._rules.most_blind
+        coverage = visit.points.compute_coverage(self._scene, visit.place, most)
         tracks = self._tracks.take(visit.place)
         sure = [(track, track.compute_confidence()) for track in tracks]
         sure = [
@@ -239,11 +240,7 @@ class LookBuilder:
 def _read_frame(
     pose: Pose | None, intrinsics: Intrinsics, detections: Iterable[Detection]
 ) -> list[Detection]:
-    """Return the detections of a frame.
-
-    Raises:
-        TypeError: if one of them is something else.
-    """
+    """Return the detections of a frame."""
     for name, value, kind in (("pose", pose, Pose), ("intrinsics", intrinsics, Intrinsics)):
         if not isinstance(value, kind) and not (value is None and name == "pose"):
             raise TypeError(

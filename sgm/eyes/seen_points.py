@@ -1,8 +1,10 @@
-"""Which points of a place were in view over the frames of a visit."""
+"""Which points of a place were in view over the frames of a visit, and its coverage by them."""
 
 from __future__ import annotations
 
 import numpy as np
+
+from sgm.eyes.scene import Scene
 
 _SURE = 1 - 1e-6  # of all four pixels around a point
 _ONE_STAND = 0.1  # metres within which frames are from one stand, beside the pose's uncertainty
@@ -53,6 +55,24 @@ class SeenPoints:
         mean = self._sum_mean / np.maximum(self._num_stands, 1)
         is_seen: np.ndarray = self.is_sure | (mean + self._best >= 1)
         return is_seen
+
+    def compute_coverage(self, scene: Scene, place: int, most: float = 1.0) -> dict[str, float]:
+        """Return the share in view of what is "in" and "onTop" of the place.
+
+        Where there is no inside, that is the share of the upper side: nothing else is to be seen.
+
+        Args:
+            scene: the boxes.
+            place: its number in the scene.
+            most: bound of both.
+        """
+        num_free = np.maximum(scene.num_free[2 * place : 2 * place + 2], 1)
+        inside, on_top = (self.find_seen().sum(axis=1) / num_free).tolist()
+        if not scene.has_inside[place]:
+            inside = on_top
+        elif not scene.num_free[2 * place + 1]:  # up to the ceiling, or below another box
+            on_top = inside
+        return {"in": min(inside, most), "onTop": min(on_top, most)}
 
     def _leave_stand(self) -> None:
         mean = self._share / np.maximum(self._num_frames, 1)

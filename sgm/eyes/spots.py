@@ -10,7 +10,7 @@ import numpy as np
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.located import compute_half_chord
 from sgm.eyes.tracks import Track
-from sgm.names.names import read_name
+from sgm.names.words import read_name
 
 _VOTES = 2  # frames that must show that a ray went through
 _STANDS = 0.03  # metres above a surface at which a thing still stands on it

@@ -12,7 +12,7 @@ import numpy as np
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import Detection
 from sgm.eyes.located import Measured
-from sgm.names.names import read_name
+from sgm.names.words import read_name
 
 _SAME_THING = 0.15  # metres from one frame to the next; things are smaller, and do not run
 _SAME_SPOT = 0.10  # metres within which two names are of one thing, if never said at once

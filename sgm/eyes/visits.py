@@ -37,24 +37,6 @@ class Visit:
     num_best: int = 0
     viewpoint: Viewpoint | None = None
 
-    def compute_coverage(self, scene: Scene, most_blind: float) -> dict[str, float]:
-        """Return the share in view of what is "in" and "onTop" of the place.
-
-        Where there is no inside, that is the share of the upper side: nothing else is to be seen.
-
-        Args:
-            scene: the boxes.
-            most_blind: bound where not all frames had a depth image.
-        """
-        num_free = np.maximum(scene.num_free[2 * self.place : 2 * self.place + 2], 1)
-        inside, on_top = (self.points.find_seen().sum(axis=1) / num_free).tolist()
-        if not scene.has_inside[self.place]:
-            inside = on_top
-        elif not scene.num_free[2 * self.place + 1]:  # up to the ceiling, or below another box
-            on_top = inside
-        most = 1.0 if self.has_depth else most_blind
-        return {"in": min(inside, most), "onTop": min(on_top, most)}
-
 
 class Visits:
     """The visits that go on, one a place."""

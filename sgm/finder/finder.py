@@ -26,7 +26,7 @@ from sgm.memory.asking import Asked, Looks
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten
-from sgm.names.names import Resolution, Similarity
+from sgm.names.name_matching import Resolution, Similarity
 from sgm.policies.policy import Policy
 from sgm.policies.probabilities import compute_probabilities
 

@@ -9,7 +9,7 @@ from sgm.finder.answers import Status
 from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten, shorten_text
-from sgm.names.names import Resolution
+from sgm.names.name_matching import Resolution
 from sgm.names.words import read_words
 
 MOST_CANDIDATES = 5

@@ -20,7 +20,7 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.memory.replay import replay
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.names.names import Similarity
+from sgm.names.name_matching import Similarity
 from sgm.names.words import read_words
 from sgm.network.calibration import Calibration
 from sgm.network.network import Network, has_onnx
@@ -130,11 +130,7 @@ class ObjectFinder(Finder):
 
     @classmethod
     def _read(cls, path: Path) -> Trained:
-        """Read a network.
-
-        Raises:
-            ValueError: if it cannot be read, or not be run here.
-        """
+        """Read a network; `ValueError` if it cannot be read, or not be run here."""
         if not (path.is_dir() and has_onnx(path)):
             raise ValueError(
                 "network must read evidence alone to be run without torch, got one without "

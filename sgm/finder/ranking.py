@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from sgm.finder.reasons import Evidence
 from sgm.memory.sighting import SeenAt
-from sgm.names.names import Resolution
+from sgm.names.name_matching import Resolution
 
 
 @dataclass(frozen=True, slots=True)

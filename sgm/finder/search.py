@@ -25,7 +25,8 @@ from sgm.memory.coverage import read_coverage, split_coverage
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS, Sighting
 from sgm.messages import shorten
-from sgm.names.names import Resolution, read_name
+from sgm.names.name_matching import Resolution
+from sgm.names.words import read_name
 
 _GLANCE = 0.01  # share of the furniture in view when only the thing itself was
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from sgm.layout.box import Box
-from sgm.layout.furniture import Furniture, Room
+from sgm.layout.furniture import Furniture
 
 _DISTANCES = (0.7, 0.9, 0.5, 1.2, 1.6)  # metres from the side to the robot's middle, best first
 _CLEARANCE = 0.3  # metres around the robot's middle that must be free
@@ -18,7 +18,7 @@ _FLOOR = "floor"
 
 
 def compute_positions(
-    rooms: Mapping[int, Room], furniture: Mapping[int, Furniture]
+    furniture: Mapping[int, Furniture],
 ) -> dict[int, tuple[float, float] | None]:
     """Return where one stands to look at each furniture node, by id, as given or found.
 

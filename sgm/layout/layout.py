@@ -221,7 +221,7 @@ class Layout:
 
     def compute_positions(self) -> dict[int, tuple[float, float] | None]:
         """Return where one stands to look at each furniture node, given or found, by id."""
-        return compute_positions(self.rooms, self.furniture)
+        return compute_positions(self.furniture)
 
     def describe(self, furniture: int) -> str:
         """Return the description and room of a furniture node.

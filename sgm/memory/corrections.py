@@ -5,16 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 from sgm.memory.apply_corrections import take_statement
-from sgm.memory.memory_names import MemoryNames
+from sgm.memory.memory_identities import MemoryIdentities
 from sgm.memory.seen_and_said import get_statements, list_spoken_of
 from sgm.memory.sighting import read_relation
 from sgm.memory.statement import ROBOT, Statement, read_confidence
-from sgm.memory.thing_name import ThingName
+from sgm.memory.thing import ThingName
 from sgm.messages import shorten
 from sgm.names.words import read_words
 
 
-class MemoryCorrections(MemoryNames):
+class MemoryCorrections(MemoryIdentities):
     """The part of `SceneGraphMemory` for statements, rather than looks.
 
     Things are named as people name them, or by the id of a tracker: a name must mean one thing.
@@ -170,11 +170,7 @@ class MemoryCorrections(MemoryNames):
             take_statement(self._state, name.description, name.id, statement, was_at)
 
     def _remove_object(self, description: str, id: str = "", by: str | None = None) -> None:
-        """Log that a node is forgotten, and forget it.
-
-        Raises:
-            KeyError: if there is none.
-        """
+        """Log that a node is forgotten, and forget it."""
         with self._lock:
             row = self._get_row(ThingName(description, id))
             self._write("remove_object", **ThingName(description, id).to_json(), **_tell(by))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from sgm.memory.clock import Clock
 from sgm.memory.sighting import Sighting
-from sgm.names.names import read_name
+from sgm.names.words import read_name
 
 MOST_LOOKS = 10  # at one place in one time step; a search has three to five
 _MOST_IN_A_ROW = 100  # looks at one place that show the same, step after step

@@ -10,6 +10,7 @@ import numpy as np
 
 from sgm.arrays.clone import clone
 from sgm.arrays.relations import sum_relations
+from sgm.arrays.sparse_counts import read_sparse, write_sparse
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
 from sgm.memory.columns import HOME, NEVER, make_table
 from sgm.memory.queries import Queries
@@ -258,17 +259,13 @@ class HomeHistory:
     def to_json(self) -> dict[str, Any]:
         """Return JSON values of one home, from which `from_json` makes the same, but for `week`."""
         counted = self.moves[0] if self.counts_moves else np.zeros((0, 0), dtype=np.int32)
-        moves = np.nonzero(counted)
         relations = self.look_relations
         return {
             "look_times": self.look_times[0].tolist(),
             **({} if relations is None else {"look_relations": relations[0].tolist()}),
-            "moves": np.stack([*moves, counted[moves]]).tolist(),
+            "moves": write_sparse(counted),
             "counters": {name: float(column[0]) for name, column in self.counters.items()},
-            **{
-                name: np.stack([*np.nonzero(hours), hours[np.nonzero(hours)]]).tolist()
-                for name, hours in zip(_EDGE_HOURS, self.edge_hours, strict=True)
-            },
+            **dict(zip(_EDGE_HOURS, map(write_sparse, self.edge_hours), strict=True)),
         }
 
     @classmethod
@@ -281,15 +278,13 @@ class HomeHistory:
             ValueError: if they do not fit the home.
             KeyError, TypeError: if a part is missing or of the wrong kind.
         """
-        history = cls(1, num_furniture)
-        looks = _read_whole(data["look_times"], (num_furniture, NUM_LOOKS_KEPT), (NEVER, time))
-        history.look_times[0] = looks
+        history, shape = cls(1, num_furniture), (num_furniture, NUM_LOOKS_KEPT)
+        history.look_times[0] = _read_whole(data["look_times"], shape, (NEVER, time))
         if "look_relations" in data:
-            shape = (num_furniture, NUM_LOOKS_KEPT)
             relations = _read_whole(data["look_relations"], shape, (0, BOTH))
             history.look_relations = relations[None].astype(np.uint8)
-        src, dst, count = _read_whole(data["moves"], (3, None), (0, 2**31 - 1))
-        _check_below("moves", np.append(src, dst), num_furniture)
+        limits = (num_furniture, num_furniture, 2**31)
+        src, dst, count = read_sparse("moves", data["moves"], limits)
         if history.counts_moves:
             history.moves[0, src, dst] = count
         for column in HOME:
@@ -300,11 +295,8 @@ class HomeHistory:
             history.counters[column.name][0] = value
         for which, name in enumerate(_EDGE_HOURS):
             # Only sightings were counted at first.
-            values = data[name] if which == 0 else data.get(name, [[], [], []])
-            edge, hour, count = _read_whole(values, (3, None), (0, 2**31 - 1))
-            _check_below(name, edge, num_edges)
-            _check_below(name, hour, NUM_HOURS)
-            _check_below(name, count, 2**16)
+            values = data[name] if which == 0 else data.get(name, [])
+            edge, hour, count = read_sparse(name, values, (num_edges, NUM_HOURS, 2**16))
             if len(edge) and history.edge_hours.shape[1] == 0:
                 history.edge_hours = np.zeros((2, num_edges, NUM_HOURS), dtype=np.uint16)
             history.edge_hours[which, edge, hour] = count
@@ -353,23 +345,13 @@ def _make_moves(num_homes: int, num_furniture: int) -> np.ndarray:
     return np.zeros(shape, dtype=np.int32)
 
 
-def _read_whole(values: Any, shape: tuple[int, int | None], limits: tuple[int, int]) -> np.ndarray:
-    """Return whole numbers between limits as an int64 array of a shape, None for any length.
-
-    Raises:
-        ValueError: if they are none, or of another shape.
-    """
+def _read_whole(values: Any, shape: tuple[int, int], limits: tuple[int, int]) -> np.ndarray:
+    """Return whole numbers between limits, int64 of a shape; raises `ValueError` of others."""
     array = np.array(values)
     if array.size == 0:
-        array = np.zeros([size or 0 for size in shape], dtype=np.int64)
-    fits = array.ndim == 2 and all(b in (None, a) for a, b in zip(array.shape, shape, strict=True))
-    if not fits or array.dtype != np.int64:
+        array = np.zeros(shape, dtype=np.int64)
+    if array.shape != shape or array.dtype != np.int64:
         raise ValueError(f"history must hold whole numbers of shape {shape}")
     if array.size and not (limits[0] <= array.min() and array.max() <= limits[1]):
         raise ValueError(f"history must lie in {limits[0]} to {limits[1]}")
     return array
-
-
-def _check_below(name: str, values: np.ndarray, limit: int) -> None:
-    if values.max(initial=-1) >= limit:
-        raise ValueError(f"{name} must be below {limit}, got {values.max()}")

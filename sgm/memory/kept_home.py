@@ -181,11 +181,7 @@ def _read_latest(log: Path) -> list[LogLine]:
 
 
 def _check_same(path: Path, latest: MemoryContent, log: Path, lines: Sequence[LogLine]) -> None:
-    """Check that a file is a snapshot that the log goes on from, or ends with.
-
-    Raises:
-        ValueError: if it is another memory.
-    """
+    """Check that a file is a snapshot that the log goes on from, or ends with."""
     saved = _write(load_content(path))
     if saved == _write(latest) or saved in _list_started(lines):
         return

@@ -31,13 +31,7 @@ class LoggedState:
             self._log.start(self._state.get_content_to_save(), is_new=not goes_on)
 
     def _write(self, kind: str, time: int | None = None, **values: Any) -> None:
-        """Append a change to the log, if there is one, before it is made.
-
-        Args:
-            kind: as in `LogLine`.
-            time: step after the change; None for the present one.
-            values: as in `LogLine`.
-        """
+        """Append a change (`LogLine`) to the log, if there is one, before it is made."""
         if self._log is not None:
             time = self._state.time if time is None else time
             self._log.write(kind, time, self._state.clock, values)

@@ -20,7 +20,7 @@ from sgm.memory.coverage import parse_coverage
 from sgm.memory.log_lock import LogLock
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.statement import LEAST_CONFIDENCE, STATEMENTS
-from sgm.memory.thing_name import ThingName
+from sgm.memory.thing import ThingName
 from sgm.memory.time_steps import MAX_TIME
 from sgm.messages import shorten
 from sgm.names.words import read_words

@@ -211,11 +211,7 @@ class MemoryContent:
         return content
 
     def _check(self) -> None:
-        """Check that the parts fit each other.
-
-        Raises:
-            ValueError: if they do not.
-        """
+        """Check that the parts fit each other; `ValueError` if not."""
         _check_between("time", [self.time], 0, MAX_TIME)
         layout = self.layout
         num_furniture, num_objects = len(layout.furniture), len(self.things)

@@ -201,11 +201,7 @@ class MemoryLayout(LoggedState):
         self._remove_furniture(furniture)
 
     def _remove_furniture(self, furniture: int, by: str | None = None) -> None:
-        """Log that furniture is gone, and forget it.
-
-        Raises:
-            KeyError: if there is none.
-        """
+        """Log that furniture is gone, and forget it."""
         with self._lock:
             self._state.layout.check_furniture(furniture)
             about: dict[str, Any] = {} if by is None else {"by": by}

@@ -11,12 +11,11 @@ import numpy as np
 
 from sgm.memory.asking import Asked, Scorer
 from sgm.memory.home_view import list_home, list_rows
-from sgm.memory.identity import read_embedding
 from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.queries import Queries
 from sgm.memory.questions import ask
 from sgm.memory.seen_and_said import get_statements, list_places, list_said_by, list_spoken_of
-from sgm.memory.sighting import SeenAt
+from sgm.memory.sighting import SeenAt, read_embedding
 from sgm.memory.spark_graph import make_spark_graph
 from sgm.memory.thing_changes import (
     ThingChange,
@@ -29,7 +28,7 @@ from sgm.memory.time_steps import count_steps
 from sgm.messages import shorten
 from sgm.names.aliases import AliasTable
 from sgm.names.name_encoder import NameEncoder
-from sgm.names.names import NameIndex, Resolution, Similarity
+from sgm.names.name_matching import NameIndex, Resolution, Similarity
 from sgm.names.words import read_words
 
 if TYPE_CHECKING:  # pandas is an extra

@@ -105,14 +105,7 @@ def _has_several_names(state: MemoryState, row: int) -> bool:
 def _list_sightings(
     state: MemoryState, current: MemoryBatch, rows: Sequence[int], edges: np.ndarray
 ) -> tuple[SeenAt, ...]:
-    """List every place where one of some objects was ever seen, the latest first.
-
-    Args:
-        state: of the memory.
-        current: the memory, what was merged as one.
-        rows: of the objects.
-        edges: rows of their edges.
-    """
+    """List every place where one of some objects was ever seen, the latest first."""
     found = [seen for row in rows for seen in list_places(state, row, current, edges)]
     return tuple(sorted(found, key=lambda seen: -seen.time))
 

@@ -22,7 +22,7 @@ from sgm.memory.storage import load_content
 from sgm.messages import shorten
 from sgm.names.aliases import Aliases, AliasTable
 from sgm.names.name_encoder import Encode, NameEncoder
-from sgm.names.names import NameIndex
+from sgm.names.name_matching import NameIndex
 from sgm.prior.prior_graph import PriorGraph, find_shipped
 
 

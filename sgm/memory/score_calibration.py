@@ -125,11 +125,7 @@ def calibrate(seen: Sequence[Sighting], calibration: ScoreCalibration) -> tuple[
 
 
 def _read(name: str, values: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return numbers from 0 to 1, (n,).
-
-    Raises:
-        ValueError: if they are something else.
-    """
+    """Return numbers from 0 to 1, (n,); `ValueError` for anything else."""
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError):

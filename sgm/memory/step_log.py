@@ -14,8 +14,7 @@ from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.sighting import Sighting
 from sgm.messages import shorten
-from sgm.names.names import read_name
-from sgm.names.words import read_words
+from sgm.names.words import read_name, read_words
 
 
 @dataclass(frozen=True, slots=True)

@@ -154,11 +154,7 @@ def _widen(table: str, columns: Columns) -> Columns:
 
 
 def _read_column(column: Column, values: Any) -> np.ndarray:
-    """Read one column.
-
-    Raises:
-        ValueError: if it is of another kind.
-    """
+    """Read one column; `ValueError` if it is of another kind."""
     dtype = np.dtype(np.int64 if column.is_whole else float)
     array = np.array(values or np.zeros(0, dtype))
     if array.ndim != 1 or array.dtype != dtype:

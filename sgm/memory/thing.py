@@ -6,9 +6,28 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from sgm.memory.identity import read_embedding, read_id
+from sgm.memory.sighting import read_embedding, read_id
 from sgm.memory.statement import MOST_KEPT, Statement
-from sgm.memory.thing_name import ThingName
+
+
+@dataclass(frozen=True, slots=True)
+class ThingName:
+    """Which node of a memory is meant: by its id, or, where it has none, by its words."""
+
+    description: str
+    id: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.description} (id {self.id})" if self.id else self.description
+
+    def to_json(self) -> dict[str, Any]:
+        """Return JSON values for a log."""
+        return {"description": self.description, **({"id": self.id} if self.id else {})}
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> ThingName:
+        """Read JSON values of a log."""
+        return cls(str(data["description"]), str(data.get("id", "")))
 
 
 @dataclass(frozen=True, slots=True)

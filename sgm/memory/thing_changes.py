@@ -116,15 +116,7 @@ def list_changes(
 def _list_changes(
     batch: MemoryBatch, thing: Thing, row: int, own: np.ndarray, ids: Sequence[int]
 ) -> Iterator[ThingChange]:
-    """Yield the last changes of a thing.
-
-    Args:
-        batch: memory of one home.
-        thing: what it is called.
-        row: of the object.
-        own: its edges that were ever true, the latest sighting first, (n,).
-        ids: of furniture, by position.
-    """
+    """Yield the last changes of a thing; `own` are its edges once true, the latest first, (n,)."""
     objects, edges = batch.objects, batch.edges
     place = [ids[position] for position in edges["furniture"][own]]
     last_true = edges["last_true"][own].tolist()

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from sgm.memory.thing import Thing
-from sgm.names.names import read_name
-from sgm.names.words import read_words
+from sgm.names.words import read_name, read_words
 
 
 class ThingRows:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sgm.arrays.sparse_counts import read_sparse, write_sparse
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
 
 NUM_WEEK_HOURS = 48  # the hours of a working day, then those of a day of the weekend
@@ -103,7 +104,7 @@ class WeekHours:
     def to_json(self) -> dict[str, Any]:
         """Return JSON values of one home, from which `from_json` makes the same counts."""
         return {
-            name: np.stack([*np.nonzero(counts), counts[np.nonzero(counts)]]).tolist()
+            name: write_sparse(counts)
             for name, counts in (("looks", self.looks[0]), ("seen", self.seen))
             if counts.any()
         }
@@ -116,11 +117,14 @@ class WeekHours:
             ValueError: if they do not fit the home.
             TypeError: if a part is of the wrong kind.
         """
-        hours = cls(1, num_furniture)
-        looks = _read_counts("looks", data.get("looks", [[], [], []]), num_furniture)
-        seen = _read_counts("seen", data.get("seen", [[], [], []]), num_objects)
-        if looks.any() or seen.any():
-            hours.looks, hours.seen = looks[None], seen
+        hours, read = cls(1, num_furniture), []
+        for name, num_rows in (("looks", num_furniture), ("seen", num_objects)):
+            limits = (num_rows, NUM_WEEK_HOURS, _MOST + 1)
+            row, hour, count = read_sparse(f"week hours {name}", data.get(name, []), limits)
+            read.append(np.zeros(limits[:2], dtype=np.uint16))
+            read[-1][row, hour] = count
+        if any(counts.any() for counts in read):
+            hours.looks, hours.seen = read[0][None], read[1]
         return hours
 
 
@@ -141,22 +145,3 @@ def compute_week_hours(clock: np.ndarray, time: int | np.ndarray) -> np.ndarray:
 
 def _make_none(num_homes: int, num_furniture: int) -> np.ndarray:
     return np.broadcast_to(np.uint16(0), (num_homes, num_furniture, NUM_WEEK_HOURS))
-
-
-def _read_counts(name: str, values: Any, num_rows: int) -> np.ndarray:
-    """Return counts (num_rows, NUM_WEEK_HOURS) of rows, hours and numbers.
-
-    Raises:
-        ValueError: if they do not fit.
-    """
-    array = np.array(values)
-    if array.size == 0:
-        array = np.zeros((3, 0), dtype=np.int64)
-    if array.ndim != 2 or len(array) != 3 or array.dtype != np.int64:
-        raise ValueError(f"week hours {name} must hold rows, hours and counts, got other values")
-    for part, limit in zip(array, (num_rows, NUM_WEEK_HOURS, _MOST + 1), strict=True):
-        if part.size and not (part.min() >= 0 and part.max() < limit):
-            raise ValueError(f"week hours {name} must lie in 0 to {limit - 1}, got {part.max()}")
-    counts = np.zeros((num_rows, NUM_WEEK_HOURS), dtype=np.uint16)
-    counts[array[0], array[1]] = array[2]
-    return counts

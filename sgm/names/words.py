@@ -1,13 +1,20 @@
-"""Names of rooms, furniture and objects, compared by their words."""
+"""Names of rooms, furniture and objects, compared by their words: which are one name."""
 
 from __future__ import annotations
 
+import re
 import unicodedata
 from functools import lru_cache
 
 from sgm.messages import shorten
 
 MAX_LENGTH = 200
+_SKIPPED = frozenset(
+    "a an the my your his her its our their this that these those some any where is are".split()
+)
+_APOSTROPHE = "['\u2019]"
+_WORD = re.compile(rf"[^\W_]+(?:{_APOSTROPHE}[^\W_]+)*")
+_POSSESSIVE = re.compile(rf"{_APOSTROPHE}s?$")
 
 
 def read_words(what: str, text: str) -> str:
@@ -50,3 +57,28 @@ def _read_words(what: str, text: str) -> str:
             "Decode it as UTF-8 and leave them out."
         )
     return words
+
+
+def read_name(description: str) -> tuple[str, ...]:
+    """Return what tells one thing from another: its words without articles, in any order.
+
+    The last word, which says what it is, stays the last: a "table lamp" is no "lamp table". A
+    plural is another thing: a detector that says "plates" means a stack of them.
+
+    Raises:
+        ValueError: if the description is no name (`read_words`).
+    """
+    return _read_name(read_words("description", description))
+
+
+@lru_cache(maxsize=10_000)
+def _read_name(words: str) -> tuple[str, ...]:
+    *properties, kind = _list_words(words)
+    return (*sorted(properties), kind)
+
+
+def _list_words(name: str) -> list[str]:
+    """List the words of a name in lower case, without articles and the like."""
+    text = name.casefold().replace("_", " ")
+    words = [_POSSESSIVE.sub("", word) for word in _WORD.findall(text)]
+    return [word for word in words if word not in _SKIPPED] or words or [text.strip()]

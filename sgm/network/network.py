@@ -139,12 +139,7 @@ def has_onnx(folder: Path) -> bool:
 
 
 def _read_file(path: Path) -> bytes:
-    """Read a file of no more than `_MOST_BYTES`.
-
-    Raises:
-        ValueError: if it is larger.
-        OSError: if it cannot be read, or is no regular file.
-    """
+    """Read a file of no more than `_MOST_BYTES`."""
     with open_file(path) as file:
         content = file.read(_MOST_BYTES + 1)
     if len(content) > _MOST_BYTES:
@@ -170,11 +165,7 @@ def _read_switch(model: Any, name: str) -> bool:
 
 
 def _open(content: bytes, threads: int, folder: Path) -> Any:
-    """Open a session for a network that was checked.
-
-    Raises:
-        ValueError: if it is no network of ours.
-    """
+    """Open a session for a network that was checked; `ValueError` if it is no network of ours."""
     import onnxruntime  # here, so that what asks no network does not wait for it
 
     try:

@@ -87,11 +87,7 @@ class LiveMemory:
             ValueError: if no furniture has a box, or a number is out of range.
         """
         check_at_least(1, step_seconds=step_seconds)
-        boxes = {
-            number: node.box
-            for number, node in memory.layout.furniture.items()
-            if node.box is not None
-        }
+        boxes = memory.boxes
         if not boxes:
             raise ValueError(
                 "memory must have furniture with boxes to see it, got none. Add furniture with "

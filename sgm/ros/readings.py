@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from sgm.eyes.camera import Intrinsics
+from sgm.eyes.camera import Intrinsics, make_rotation
 from sgm.eyes.detection import Detection
 from sgm.messages import shorten
-from sgm.ros.transforms import make_matrix
 
 # Encodings of depth images: type of the numbers, and how many of them are a metre.
 _ENCODINGS: Mapping[str, tuple[str, float]] = {
@@ -186,6 +185,6 @@ def _turn_sides(bbox: Any, to_map: np.ndarray) -> np.ndarray:
     norm = np.linalg.norm(quaternion)
     own = np.eye(3)
     if norm > 1e-6:
-        own = make_matrix(np.append(np.zeros(3), quaternion / norm))[:3, :3]
+        own = make_rotation(quaternion / norm)
     sides = np.array([size.x, size.y, size.z], dtype=float)
     return np.abs(to_map[:3, :3] @ own) @ np.abs(sides)

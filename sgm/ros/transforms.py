@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
+from sgm.eyes.camera import make_rotation
 from sgm.messages import shorten
 
 _MOST_FRAMES = 1000  # of coordinates, by far more than robots have
@@ -145,13 +146,8 @@ class TransformTree:
 
 def make_matrix(pose: np.ndarray) -> np.ndarray:
     """Return the matrix (4, 4) of x, y, z and a quaternion x, y, z, w of length 1, (7,)."""
-    x, y, z, w = pose[3:]
     matrix = np.eye(4)
-    matrix[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
+    matrix[:3, :3] = make_rotation(pose[3:])
     matrix[:3, 3] = pose[:3]
     return matrix
 

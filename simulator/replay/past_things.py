@@ -9,8 +9,8 @@ import numpy as np
 
 from sgm.memory.look_log import LogLine
 from sgm.memory.memory_content import MemoryContent
-from sgm.memory.thing_name import ThingName
-from sgm.names.names import read_name
+from sgm.memory.thing import ThingName
+from sgm.names.words import read_name
 
 _Key = tuple[str, ...] | str  # by which a thing is known: its words, or its id
 

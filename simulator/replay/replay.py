@@ -14,7 +14,7 @@ from sgm.memory.look_log import LogLine
 from sgm.memory.replay import Replayer
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.statement import STATEMENTS
-from sgm.memory.thing_name import ThingName
+from sgm.memory.thing import ThingName
 from sgm.memory.time_steps import MAX_TIME
 from sgm.prior.prior_graph import PriorGraph
 from simulator.drawing.floor_plan import FloorPlan

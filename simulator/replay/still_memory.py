@@ -6,7 +6,7 @@ from bisect import bisect_right
 from collections.abc import Iterator
 
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.thing_name import ThingName
+from sgm.memory.thing import ThingName
 from simulator.replay.past_things import PastThings
 from simulator.replay.story import PastLook, PastStatement, Story
 

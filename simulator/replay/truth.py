@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from sgm.names.names import read_name
+from sgm.names.words import read_name
 from simulator.world.homes import Homes
 
 

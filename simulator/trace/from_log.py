@@ -17,8 +17,7 @@ from sgm.memory.coverage import Coverage, split_coverage
 from sgm.memory.look_log import LogLine
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import RELATIONS, read_relation
-from sgm.names.names import read_name
-from sgm.names.words import read_words
+from sgm.names.words import read_name, read_words
 from simulator.trace.events import GONE, Event
 from simulator.trace.layout import get_label, number_names
 from simulator.trace.trace import Trace

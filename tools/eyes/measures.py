@@ -15,7 +15,7 @@ from sgm.eyes.look_builder import LookBuilder
 from sgm.layout.box import Box
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS
-from sgm.names.names import read_name
+from sgm.names.words import read_name
 from simulator.box_world.robot_body import BodyRules, RobotBody, RobotFrame
 from simulator.box_world.true_view import TrueView
 from simulator.box_world.world import BoxWorld

@@ -19,7 +19,7 @@ import numpy as np
 from sgm.files import write_whole
 from sgm.names.aliases import AliasTable
 from sgm.names.name_encoder import NameEncoder
-from sgm.names.names import SYNONYM, NameIndex, Resolution, Similarity
+from sgm.names.name_matching import SYNONYM, NameIndex, Resolution, Similarity
 from sgm.text.similar_words import compare
 
 PARTS = ("tuning", "report", "spoken", "fresh")

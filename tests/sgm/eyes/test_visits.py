@@ -22,4 +22,4 @@ def test_what_one_stand_shows_was_seen_whatever_others_show(apart, coverage):
         view = CameraView(scene, pose, camera, None, (0.2, 4.0))
         visits.note_points(number, np.array([1]), np.array([[1.0, share]]), view)
     (visit,) = visits.take_all()
-    assert visit.compute_coverage(scene, 1.0)["onTop"] == coverage
+    assert visit.points.compute_coverage(scene, visit.place)["onTop"] == coverage

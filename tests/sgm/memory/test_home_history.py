@@ -210,9 +210,9 @@ def test_a_file_from_before_is_read(lived_in):
     [
         ("look_times", [[0] * NUM_LOOKS_KEPT], "shape"),
         ("look_times", [[10**6] * NUM_LOOKS_KEPT] * 2, "must lie in -1 to 20"),
-        ("moves", [[2], [0], [1]], "moves must be below 2, got 2"),
-        ("moves", [[0], [1]], "shape"),
-        ("edge_hours", [[0], [12], [1]], "edge_hours must be below 12"),
+        ("moves", [[2], [0], [1]], "moves must lie in 0 to 1, got 2"),
+        ("moves", [[0], [1]], "whole numbers: rows, columns and counts"),
+        ("edge_hours", [[0], [12], [1]], "edge_hours must lie in 0 to 11, got 12"),
         ("edge_hours", [[0], [0], [0.5]], "whole numbers"),
     ],
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -21,13 +20,6 @@ RELATED = 0.8  # enough for a "did you mean"
 _MOST_ALTERNATIVES = 3
 _MOST_RESOLVED = 2000  # questions whose answers are kept
 _MOST_SIBLINGS = 12  # of a kind, whose things are offered for one another
-_SKIPPED = frozenset(
-    "a an the my your his her its our their this that these those some any where is are".split()
-)
-_APOSTROPHE = "['\u2019]"
-_WORD = re.compile(rf"[^\W_]+(?:{_APOSTROPHE}[^\W_]+)*")
-_POSSESSIVE = re.compile(rf"{_APOSTROPHE}s?$")
-
 
 _Entry = tuple[int, Reading]  # number of a description, and one way to read it
 
@@ -464,31 +456,6 @@ def _drop_repeated(groups: Iterable[Iterable[int]]) -> list[list[int]]:
         known.update(own)
         kept += [own] if own else []
     return kept
-
-
-def read_name(description: str) -> tuple[str, ...]:
-    """Return what tells one thing from another: its words without articles, in any order.
-
-    The last word, which says what it is, stays the last: a "table lamp" is no "lamp table". A
-    plural is another thing: a detector that says "plates" means a stack of them.
-
-    Raises:
-        ValueError: if the description is no name (`read_words`).
-    """
-    return _read_name(read_words("description", description))
-
-
-@lru_cache(maxsize=10_000)
-def _read_name(words: str) -> tuple[str, ...]:
-    *properties, kind = _list_words(words)
-    return (*sorted(properties), kind)
-
-
-def _list_words(name: str) -> list[str]:
-    """List the words of a name in lower case, without articles and the like."""
-    text = name.casefold().replace("_", " ")
-    words = [_POSSESSIVE.sub("", word) for word in _WORD.findall(text)]
-    return [word for word in words if word not in _SKIPPED] or words or [text.strip()]
 
 
 def count_mistakes(one: str, other: str) -> int:

@@ -10,12 +10,12 @@ import numpy as np
 from sgm.memory.apply_corrections import split_off
 from sgm.memory.memory_questions import MemoryQuestions
 from sgm.memory.statement import ROBOT
-from sgm.memory.thing_name import ThingName
+from sgm.memory.thing import ThingName
 from sgm.messages import shorten
 from sgm.names.words import read_words
 
 
-class MemoryNames(MemoryQuestions):
+class MemoryIdentities(MemoryQuestions):
     """The part of `SceneGraphMemory` for names.
 
     Things are named as people name them, or by the id of a tracker: a name must mean one thing.
@@ -186,16 +186,7 @@ class MemoryNames(MemoryQuestions):
     def _choose(
         self, thing: str, matches: Sequence[str], only: Sequence[int] | None = None
     ) -> ThingName | None:
-        """Return the one thing that is meant, None if it is a new one.
-
-        Args:
-            thing: its name or id.
-            matches: descriptions that it may mean.
-            only: rows among which it is; None for all.
-
-        Raises:
-            ValueError: if there are several.
-        """
+        """Return the one thing that is meant, among some rows or all; None if it is a new one."""
         state = self._state
         rows = state.find_rows(thing) or state.find_rows(*matches)
         if only is not None:
@@ -209,12 +200,7 @@ class MemoryNames(MemoryQuestions):
         return state.things[rows[0]].name if rows else None
 
     def _get_one(self, thing: str, matches: Sequence[str]) -> ThingName:
-        """Return the one thing that is meant.
-
-        Raises:
-            KeyError: if there is none.
-            ValueError: if there are several.
-        """
+        """Return the one thing that is meant."""
         own = self._choose(thing, matches)
         return own if own is not None else self._refuse(thing)
 
