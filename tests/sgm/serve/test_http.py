@@ -532,3 +532,31 @@ def test_time_is_measured_from_the_first_byte(served):
 
 def test_json_of_an_answer_is_compact():
     assert write_json({"a": (0.12345, None)}) == b'{"a":[0.123,null]}'
+
+
+def test_an_answer_is_one_packet_that_waits_for_no_other(served, monkeypatch):
+    """Two would be 40 ms apart where the client acknowledges late (Nagle's algorithm)."""
+    from sgm.serve import server
+
+    sent, options = [], []
+    send = server.JoinedWrites._send
+    made = server.BoundedProtocol.connection_made
+
+    def note(self):
+        sent.append(b"".join(self._written))
+        send(self)
+
+    def look(self, transport):
+        connection = transport.get_extra_info("socket")
+        options.append(connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
+        made(self, transport)
+
+    monkeypatch.setattr(server.JoinedWrites, "_send", note)
+    monkeypatch.setattr(server.BoundedProtocol, "connection_made", look)
+    client = Client(served.port)
+    answer = client.send("GET", "/health")
+    client.close()
+    assert options == [1]
+    (packet,) = filter(None, sent)
+    assert packet.startswith(b"HTTP/1.1 200")
+    assert packet.endswith(answer.text.encode())
