@@ -21,7 +21,7 @@ GRACE_SECONDS = 5  # for the calls that were begun, when the server ends
 
 
 class JoinedWrites:
-    """A transport that sends together what is written at once: the head of an answer and its body."""
+    """A transport that sends together what is written together: the head and body of an answer."""
 
     def __init__(self, transport: Any, loop: asyncio.AbstractEventLoop) -> None:
         """Write to a transport of a loop."""
