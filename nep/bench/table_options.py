@@ -13,7 +13,7 @@ from jsonargparse import ArgumentParser, Namespace
 from nep.bench.score_cache import ScoreCache
 from sgm.checks import check_at_least, check_at_most, check_shares
 from sgm.messages import shorten
-from sgm.network.shipped import split_name
+from sgm.network.shipped import list_shipped, split_name
 
 MOST = 10_000  # of homes, days, and looks or questions in a time step
 _NOT_KEPT = "a commit that was not kept"
@@ -143,8 +143,17 @@ def make_command(parser: ArgumentParser, options: Namespace, networks: Sequence[
         if name in _FOLDERS:
             value = ["DIR"]
         elif name == "checkpoint":
-            value = list(networks)
+            value = list(map(_write_source, value, networks))
         elif name == "left_out":
             value = [f"{text.partition('=')[0]}=DIR" for text in value]
         listed += [f"--{name}", *(map(str, value) if isinstance(value, list | tuple) else [value])]
     return shlex.join(map(str, listed))
+
+
+def _write_source(text: str, name: str) -> str:
+    """Write what `--checkpoint` was given: no path of a machine, but where a user's own goes."""
+    given, source = split_name(text)
+    if given is None and source == Path(source).stem:  # a name, of a network that ships or played
+        return text
+    name = Path(source).stem if name == source else name
+    return f"{name}={source if source in list_shipped() else 'FILE'}"

@@ -8,7 +8,7 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -83,6 +83,9 @@ class Provenance:
         num_trainings: of every network, the first one with this seed, too.
         test_sets: names of the test homes (`simulator.test_sets`), those that have one.
         checkpoints: SHA-256 of the networks that played, by setting, title and training.
+        title: of the page.
+        beside: what to say of networks from elsewhere (`nep.bench.paper.beside`), a paragraph each.
+        played: version and commit that the homes were played with, each once; none in older files.
     """
 
     command: str
@@ -94,6 +97,9 @@ class Provenance:
     num_trainings: int = 1
     test_sets: Sequence[str] = ()
     checkpoints: Mapping[str, str] = field(default_factory=dict)
+    title: str = "Table 1"
+    beside: Sequence[str] = ()
+    played: Sequence[str] = ()
 
     @property
     def size(self) -> str:
@@ -129,6 +135,7 @@ class Provenance:
             seeds = f"Seeds {self.seed} to {last} of training, {self.seed} of the test homes"
         sets = f"; test homes {', '.join(self.test_sets)}" if self.test_sets else ""
         lines = [f"{seeds}{sets}; {versions}."]
+        lines += [f"Played with {'; '.join(self.played)}."] if self.played else []
         if "commit" not in self.versions:
             lines.append("The commit was not kept when this was played.")
         if self.checkpoints:
@@ -187,12 +194,22 @@ def compute_table(setting: Setting, scores: Scores) -> list[Row]:
 def list_claims(setting: Setting, rows: Sequence[Row], scores: Scores) -> list[Claim]:
     """Compare the networks as the paper orders them, and each with the best heuristic.
 
+    Where they were trained several times, all pairs of models are compared, not only neighbours.
+    Networks that are no part of Table 1 are compared with each of those that the paper orders.
+
     Args:
         setting: where.
         rows: its table, worst first.
         scores: of all players.
     """
-    pairs = list(pairwise(title for title in list_claimed_order() if title in scores))
+    claimed = [title for title in list_claimed_order() if title in scores]
+    is_several = any(len(scores[title].by_training) > 1 for title in claimed)
+    pairs = list(pairwise(claimed))
+    if is_several:
+        more = [model.title for model in MODELS if model.title in scores]
+        pairs = list(combinations(dict.fromkeys([*claimed, *more]), 2))
+    others = {*scores} - {*POLICIES, *(model.title for model in MODELS)}
+    pairs += [(title, other) for other in sorted(others) for title in claimed]
     heuristics = [
         row.policy for row in rows if row.policy in POLICIES and row.policy not in ORACLES
     ]
@@ -204,12 +221,15 @@ def list_claims(setting: Setting, rows: Sequence[Row], scores: Scores) -> list[C
     ]
 
 
-def make_table_1(results: Mapping[Setting, Scores], provenance: Provenance) -> dict[str, bytes]:
+def make_table_1(
+    results: Mapping[Setting, Scores], provenance: Provenance, page: str = "table_1"
+) -> dict[str, bytes]:
     """Return the files of Table 1 by name: Markdown, CSV and the means of every home as JSON.
 
     Args:
         results: scores of every setting.
         provenance: what to write under it.
+        page: name of the files.
     """
     tables = {setting: compute_table(setting, scores) for setting, scores in results.items()}
     claims = correct_claims(
@@ -220,18 +240,19 @@ def make_table_1(results: Mapping[Setting, Scores], provenance: Provenance) -> d
         ]
     )
     parts = [
-        "# Table 1\n",
+        f"# {provenance.title}\n",
         f"Mean ± standard deviation over {provenance.size}. ↑: more is better, ↓: less is better. "
         "*Knows*: what a method is given besides its own looks and the prior: the rules of the "
         "simulator, or the true dynamics of the home. Of those that are given neither, the best is "
         "bold. The CSV has the numbers unrounded, the JSON the mean of every home.\n",
         _make_combined(tables),
         "![Every method with its 95 % interval over homes; in grey those that are given the rules "
-        "or the home](table_1.png)\n",
+        f"or the home]({page}.png)\n",
         _ABOUT_KNOWN,
+        *(f"{text}\n" for text in provenance.beside),
         *provenance.list_configs(),
         "## The paper's Table 1\n",
-        _make_paper_table_1(),
+        _make_paper_table_1(results),
         "## Which orderings hold\n",
         f"Score of the first minus that of the second, paired over {provenance.pairs}, with 95 % "
         "intervals (of looks, less is better). Detectable: the smallest true difference that would "
@@ -248,6 +269,9 @@ def make_table_1(results: Mapping[Setting, Scores], provenance: Provenance) -> d
         "num_homes": provenance.num_homes,
         "steps": provenance.steps,
         "num_trainings": provenance.num_trainings,
+        "title": provenance.title,
+        "beside": list(provenance.beside),
+        "played": list(provenance.played),
         "versions": dict(provenance.versions),
         "test_sets": list(provenance.test_sets),
         "checkpoints": dict(provenance.checkpoints),
@@ -261,10 +285,10 @@ def make_table_1(results: Mapping[Setting, Scores], provenance: Provenance) -> d
     figure = draw_table_1({setting: results[setting] for setting in tables})
     figure.savefig(image, format="png", metadata={"Software": None, "Comment": provenance.command})
     return {
-        "table_1.png": image.getvalue(),
-        "table_1.md": "\n".join(parts).encode(),
-        "table_1.csv": make_csv(named, key="setting").encode(),
-        "table_1.json": (json.dumps(content) + "\n").encode(),
+        f"{page}.png": image.getvalue(),
+        f"{page}.md": "\n".join(parts).encode(),
+        f"{page}.csv": make_csv(named, key="setting").encode(),
+        f"{page}.json": (json.dumps(content) + "\n").encode(),
     }
 
 
@@ -306,7 +330,8 @@ def load_table_1(path: Path) -> tuple[dict[Setting, Scores], Provenance]:
             content["versions"],
             {model.title: model.file for model in MODELS if model.title in titles},
             content.get("num_trainings", 1), content.get("test_sets", ()),
-            content.get("checkpoints", {}),
+            content.get("checkpoints", {}), content.get("title", "Table 1"),
+            content.get("beside", ()), content.get("played", ()),
         )  # fmt: skip
     except (OSError, AttributeError, KeyError, TypeError, ValueError) as error:
         raise ValueError(
@@ -380,8 +405,10 @@ def _make_combined(tables: Mapping[Setting, Sequence[Row]]) -> str:
     return _make_wide(cells, says_known=True)
 
 
-def _make_paper_table_1() -> str:
+def _make_paper_table_1(played: Iterable[Setting]) -> str:
+    """Return the columns that were played, all of them where none of the paper's was."""
     reported = [setting for setting in SETTINGS if setting.name in PAPER_TABLE_1]
+    reported = [setting for setting in reported if setting in {*played}] or reported
     return _make_wide(
         {
             setting: {
@@ -443,12 +470,16 @@ def _pack(row: Row, scores: ScoreSummary) -> dict[str, Any]:
     return {
         **{name: None if math.isnan(x) else round(x, 6) for name, x in numbers.items()},
         "mean_of_each_home": scores.home_values.round(6).tolist(),
+        **({} if scores.trainings is None else {"trainings": scores.trainings.round(6).tolist()}),
     }
 
 
 def _unpack(row: Mapping[str, Any]) -> ScoreSummary:
     nan = float("nan")
     metrics = {name: nan if row[name] is None else float(row[name]) for name in METRICS}
+    if "trainings" in row:
+        trainings = np.array(row["trainings"], dtype=float)  # (S, H)
+        return ScoreSummary(trainings.mean(axis=0)[:, None], metrics, trainings)
     return ScoreSummary(np.array(row["mean_of_each_home"], dtype=float)[:, None], metrics)
 
 

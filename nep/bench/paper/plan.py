@@ -50,6 +50,7 @@ class Plan(TrainedPlan):
         source: name of where homes come from, see `simulator.home_options.SOURCES`.
         num_trainings: of every network, of seeds that follow each other; all play the same homes.
         settings: columns of Table 1.
+        title: of its page.
     """
 
     tables: tuple[str, ...]
@@ -65,6 +66,7 @@ class Plan(TrainedPlan):
     source: str = "sampled"
     num_trainings: int = 1
     settings: tuple[Setting, ...] = SETTINGS
+    title: str = "Table 1"
 
     def check(self) -> None:
         """Check what no parser has checked.
@@ -94,6 +96,7 @@ class Plan(TrainedPlan):
             self.num_trainings,
             self.list_test_sets(),
             self.list_checkpoints(),
+            self.title,
         )
 
     def list_test_sets(self) -> tuple[str, ...]:

@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import io
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar, Literal
 
 from jsonargparse import ArgumentParser, Namespace
 
+from nep.bench.paper.beside import Beside
 from nep.bench.paper.experiments import (
     ABLATION_SETTING,
     MODELS,
     SETTINGS,
+    Setting,
     enter,
     find_models,
     list_ablations,
     list_claimed_order,
     list_full_models,
 )
-from nep.bench.paper.paper_tables import load_table_1, make_table_1, make_table_2
+from nep.bench.paper.paper_tables import Provenance, load_table_1, make_table_1, make_table_2
 from nep.bench.paper.plan import TABLES, Plan
 from nep.bench.paper.stages import run_stages
 from nep.bench.paper.weights import check_weights, export_weights
@@ -34,7 +37,7 @@ from nep.bench.runner import Suite
 from nep.bench.score_cache import ScoreCache
 from nep.bench.table_options import Option
 from nep.report.figures import draw_over_steps
-from nep.report.results import unpack_summary
+from nep.report.results import ScoreSummary, unpack_summary
 from sgm.messages import shorten
 from simulator.command_line import one_line_errors
 from simulator.policies import POLICIES
@@ -54,8 +57,16 @@ _TINY_COST = (
 )
 
 
-def make_files(plan: Plan, cache: ScoreCache) -> dict[str, bytes]:
+def make_files(
+    plan: Plan, cache: ScoreCache, page: str = "table_1", beside: Beside | None = None
+) -> dict[str, bytes]:
     """Make tables and figure from kept scores; the same scores give the same bytes.
+
+    Args:
+        plan: what has been played.
+        cache: its scores.
+        page: name of the files of Table 1.
+        beside: networks of `nep.temporal` for its columns.
 
     Returns:
         contents by file name.
@@ -71,7 +82,12 @@ def make_files(plan: Plan, cache: ScoreCache) -> dict[str, bytes]:
     files: dict[str, bytes] = {}
     if "1" in plan.tables:
         columns = {setting: results[setting] for setting in plan.settings}
-        files |= make_table_1(columns, plan.describe("1"))
+        games = [plan.make_game(setting).name for setting in plan.settings]
+        made = dict.fromkeys(cache.made[name] for name in games if name in cache.made)
+        told = replace(plan.describe("1"), played=tuple(made))
+        if beside is not None:
+            told, columns = _join(beside, told, columns)
+        files |= make_table_1(columns, told, page)
     if "2" in plan.tables:
         networks = [*list_full_models(), *list_ablations()]
         ablated = {network.name: plan.load_scores(network, cache) for network in networks}
@@ -91,6 +107,19 @@ def make_files(plan: Plan, cache: ScoreCache) -> dict[str, bytes]:
         figure.savefig(image, format="png", metadata=made_by)
         files["figure_4.png"] = image.getvalue()
     return files
+
+
+def _join(
+    beside: Beside, told: Provenance, columns: dict[Setting, dict[str, ScoreSummary]]
+) -> tuple[Provenance, dict[Setting, dict[str, ScoreSummary]]]:
+    """Add rows of temporal networks, and what they are."""
+    num, checkpoints = told.num_trainings, dict(told.checkpoints)
+    joined = {}
+    for setting, scores in columns.items():
+        joined[setting] = scores | beside.list_rows(setting.name, scores, num)
+        checkpoints |= beside.list_checkpoints(setting.name, num)
+    about = (*told.beside, beside.describe())
+    return replace(told, checkpoints=checkpoints, beside=about), joined
 
 
 _COUNT = int | None
@@ -123,6 +152,12 @@ OPTIONS = (
         "stored", None, "table_1.json: write Table 1 again from its scores, and train and play "
         "nothing", type=Path | None,
     ),
+    Option(
+        "beside", None, "temporal.json of nep.temporal with the same --num_homes and --steps: its "
+        "networks are rows of Table 1", type=Path | None,
+    ),
+    Option("page", "table_1", "name of the files of Table 1"),
+    Option("called", "Table 1", "title of its page"),
     Option(
         "weights", None, "folder: also export the networks of the tables there, with weights.json, "
         "a list of their names and checksums", type=Path | None,
@@ -159,6 +194,7 @@ def _make_plan(options: Namespace) -> Plan:
         source=options.homes,
         num_trainings=options.seeds,
         settings=tuple(own for own in SETTINGS if own.name in options.settings),
+        title=options.called,
     )
     plan.check()
     return plan
@@ -178,6 +214,10 @@ def _list_telling_options(options: Namespace) -> list[str]:
     for name in ("num_homes", "steps", "epochs"):
         if getattr(options, name) is not None:
             listed += [f"--{name}", str(getattr(options, name))]
+    if options.beside is not None:
+        listed += ["--beside", options.beside.name]
+    if options.called != "Table 1":
+        listed += ["--called", options.called]
     if options.encoders:
         listed += ["--encoders", *options.encoders]
     return listed + ["--tiny"] * options.tiny
@@ -203,9 +243,11 @@ class Paper(Suite):
         if options.stored is not None:
             results, provenance = load_table_1(options.stored)
             options.out.mkdir(parents=True, exist_ok=True)
-            write_files(options.out, make_table_1(results, provenance), console)
+            files = make_table_1(results, provenance, options.page)
+            write_files(options.out, files, console)
             return
         plan = _make_plan(options)
+        beside = None if options.beside is None else Beside.load(options.beside)
         for folder in (plan.runs, plan.data, options.out):
             folder.mkdir(parents=True, exist_ok=True)
         if options.tiny:
@@ -214,7 +256,8 @@ class Paper(Suite):
             failed = run_stages(plan.plan_stages(), options.workers, console)
             cache = plan.play(options.workers, options.backend)
             stop_if_failed(failed)
-            write_files(options.out, make_files(plan, cache), console)
+            files = make_files(plan, cache, options.page, beside)
+            write_files(options.out, files, console)
             if options.weights is not None:
                 for name in export_weights(plan, options.weights):
                     console.print(f"wrote {options.weights / name}", highlight=False, markup=False)

@@ -65,18 +65,24 @@ def make_content(
         note: for the page.
     """
     missing, kinds = [], {}
+    made: dict[str, None] = {}  # code that played, each once
     for kind, homes in workshop.kinds.items():
         rows: list[dict[str, Any]] = []
         for name in (*references, *checkpoints):
             found = read_unit(workshop.runs / kind / "references" / f"{name}.json")
             if found is not None:
                 reads = "graph memory" if name in checkpoints else "rule"
-                rows.append({"name": name, "reads": reads, "plays": [found["done"]]})
+                checksum = found["about"]["checksum"]
+                rows.append({
+                    "name": name, "reads": reads, "plays": [found["done"]],
+                    "checkpoints": [] if checksum is None else [checksum],
+                })  # fmt: skip
+                made[found["made"]] = None
         for entry in entries:
             if TRAINED_ELSEWHERE.get(kind, kind) != entry.kind:
                 continue
             own = replace(entry, kind=kind)
-            plays, seconds = [], []
+            plays, seconds, checkpoints = [], [], []
             more = sum(1 for _ in (workshop.runs / own.key).glob("played_*.json"))
             for seed in range(max(seeds, more)):  # a command for some may have trained more
                 played = read_unit(workshop.runs / own.key / f"played_{seed}.json")
@@ -88,17 +94,19 @@ def make_content(
                     continue
                 plays.append(played["done"])
                 seconds.append(trained["done"]["seconds"])
+                checkpoints.append(trained["done"]["checkpoint"])
+                made[played["made"]] = None
             if plays:
                 rows.append({
                     "name": NETWORKS[entry.network].name,
                     "reads": SIGHTINGS if entry.sightings_alone else NEGATIVES,
                     "plays": plays, "num_trainings": len(plays),
-                    "seconds": sum(seconds) / len(seconds),
+                    "seconds": sum(seconds) / len(seconds), "checkpoints": checkpoints,
                 })  # fmt: skip
         units = homes.list_units() if homes.is_recorded else None
         kinds[kind] = {"title": homes.title, "units": units, "rows": rows}
     return {
-        "command": command, "made": f"played with {describe_code()}",
+        "command": command, "made": f"played with {'; '.join(made) or describe_code()}",
         "sizes": asdict(workshop.sizes), "note": note, "missing": missing, "kinds": kinds,
     }  # fmt: skip
 

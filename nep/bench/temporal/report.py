@@ -57,6 +57,7 @@ class TableRow:
         plays: what each of its trainings scored (`play_kind`); one for a rule.
         num_trainings: 0 for a rule.
         seconds: processor time of a training, nan for a rule.
+        checkpoints: SHA-256 of the network of each training; none in older files.
     """
 
     name: str
@@ -64,6 +65,7 @@ class TableRow:
     plays: Sequence[Mapping[str, Any]]
     num_trainings: int = 0
     seconds: float = float("nan")
+    checkpoints: Sequence[str] = ()
 
     def mean(self, column: str) -> float:
         """Return the mean of a column over homes and trainings."""

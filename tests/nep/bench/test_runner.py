@@ -11,9 +11,11 @@ from nep.bench.game import Game
 from nep.bench.runner import play_all
 from nep.bench.score_cache import ScoreCache
 from nep.bench.scoring_code import strip_code
-from nep.bench.table_options import Option, count
+from nep.bench.suites.temporal import Temporal
+from nep.bench.table_options import Option, count, make_command
 from nep.bench.temporal.kept_units import keep_unit, read_unit
 from nep.report.tables import TableColumn, lay_out
+from simulator.command_line import parse
 
 PLAYERS = {"one": 1.0, "two": 2.0, "three": 3.0}
 
@@ -152,6 +154,23 @@ def test_bounds_of_options(option, value, message):
     option.check(option.default)
     with pytest.raises(ValueError, match=message):
         option.check(value)
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "shown"),
+    [
+        ("any_home", "any_home", "any_home"),
+        ("tuned", "tuned", "tuned"),  # has played: its table is written again
+        ("again=heat", "again", "again=heat"),
+        ("mine=runs/x/last.ckpt", "mine", "mine=FILE"),
+        ("runs/x/last.ckpt", "x", "x=FILE"),
+        ("mine.ckpt", "mine.ckpt", "mine=FILE"),
+    ],
+)
+def test_a_command_says_where_a_network_of_ones_own_goes(text, name, shown):
+    parser = Temporal().make_parser()
+    options = parse(parser, ["--checkpoint", text])
+    assert make_command(parser, options, [name]) == f"python -m nep.temporal --checkpoint {shown}"
 
 
 def test_tables_are_lists_of_columns():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -168,6 +169,15 @@ def test_a_file_that_is_no_table_is_one_line(tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["--stored", str(tmp_path / "t.json"), "--out", str(tmp_path)])
     assert "stored must be a temporal.json of nep.temporal, got KeyError" in capsys.readouterr().err
+
+
+def test_the_page_that_ships_is_what_its_scores_say():
+    results = Path(__file__).parents[3] / "results"
+    content = json.loads((results / "temporal.json").read_text("utf-8"))
+    page = (results / "temporal.md").read_text("utf-8")
+    assert make_report(content) == page
+    options = parse(Temporal().make_parser(), shlex.split(content["command"])[3:])
+    assert list(options.checkpoint) == ["any_home", "heat", "heat_32=FILE"]
 
 
 def test_every_network_gets_as_many_trials():

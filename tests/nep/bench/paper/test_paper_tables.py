@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from nep.bench.paper.beside import Beside
 from nep.bench.paper.experiments import (
     ABLATED,
     ABLATION_SETTING,
@@ -288,3 +289,106 @@ def test_a_model_of_ones_own_stands_between_networks_and_oracles(location):
     first = files["table_1.md"].decode().split("## The paper's")[0]
     order = [line.split("|")[1].strip() for line in first.splitlines() if line.startswith("| ")]
     assert order[-4:] == ["NEP-HEAT", "mine", "prior_filter", "ceiling of first guesses"]
+
+
+def train(*means):
+    """Trainings in three homes, the second and third of which are .1 and .3 better."""
+    metrics = dict.fromkeys(METRICS, 0.5)
+    homes = ([[mean], [mean + 0.1], [mean + 0.3]] for mean in means)
+    return ScoreSummary.join([ScoreSummary(np.array(own), metrics) for own in homes])
+
+
+def test_trainings_stay_in_the_stored_scores(tmp_path):
+    """Written again from the file, differences are over homes and trainings as they were."""
+    scores = {"bayesian": train(0.2), "NEP-MLP": train(0.3, 0.4), "NEP-GCN": train(0.5, 0.3),
+              "NEP-HEAT": train(0.6, 0.7)}  # fmt: skip
+    told = replace(PROVENANCE, num_trainings=2, title="Twice", played=("0.1.0, commit abc",))
+    files = make_table_1({ABLATION_SETTING: scores}, told, page="twice")
+    assert sorted(files) == ["twice.csv", "twice.json", "twice.md", "twice.png"]
+    path = tmp_path / "twice.json"
+    path.write_bytes(files["twice.json"])
+    again = make_table_1(*load_table_1(path), page="twice")
+    assert again["twice.json"] == files["twice.json"]
+    assert again["twice.md"].partition(b"## The")[2] == files["twice.md"].partition(b"## The")[2]
+    text = files["twice.md"].decode()
+    assert text.startswith("# Twice\n")
+    assert "Played with 0.1.0, commit abc." in text
+    assert "](twice.png)" in text
+    # Every pair of networks. HEAT minus MLP is .3 in both trainings.
+    (line,) = (own for own in text.splitlines() if "NEP-HEAT better than NEP-MLP" in own)
+    assert "| +0.300 [+0.300, +0.300] |" in line
+    paper = text.partition("## The paper's")[2].partition("##")[0]
+    assert paper.count("Predict Object Location") == 1  # of the column that was played alone
+    assert "Find Object" not in paper
+
+
+def write_beside(path, bayesian=(0.2, 0.3, 0.5), **changes):
+    def play(*values):
+        return {"first_guess": values, "mrr": values, "nll": [1.5, 2.0, 2.5], "looks": values}
+
+    rows = [
+        {"name": "bayesian", "reads": "rule", "plays": [play(*bayesian)], "checkpoints": []},
+        {"name": "ours", "reads": "graph memory", "plays": [play(0.3, 0.3, 0.2)],
+         "checkpoints": ["0a"]},
+        {"name": "TGN", "reads": "sightings", "num_trainings": 3, "seconds": 1.0,
+         "checkpoints": ["0b", "0c", "0d"],
+         "plays": [play(0.1, 0.2, 0.4), play(0.3, 0.4, 0.5), play(0.9, 0.9, 0.9)]},
+        {"name": "GRU per thing", "reads": "sightings", "num_trainings": 1, "seconds": 1.0,
+         "plays": [play(0.1, 0.1, 0.1)]},
+    ]  # fmt: skip
+    content = {
+        "command": "python -m nep.temporal", "made": "played by hand", "note": "Ours is small.",
+        "sizes": {"train_homes": 32, "train_steps": 50},
+        "kinds": {"paper_on": {"title": "on", "units": None, "rows": rows}}, **changes,
+    }  # fmt: skip
+    path.write_text(json.dumps(content), encoding="utf-8")
+    return path
+
+
+def test_temporal_networks_beside_those_of_the_paper(tmp_path):
+    scores = {"bayesian": train(0.2), "NEP-MLP": train(0.3, 0.4)}
+    beside = Beside.load(write_beside(tmp_path / "temporal.json"))
+    rows = beside.list_rows("predict_location-on", scores, 2)
+    # Of three trainings the first two count; who has one alone is left out, but for a memory.
+    assert sorted(rows) == ["TGN (sightings)", "ours (graph memory)"]
+    np.testing.assert_allclose(rows["TGN (sightings)"].by_training, [[0.1, 0.2, 0.4],
+                                                                     [0.3, 0.4, 0.5]])  # fmt: skip
+    assert rows["TGN (sightings)"].metrics["nll"] == 2.0
+    assert beside.list_rows("find_object-on", scores, 2) == {}
+    assert beside.list_checkpoints("predict_location-on", 2) == {
+        "predict_location-on, ours (graph memory), seed 0": "0a",
+        "predict_location-on, TGN (sightings), seed 0": "0b",
+        "predict_location-on, TGN (sightings), seed 1": "0c",
+    }
+    assert "32 homes x 50 steps" in beside.describe()
+    assert beside.describe().endswith("played by hand. Ours is small.")
+    claims = list_claims(ABLATION_SETTING, compute_table(ABLATION_SETTING, scores | rows),
+                         scores | rows)  # fmt: skip
+    pairs = {(claim.better, claim.worse): claim.difference.mean for claim in claims}
+    # MLP (.3, .4, .6) and (.4, .5, .7) minus TGN: .2 in each home, and .1, .1, .2.
+    assert pairs["NEP-MLP", "TGN (sightings)"] == pytest.approx(1 / 6)
+    assert ("NEP-MLP", "ours (graph memory)") in pairs
+    told = replace(PROVENANCE, num_trainings=2, beside=(beside.describe(),))
+    files = make_table_1({ABLATION_SETTING: scores | rows}, told)
+    path = tmp_path / "table_1.json"
+    path.write_bytes(files["table_1.json"])
+    again = make_table_1(*load_table_1(path))["table_1.md"]
+    assert again.partition(b"## The")[2] == files["table_1.md"].partition(b"## The")[2]
+    assert beside.describe() in again.decode()
+    assert cells(files["table_1.md"].decode(), "TGN (sightings)")[1:] == ["", "0.317 ± 0.103"]
+
+
+def test_networks_of_other_homes_are_refused_beside_others(tmp_path):
+    scores = {"bayesian": train(0.2), "NEP-MLP": train(0.3, 0.4)}
+    for bayesian, message in (
+        ((0.2, 0.3, 0.501), "must have rules that scored the same .* got bayesian in"),
+        ((0.2, 0.3), "must have rules that scored the same .* got bayesian in"),
+    ):
+        beside = Beside.load(write_beside(tmp_path / "temporal.json", bayesian))
+        with pytest.raises(ValueError, match=message):
+            beside.list_rows("predict_location-on", scores, 2)
+    with pytest.raises(ValueError, match="got no shared rule in"):
+        beside.list_rows("predict_location-on", {"NEP-MLP": train(0.3)}, 2)
+    (tmp_path / "temporal.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"beside must be a temporal\.json of nep\.temporal, got"):
+        Beside.load(tmp_path / "temporal.json")
