@@ -33,9 +33,9 @@ class Kernel:
         self._function = function
         self._compiled: Any = None
 
-    def __call__(self, *args: Any) -> Any:
+    def __call__(self, *args: Any, **named: Any) -> Any:
         """Call the machine code."""
-        return (self._compiled or self.compile())(*args)
+        return (self._compiled or self.compile())(*args, **named)
 
     def compile(self) -> Any:
         """Return numba's function, which compiles for each kind of arguments.

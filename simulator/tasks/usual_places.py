@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.tasks.usual_place_kernel import end_stays, mark_out_of_place
+from sgm.kernel import kernel
 from simulator.world.homes import Homes
 
 
@@ -50,3 +50,87 @@ class UsualPlaces:
     def _end_stays(self) -> None:
         homes = self._homes
         end_stays(homes.object_place, homes.object_code, self._num_counted, *self._stays)
+
+
+@kernel
+def end_stays(
+    object_place: np.ndarray,
+    object_code: np.ndarray,
+    num_counted: int,
+    code: np.ndarray,
+    furniture: np.ndarray,
+    since: np.ndarray,
+    counts: np.ndarray,
+) -> None:
+    """Count the stays of what is elsewhere now, and forget what was replaced, in place.
+
+    Args:
+        object_place: where each slot's object is, furniture * 2 + relation, -1 for none,
+            (H, S).
+        object_code: its description, (H, S).
+        num_counted: time steps counted so far.
+        code: description of the object that a slot held; changed, (H, S).
+        furniture: where it was, -1 for nowhere; changed, (H, S).
+        since: `num_counted` when it came there; changed, (H, S).
+        counts: steps of ended stays; changed, (H, S, F).
+    """
+    for home in range(len(code)):
+        for slot in range(code.shape[1]):
+            here = object_place[home, slot] // 2  # -1 // 2 == -1
+            before = furniture[home, slot]
+            is_other = object_code[home, slot] != code[home, slot]
+            if here == before and not is_other:
+                continue
+            if is_other:
+                counts[home, slot] = 0
+                code[home, slot] = object_code[home, slot]
+            elif before >= 0:
+                counts[home, slot, before] += num_counted - since[home, slot]
+            furniture[home, slot] = here
+            since[home, slot] = num_counted
+
+
+@kernel
+def mark_out_of_place(
+    query_home: np.ndarray,
+    query_code: np.ndarray,
+    answers: np.ndarray,
+    num_counted: int,
+    code: np.ndarray,
+    furniture: np.ndarray,
+    since: np.ndarray,
+    counts: np.ndarray,
+) -> np.ndarray:
+    """Mark the queries whose object is at no usual place of its description, bool (Q,).
+
+    Args:
+        query_home: (Q,).
+        query_code: (Q,).
+        answers: furniture that truly holds such an object, bool (Q, F).
+        num_counted: time steps counted so far.
+        code: as in `end_stays`.
+        furniture: as in `end_stays`.
+        since: as in `end_stays`.
+        counts: as in `end_stays`.
+    """
+    num_furniture = answers.shape[1]
+    is_out = np.zeros(len(query_home), dtype=np.bool_)
+    total = np.empty(num_furniture, dtype=np.int64)
+    for query in range(len(query_home)):
+        home, asked = query_home[query], query_code[query]
+        total[:] = 0
+        for slot in range(code.shape[1]):
+            if code[home, slot] != asked:
+                continue
+            for place in range(num_furniture):
+                total[place] += counts[home, slot, place]
+            here = furniture[home, slot]
+            if here >= 0:
+                total[here] += num_counted - since[home, slot]
+        most = most_answered = 0
+        for place in range(num_furniture):
+            most = max(most, total[place])
+            if answers[query, place]:
+                most_answered = max(most_answered, total[place])
+        is_out[query] = most > most_answered
+    return is_out

@@ -9,9 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from simulator.world.dynamics import Dynamics, Life
-from simulator.world.paper_dynamics_kernel import choose_below, run_race
+from simulator.world.paper_dynamics_kernel import choose_below, find_empty_slots, run_race
 from simulator.world.sampled_state import SampledState
-from simulator.world.slot_kernel import find_empty_slots
 
 
 @dataclass(frozen=True)

@@ -108,3 +108,24 @@ def _list_runners(
         slot = runners[i]
         lags[i] = -math.log(max(uniform[slot], 1e-300)) / weight[slot]
     return count
+
+
+@kernel
+def find_empty_slots(object_place: np.ndarray, homes: np.ndarray) -> np.ndarray:
+    """Return an empty slot for each of n objects, as home * C + slot.
+
+    Args:
+        object_place: negative where a slot is empty, (H, C).
+        homes: home of each object, ascending, (n,); a home has enough empty slots.
+    """
+    num_slots = object_place.shape[1]
+    objects = np.empty(len(homes), dtype=np.int64)
+    slot = 0
+    for i in range(len(homes)):
+        if i == 0 or homes[i] != homes[i - 1]:
+            slot = 0
+        while object_place[homes[i], slot] >= 0:
+            slot += 1
+        objects[i] = homes[i] * num_slots + slot
+        slot += 1
+    return objects

@@ -9,9 +9,7 @@ import numpy as np
 from sgm.arrays.relations import NUM_RELATIONS
 from simulator.world.descriptions import DescriptionTable
 from simulator.world.homes import Homes
-from simulator.world.noise import NUMBERS_AT_ONCE, compute_noisy_weights
-from simulator.world.noise_kernel import list_positive
-from simulator.world.slot_kernel import find_new_codes
+from simulator.world.noise import NUMBERS_AT_ONCE, compute_noisy_weights, list_positive
 from simulator.world.transitions import Transitions
 
 
@@ -125,7 +123,8 @@ class SampledState(Homes):
 
     def _ensure_rows(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
         """Return T^i row numbers, drawing instance noise for descriptions that are new."""
-        new = np.sort(find_new_codes(self._row_of_code, homes, codes))
+        keys = homes * self._row_of_code.shape[1] + codes
+        new = np.unique(keys[self._row_of_code.ravel()[keys] < 0])
         new_homes, new_codes = np.divmod(new, self._row_of_code.shape[1])
         types = self.object_descriptions.type_of_code[new_codes]
         at_once = max(NUMBERS_AT_ONCE // (self.num_places * 2), 1)

@@ -6,7 +6,7 @@ import numpy as np
 
 from sgm.arrays.grouped import concatenate_ranges
 from sgm.arrays.table import Table
-from simulator.world.transition_kernel import can_leave, list_entries, sample_moves, sample_places
+from sgm.kernel import kernel
 
 # A weight and where it leads: eight bytes, so that a block is one or two lines of the cache.
 _ENTRY = np.dtype([("place", np.int32), ("weight", np.float32)])
@@ -17,7 +17,8 @@ class Transitions:
 
     A row has some five positive weights among 64 places. They are its entries, in the order of
     the places, and fall into blocks: the entries of a block of neighbouring places, such as those
-    of a room. An object moves within a block, a new one is put anywhere in the row.
+    of a room. An object moves within a block, a new one is put anywhere in the row. Block b has the
+    entries bound[b]..bound[b + 1] - 1, and row r the blocks r B..(r + 1) B - 1.
 
     Attributes:
         num_rows: rows so far, N.
@@ -39,7 +40,7 @@ class Transitions:
         # Homes share a few layouts: read from the cache, unlike a row of blocks for each home.
         self._place_block, layout = np.unique(place_block, axis=0, return_inverse=True)
         self._layout_of_home = layout.reshape(-1)
-        self._num_blocks = int(place_block.max()) + 1
+        self._num_blocks = np.int64(place_block.max() + 1)  # B
         self._place_furniture = np.arange(self.num_places) // places_per_furniture
         self._entries = Table({"entry": _ENTRY})
         self._bounds = Table({"bound": np.int64})  # where each block starts, and an end
@@ -92,25 +93,136 @@ class Transitions:
         Returns:
             The new places, and whether they can move on from there, (n,) each.
         """
-        return sample_moves(*self._tables, rows, self._layout_of_home[homes], places, uniform)
+        bounds = self._find_blocks(rows, homes, places)
+        found = draw_places(
+            self._entries["entry"], *bounds, self._place_furniture, self._place_furniture[places],
+            uniform,
+        )  # fmt: skip
+        return found, self.can_leave(rows, homes, found)
 
     def sample_places(
         self, rows: np.ndarray, homes: np.ndarray, uniform: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Draw where n new objects are put, anywhere in their rows (n,); see `sample_moves`."""
-        return sample_places(*self._tables, rows, self._layout_of_home[homes], uniform)
+        bound = self._bounds["bound"]
+        start, end = bound[rows * self._num_blocks], bound[(rows + 1) * self._num_blocks]
+        nowhere = np.full(len(rows), -1)
+        found = draw_places(
+            self._entries["entry"], start, end, self._place_furniture, nowhere, uniform
+        )
+        return found, self.can_leave(rows, homes, found)
 
     def can_leave(self, rows: np.ndarray, homes: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Return whether objects at places (n,) have other furniture to move to, bool (n,).
 
         The places may have weight zero themselves.
         """
-        return can_leave(*self._tables, rows, self._layout_of_home[homes], places)
+        bounds = self._find_blocks(rows, homes, places)
+        here = self._place_furniture[places]
+        return find_others(self._entries["entry"], *bounds, self._place_furniture, here)
 
-    @property
-    def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, int, np.ndarray]:
-        """Entries, bounds of blocks, blocks of each layout, their number, furniture of places."""
-        return (
-            self._entries["entry"], self._bounds["bound"], self._place_block, self._num_blocks,
-            self._place_furniture,
-        )  # fmt: skip
+    def _find_blocks(
+        self, rows: np.ndarray, homes: np.ndarray, places: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the first entry of the block of each place, and the end of it, (n,) each."""
+        block = rows * self._num_blocks + self._place_block[self._layout_of_home[homes], places]
+        return self._bounds["bound"][block], self._bounds["bound"][block + 1]
+
+
+@kernel
+def list_entries(
+    rows: np.ndarray,
+    places: np.ndarray,
+    weights: np.ndarray,
+    layouts: np.ndarray,
+    place_block: np.ndarray,
+    num_blocks: int,
+    entry: np.ndarray,
+    ends: np.ndarray,
+) -> int:
+    """Write the positive of weights (k,) into entries; see `Transitions.append`.
+
+    Args:
+        rows: (k,).
+        places: (k,).
+        weights: (k,).
+        layouts: of each of the n rows, (n,).
+        place_block: of every place in each layout, (L, P).
+        num_blocks: B.
+        entry: filled from its start on, (k,).
+        ends: filled with the number of entries up to the end of each block, (n * B,).
+
+    Returns:
+        How many were positive.
+    """
+    count, block = 0, 0
+    for i in range(len(rows)):
+        own_block = rows[i] * num_blocks + place_block[layouts[rows[i]], places[i]]
+        while block < own_block:
+            ends[block] = count
+            block += 1
+        weight = np.float32(weights[i])
+        if weight > 0:
+            entry[count].place = places[i]
+            entry[count].weight = weight
+            count += 1
+    ends[block:] = count
+    return count
+
+
+@kernel
+def draw_places(
+    entry: np.ndarray,
+    start: np.ndarray,
+    end: np.ndarray,
+    furniture: np.ndarray,
+    avoid: np.ndarray,
+    uniform: np.ndarray,
+) -> np.ndarray:
+    """Draw one of the entries start..end - 1 of each of n ranges in proportion to its weight.
+
+    Args:
+        entry: of all rows.
+        start: (n,).
+        end: (n,).
+        furniture: of every place, (P,).
+        avoid: furniture at which none is drawn, (n,).
+        uniform: (n,).
+
+    Returns:
+        Places, int32 (n,).
+    """
+    # Ask for the memory of all ranges at once, instead of range after range: a draw takes 73 ns so
+    # instead of 220 (`benchmarks/evolve.py`). No weight is negative; the compiler cannot know.
+    touched = np.float32(0)
+    for i in range(len(start)):
+        touched += entry[min(start[i], len(entry) - 1)].weight + entry[end[i] - 1].weight
+    drawn = np.full(len(start), -1, dtype=np.int32)
+    for i in range(len(start) if touched >= 0 else 0):
+        total = np.float32(0)
+        for j in range(start[i], end[i]):
+            if furniture[entry[j].place] != avoid[i]:
+                total += entry[j].weight
+        target = uniform[i] * total
+        passed = np.float32(0)
+        for j in range(start[i], end[i]):
+            if furniture[entry[j].place] != avoid[i]:
+                drawn[i] = entry[j].place  # rounding can push the target onto the total: the last
+                passed += entry[j].weight
+                if passed > target:
+                    break
+    return drawn
+
+
+@kernel
+def find_others(
+    entry: np.ndarray, start: np.ndarray, end: np.ndarray, furniture: np.ndarray, here: np.ndarray
+) -> np.ndarray:
+    """Tell which ranges of entries have some at other furniture than `here`, bool (n,)."""
+    has_others = np.zeros(len(start), dtype=np.bool_)
+    for i in range(len(start)):
+        for j in range(start[i], end[i]):
+            if furniture[entry[j].place] != here[i]:
+                has_others[i] = True
+                break
+    return has_others

@@ -25,7 +25,7 @@ from simulator.world.routine.life_kernel import (
     live,
 )
 from simulator.world.routine.occasions import ROLES
-from simulator.world.routine.place_kernel import count_places, draw_own_places
+from simulator.world.routine.place_kernel import draw_own_places
 from simulator.world.routine.rules import RoutineRules
 from simulator.world.sampled_state import SampledState
 
@@ -56,7 +56,7 @@ class RoutineLife(Life):
         self._step = np.array([rule.step_seconds for rule in rules])
         self._start = np.array([rule.clock.row[0] for rule in rules])
         self._num_steps = 0
-        self._rules = np.zeros(homes.num_homes, dtype=_get_rules_type())
+        self._rules = np.zeros(homes.num_homes, dtype=RULES)
         for home, rule in zip(members, rules, strict=True):
             for name, value in _list_rules(rule, homes, home).items():
                 self._rules[name][home] = value
@@ -114,9 +114,10 @@ class RoutineLife(Life):
             now = state.now[self._members]
             for hour in range(1, self._outlook_hours.max() + 1):
                 is_on = hour <= self._outlook_hours
-                until = now[is_on] + 3600.0 * hour
-                self._live(state, habits, place, self._members[is_on], until)
-                count_places(place, self._members[is_on], counts)
+                own = self._members[is_on]
+                self._live(state, habits, place, own, now[is_on] + 3600.0 * hour)
+                row, slot = np.nonzero(place[own] >= 0)
+                counts[own[row], slot, place[own[row], slot]] += 1
             self._outlook = counts
         return self._outlook
 
@@ -153,13 +154,9 @@ class RoutineLife(Life):
         return state, habits, place
 
     def _live(
-        self,
-        state: State,
-        habits: Habits,
-        place: np.ndarray,
-        members: np.ndarray,
+        self, state: State, habits: Habits, place: np.ndarray, members: np.ndarray,
         until: np.ndarray,
-    ) -> None:
+    ) -> None:  # fmt: skip
         live(self._rules, self._roles, habits, state, place, members, until)
 
 
@@ -167,10 +164,6 @@ def _copy(state: State, habits: Habits, place: np.ndarray) -> tuple[State, Habit
     """Return a copy of all that changes: state, usual places, places."""
     copied = type(state)(*(array.copy() for array in state))
     return copied, habits._replace(own_place=habits.own_place.copy()), place.copy()
-
-
-def _get_rules_type() -> np.dtype:
-    return RULES
 
 
 def _list_rules(rule: RoutineRules, homes: SampledState, home: int) -> Mapping[str, float]:

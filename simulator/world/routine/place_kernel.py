@@ -1,4 +1,4 @@
-"""Usual places in homes with routines, and how long things are where."""
+"""Usual places in homes with routines."""
 
 import numpy as np
 
@@ -41,12 +41,3 @@ def draw_own_places(
             own[i, 1] = own[i, 0]
         num_kept[own[i, 0]] += 1
     return own
-
-
-@kernel
-def count_places(place: np.ndarray, homes: np.ndarray, counts: np.ndarray) -> None:
-    """Count where the objects of homes (n,) are, (H, C) -> added to (H, C, P)."""
-    for home in homes:
-        for slot in range(place.shape[1]):
-            if place[home, slot] >= 0:
-                counts[home, slot, place[home, slot]] += 1

@@ -4,8 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from simulator.world.noise import compute_noisy_weights
-from simulator.world.noise_kernel import sum_pairwise
+from simulator.world.noise import compute_noisy_weights, sum_pairwise
 
 
 def add_noise(weights, draws, place_room, **rules):
