@@ -77,6 +77,7 @@ MOVED = {
     "simulator.policies.policy": "sgm.policies.policy",
     "simulator.policies.probabilities": "sgm.policies.probabilities",
     "simulator.policies.two_states": "sgm.policies.two_states",
+    "simulator.priors.compare": "tools.priors.compare",
     "simulator.priors.household": "sgm.prior.household",
     "simulator.priors.prior_check": "sgm.prior.prior_check",
     "simulator.priors.prior_graph": "sgm.prior.prior_graph",

@@ -317,11 +317,7 @@ def collect_homes(
 
 
 def _make_folder(out: Path) -> None:
-    """Make the folder if needed.
-
-    Raises:
-        ValueError: if it cannot be made.
-    """
+    """Make the folder if needed."""
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -332,11 +328,7 @@ def _make_folder(out: Path) -> None:
 
 
 def _is_complete(out: Path, settings: dict[str, Any]) -> bool:
-    """Tell whether a folder has every home; nothing is written, and no lock is needed.
-
-    Raises:
-        ValueError: as `_check_finished` does.
-    """
+    """Tell whether a folder has every home; nothing is written, and no lock is needed."""
     if not (out / MANIFEST).exists():
         return False
     manifest, num_homes = load_manifest(out), settings["num_homes"]
@@ -377,12 +369,7 @@ def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
 def _check_finished(
     manifest: dict[str, Any], out: Path, settings: dict[str, Any]
 ) -> dict[str, str]:
-    """Check the settings and the finished shards of a collection; return the checksum of each.
-
-    Raises:
-        ValueError: if it has other settings, or if a shard of the manifest is truncated or altered
-            (the file is named).
-    """
+    """Check settings and finished shards; return the checksum of each."""
     wanted = {name: value for name, value in settings.items() if name != "labels"}
     for name, found, value in _find_differences(manifest["settings"], wanted):
         raise ValueError(

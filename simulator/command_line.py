@@ -293,11 +293,7 @@ def _check_renamed(name: str) -> None:
 
 
 def _check_config(text: str) -> None:
-    """Check a config, unless it is no file but what would stand in one.
-
-    Raises:
-        ValueError: if it cannot be read, or is no YAML of plain values; names the file.
-    """
+    """Check a config file, unless the text is no file but what would stand in one."""
     try:
         if os.path.exists(text):
             read_yaml(text)
@@ -327,11 +323,7 @@ def _spell(name: str, prefix: str) -> str:
 
 
 def _find_class(name: str, value: str, prefix: str) -> str:
-    """Return the import path of what is called so; an import path or a file as it is.
-
-    Raises:
-        ValueError: if nothing is called so.
-    """
+    """Return the import path of what is called so; an import path or a file as it is."""
     names = _NAMED.get(name.removeprefix(prefix)) if name.startswith(prefix) else None
     if names is None:
         return value

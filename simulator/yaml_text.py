@@ -64,11 +64,7 @@ class _Loader(_BASE):
 
 
 def _check_events(events: Iterable[yaml.Event]) -> None:
-    """Count levels and values without making any.
-
-    Raises:
-        ValueError: if there are too many, or a value is not plain.
-    """
+    """Count levels and values without making any; refuse what is not plain."""
     sizes: dict[str, int] = {}  # of what has an anchor
     open_parts: list[list[Any]] = [[None, 0]]  # anchor, and values so far
     for event in events:

@@ -99,10 +99,6 @@ class RobotBody:
         self._guessed = 0.0  # time of that error
         self._solids = world.solids
 
-    def wait_until(self, time: float) -> None:
-        """Let time pass, unless it has already."""
-        self.time = max(self.time, time)
-
     def go_to(self, furniture: int) -> None:
         """Drive to before furniture and take no pictures."""
         for end in self.routes.find_path(self.position, furniture)[1:]:

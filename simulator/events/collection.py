@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
@@ -61,11 +61,7 @@ def _play(
 ) -> EventTable:
     homes = source.make(streams)
     game = find_task(task)(homes, make_policy(policy, homes))
-    recorder = EventRecorder(game, _list_numbers(streams))
+    recorder = EventRecorder(game, streams.homes)
     for _ in game.run(num_steps):
         pass
     return recorder.finish()
-
-
-def _list_numbers(streams: Streams) -> Sequence[int]:
-    return list(streams.homes)

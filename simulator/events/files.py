@@ -8,6 +8,7 @@ import io
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -22,10 +23,14 @@ MANIFEST = "events.json"
 EVENTS, NODES, QUESTIONS = "events.csv", "nodes.csv", "questions.csv"
 VERSION = 1
 _MOST_BYTES = 1 << 32  # of a file
+# What columns hold, by name: shares in [0, 1], names of numbers, texts, ids of nodes; others hold
+# whole numbers.
 _SHARES = ("coverage", "confidence")
-_NODE_COLUMNS = ("node", *(row.name for row in fields(Nodes)))
-_EVENT_COLUMNS = tuple(row.name for row in fields(Events))
-_QUESTION_COLUMNS = tuple(row.name for row in fields(EventQuestions))
+_CHOICES: Mapping[str, Sequence[str]] = {
+    "kind": KINDS, "relation": RELATIONS, "is_seen": ("0", "1"),
+}  # fmt: skip
+_TEXTS = ("label", "description", "room")
+_IDS = ("thing", "place")
 
 
 def save_events(table: EventTable, folder: str | Path, settings: Mapping[str, Any]) -> list[str]:
@@ -44,11 +49,14 @@ def save_events(table: EventTable, folder: str | Path, settings: Mapping[str, An
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    texts = {EVENTS: _write_events(table), NODES: _write_nodes(table)}
-    texts[QUESTIONS] = _write_questions(table)
-    for name, text in texts.items():
+    parts: dict[str, Any] = {EVENTS: table.events, NODES: table.nodes, QUESTIONS: table.questions}
+    for name, rows in parts.items():
+        columns = {row.name: _write(row.name, getattr(rows, row.name)) for row in fields(rows)}
+        if name == NODES:
+            columns = {"node": range(table.num_nodes), **columns}
+        text = _make_csv(tuple(columns), zip(*columns.values(), strict=True))
         write_whole(folder / name, text.encode())
-    names = list(texts)
+    names = list(parts)
     if importlib.util.find_spec("pyarrow") is not None:
         names.append("events.parquet")
         write_whole(folder / names[-1], _make_parquet(table))
@@ -69,42 +77,18 @@ def load_events(folder: str | Path) -> EventTable:
     """
     folder = Path(folder)
     manifest = read_manifest(folder)
-    nodes = _read(folder / NODES, _NODE_COLUMNS)
-    kinds = {name: number for number, name in enumerate(KINDS)}
-    node_rows = Nodes(
-        _read_numbers(nodes, "home", folder / NODES),
-        _read_choices(nodes, "kind", kinds, folder / NODES),
-        *(np.array(nodes[name], dtype=object) for name in ("label", "description", "room")),
+    path = folder / NODES
+    found = _read_columns(path, ("node", *(row.name for row in fields(Nodes))))
+    if found.pop("node").tolist() != list(range(len(found["kind"]))):
+        raise _make_error("node ids must be 0, 1, 2 and so on", "others", path)
+    nodes = Nodes(**found)
+    events, questions = (
+        _read_columns(folder / name, tuple(row.name for row in fields(rows)), len(nodes.kind))
+        for name, rows in ((EVENTS, Events), (QUESTIONS, EventQuestions))
     )
-    num_nodes = len(node_rows.kind)
-    if _read_numbers(nodes, "node", folder / NODES).tolist() != list(range(num_nodes)):
-        raise _make_error("node ids must be 0, 1, 2 and so on", "others", folder / NODES)
-    path = folder / EVENTS
-    found = _read(path, _EVENT_COLUMNS)
-    relations = {name: number for number, name in enumerate(RELATIONS)}
-    columns: dict[str, np.ndarray] = {}
-    for name in _EVENT_COLUMNS:
-        if name == "relation":
-            columns[name] = _read_choices(found, name, relations, path)
-        elif name == "is_seen":
-            columns[name] = _read_choices(found, name, {"0": 0, "1": 1}, path).astype(bool)
-        else:
-            columns[name] = _read_numbers(found, name, path, name in _SHARES)
-    _check_ids(columns["thing"], num_nodes, "thing", path)
-    _check_ids(columns["place"], num_nodes, "place", path)
-    path = folder / QUESTIONS
-    asked = _read(path, _QUESTION_COLUMNS)
-    home, time, look, thing = (_read_numbers(asked, name, path) for name in _QUESTION_COLUMNS[:-1])
-    try:
-        places = tuple(tuple(map(int, text.split())) for text in asked["places"])
-    except ValueError as error:
-        raise _make_error("places must be node ids", error, path) from None
-    _check_ids(thing, num_nodes, "thing", path)
-    _check_ids(np.array([p for row in places for p in row], dtype=np.int64), num_nodes, "places",
-               path)  # fmt: skip
+    events["is_seen"] = events["is_seen"].astype(bool)
     seconds = manifest["step_seconds"]
-    questions = EventQuestions(home, time, look, thing, places)
-    return EventTable(Events(**columns), node_rows, questions, seconds)
+    return EventTable(Events(**events), nodes, EventQuestions(**questions), seconds)
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:
@@ -158,35 +142,15 @@ def make_edge_types(events: Events) -> np.ndarray:
     return (2 * events.relation + events.is_seen).astype(np.int64)
 
 
-def _write_events(table: EventTable) -> str:
-    events = table.events
-    columns: list[Iterable[Any]] = []
-    for name in _EVENT_COLUMNS:
-        column = getattr(events, name)
-        if name == "relation":
-            columns.append(RELATIONS[number] for number in column)
-        elif name in _SHARES:
-            columns.append(format(value, ".6g") for value in column)
-        else:
-            columns.append(column.astype(np.int64).tolist())
-    return _make_csv(_EVENT_COLUMNS, zip(*columns, strict=True))
-
-
-def _write_nodes(table: EventTable) -> str:
-    nodes = table.nodes
-    rows = zip(
-        range(table.num_nodes), nodes.home, (KINDS[kind] for kind in nodes.kind), nodes.label,
-        nodes.description, nodes.room, strict=True,
-    )  # fmt: skip
-    return _make_csv(_NODE_COLUMNS, rows)
-
-
-def _write_questions(table: EventTable) -> str:
-    asked = table.questions
-    places = (" ".join(map(str, row)) for row in asked.places)
-    return _make_csv(
-        _QUESTION_COLUMNS, zip(asked.home, asked.time, asked.look, asked.thing, places, strict=True)
-    )
+def _write(name: str, column: Any) -> Iterable[Any]:
+    """Return a column as CSV has it."""
+    if name == "places":
+        return (" ".join(map(str, row)) for row in column)
+    if name in _SHARES:
+        return (format(value, ".6g") for value in column)
+    if name in _CHOICES:
+        return (_CHOICES[name][int(number)] for number in column)
+    return column.tolist()
 
 
 def _make_csv(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
@@ -202,59 +166,71 @@ def _make_parquet(table: EventTable) -> bytes:
     import pyarrow as pa
     from pyarrow import parquet
 
-    columns = {name: getattr(table.events, name) for name in _EVENT_COLUMNS}
+    columns = {row.name: getattr(table.events, row.name) for row in fields(Events)}
     columns["relation"] = np.array(RELATIONS, dtype=object)[table.events.relation]
     out = io.BytesIO()
     parquet.write_table(pa.table(columns), out)
     return out.getvalue()
 
 
-def _read(path: Path, wanted: Sequence[str]) -> dict[str, list[str]]:
+def _read_columns(path: Path, names: Sequence[str], num_nodes: int | None = None) -> dict[str, Any]:
+    """Read the columns of a file; ids of nodes are below `num_nodes`."""
     try:
-        text = read_file(path, _MOST_BYTES).decode()
-    except (OSError, ValueError) as error:
-        raise _make_error("events must be files that can be read", error, path) from None
-    try:
-        rows = list(csv.reader(io.StringIO(text), strict=True))
-    except csv.Error as error:
-        raise _make_error("events must be CSV", error, path) from None
-    if not rows or tuple(rows[0]) != tuple(wanted):
+        rows = list(csv.reader(io.StringIO(read_file(path, _MOST_BYTES).decode()), strict=True))
+    except (OSError, ValueError, csv.Error) as error:
+        raise _make_error("events must be CSV files that can be read", error, path) from None
+    if not rows or tuple(rows[0]) != tuple(names):
         found = ", ".join(rows[0]) if rows else "nothing"
-        raise _make_error(f"columns must be {', '.join(wanted)}", found, path)
+        raise _make_error(f"columns must be {', '.join(names)}", found, path)
     for number, row in enumerate(rows[1:], 2):
-        if len(row) != len(wanted):
-            raise _make_error(f"row {number} must have {len(wanted)} cells", len(row), path)
-    return {name: [row[place] for row in rows[1:]] for place, name in enumerate(wanted)}
+        if len(row) != len(names):
+            raise _make_error(f"row {number} must have {len(names)} cells", len(row), path)
+    columns: dict[str, Any] = {}
+    for place, name in enumerate(names):
+        cells = [row[place] for row in rows[1:]]
+        if name in _TEXTS:
+            columns[name] = np.array(cells, dtype=object)
+        elif name in _CHOICES:
+            columns[name] = _read_choices(cells, name, path)
+        elif name == "places":
+            words = [cell.split() for cell in cells]
+            ids = _read_numbers([word for row in words for word in row], name, path).tolist()
+            _check_ids(np.array(ids, dtype=np.int64), num_nodes, name, path)
+            each = iter(ids)
+            columns[name] = tuple(tuple(islice(each, len(row))) for row in words)
+        else:
+            columns[name] = _read_numbers(cells, name, path)
+        if name in _IDS:
+            _check_ids(columns[name], num_nodes, name, path)
+    return columns
 
 
-def _read_numbers(
-    found: Mapping[str, list[str]], name: str, path: Path, is_share: bool = False
-) -> np.ndarray:
+def _read_numbers(cells: Sequence[str], name: str, path: Path) -> np.ndarray:
+    is_share = name in _SHARES
     try:
-        values = np.array(found[name], dtype=float if is_share else np.int64)
+        values = np.array(cells, dtype=float if is_share else np.int64)
     except (ValueError, OverflowError) as error:
-        raise _make_error(f"{name} must be {'' if is_share else 'whole '}numbers", error,
-                          path) from None  # fmt: skip
+        what = {"places": "node ids"}.get(name, "numbers" if is_share else "whole numbers")
+        raise _make_error(f"{name} must be {what}", error, path) from None
     is_wrong = ~((values >= 0) & (values <= 1)) if is_share else values < 0
     if is_wrong.any():
         first = int(np.flatnonzero(is_wrong)[0])
         bound = "lie in [0, 1]" if is_share else "be at least 0"
-        raise _make_error(f"{name} of row {first + 2} must {bound}", found[name][first], path)
+        raise _make_error(f"{name} of row {first + 2} must {bound}", cells[first], path)
     return values
 
 
-def _read_choices(
-    found: Mapping[str, list[str]], name: str, known: Mapping[str, int], path: Path
-) -> np.ndarray:
-    for number, value in enumerate(found[name], 2):
+def _read_choices(cells: Sequence[str], name: str, path: Path) -> np.ndarray:
+    known = {value: number for number, value in enumerate(_CHOICES[name])}
+    for number, value in enumerate(cells, 2):
         if value not in known:
-            raise _make_error(f"{name} of row {number} must be one of {', '.join(known)}", value,
-                              path)  # fmt: skip
-    return np.array([known[value] for value in found[name]], dtype=np.int64)
+            rule = f"{name} of row {number} must be one of {', '.join(known)}"
+            raise _make_error(rule, value, path)
+    return np.array([known[value] for value in cells], dtype=np.int64)
 
 
-def _check_ids(ids: np.ndarray, num_nodes: int, name: str, path: Path) -> None:
-    if len(ids) and ids.max() >= num_nodes:
+def _check_ids(ids: np.ndarray, num_nodes: int | None, name: str, path: Path) -> None:
+    if num_nodes is not None and len(ids) and ids.max() >= num_nodes:
         raise _make_error(f"{name} must be a node id below {num_nodes}", int(ids.max()), path)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TypeVar
+from itertools import chain, pairwise
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -67,9 +68,6 @@ class Nodes:
     room: np.ndarray
 
 
-Rows = TypeVar("Rows", Events, Nodes)
-
-
 @dataclass(frozen=True, slots=True)
 class EventQuestions:
     """Q questions of the task, with their true answers: what a network learns and is scored on.
@@ -88,6 +86,10 @@ class EventQuestions:
     look: np.ndarray
     thing: np.ndarray
     places: tuple[tuple[int, ...], ...]
+
+
+Rows = TypeVar("Rows", Events, Nodes, EventQuestions)
+Linked = TypeVar("Linked", Events, EventQuestions)
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,18 +151,13 @@ class EventTable:
         """Return the table of some homes; ids of nodes are counted anew."""
         chosen = np.isin(self.nodes.home, homes)
         new_id = np.cumsum(chosen) - 1
-        is_event, is_question = (
-            np.isin(rows.home, homes) for rows in (self.events, self.questions)
+        is_event, is_asked = (np.isin(rows.home, homes) for rows in (self.events, self.questions))
+        return EventTable(
+            _renumber(take_rows(self.events, np.flatnonzero(is_event)), new_id),
+            take_rows(self.nodes, np.flatnonzero(chosen)),
+            _renumber(take_rows(self.questions, np.flatnonzero(is_asked)), new_id),
+            self.step_seconds,
         )
-        events = take_rows(self.events, is_event)
-        events = replace(events, thing=new_id[events.thing], place=new_id[events.place])
-        own = np.flatnonzero(is_question)
-        asked = self.questions
-        questions = EventQuestions(
-            asked.home[own], asked.time[own], asked.look[own], new_id[asked.thing[own]],
-            tuple(tuple(int(new_id[place]) for place in asked.places[row]) for row in own),
-        )  # fmt: skip
-        return EventTable(events, take_rows(self.nodes, chosen), questions, self.step_seconds)
 
     @classmethod
     def join(cls, tables: Sequence[EventTable]) -> EventTable:
@@ -179,46 +176,46 @@ class EventTable:
         parts = [table.take_homes([home]) for table in tables for home in table.homes]
         parts.sort(key=lambda part: int(part.homes[0]))
         first = np.cumsum([0, *(part.num_nodes for part in parts)])
-        moved = [
-            replace(part.events, thing=part.events.thing + shift, place=part.events.place + shift)
-            for part, shift in zip(parts, first, strict=False)
-        ]
-        events = Events(
-            **{
-                row.name: np.concatenate([getattr(own, row.name) for own in moved])
-                for row in fields(Events)
-            }
+        new_ids = [np.arange(start, end) for start, end in pairwise(first)]
+        of_parts = list(zip(parts, new_ids, strict=True))
+        events = _join_rows([_renumber(part.events, new_id) for part, new_id in of_parts])
+        questions = _join_rows([_renumber(part.questions, new_id) for part, new_id in of_parts])
+        by_time = np.lexsort((events.order, events.look, events.home, events.time))
+        asked = np.lexsort((questions.look, questions.home, questions.time))
+        return cls(
+            take_rows(events, by_time),
+            _join_rows([part.nodes for part in parts]),
+            take_rows(questions, asked),
+            seconds.pop(),
         )
-        order = np.lexsort((events.order, events.look, events.home, events.time))
-        nodes = Nodes(
-            **{
-                row.name: np.concatenate([getattr(own.nodes, row.name) for own in parts])
-                for row in fields(Nodes)
-            }
-        )
-        asked = [part.questions for part in parts]
-        questions = EventQuestions(
-            np.concatenate([own.home for own in asked]),
-            np.concatenate([own.time for own in asked]),
-            np.concatenate([own.look for own in asked]),
-            np.concatenate([own.thing + at for own, at in zip(asked, first, strict=False)]),
-            tuple(
-                tuple(place + int(at) for place in places)
-                for own, at in zip(asked, first, strict=False)
-                for places in own.places
-            ),
-        )
-        by_time = np.lexsort((questions.look, questions.home, questions.time))
-        questions = EventQuestions(
-            questions.home[by_time], questions.time[by_time], questions.look[by_time],
-            questions.thing[by_time], tuple(questions.places[row] for row in by_time),
-        )  # fmt: skip
-        return cls(take_rows(events, order), nodes, questions, seconds.pop())
 
 
 def take_rows(rows: Rows, chosen: np.ndarray) -> Rows:
-    """Return some rows of columns."""
-    return type(rows)(**{row.name: getattr(rows, row.name)[chosen] for row in fields(rows)})
+    """Return some rows of columns, by their numbers (n,)."""
+    columns = {row.name: getattr(rows, row.name) for row in fields(rows)}
+    taken: dict[str, Any] = {
+        name: tuple(column[row] for row in chosen) if name == "places" else column[chosen]
+        for name, column in columns.items()
+    }
+    return type(rows)(**taken)
+
+
+def _join_rows(parts: Sequence[Rows]) -> Rows:
+    """Return rows of several tables, one after the other."""
+    columns = {row.name: [getattr(own, row.name) for own in parts] for row in fields(parts[0])}
+    joined: dict[str, Any] = {
+        name: tuple(chain(*own)) if name == "places" else np.concatenate(own)
+        for name, own in columns.items()
+    }
+    return type(parts[0])(**joined)
+
+
+def _renumber(rows: Linked, new_id: np.ndarray) -> Linked:
+    """Return rows with other ids of nodes, (N,)."""
+    if isinstance(rows, EventQuestions):
+        places = tuple(tuple(new_id[list(own)].tolist()) for own in rows.places)
+        return replace(rows, thing=new_id[rows.thing], places=places)
+    return replace(rows, thing=new_id[rows.thing], place=new_id[rows.place])
 
 
 def cut(values: np.ndarray, val: float, test: float, what: str) -> dict[str, np.ndarray]:

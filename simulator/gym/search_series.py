@@ -133,11 +133,7 @@ class SearchSeries:
         self._max_searches = min(self._queries_per_home, group.num_steps or self._queries_per_home)
 
     def _choose_homes(self, home_seed: int) -> Group:
-        """Choose which homes to draw: by chance, or the first ones where there is no end to them.
-
-        Raises:
-            ValueError: if there are not so many to be played in lockstep.
-        """
+        """Choose homes to draw: by chance, or the first ones where there is no end to them."""
         count = self._source.num_homes
         groups = self._source.list_groups(range(self._num_homes if count is None else count))
         groups = [group for group in groups if len(group.homes) >= self._num_homes]

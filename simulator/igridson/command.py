@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -28,19 +27,10 @@ class MoreOptions(Protocol):
         """Return policies by name."""
 
 
-@dataclass(frozen=True, slots=True)
-class NoOptions:
-    """No further options."""
-
-    def make_searchers(self) -> Mapping[str, Searcher]:
-        """Return no policy."""
-        return {}
-
-
 def main(
     args: Sequence[str] | None = None,
     prog: str = "python -m simulator.igridson",
-    more: type[MoreOptions] = NoOptions,
+    more: type[MoreOptions] | None = None,
 ) -> int:
     """Run the command line.
 
@@ -56,9 +46,10 @@ def main(
     return choose(prog, commands, args, status=2, moved=_MOVED)
 
 
-def _make_parser(prog: str, more: type[MoreOptions], description: str) -> ArgumentParser:
+def _make_parser(prog: str, more: type[MoreOptions] | None, description: str) -> ArgumentParser:
     parser = make_parser(prog, description)
-    parser.add_class_arguments(more)
+    if more is not None:
+        parser.add_class_arguments(more)
     parser.add_argument("--seed", type=int, default=RunConfig().seed)
     parser.add_argument(
         "--layout", type=Path | None, help="layout file; the shipped home if absent"
@@ -73,12 +64,13 @@ def _make_parser(prog: str, more: type[MoreOptions], description: str) -> Argume
     return parser
 
 
-def _find_searchers(options: Namespace, more: type[MoreOptions]) -> dict[str, Searcher]:
+def _find_searchers(options: Namespace, more: type[MoreOptions] | None) -> dict[str, Searcher]:
     """Return all policies by name, those of further options last."""
-    return list_searchers() | dict(more(**pick(options, more)).make_searchers())
+    own = {} if more is None else more(**pick(options, more)).make_searchers()
+    return {**list_searchers(), **own}
 
 
-def _play(prog: str, more: type[MoreOptions], arguments: Sequence[str]) -> int:
+def _play(prog: str, more: type[MoreOptions] | None, arguments: Sequence[str]) -> int:
     """Search with the keyboard."""
     from simulator.igridson.env import IGridsonEnv
     from simulator.igridson.play import HELP, play
@@ -105,7 +97,7 @@ def _play(prog: str, more: type[MoreOptions], arguments: Sequence[str]) -> int:
     return 0
 
 
-def _film(prog: str, more: type[MoreOptions], arguments: Sequence[str]) -> int:
+def _film(prog: str, more: type[MoreOptions] | None, arguments: Sequence[str]) -> int:
     """Film searches."""
     from PIL import Image
 

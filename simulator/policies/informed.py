@@ -293,15 +293,7 @@ def _draw_noise(
     config: HomeRules,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Draw noise on rows of weights (n, k) of places (k,), as homes are made.
-
-    Args:
-        weights: (n, k), zeros where earlier noise has left nothing.
-        places: ascending, (k,).
-        room: of every place, (P,).
-        config: the rules.
-        rng: draws.
-    """
+    """Draw noise on weights (n, k) of ascending places (k,), as homes are made; `room` (P,)."""
     uniform = rng.random((*weights.shape, 2))
     row, column = np.nonzero(weights)
     noisy = np.zeros(weights.shape)

@@ -154,14 +154,10 @@ class PlaceFilter(Policy):
             basis: from `compute_basis`, (Q, B, F).
         """
         if self._base is None:
-            return self.start_from_rules(rules)
+            return FilterBelief(np.zeros(rules.initial.shape), rules.initial.copy())
         unknown = self._num_based + self._number_types(subjects.home, subjects.type)
         is_known = (subjects.object >= 0) & (subjects.object < self._num_based)
         return self._base.take(np.where(is_known, subjects.object, unknown))
-
-    def start_from_rules(self, rules: Rules) -> FilterBelief:
-        """Return the belief at t = 0, before any look."""
-        return FilterBelief(np.zeros(rules.initial.shape), rules.initial.copy())
 
     def compute_basis(self, memory: MemoryBatch, subjects: Subjects) -> np.ndarray:
         """Return all that beliefs depend on besides looks and questions, (Q, B, F)."""

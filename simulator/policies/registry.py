@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterable, Mapping
 
 from sgm.messages import shorten
@@ -18,6 +17,7 @@ from simulator.policies.informed import Informed
 from simulator.policies.oracle import Oracle
 from simulator.policies.schedule_oracle import ScheduleOracle
 from simulator.world.homes import Homes
+from simulator.world.parts import import_named
 from simulator.world.source import HomeSource
 
 # Every policy of the paper's homes by the name that command lines and tables use. Only the oracles
@@ -64,19 +64,7 @@ def find_policy(name: str) -> type[Policy]:
     name, _, _ = name.partition("=")
     if name in _ALL:
         return _ALL[name]
-    module, separator, class_name = name.partition(":")
-    if not separator:
-        raise ValueError(
-            f"policy must be one of {', '.join(_ALL)}, got {shorten(name)}. Choose one of "
-            "these, or name a class of your own as my_module:MyPolicy."
-        )
-    try:
-        found = getattr(importlib.import_module(module), class_name, None)
-    except (ImportError, TypeError, ValueError) as error:  # the last two of names such as "..x"
-        raise ValueError(
-            f"policy must be in a module that can be imported, got {shorten(name)}: {error}. Run "
-            "the command in the folder of the module, or install its package."
-        ) from error
+    found = import_named("policy", name, _ALL, "MyPolicy")
     if not (isinstance(found, type) and issubclass(found, Policy)):
         raise ValueError(
             f"policy must be a subclass of simulator.policies.Policy, got {shorten(name)}. Derive "

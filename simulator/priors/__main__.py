@@ -11,7 +11,6 @@ from sgm.files import read_file
 from sgm.prior.prior_check import find_problems
 from sgm.prior.prior_graph import PRIOR_HELP, PriorGraph, load_prior, parse_prior
 from simulator.command_line import choose, make_parser, parse
-from simulator.priors.compare import compare_priors
 from simulator.priors.language import TEMPERATURE, make_prompt, make_word_prior, read_filled
 from simulator.priors.show import print_prior, select_rows, summarise_prior
 from simulator.process import run_main
@@ -26,11 +25,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         the exit status: 0 if all is well, 1 on bad input.
     """
     commands = {
-        "from-trace": count_traces, "show": show, "check": check, "compare": compare,
+        "from-trace": count_traces, "show": show, "check": check,
         "words": write_words, "prompt": print_prompt, "filled": write_filled,
     }  # fmt: skip
     moved = {
-        name: f"python -m tools.priors {name}, in a checkout" for name in ("build", "activities")
+        name: f"python -m tools.priors {name}, in a checkout"
+        for name in ("build", "activities", "compare")
     }
     return choose(PROG, commands, arguments, moved=moved)
 
@@ -167,38 +167,6 @@ def check(arguments: Sequence[str]) -> int:
     noted = prior.metadata.get("checksum")
     if noted is not None and noted != prior.checksum:
         print("note: edited since it was built (metadata.checksum differs)")
-    return 0
-
-
-def compare(arguments: Sequence[str]) -> int:
-    """Show how two priors differ."""
-    parser = make_parser(f"{PROG} compare", "Show how two priors differ.")
-    parser.add_argument("a", help=PRIOR_HELP)
-    parser.add_argument("b", help=PRIOR_HELP)
-    parser.add_argument("--top", type=int, default=10, help="differences listed")
-    options = parse(parser, arguments)
-    check_at_least(1, top=options.top)
-    a, b = load_prior(options.a), load_prior(options.b)
-    result = compare_priors(a, b)
-    print(f"A {options.a}: {summarise_prior(a)}\nB {options.b}: {summarise_prior(b)}")
-    print(
-        f"Spearman of P(furniture | room): {result.furniture_correlation:.3f} "
-        f"({result.num_furniture} furniture nodes)\n"
-        f"Spearman of P(furniture | object, room): {result.placement_correlation:.3f} "
-        f"({result.num_placements} places)"
-    )
-    for name, only in (("A", result.only_a), ("B", result.only_b)):
-        for part, names in only.items():
-            if names:
-                more = f", and {len(names) - options.top} more" if len(names) > options.top else ""
-                print(f"only in {name}, {part}: {', '.join(names[: options.top])}{more}")
-    for title, differences in (
-        ("P(furniture | room)", result.furniture_differences),
-        ("P(furniture | object, room)", result.placement_differences),
-    ):
-        print(f"largest differences of {title}, B - A:")
-        for value, name in differences[: options.top]:
-            print(f"  {value:+.3f}  {name}")
     return 0
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
 from functools import lru_cache
+from typing import Any, TypeVar
 
 from sgm.prior.prior_graph import Adjectives
 from sgm.prior.tables import read_table
 
+Row = TypeVar("Row")
 ROOMS = ("kitchen", "living room", "bedroom", "bathroom")
 
 
@@ -100,32 +102,7 @@ def load_types() -> TypeTables:
     Source: paper appendix, tables "Furniture types" and "Objects types", all rows. The adjectives
     are ours, as many per type as the tables say.
     """
-    furniture = {
-        row["label"]: FurnitureRow(
-            label=row["label"],
-            sample_prob=float(row["sample_prob"]),
-            max_count=int(row["max_count"]),
-            num_edges=int(row["num_edges"]),
-            relation=row["relation"],
-            alias_of=row["alias_of"] or None,
-            adjectives=_parse_adjectives(row["adjectives"]),
-        )
-        for row in read_table("simulator.priors", "furniture.csv")
-    }
-    objects = {
-        row["label"]: ObjectRow(
-            label=row["label"],
-            sample_prob=float(row["sample_prob"]),
-            max_count=int(row["max_count"]),
-            move_freq=float(row["move_freq"]),
-            add_remove_prob=float(row["add_remove_prob"]),
-            num_edges=int(row["num_edges"]),
-            alias_of=row["alias_of"] or None,
-            adjectives=_parse_adjectives(row["adjectives"]),
-        )
-        for row in read_table("simulator.priors", "objects.csv")
-    }
-    return TypeTables(furniture, objects)
+    return TypeTables(_read(FurnitureRow, "furniture.csv"), _read(ObjectRow, "objects.csv"))
 
 
 @lru_cache(maxsize=8)
@@ -152,6 +129,24 @@ def _parse_adjectives(text: str) -> Adjectives:
     """Parse `size=small|large; colour=red` to (("small", "large"), ("red",))."""
     groups = (group.partition("=")[2] for group in text.split(";") if group.strip())
     return tuple(tuple(word.strip() for word in group.split("|")) for group in groups)
+
+
+# How a column is read; others are texts.
+_COLUMNS: Mapping[str, Callable[[str], Any]] = {
+    "sample_prob": float, "max_count": int, "num_edges": int, "move_freq": float,
+    "add_remove_prob": float, "alias_of": lambda text: text or None,
+    "adjectives": _parse_adjectives,
+}  # fmt: skip
+
+
+def _read(kind: type[Row], file: str) -> dict[str, Row]:
+    """Read the rows of a table, by label."""
+    return {
+        row["label"]: kind(
+            **{each.name: _COLUMNS.get(each.name, str)(row[each.name]) for each in fields(kind)}  # type: ignore[arg-type]
+        )
+        for row in read_table("simulator.priors", file)
+    }
 
 
 def _match(name: str, labels: Mapping[str, object] | tuple[str, ...]) -> str | None:

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from datetime import datetime, timedelta
-
-import numpy as np
-
 from sgm.layout.furniture import Furniture, Room
 from sgm.layout.layout import Layout
-from sgm.memory.clock import Clock
 from sgm.memory.look_log import LOG_VERSION, LogLine
 from sgm.memory.sighting import RELATIONS
 from simulator.drawing.floor_plan import FloorPlan
@@ -24,8 +19,6 @@ from simulator.world.homes import Homes
 from simulator.world.sensing import Observation
 from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
-
-_MONDAY = datetime(2024, 5, 6)  # of clocks that say no more than where in the week they are
 
 
 class RunRecorder:
@@ -132,13 +125,11 @@ def _describe_start(homes: Homes) -> LogLine:
     rooms = number_names([label for label in homes.room_labels[0] if label])
     labels = [label for label in homes.furniture_labels[0] if label]
     names = number_names(labels)
-    clock = None
-    if homes.clock is not None and np.isfinite(homes.clock[0]).all():
-        since_monday, step_seconds = homes.clock[0]
-        clock = Clock(_MONDAY + timedelta(seconds=float(since_monday)), float(step_seconds))
     furniture = [
         Furniture(label, int(homes.furniture_room[0, node]), name)
         for node, (label, name) in enumerate(zip(labels, names, strict=True))
     ]
     layout = Layout.of(map(Room, rooms), furniture)
-    return LogLine("start", 0, {"version": LOG_VERSION, "clock": clock, "layout": layout})
+    return LogLine(
+        "start", 0, {"version": LOG_VERSION, "clock": homes.make_clock(), "layout": layout}
+    )

@@ -143,12 +143,7 @@ class Replay(Story):
             self._memories.popitem(last=False)
 
     def _follow(self, looks: list[PastLook], things: PastThings) -> Iterator[PastStatement]:
-        """Yield all statements, with the ids that the replayed memory gives.
-
-        Args:
-            looks: to which all looks are appended.
-            things: which is given all looks and all changes of names.
-        """
+        """Yield all statements with the ids of the replayed memory; looks and names are noted."""
         player = self._make_player()
         for line in self._lines:
             values = line.values
@@ -183,11 +178,7 @@ class Replay(Story):
 
 
 def _read_statement(line: LogLine, player: Replayer, num_looks: int) -> PastStatement | None:
-    """Return what a line says that was said or done; None of another line.
-
-    Raises:
-        ValueError: if it names furniture that there is not.
-    """
+    """Return what a line says that was said or done; None of another line."""
     values = line.values
     is_gone = line.kind == "remove_furniture" and "by" in values
     if line.kind not in _OF_THINGS and not is_gone:
@@ -212,11 +203,7 @@ def _read_statement(line: LogLine, player: Replayer, num_looks: int) -> PastStat
 
 
 def _check_end(num_steps: int, clock: Clock | None) -> None:
-    """Check that a memory can go on for so many steps.
-
-    Raises:
-        ValueError: if it cannot.
-    """
+    """Check that a memory can go on for so many steps."""
     if num_steps > MAX_TIME:
         raise ValueError(
             f"log must end by time step {MAX_TIME}, got {num_steps}. Take the lines that are too "

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 
 from sgm.finder.finder import Finder
-from sgm.memory.clock import Clock
 from sgm.policies.adaptive import Adaptive
 from simulator.box_world.robot_body import BodyRules, RobotBody
 from simulator.box_world.world import BoxWorld
@@ -22,11 +20,8 @@ from simulator.robot_home.robots import (
     ShownRobot,
     make_memory,
 )
-from simulator.world.homes import Homes
 from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
-
-_MONDAY = datetime(2024, 5, 6)  # of clocks that say no more than where in the week they are
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +106,7 @@ class Week:
         robots: list[HomeRobot] = []
         for kind, own_log in ((SeeingRobot, log), (ShownRobot, None), (PerfectRobot, None)):
             world = BoxWorld(source.make(Streams(seed, "test", [home])))
-            memory = make_memory(world, clock=make_clock(world.homes), log=own_log)
+            memory = make_memory(world, clock=world.homes.make_clock(), log=own_log)
             robots.append(
                 kind(RobotBody(world, body), memory, Finder(Adaptive()), rules.most_looks)
             )
@@ -146,11 +141,3 @@ class Week:
         present = np.flatnonzero(world.things.place >= 0)
         slots = self._choices.choice(present, size=self._rules.errands_per_step)
         return [world.describe_thing(int(slot)) for slot in slots]
-
-
-def make_clock(homes: Homes) -> Clock | None:
-    """Return the clock of a memory in a home; None where no time of day means anything."""
-    if homes.clock is None or not np.isfinite(homes.clock[0]).all():
-        return None
-    since_monday, step_seconds = homes.clock[0]
-    return Clock(_MONDAY + timedelta(seconds=float(since_monday)), float(step_seconds))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Mapping
-from typing import Any
 
 from sgm.messages import shorten
 from simulator.tasks.find_object import FindObject
@@ -12,6 +10,7 @@ from simulator.tasks.metrics import METRICS, STEP_METRICS, Metric
 from simulator.tasks.predict_location import PredictLocation
 from simulator.tasks.relative_likelihood import RelativeLikelihood
 from simulator.tasks.task import Task
+from simulator.world.parts import import_named
 
 # Every task by the name that command lines, folders and tables use.
 TASKS: Mapping[str, type[Task]] = {
@@ -29,7 +28,7 @@ def find_task(name: str) -> type[Task]:
     """
     if name in TASKS:
         return TASKS[name]
-    found = _import("task", name, TASKS, "MyTask")
+    found = import_named("task", name, TASKS, "MyTask")
     if not (isinstance(found, type) and issubclass(found, Task)):
         raise ValueError(
             f"task must be a subclass of simulator.tasks.task.Task, got {shorten(name)}. Derive it "
@@ -64,7 +63,7 @@ def find_metric(name: str) -> Metric:
     """
     if name in METRICS:
         return METRICS[name]
-    found = _import("metric", name, METRICS, "my_metric")
+    found = import_named("metric", name, METRICS, "my_metric")
     if isinstance(found, Metric):
         return Metric(name, found.title, found.format, found.is_higher_better, found.compute)
     if not callable(found):
@@ -78,24 +77,3 @@ def find_metric(name: str) -> Metric:
 def make_file_name(task: str) -> str:
     """Return what files and folders of a task are called; those of one's own have no colon."""
     return task.replace(":", ".")
-
-
-def _import(what: str, name: str, known: Mapping[str, Any], example: str) -> Any:
-    """Import what "module:name" says.
-
-    Raises:
-        ValueError: if there is nothing of that name.
-    """
-    module, separator, attribute = name.partition(":")
-    if not separator:
-        raise ValueError(
-            f"{what} must be one of {', '.join(known)}, got {shorten(name)}. Choose one of these, "
-            f"or name one of your own as my_module:{example}."
-        )
-    try:
-        return getattr(importlib.import_module(module), attribute)
-    except (ImportError, TypeError, ValueError, AttributeError) as error:
-        raise ValueError(
-            f"{what} must be in a module that can be imported, got {shorten(name)}: {error}. Run "
-            "the command in the folder of the module, or install its package."
-        ) from error

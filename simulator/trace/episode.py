@@ -169,11 +169,7 @@ def _check_objects(trace: Trace) -> None:
 
 
 def _count_steps(trace: Trace, start_s: float, step_seconds: float) -> int:
-    """Count the steps from `start_s` to the end of a recording.
-
-    Raises:
-        ValueError: if there are more than `MAX_STEPS`, or it ends after the year 9999.
-    """
+    """Count the steps from `start_s` to the end of a recording; refuse too many."""
     seconds = trace.end_s - start_s
     if seconds > MAX_STEPS * step_seconds:
         raise ValueError(

@@ -181,11 +181,7 @@ class _LogReader:
         self._calibration: ScoreCalibration | None = None  # of the memory that goes on
 
     def read(self, line: LogLine) -> None:
-        """Take over what a line says.
-
-        Raises:
-            KeyError: if it names a room or a piece of furniture that was never added.
-        """
+        """Take over what a line says; KeyError if what it names was never added."""
         values = line.values
         if line.kind == "start":
             self._start(line)
@@ -317,12 +313,7 @@ class _Things:
         self._num_called = Counter[str]()
 
     def see(self, time_s: float, looks: Sequence[LoggedLook]) -> None:
-        """Take over all looks of one time step.
-
-        Args:
-            time_s: of the step.
-            looks: in order.
-        """
+        """Take over all looks of one time step, in order."""
         seen: dict[Name, dict[int, list[int]]] = defaultdict(dict)
         for look in looks:
             for name, relations in look.seen.items():

@@ -309,11 +309,7 @@ def _load(
     by_day: bool,
     replays: int,
 ) -> RecordedSource:
-    """Read the homes of a command once more, in a worker.
-
-    Raises:
-        ValueError: if the files have changed since, or cannot be seen from here.
-    """
+    """Read the homes of a command once more, in a worker; files must be as they were."""
     source = RecordedSource(prior, home, folders, step_seconds, by_day, replays)
     if tuple(trace.checksum for trace in source.traces) != checksums:
         raise ValueError(

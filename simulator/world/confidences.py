@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -56,12 +56,4 @@ class Confidences(ConstantMisses):
             elsewhere = np.setdiff1d(own[(places >= 0) & ~is_here], own[is_here])
             if len(elsewhere):
                 code[wrong] = elsewhere[int(uniform[wrong, 2] * len(elsewhere))]
-        return Observation(
-            home=seen.home,
-            furniture=seen.furniture,
-            coverage=seen.coverage,
-            seen_home=seen.seen_home,
-            seen_code=code,
-            seen_relation=seen.seen_relation,
-            seen_confidence=confidence,
-        )
+        return replace(seen, seen_code=code, seen_confidence=confidence)

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from datetime import datetime, timedelta
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS
+from sgm.memory.clock import Clock
 from sgm.prior.prior_graph import PriorGraph
 from simulator.world.parts import Part
 from simulator.world.rules import HomeRules
 from simulator.world.streams import Streams
+
+_MONDAY = datetime(2024, 5, 6)  # of clocks that say no more than where in the week they are
 
 
 class Descriptions(Protocol):
@@ -136,6 +140,13 @@ class Homes(ABC):
             weights: what the true prior says, `PlacePrior.weights`.
         """
         return weights
+
+    def make_clock(self, home: int = 0) -> Clock | None:
+        """Return what time it is in a home, in some week; None where no time means anything."""
+        if self.clock is None or not np.isfinite(self.clock[home]).all():
+            return None
+        since_monday, step_seconds = self.clock[home].tolist()
+        return Clock(_MONDAY + timedelta(seconds=since_monday), step_seconds)
 
     @cached_property
     def sensing(self) -> list[tuple[Part, np.ndarray]]:

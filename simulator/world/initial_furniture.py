@@ -66,17 +66,7 @@ def sample_initial_furniture(
 def _draw_types(
     prior: PriorGraph, nodes: Sequence[np.ndarray], turn: np.ndarray, uniform: np.ndarray
 ) -> np.ndarray:
-    """Draw furniture types for n homes with the same rooms.
-
-    Args:
-        prior: whose types are drawn.
-        nodes: of the room of each furniture node, its types, F' arrays of indices.
-        turn: when each is drawn, (F',).
-        uniform: a number for each, (n, F').
-
-    Returns:
-        indices into `prior.furniture`, (n, F').
-    """
+    """Draw types of n homes, (n, F'), for the nodes of each room in turn (F',)."""
     labels = sorted({row.label for row in prior.furniture})
     label_of_node = np.array([labels.index(row.label) for row in prior.furniture])
     prob = np.array([row.prob for row in prior.furniture])
@@ -95,11 +85,7 @@ def _draw_types(
 
 
 def _list_usable(homes: SampledState) -> dict[str, np.ndarray]:
-    """Return the furniture nodes of each room that may be drawn and can hold an object, by room.
-
-    Raises:
-        ValueError: if a room has none.
-    """
+    """Return the furniture nodes of each room that may be drawn and can hold an object, by room."""
     prior = homes.prior
     weights = prior.weights * homes.sample_prob[:, None, None]
     can_hold = (weights.sum(axis=(0, 2)) > 0) & [row.prob > 0 for row in prior.furniture]

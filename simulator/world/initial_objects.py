@@ -104,14 +104,7 @@ def _list_options(homes: SampledState) -> tuple[np.ndarray, np.ndarray, np.ndarr
 
 
 def _find_holders(homes: SampledState, can_hold: np.ndarray) -> np.ndarray:
-    """Return who takes the initial objects of each furniture node, (H, F).
-
-    Class noise can leave a furniture node without a single object; then the next one of
-    its room that has some takes its share, so that every home starts with F x 6 objects.
-
-    Raises:
-        ValueError: if a home has no furniture left that can hold an object.
-    """
+    """Return who takes the objects of each node, (H, F): the next of its room if it holds none."""
     if not can_hold.any(axis=1).all():
         streams = homes.streams
         home = streams.homes[int(np.argmin(can_hold.any(axis=1)))]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -101,3 +101,30 @@ class Registry(dict[str, str]):
     @property
     def _remedy(self) -> str:
         return "Choose one of these, or write package.module.Class."
+
+
+def import_named(what: str, name: str, known: Iterable[str], example: str) -> Any:
+    """Import what "module:name" says, where it is none of the known names.
+
+    Args:
+        what: kind of it, for errors.
+        name: "module:name".
+        known: names that stand for something without an import, for errors.
+        example: of a name in a module, likewise.
+
+    Raises:
+        ValueError: if there is nothing of that name.
+    """
+    module, separator, attribute = name.partition(":")
+    if not separator:
+        raise ValueError(
+            f"{what} must be one of {', '.join(known)}, got {shorten(name)}. Choose one of these, "
+            f"or name one of your own as my_module:{example}."
+        )
+    try:
+        return getattr(import_module(module), attribute)
+    except (ImportError, TypeError, ValueError, AttributeError) as error:  # also of names as "..x"
+        raise ValueError(
+            f"{what} must be in a module that can be imported, got {shorten(name)}: {error}. Run "
+            "the command in the folder of the module, or install its package."
+        ) from error

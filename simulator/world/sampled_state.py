@@ -14,7 +14,7 @@ from simulator.world.transitions import Transitions
 
 
 class SampledState(Homes):
-    """Furniture, objects in slots and T^i of H sampled homes; `SampledHomes` fills it.
+    """Furniture, objects in slots and T^i of H sampled homes; see `Homes`. `SampledHomes` fills it.
 
     The largest home has F furniture nodes, P = 2 F places (a furniture node with a relation) and
     up to C objects in slots; an empty slot has place -1.
@@ -23,15 +23,10 @@ class SampledState(Homes):
         num_places: P.
         add_remove_prob, sample_prob: of every object type, as the prior has them, (O,).
         furniture_type: index into `prior.furniture`, -1 beyond the furniture of a home, (H, F).
-        furniture_room: index into the home's rooms, -1 beyond its furniture, (H, F).
         place_room: room of every place, likewise, (H, P).
         place_weights: P^i at the home's own furniture, per object type, float32 (H, O, P); not
             normalised over P (a furniture type may stand there twice, or not at all).
         type_add_prob: `add_remove_prob`, or 0 where no furniture of the home takes it, (H, O).
-        object_type: index into `prior.objects`, (H, C).
-        object_code: description code of `object_descriptions`, (H, C).
-        object_place: the place it is at, -1 if the slot is empty, (H, C).
-        object_moved: whether it moved in the last step, (H, C).
         object_row: its row of `transitions`, (H, C).
         object_move_weight: `move_freq`, or 0 where it has nowhere else to go, (H, C).
         object_remove_prob: `add_remove_prob`, or 0 where there is no object, (H, C).

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -152,22 +152,17 @@ class PartialViews(ConstantMisses):
 
 @dataclass(frozen=True)
 class _MissesByLabel(Misses):
-    """How often an object is missed depends on a label.
-
-    Attributes:
-        rates: probability that an object in view is missed, by the label; the home's
-            `detection_error` for others.
-    """
+    """Rates by a label: the home's `detection_error` for others."""
 
     rates: Mapping[str, float] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
-        """Check the rates.
-
-        Raises:
-            ValueError: if one is not in [0, 1].
-        """
-        _check_rates(self.rates)
+        """Check that all rates lie in [0, 1]."""
+        for label, rate in self.rates.items():
+            if not 0 <= rate <= 1:
+                raise ValueError(
+                    f"rate of {shorten(label)} must lie in [0, 1], got {rate}. Give a probability."
+                )
 
 
 @dataclass(frozen=True)
@@ -230,9 +225,20 @@ def observe(homes: Homes, furniture: np.ndarray) -> Observation:
     parts = [
         _get_sensing(sensing).observe(homes, own, furniture[own])
         for sensing, is_member in homes.sensing
-        if len(own := looking[is_member[looking]])
+        for own in [looking[is_member[looking]]]
     ]
-    return parts[0] if len(parts) == 1 else _merge(parts)
+    columns = {
+        row.name: np.concatenate([getattr(part, row.name) for part in parts])
+        for row in fields(Observation)
+    }
+    order = np.argsort(columns["home"])
+    seen = np.argsort(columns["seen_home"], kind="stable")
+    return Observation(
+        **{
+            name: column[seen if name.startswith("seen") else order]
+            for name, column in columns.items()
+        }
+    )
 
 
 def _get_sensing(part: Part) -> Sensing:
@@ -251,38 +257,9 @@ def make_sensing(name: str, **fields: Any) -> Sensing:
     return SENSING.find(Sensing, name)(**fields)  # type: ignore[type-abstract]
 
 
-def _merge(parts: Sequence[Observation]) -> Observation:
-    """Put looks of different homes into one observation; no parts make one without looks."""
-    by_home = _join([part.home for part in parts], np.int64)
-    order = np.argsort(by_home)
-    seen_home = _join([part.seen_home for part in parts], np.int64)
-    seen = np.argsort(seen_home, kind="stable")
-    return Observation(
-        home=by_home[order],
-        furniture=_join([part.furniture for part in parts], np.int64)[order],
-        coverage=_join([part.coverage for part in parts], float)[order],
-        seen_home=seen_home[seen],
-        seen_code=_join([part.seen_code for part in parts], np.int64)[seen],
-        seen_relation=_join([part.seen_relation for part in parts], np.int64)[seen],
-        seen_confidence=_join([part.seen_confidence for part in parts], float)[seen],
-    )
-
-
-def _join(arrays: Sequence[np.ndarray], dtype: type) -> np.ndarray:
-    return np.concatenate([np.zeros(0, dtype=dtype), *arrays]).astype(dtype)
-
-
 def _get_rates(rates: Mapping[str, float], labels: Sequence[str]) -> np.ndarray:
     """Return the rate of each label, nan for those without, (n,)."""
     return np.array([rates.get(label, np.nan) for label in labels], dtype=float)
-
-
-def _check_rates(rates: Mapping[str, float]) -> None:
-    for label, rate in rates.items():
-        if not 0 <= rate <= 1:
-            raise ValueError(
-                f"rate of {shorten(label)} must lie in [0, 1], got {rate}. Give a probability."
-            )
 
 
 def _check_labels(what: str, rates: Mapping[str, float], known: Sequence[str] | set[str]) -> None:

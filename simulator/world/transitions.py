@@ -40,7 +40,7 @@ class Transitions:
         # Homes share a few layouts: read from the cache, unlike a row of blocks for each home.
         self._place_block, layout = np.unique(place_block, axis=0, return_inverse=True)
         self._layout_of_home = layout.reshape(-1)
-        self._num_blocks = np.int64(place_block.max() + 1)  # B
+        self._num_blocks = int(place_block.max()) + 1  # B
         self._place_furniture = np.arange(self.num_places) // places_per_furniture
         self._entries = Table({"entry": _ENTRY})
         self._bounds = Table({"bound": np.int64})  # where each block starts, and an end
@@ -105,7 +105,8 @@ class Transitions:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Draw where n new objects are put, anywhere in their rows (n,); see `sample_moves`."""
         bound = self._bounds["bound"]
-        start, end = bound[rows * self._num_blocks], bound[(rows + 1) * self._num_blocks]
+        first = rows.astype(np.int64) * self._num_blocks
+        start, end = bound[first], bound[first + self._num_blocks]
         nowhere = np.full(len(rows), -1)
         found = draw_places(
             self._entries["entry"], start, end, self._place_furniture, nowhere, uniform
@@ -125,7 +126,8 @@ class Transitions:
         self, rows: np.ndarray, homes: np.ndarray, places: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the first entry of the block of each place, and the end of it, (n,) each."""
-        block = rows * self._num_blocks + self._place_block[self._layout_of_home[homes], places]
+        block = rows.astype(np.int64) * self._num_blocks
+        block += self._place_block[self._layout_of_home[homes], places]
         return self._bounds["bound"][block], self._bounds["bound"][block + 1]
 
 

@@ -198,12 +198,7 @@ def read_bag(
 
 
 def _open(path: Path) -> Any:
-    """Open a bag.
-
-    Raises:
-        ModuleNotFoundError: if rosbags is not installed.
-        ValueError: if it is none, or compressed as a whole file.
-    """
+    """Open a bag that rosbags reads and that is not compressed as a whole."""
     try:
         from rosbags.rosbag2 import Reader, ReaderError
     except ModuleNotFoundError:
@@ -228,11 +223,7 @@ def _open(path: Path) -> Any:
 
 
 def _check_metadata(path: Path) -> None:
-    """Check what a bag says of itself, before anything is unpacked.
-
-    Raises:
-        ValueError: if it is too large or no YAML, or the bag is compressed as a whole.
-    """
+    """Check what a bag says of itself, before anything is unpacked."""
     file = path / "metadata.yaml"
     if os.path.getsize(file) > MOST_METADATA_BYTES:
         raise ValueError(
@@ -256,11 +247,7 @@ def _check_metadata(path: Path) -> None:
 
 
 def _find_topics(reader: Any, path: Path, options: BagOptions) -> dict[str, str]:
-    """Return the type of each topic that is read.
-
-    Raises:
-        ValueError: if one that is needed is missing, or has another type.
-    """
+    """Return the type of each topic that is read; those that are needed must be there."""
     there = {one.topic: one.msgtype for one in reader.connections}
     wanted: list[tuple[str, tuple[str, ...], bool]] = [
         (options.detections, (_2D, _3D), True),
@@ -290,11 +277,7 @@ def _find_topics(reader: Any, path: Path, options: BagOptions) -> dict[str, str]
 def _list_messages(
     reader: Any, path: Path, topics: dict[str, str], counts: Counter[str]
 ) -> Iterator[tuple[str, Any, float]]:
-    """Yield topic, message and seconds of what can be read, in order.
-
-    Raises:
-        ValueError: if the storage is broken.
-    """
+    """Yield topic, message and seconds of what can be read, in order."""
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.ROS2_JAZZY)
@@ -349,11 +332,7 @@ def _make_clock(seconds: float, options: BagOptions) -> Clock | None:
 
 
 def _read_names(path: Path | None) -> list[str] | None:
-    """Read the names of class ids, one a line.
-
-    Raises:
-        ValueError: if the file is no text.
-    """
+    """Read the names of class ids, one a line."""
     if path is None:
         return None
     try:

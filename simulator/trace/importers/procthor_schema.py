@@ -5,8 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from functools import cache
-from typing import Any, TypeGuard
+from typing import Any
 
+import numpy as np
+
+from sgm.checks import is_number
+from sgm.layout.outline import Outline, contains_points
 from simulator.priors.types import load_names, load_types
 
 
@@ -19,7 +23,7 @@ class HouseRooms:
 
     def __init__(self) -> None:
         self.names: dict[str, str] = {}
-        self._polygons: dict[str, list[tuple[float, float]]] = {}
+        self._polygons: dict[str, Outline] = {}
 
     def add(self, room: Mapping[str, Any]) -> str:
         """Add a room with the texts `id` and `roomType`; return its number."""
@@ -39,7 +43,9 @@ class HouseRooms:
         x, z = position.get("x"), position.get("z")
         if not is_number(x) or not is_number(z):
             return None
-        return next((n for n, corners in self._polygons.items() if is_inside(x, z, corners)), None)
+        at = np.array([x, z])
+        holds = (n for n, own in self._polygons.items() if own and contains_points(own, at))
+        return next(holds, None)
 
 
 def find_room_number(name: str) -> str | None:
@@ -105,27 +111,13 @@ def _load_squashed_types() -> dict[str, str]:
     return known | {word: kind for word, kind in names.assets.items()}
 
 
-def read_polygon(points: Any) -> list[tuple[float, float]]:
+def read_polygon(points: Any) -> Outline:
     """Corners (x, z); empty if there is no usable polygon."""
     if not isinstance(points, list):
-        return []
-    corners = [
+        return ()
+    corners = tuple(
         (float(point["x"]), float(point["z"]))
         for point in points
         if isinstance(point, Mapping) and is_number(point.get("x")) and is_number(point.get("z"))
-    ]
-    return corners if len(corners) == len(points) >= 3 else []
-
-
-def is_inside(x: float, z: float, polygon: list[tuple[float, float]]) -> bool:
-    """Even-odd rule."""
-    inside = False
-    for (x0, z0), (x1, z1) in zip(polygon, polygon[1:] + polygon[:1], strict=True):
-        if (z0 > z) != (z1 > z) and x < x0 + (z - z0) * (x1 - x0) / (z1 - z0):
-            inside = not inside
-    return inside
-
-
-def is_number(value: Any) -> TypeGuard[float]:
-    """Whether a JSON value is a number."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
+    )
+    return corners if len(corners) == len(points) >= 3 else ()

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import Any
 
 from sgm.memory.clock import Clock
-from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.mixture import Mixture
 from simulator.world.mixture.source import MixtureSource
@@ -30,15 +29,7 @@ class LivedInSource(MixtureSource):
     """
 
     kept_share = 0.1
-
-    def __init__(
-        self,
-        prior: PriorGraph | None = None,
-        home: HomeConfig | None = None,
-        mixture: Mixture = _LIVED_IN,
-    ) -> None:
-        """Keep the distribution; arguments are those of `MixtureSource`."""
-        super().__init__(prior, home, mixture)
+    default_mixture = _LIVED_IN
 
     def draw_home(self, streams: Streams, position: int) -> tuple[HomeConfig, Clock | None]:
         """Draw the rules of the home at a position of the streams, and what time it is there."""

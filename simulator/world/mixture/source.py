@@ -6,7 +6,7 @@ import json
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -26,6 +26,8 @@ class MixtureSource(HomeSource):
     prior that no other home has. For how long a home is lived in is drawn from its number.
     """
 
+    default_mixture: ClassVar[Mixture] = Mixture()
+
     def __init__(
         self,
         prior: PriorGraph | None = None,
@@ -37,10 +39,10 @@ class MixtureSource(HomeSource):
         Args:
             prior: what homes look like; None for the prior that ships with the package.
             home: the rules that the mixture does not draw: noise of the prior.
-            mixture: the distribution; None for the default one.
+            mixture: the distribution; None for `default_mixture`.
         """
         super().__init__(prior, home)
-        self.mixture = Mixture() if mixture is None else mixture
+        self.mixture = self.default_mixture if mixture is None else mixture
 
     @property
     def has_clock(self) -> bool:

@@ -168,30 +168,19 @@ def _copy(state: State, habits: Habits, place: np.ndarray) -> tuple[State, Habit
 
 def _list_rules(rule: RoutineRules, homes: SampledState, home: int) -> Mapping[str, float]:
     """Return the fields of `RULES` for a home; times in seconds."""
-    return {
-        "person_spread": rule.person_spread_hours * 3600,
-        "habit_spread": rule.habit_spread_hours * 3600,
-        "omission_spread": rule.omission_spread,
+    own = {
         "drift_spread": rule.drift_hours * 3600,
         "drift_kept": math.exp(-1 / rule.drift_days),
-        "jitter": rule.jitter_hours * 3600,
-        "min_use": rule.min_use,
-        "max_use": rule.max_use,
-        "static_share": rule.static_share,
-        "elsewhere_share": rule.elsewhere_share,
-        "extra_share": rule.extra_share,
-        "left_share": rule.left_share,
-        "second_share": rule.second_share,
-        "new_share": rule.new_share,
-        "collect_share": rule.collect_share,
-        "tidy_share": rule.tidy_share,
-        "tidy_time": rule.tidy_hour * 3600,
         "can_carry_out": float(homes.configs[home].dynamic_nodes),
         "max_things": _count_most_things(rule, homes, home),
-        "own_spot_share": rule.own_spot_share,
-        "together": rule.together,
-        "left_habit": rule.left_habit,
+        "tidy_time": rule.tidy_hour * 3600,
     }
+    for name in RULES.names or ():
+        if hasattr(rule, f"{name}_hours"):
+            own[name] = getattr(rule, f"{name}_hours") * 3600
+        elif name not in own:
+            own[name] = getattr(rule, name)
+    return own
 
 
 def _count_most_things(rule: RoutineRules, homes: SampledState, home: int) -> int:
@@ -300,10 +289,7 @@ def _draw_own_places(
     rules: Sequence[RoutineRules],
     own_place: np.ndarray,
 ) -> None:
-    """Draw the places of every object from its row of T^i, in place, (H, C, 4).
-
-    An object without a place in its row stays where it was put at first.
-    """
+    """Draw the places of objects from T^i, (H, C, 4), in place; without a row they stay."""
     for home, rule in zip(members, rules, strict=True):
         num_slots = int(homes.home_num_slots[home])
         uniform = homes.streams.generator("routine places", home).random((num_slots, 5))

@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 
 from sgm.prior.prior_graph import SHIPPED, PriorGraph
-from simulator.priors.compare import compute_rank_correlation
 from simulator.priors.types import load_types
+
+
+def rank(values):
+    """Ranks with ties averaged."""
+    _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
+    return (np.cumsum(counts) - (counts - 1) / 2)[inverse]
 
 
 @pytest.fixture(scope="module")
@@ -79,4 +84,4 @@ def test_number_of_edges_ranks_types_as_in_the_paper(default):
     by_object = Counter(label for _, label in edges)
     paper = np.array([row.num_edges for row in types.objects.values()], dtype=float)
     ours = np.array([by_object[label] for label in types.objects], dtype=float)
-    assert compute_rank_correlation(paper, ours) > 0.7
+    assert np.corrcoef(rank(paper), rank(ours))[0, 1] > 0.7

@@ -104,7 +104,7 @@ def test_errors_of_the_known_position_have_their_size_and_last(make_world):
         own = [frame.pose.position - frame.true_pose.position for frame in body.look(furniture)]
         assert np.linalg.norm(own[0] - own[1]) < 0.1  # from one frame to the next
         errors += own
-        body.wait_until(body.time + 100)
+        body.time += 100
         body.go_to(furniture)
     errors = np.array(errors)
     assert (errors[:, 2] == 0).all()

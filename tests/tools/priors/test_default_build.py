@@ -5,8 +5,8 @@ from importlib.util import find_spec
 import pytest
 
 from sgm.prior.prior_graph import PriorGraph
-from simulator.priors.compare import compare_priors
 from tools.priors.build import build_from_sources
+from tools.priors.compare import compare_priors
 
 needs_packages = pytest.mark.skipif(
     find_spec("procthor") is None or find_spec("bddl") is None,

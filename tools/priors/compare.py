@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import spearmanr
 
 from sgm.prior.prior_graph import PriorGraph
 
@@ -83,13 +84,7 @@ def compute_rank_correlation(x: NDArray[np.float64], y: NDArray[np.float64]) -> 
     """Spearman's rho with ties averaged; nan if either side is constant or shorter than two."""
     if len(x) < 2 or np.ptp(x) == 0 or np.ptp(y) == 0:
         return float("nan")
-    return float(np.corrcoef(_compute_ranks(x), _compute_ranks(y))[0, 1])
-
-
-def _compute_ranks(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
-    last = np.cumsum(counts)
-    return (last - (counts - 1) / 2)[inverse]
+    return float(spearmanr(x, y).statistic)
 
 
 def _find_furniture_probs(prior: PriorGraph) -> dict[tuple[str, str], float]:
