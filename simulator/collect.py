@@ -339,13 +339,7 @@ def _is_complete(out: Path, settings: dict[str, Any]) -> bool:
 
 
 def _open_folder(out: Path, settings: dict[str, Any]) -> dict[str, str]:
-    """Prepare a folder that is locked and return the checksum of every finished shard.
-
-    A shard that the manifest does not list is collected again: nothing vouches for its bytes.
-
-    Raises:
-        ValueError: if the folder holds something else, or as `_check_finished` does.
-    """
+    """Prepare a locked folder; return the checksums of the shards that its manifest lists."""
     if not (out / MANIFEST).exists():
         strangers = sorted(
             path.name

@@ -69,7 +69,7 @@ class DepthCamera:
         owner = np.full(depth.shape, -1, dtype=np.int32)
         num_alone = np.zeros(num_things, dtype=np.int64)
         cast_rays(
-            solids.center, solids.half, solids.turn, solids.owner,
+            solids.arrays,
             np.ascontiguousarray(pose.position), np.ascontiguousarray(pose.rotation),
             np.array([camera.fx, camera.fy]), np.array([camera.cx, camera.cy]),
             depth, owner, num_alone,

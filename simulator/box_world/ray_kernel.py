@@ -8,16 +8,14 @@ import numpy as np
 
 from sgm.kernel import kernel
 
+Boxes = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 _NEAR = 0.02  # metres in front of the camera, where nothing is seen
 _FLAT = 1e-30  # a direction that stands for 0
 
 
 @kernel
 def cast_rays(
-    center: np.ndarray,
-    half: np.ndarray,
-    turn: np.ndarray,
-    owner: np.ndarray,
+    boxes: Boxes,
     position: np.ndarray,
     rotation: np.ndarray,
     focal: np.ndarray,
@@ -29,10 +27,7 @@ def cast_rays(
     """Draw boxes into a depth image.
 
     Args:
-        center: as in `Solids`.
-        half: as in `Solids`.
-        turn: as in `Solids`.
-        owner: as in `Solids`.
+        boxes: `Solids.arrays`.
         position: of the camera, (3,).
         rotation: of the camera, (3, 3).
         focal: fx, fy.
@@ -42,6 +37,7 @@ def cast_rays(
         num_alone: 0 at first; becomes how many pixels the boxes of each of the first owners would
             take if nothing stood before them, (m,).
     """
+    center, half, turn, owner = boxes
     rows, columns = depth.shape
     # The nearest first: most pixels of those behind are settled by then.
     nearest = np.empty(len(center))
@@ -134,10 +130,7 @@ def _enter(
 
 @kernel
 def find_hidden(
-    center: np.ndarray,
-    half: np.ndarray,
-    turn: np.ndarray,
-    owner: np.ndarray,
+    boxes: Boxes,
     position: np.ndarray,
     points: np.ndarray,
     ignored: np.ndarray,
@@ -146,15 +139,13 @@ def find_hidden(
     """Tell which points a box stands before, or around.
 
     Args:
-        center: as in `Solids`.
-        half: as in `Solids`.
-        turn: as in `Solids`.
-        owner: as in `Solids`.
+        boxes: `Solids.arrays`.
         position: of the camera, (3,).
         points: (n, 3).
         ignored: owner whose boxes hide each point not, -1 for none, (n,).
         is_hidden: False at first, bool (n,).
     """
+    center, half, turn, owner = boxes
     for box in range(len(center)):
         cos, sin = turn[box, 0], turn[box, 1]
         dx, dy = position[0] - center[box, 0], position[1] - center[box, 1]

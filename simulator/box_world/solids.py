@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sgm.layout.box import Box
+from simulator.box_world.ray_kernel import Boxes
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +27,11 @@ class Solids:
     half: np.ndarray
     turn: np.ndarray
     owner: np.ndarray
+
+    @property
+    def arrays(self) -> Boxes:
+        """The four columns, as compiled functions read them."""
+        return self.center, self.half, self.turn, self.owner
 
     @classmethod
     def of_boxes(cls, boxes: Sequence[Box], owner: int) -> Solids:

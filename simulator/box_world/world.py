@@ -104,7 +104,7 @@ class BoxWorld:
         """
         is_hidden = np.zeros(len(points), dtype=bool)
         find_hidden(
-            solids.center, solids.half, solids.turn, solids.owner,
+            solids.arrays,
             np.ascontiguousarray(position, dtype=float),
             np.ascontiguousarray(points, dtype=float),
             np.ascontiguousarray(ignored, dtype=np.int32), is_hidden,

@@ -236,13 +236,7 @@ class PlaceFilter(Policy):
         self._log.drop(cutoff)
 
     def _compute_base(self, memory: MemoryBatch, rows: np.ndarray, cutoff: int) -> FilterBelief:
-        """Return what is believed at the time where the log is cut.
-
-        Args:
-            memory: the memories.
-            rows: objects, and from their number on `_number_types` of what is not known, (n,).
-            cutoff: the time.
-        """
+        """Return what is believed at a cutoff of objects, then of `_number_types`, by row (n,)."""
         num_objects = len(memory.objects)
         objects = rows[rows < num_objects]
         home, types = memory.objects["home"][objects], memory.objects["type"][objects]

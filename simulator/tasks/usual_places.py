@@ -7,6 +7,8 @@ import numpy as np
 from sgm.kernel import kernel
 from simulator.world.homes import Homes
 
+Stays = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
 
 class UsualPlaces:
     """Counts, time step by time step, where the objects of H homes are.
@@ -45,11 +47,11 @@ class UsualPlaces:
             answers: furniture that truly holds such an object, bool (Q, F).
         """
         self._end_stays()
-        return mark_out_of_place(home, codes, answers, self._num_counted, *self._stays)
+        return mark_out_of_place(home, codes, answers, self._num_counted, self._stays)
 
     def _end_stays(self) -> None:
         homes = self._homes
-        end_stays(homes.object_place, homes.object_code, self._num_counted, *self._stays)
+        end_stays(homes.object_place, homes.object_code, self._num_counted, self._stays)
 
 
 @kernel
@@ -57,10 +59,7 @@ def end_stays(
     object_place: np.ndarray,
     object_code: np.ndarray,
     num_counted: int,
-    code: np.ndarray,
-    furniture: np.ndarray,
-    since: np.ndarray,
-    counts: np.ndarray,
+    stays: Stays,
 ) -> None:
     """Count the stays of what is elsewhere now, and forget what was replaced, in place.
 
@@ -69,11 +68,10 @@ def end_stays(
             (H, S).
         object_code: its description, (H, S).
         num_counted: time steps counted so far.
-        code: description of the object that a slot held; changed, (H, S).
-        furniture: where it was, -1 for nowhere; changed, (H, S).
-        since: `num_counted` when it came there; changed, (H, S).
-        counts: steps of ended stays; changed, (H, S, F).
+        stays: changed: description of the object that a slot held, where it was, -1 for nowhere,
+            `num_counted` when it came there, (H, S) each, and steps of ended stays, (H, S, F).
     """
+    code, furniture, since, counts = stays
     for home in range(len(code)):
         for slot in range(code.shape[1]):
             here = object_place[home, slot] // 2  # -1 // 2 == -1
@@ -96,10 +94,7 @@ def mark_out_of_place(
     query_code: np.ndarray,
     answers: np.ndarray,
     num_counted: int,
-    code: np.ndarray,
-    furniture: np.ndarray,
-    since: np.ndarray,
-    counts: np.ndarray,
+    stays: Stays,
 ) -> np.ndarray:
     """Mark the queries whose object is at no usual place of its description, bool (Q,).
 
@@ -108,11 +103,9 @@ def mark_out_of_place(
         query_code: (Q,).
         answers: furniture that truly holds such an object, bool (Q, F).
         num_counted: time steps counted so far.
-        code: as in `end_stays`.
-        furniture: as in `end_stays`.
-        since: as in `end_stays`.
-        counts: as in `end_stays`.
+        stays: as in `end_stays`.
     """
+    code, furniture, since, counts = stays
     num_furniture = answers.shape[1]
     is_out = np.zeros(len(query_home), dtype=np.bool_)
     total = np.empty(num_furniture, dtype=np.int64)

@@ -63,11 +63,7 @@ def check_homes(
 
 
 def _take_state(homes: Homes, step: int) -> State:
-    """Let a step pass, but for the first, look around, and return all that can be seen, (H, ...).
-
-    Raises:
-        AssertionError: if the homes are not in order.
-    """
+    """Let a step pass, but for the first, look around, return what can be seen, (H, ...)."""
     if step == 0:
         check_layout(homes)
     else:

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import json
 import pickle
-from dataclasses import replace
 
 import numpy as np
 
-from sgm.prior.prior_graph import PriorGraph
 from simulator.testing.homes import check_homes
-from simulator.world.config import HomeConfig
+from simulator.testing.policies import SmallHomes
 from simulator.world.dynamics import Dynamics, make_dynamics
 from simulator.world.parts import Part
 from simulator.world.sampled_homes import SampledHomes
@@ -36,10 +34,7 @@ def check_dynamics(dynamics: Dynamics | str, *, num_steps: int = 12, seed: int =
     """
     rules = make_dynamics(dynamics) if isinstance(dynamics, str) else dynamics
     _check_part(rules)
-
-    def make(streams: Streams) -> SampledHomes:
-        return _make_small_homes(streams, lambda home: {"dynamics": rules} if home % 4 else {})
-
+    make = SmallHomes(dynamics=rules).make
     check_homes(make, num_homes=5, num_steps=num_steps, seed=seed)
     homes = make(Streams(seed, "test", range(5)))
     for step in range(1, num_steps + 1):
@@ -76,10 +71,7 @@ def check_sensing(sensing: Sensing | str, *, num_steps: int = 60, seed: int = 0)
     """
     rules = make_sensing(sensing) if isinstance(sensing, str) else sensing
     _check_part(rules)
-
-    def make(streams: Streams) -> SampledHomes:
-        return _make_small_homes(streams, lambda home: {"sensing": rules} if home % 4 else {})
-
+    make = SmallHomes(sensing=rules).make
     check_homes(make, num_homes=5, seed=seed)
     homes = make(Streams(seed, "test", range(24)))
     numbers = np.arange(homes.num_homes)
@@ -150,16 +142,6 @@ def _check_part(part: Part) -> None:
             raise AssertionError(
                 f"fields must survive {what}, got {copy} for {part}. Make it a frozen dataclass."
             )
-
-
-def _make_small_homes(streams: Streams, choose: object) -> SampledHomes:
-    """Make homes of two rooms with 2, 3 or 4 furniture nodes each, with parts by home number."""
-    assert callable(choose)
-    base = HomeConfig(rooms=("kitchen", "bedroom"))
-    configs = [
-        replace(base, furniture_per_room=2 + home % 3, **choose(home)) for home in streams.homes
-    ]
-    return SampledHomes(PriorGraph.default(), configs, streams)
 
 
 def _spread(prob: np.ndarray) -> float:

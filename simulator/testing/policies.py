@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
+from sgm.prior.prior_graph import PriorGraph
 from simulator.policies import Policy
 from simulator.tasks.queries import compute_answers, sample_query
 from simulator.tasks.rollout import Rollout
+from simulator.world.config import HomeConfig
 from simulator.world.homes import Homes
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.source import HomeSource, SampledSource
@@ -22,10 +25,18 @@ from simulator.world.streams import Streams
 class SmallHomes(SampledSource):
     """Sampled homes of two rooms with 2, 3 or 4 furniture nodes each, one size after the other."""
 
+    def __init__(
+        self, prior: PriorGraph | None = None, home: HomeConfig | None = None, **parts: Any
+    ) -> None:
+        """Keep prior and rules; three of four homes have other parts, such as `dynamics`."""
+        super().__init__(prior, home)
+        self._parts = parts
+
     def make(self, streams: Streams) -> SampledHomes:
         """Sample homes at t = 0."""
+        small = replace(self.home, rooms=("kitchen", "bedroom"))
         rules = [
-            replace(self.home, rooms=("kitchen", "bedroom"), furniture_per_room=2 + home % 3)
+            replace(small, furniture_per_room=2 + home % 3, **(self._parts if home % 4 else {}))
             for home in streams.homes
         ]
         return SampledHomes(self.prior, rules, streams)

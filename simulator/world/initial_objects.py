@@ -79,11 +79,7 @@ def compute_available_weights(
 
 
 def _list_options(homes: SampledState) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """List what each furniture node may hold: weights, types and relations, (H, F, K) each.
-
-    Of the 2 O pairs of type and relation, a node can hold some twenty; they come first, in
-    their order, and what is left of K has weight zero.
-    """
+    """List what nodes may hold: weights, types, relations, (H, F, K); weight 0 beyond those."""
     option = np.flatnonzero(homes.place_weights)
     row, place = np.divmod(option, homes.num_places)
     home, types = np.divmod(row, len(homes.prior.objects))

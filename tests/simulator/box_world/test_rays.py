@@ -80,10 +80,7 @@ def test_rays_agree_with_a_plain_loop(camera, seed):
         hidden = np.zeros(len(points), dtype=bool)
         solids = Solids.of_boxes(boxes, 0)
         ignored = np.full(len(points), -1, dtype=np.int32)
-        find_hidden(
-            solids.center, solids.half, solids.turn, solids.owner, pose.position, points, ignored,
-            hidden,
-        )  # fmt: skip
+        find_hidden(solids.arrays, pose.position, points, ignored, hidden)
         is_around = np.any([box.contains(pose.position) for box in boxes])
         assert hides or is_around or not hidden.any()
         assert not hides or hidden.all()
