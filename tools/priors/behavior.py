@@ -34,16 +34,15 @@ def count_behavior(folder: Path | None = None, *, skip_bad: bool = False) -> Pla
         ValueError: on a malformed activity, unless `skip_bad`.
     """
     folder = find_package_data("bddl", "") if folder is None else Path(folder)
-    counts = PlacementCounts("behavior")
+    counts = PlacementCounts("behavior", skips_bad=skip_bad)
     for path in sorted((folder / "activity_definitions").glob("*/*.bddl")):
         where = f"{path.parent.name}/{path.name}"
         try:
             places = find_places(read_file(path).decode("utf-8"), counts)
         except ValueError as error:
-            problem = f"activity must be a balanced definition, got {error} in {where}"
-            if not skip_bad:
-                raise ValueError(f"{problem}. Mend it or pass --skip-bad.") from error
-            counts.problems.append(problem)
+            counts.report(
+                f"activity must be a balanced definition, got {error} in {where}", "Mend it"
+            )
             continue
         counts.num_units += 1
         for place in places:

@@ -30,22 +30,13 @@ SOURCES = {
 NEEDS_PATH = ("igibson", "table")
 
 
-def load_source(
-    name: str,
-    *,
-    num_houses: int = NUM_HOUSES,
-    seed: int = 0,
-    skip_bad: bool = False,
-    progress: Callable[[int], None] | None = None,
-) -> PlacementCounts:
+def load_source(name: str, *, skip_bad: bool = False, **sampling: Any) -> PlacementCounts:
     """Count one source.
 
     Args:
         name: a key of `SOURCES`, or `key=path`.
-        num_houses: symbolic houses to sample (source "procthor").
-        seed: of the symbolic houses.
         skip_bad: note bad rows and go on.
-        progress: called with the number of symbolic houses done.
+        sampling: of `count_procthor_databases`: `num_houses`, `seed` and `progress`.
 
     Raises:
         ValueError: on an unknown source, a missing path, or a bad row unless `skip_bad`.
@@ -62,9 +53,7 @@ def load_source(
     if path is not None and not path.exists():
         raise FileNotFoundError(f"source {shorten(key)} must exist, got {path}. Correct the path.")
     counters: dict[str, Callable[[], PlacementCounts]] = {
-        "procthor": lambda: count_procthor_databases(
-            path, num_houses=num_houses, seed=seed, progress=progress
-        ),
+        "procthor": lambda: count_procthor_databases(path, **sampling),
         "behavior": lambda: count_behavior(path, skip_bad=skip_bad),
         "procthor-10k": lambda: count_procthor_houses(path, skip_bad=skip_bad),
         "igibson": lambda: count_igibson(Path(text), skip_bad=skip_bad),
@@ -90,7 +79,7 @@ def build_from_sources(
         ValueError, OSError: as `load_source` and `build_prior`.
     """
     counts = [
-        load_source(name, num_houses=num_houses, seed=seed, skip_bad=skip_bad, progress=progress)
+        load_source(name, skip_bad=skip_bad, num_houses=num_houses, seed=seed, progress=progress)
         for name in names
     ]
     metadata: dict[str, Any] = {

@@ -25,6 +25,7 @@ class PlacementCounts:
         num_units: homes, models, activities or rows read.
         outside: what fell outside the type tables: "rooms", "furniture" or "objects" -> names.
         problems: bad rows that were skipped, each with its file and row.
+        skips_bad: whether they are.
     """
 
     source: str
@@ -38,6 +39,17 @@ class PlacementCounts:
         default_factory=lambda: {part: Counter() for part in ("rooms", "furniture", "objects")}
     )
     problems: list[str] = field(default_factory=list)
+    skips_bad: bool = False
+
+    def report(self, problem: str, remedy: str) -> None:
+        """Note a bad row if those are skipped.
+
+        Raises:
+            ValueError: if they are not: with the problem, and what to do.
+        """
+        if not self.skips_bad:
+            raise ValueError(f"{problem}. {remedy}, or pass --skip-bad.")
+        self.problems.append(problem)
 
     def compute_share(self, room: str, furniture: str) -> float | None:
         """Share of the rooms of this type that hold the furniture; None if the source is silent."""

@@ -39,7 +39,7 @@ def count_igibson(folder: Path, *, skip_bad: bool = False) -> PlacementCounts:
             f"iGibson data must hold */*/misc/placement_probs.json, got none in {folder}. "
             "Pass the ig_dataset folder."
         )
-    counts = PlacementCounts("igibson", is_counted=False)
+    counts = PlacementCounts("igibson", is_counted=False, skips_bad=skip_bad)
     models: dict[str, list[dict[PlaceKey, float]]] = defaultdict(list)
     for path in files:
         category = path.parents[2].name
@@ -48,7 +48,7 @@ def count_igibson(folder: Path, *, skip_bad: bool = False) -> PlacementCounts:
             counts.outside["objects"][category] += 1
             continue
         counts.num_units += 1
-        weights = _read_model(path, label, counts, skip_bad)
+        weights = _read_model(path, label, counts)
         total = math.fsum(weights.values())
         if total > 0:
             models[label].append({key: weight / total for key, weight in weights.items()})
@@ -59,9 +59,7 @@ def count_igibson(folder: Path, *, skip_bad: bool = False) -> PlacementCounts:
     return counts
 
 
-def _read_model(
-    path: Path, label: str, counts: PlacementCounts, skip_bad: bool
-) -> dict[PlaceKey, float]:
+def _read_model(path: Path, label: str, counts: PlacementCounts) -> dict[PlaceKey, float]:
     """Weights of one model, in our names; what is outside the tables is noted."""
     where = "/".join(path.parts[-4:])
     try:
@@ -69,7 +67,7 @@ def _read_model(
         if not isinstance(entries, dict):
             raise ValueError(f"a {type(entries).__name__}")
     except ValueError as error:
-        _report(f"model must hold a JSON object, got {error} in {where}", counts, skip_bad)
+        counts.report(f"model must hold a JSON object, got {error} in {where}", "Mend the file")
         return {}
     weights: dict[PlaceKey, float] = defaultdict(float)
     names = load_names("igibson")
@@ -78,11 +76,11 @@ def _read_model(
         relation = RELATIONS.get(parts[-1].lower()) if len(parts) == 3 else None
         if relation is None:
             rule = "key must be furniture-room-onTop or furniture-room-inside"
-            _report(f"{rule}, got {shorten(key)} in {where}", counts, skip_bad)
+            counts.report(f"{rule}, got {shorten(key)} in {where}", "Mend the file")
             continue
         if not _is_weight(weight):
             rule = f"weight of {shorten(key)} must be a finite number >= 0"
-            _report(f"{rule}, got {shorten(weight)} in {where}", counts, skip_bad)
+            counts.report(f"{rule}, got {shorten(weight)} in {where}", "Mend the file")
             continue
         furniture = names.find_furniture(parts[0])
         room = names.find_room(re.sub(r"_\d+$", "", parts[1]))
@@ -100,9 +98,3 @@ def _read_model(
 def _is_weight(value: Any) -> bool:
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     return is_number and math.isfinite(value) and value >= 0
-
-
-def _report(problem: str, counts: PlacementCounts, skip_bad: bool) -> None:
-    if not skip_bad:
-        raise ValueError(f"{problem}. Mend the file, or pass --skip-bad.")
-    counts.problems.append(problem)

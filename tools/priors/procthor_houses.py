@@ -32,25 +32,20 @@ def count_procthor_houses(path: Path | None = None, *, skip_bad: bool = False) -
 
     Source: paper appendix A "Object placement probabilities".
     """
-    if path is None:
-        return count_houses(_load_package_houses(), where="procthor-10k", skip_bad=skip_bad)
-    problems: list[str] = []
-    houses = read_houses(Path(path), skip_bad=skip_bad, problems=problems)
-    counts = count_houses(houses, where=str(path), skip_bad=skip_bad)
-    counts.problems[:0] = problems
-    return counts
+    counts = PlacementCounts("procthor", is_per_room=True, skips_bad=skip_bad)
+    houses = _load_package_houses() if path is None else read_houses(Path(path), counts)
+    return count_houses(houses, "procthor-10k" if path is None else str(path), counts)
 
 
-def read_houses(path: Path, *, skip_bad: bool, problems: list[str]) -> Iterator[tuple[int, Any]]:
-    """Yield (line number, house) of a JSON-lines file.
+def read_houses(path: Path, counts: PlacementCounts) -> Iterator[tuple[int, Any]]:
+    """Yield (line number, house) of a JSON-lines file; what a truncated one still holds counts.
 
     Args:
         path: `.jsonl`, or `.jsonl.gz`.
-        skip_bad: append to `problems` instead of raising; what a truncated file still holds counts.
-        problems: what was skipped.
+        counts: gets what was skipped.
 
     Raises:
-        ValueError: on a line that is not JSON, or a truncated archive, unless `skip_bad`.
+        ValueError: on a line that is not JSON, or a truncated archive, unless they are skipped.
     """
     line = 0
     plain = open_file(path)
@@ -64,14 +59,14 @@ def read_houses(path: Path, *, skip_bad: bool, problems: list[str]) -> Iterator[
                     house = parse_json(text, allow_nan=True)
                 except ValueError as error:
                     problem = f"house must be one line of JSON, got {error} at {path.name}:{line}"
-                    _report(problem, problems, skip_bad, "Mend the line")
+                    counts.report(problem, "Mend the line")
                     continue
                 yield line, house
         except (EOFError, zlib.error, gzip.BadGzipFile) as error:
             problem = (
                 f"houses must be a complete gzip file, got {error} in {path.name} after line {line}"
             )
-            _report(problem, problems, skip_bad, "Download it again")
+            counts.report(problem, "Download it again")
 
 
 def _read_lines(file: IO[bytes], name: str) -> Iterator[bytes]:
@@ -92,9 +87,9 @@ def _read_lines(file: IO[bytes], name: str) -> Iterator[bytes]:
 
 
 def count_houses(
-    houses: Iterable[tuple[int, Any]], *, where: str, skip_bad: bool = False
+    houses: Iterable[tuple[int, Any]], where: str, counts: PlacementCounts
 ) -> PlacementCounts:
-    """Count parsed houses.
+    """Count parsed houses, and return the counts.
 
     An object is in the room that its id names; if the house has no such room, in the one whose
     floor polygon holds its position.
@@ -102,21 +97,20 @@ def count_houses(
     Args:
         houses: (line number, house in the ProcTHOR schema).
         where: the file, for messages.
-        skip_bad: note malformed houses and objects and go on.
+        counts: are added to.
 
     Raises:
-        ValueError: on a malformed house or object, unless `skip_bad`.
+        ValueError: on a malformed house or object, unless they are skipped.
     """
-    counts = PlacementCounts("procthor", is_per_room=True)
     for line, house in houses:
         place = f"{where}:{line}"
         if not isinstance(house, Mapping) or not (
             isinstance(house.get("rooms"), list) and isinstance(house.get("objects"), list)
         ):
             problem = f"house must have the lists 'rooms' and 'objects', got neither at {place}"
-            _report(problem, counts.problems, skip_bad, "Mend the line")
+            counts.report(problem, "Mend the line")
             continue
-        _HouseCounter(house, place, counts, skip_bad).count()
+        _HouseCounter(house, place, counts).count()
         counts.num_units += 1
     return counts
 
@@ -124,13 +118,10 @@ def count_houses(
 class _HouseCounter:
     """Counts one house into the counts of all."""
 
-    def __init__(
-        self, house: Mapping[str, Any], place: str, counts: PlacementCounts, skip_bad: bool
-    ) -> None:
+    def __init__(self, house: Mapping[str, Any], place: str, counts: PlacementCounts) -> None:
         self.house = house
         self.place = place
         self.counts = counts
-        self.skip_bad = skip_bad
         self.rooms = HouseRooms()
         self.room_types: dict[str, str | None] = {}  # by the number in the room's id
         self.held: set[tuple[str, str]] = set()  # (room number, furniture)
@@ -199,14 +190,7 @@ class _HouseCounter:
         return False
 
     def _report(self, rule: str, value: Any) -> None:
-        problem = f"{rule}, got {shorten(value, 60)} at {self.place}"
-        _report(problem, self.counts.problems, self.skip_bad, "Mend the house")
-
-
-def _report(problem: str, problems: list[str], skip_bad: bool, remedy: str) -> None:
-    if not skip_bad:
-        raise ValueError(f"{problem}. {remedy}, or pass --skip-bad.")
-    problems.append(problem)
+        self.counts.report(f"{rule}, got {shorten(value, 60)} at {self.place}", "Mend the house")
 
 
 def _load_package_houses() -> Iterator[tuple[int, Any]]:

@@ -33,16 +33,13 @@ def count_table(path: Path, *, skip_bad: bool = False) -> PlacementCounts:
         ValueError: names the file and row of a bad one, unless `skip_bad`.
     """
     path = Path(path)
-    counts = PlacementCounts(path.stem)
+    counts = PlacementCounts(path.stem, skips_bad=skip_bad)
     names, types = load_names("table"), load_types()
     for row_name, row in _read_rows(path):
         try:
             place = _read_row(row)
         except ValueError as error:
-            problem = f"{error} at {path.name}:{row_name}"
-            if not skip_bad:
-                raise ValueError(f"{problem}. Mend the row, or pass --skip-bad.") from error
-            counts.problems.append(problem)
+            counts.report(f"{error} at {path.name}:{row_name}", "Mend the row")
             continue
         counts.num_units += 1
         room_name, furniture_name, object_name, relation, weight = place

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nep.report.tables import join_table
 from simulator.caches import keep_home_clean
 from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
@@ -76,8 +78,7 @@ def make_table(recorded: Mapping[str, Behaviour], simulated: Sequence[RealismCol
     Simulated homes have their mean with the standard deviation over homes; a mean outside the
     spread of the recorded homes is in italics.
     """
-    names = [*recorded, *(column.name for column in simulated)]
-    lines = [f"| measure | {' | '.join(names)} |", f"| --- |{' ---: |' * len(names)}"]
+    rows = []
     outside = [list_outside(list(recorded.values()), c.compute_means()) for c in simulated]
     for name, title in MEASURES.items():
         cells = [f"{getattr(home, name):.3g}" for home in recorded.values()]
@@ -85,8 +86,9 @@ def make_table(recorded: Mapping[str, Behaviour], simulated: Sequence[RealismCol
             values = [getattr(home, name) for home in column.homes]
             text = f"{np.mean(values):.3g} ± {np.std(values).round(12):.2g}"
             cells.append(f"*{text}*" if name in own else text)
-        lines.append(f"| {title} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+        rows.append([title, *cells])
+    names = [*recorded, *(column.name for column in simulated)]
+    return join_table(["measure", *names], rows).rstrip()
 
 
 def draw_behaviour(
@@ -112,18 +114,9 @@ def draw_behaviour(
         for place, column in enumerate(simulated, start=1):
             values = [getattr(home, name) for home in column.homes]
             axis.errorbar(place, np.mean(values), np.std(values), fmt="s", capsize=3)
-        labels = ["\n".join(_wrap(called, 20)), *(column.name for column in simulated)]
+        labels = [fill(called, 21), *(column.name for column in simulated)]
         axis.set_xticks(range(len(labels)), labels, rotation=35, ha="right", fontsize=6)
-        axis.set_title("\n".join(_wrap(title)), fontsize=7)
+        axis.set_title(fill(title, 39), fontsize=7)
         axis.tick_params(axis="y", labelsize=6)
         axis.set_xlim(-0.5, len(simulated) + 0.5)
     return figure
-
-
-def _wrap(title: str, width: int = 38) -> list[str]:
-    lines = [""]
-    for word in title.split():
-        if len(lines[-1]) + len(word) > width:
-            lines.append("")
-        lines[-1] = f"{lines[-1]} {word}".strip()
-    return lines

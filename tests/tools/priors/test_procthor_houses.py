@@ -6,6 +6,7 @@ import json
 import pytest
 
 from simulator.trace.importers.procthor_schema import find_asset_type
+from tools.priors.counts import PlacementCounts
 from tools.priors.procthor_houses import count_houses, count_procthor_houses
 
 SQUARE = [{"x": 0, "y": 0, "z": 0}, {"x": 0, "y": 0, "z": 4}, {"x": 4, "y": 0, "z": 4}]
@@ -55,8 +56,12 @@ HOUSE = {
 }
 
 
+def make_counts(skips_bad=False):
+    return PlacementCounts("procthor", is_per_room=True, skips_bad=skips_bad)
+
+
 def test_all_id_styles_are_counted_by_hand():
-    counts = count_houses([(1, HOUSE), (2, {"rooms": [], "objects": []})], where="x")
+    counts = count_houses([(1, HOUSE), (2, {"rooms": [], "objects": []})], "x", make_counts())
     assert counts.num_units == 2
     assert dict(counts.num_rooms) == {"kitchen": 1, "bedroom": 1}
     assert dict(counts.placements) == {
@@ -121,8 +126,8 @@ def _cyclic_house():
 )
 def test_bad_houses_are_named_or_skipped(house, message):
     with pytest.raises(ValueError, match=rf"{message}.* at houses:3.*--skip-bad"):
-        count_houses([(3, house)], where="houses")
-    counts = count_houses([(3, house), (4, HOUSE)], where="houses", skip_bad=True)
+        count_houses([(3, house)], "houses", make_counts())
+    counts = count_houses([(3, house), (4, HOUSE)], "houses", make_counts(skips_bad=True))
     assert len(counts.problems) == 1
     assert sum(counts.placements.values()) == 8  # the good house counts in full
     assert "bad rows skipped: 1; first: " in counts.summarise()
