@@ -15,7 +15,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from nep.players.contestants import Checkpoint, check_contestants, list_contestants
 from nep.report.code_version import describe_code, list_versions
-from nep.report.figures import draw_over_steps
+from nep.report.figures import draw_task
 from nep.report.results import Results, ScoreSummary, TaskTitle
 from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
 from sgm.checks import check_at_least
@@ -36,7 +36,7 @@ from simulator.policies.registry import WHERE_NAMED
 from simulator.process import run_main
 from simulator.tasks.evaluation import play_games
 from simulator.tasks.fingerprint import compute_fingerprint
-from simulator.tasks.metrics import METRICS, STEP_METRICS, Metric
+from simulator.tasks.metrics import METRICS, Metric
 from simulator.tasks.registry import TASKS, find_metric, find_task, make_file_name
 from simulator.tasks.scores import TaskScores
 from simulator.test_sets.test_sets import name_test_set
@@ -197,12 +197,7 @@ def save_results(
     write_whole(out / "table.csv", make_csv(tables, more=config.more).encode())
     models = [checkpoint.name for checkpoint in config.checkpoints]
     for task, players in summaries.items():
-        figure = draw_over_steps(
-            {name: own.values for name, own in players.items()},
-            models,
-            title=f"{classes[task].title} on unseen homes",
-            metric=STEP_METRICS[classes[task].metric].title,
-        )
+        figure = draw_task(classes[task], players, models)
         figure.savefig(out / f"{make_file_name(task)}_over_steps.png", metadata={"Software": None})
 
 

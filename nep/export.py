@@ -174,11 +174,7 @@ def export_model(
 
 
 def _read_notes(folder: Path) -> dict[str, Any]:
-    """Return what an exported folder says of its network, but for what was measured.
-
-    Raises:
-        ValueError: if a part of it is missing.
-    """
+    """Return what an exported folder says of its network, but for what was measured."""
     notes = load_config(folder).get("notes")
     training = notes.get("training", "") if isinstance(notes, dict) else ""
     is_whole = training is None or (isinstance(training, dict) and training.keys() >= _TRAINING)

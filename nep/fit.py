@@ -165,11 +165,7 @@ class FitCLI(LightningCLI):
             self.parser.error(_shorten(error))
 
     def _check_trainer(self) -> None:
-        """Check what Lightning would try, and fail with late.
-
-        Raises:
-            ValueError: if there are more devices than processors, or a log folder is a file.
-        """
+        """Check what Lightning would try, and fail with late."""
         devices, cores = self.config.trainer.devices, os.cpu_count() or 1
         if self.config.trainer.accelerator == "cpu" and str(devices).isdecimal():
             if int(devices) > cores:
@@ -235,11 +231,7 @@ def _check_seed(seed: bool | int) -> None:
 
 
 def _list_settings(args: Sequence[str]) -> list[str]:
-    """Return arguments that make a network like the one to start from; others may follow.
-
-    Raises:
-        ValueError: if there is no such network, or it cannot be read.
-    """
+    """Return arguments that make a network like the one to start from; others may follow."""
     sources = [arg.partition("=")[2] for arg in args if arg.startswith("--from=")]
     return [f"--config={json.dumps(make_settings(load_trained(name)))}" for name in sources[-1:]]
 

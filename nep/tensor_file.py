@@ -210,11 +210,7 @@ class _Called(str):
 
 
 def _expect(value: Any, kind: type[Any]) -> Any:
-    """Return a value of a type.
-
-    Raises:
-        ValueError: if it is of another.
-    """
+    """Return a value of a type."""
     if not isinstance(value, kind) or isinstance(value, bool):
         raise ValueError(f"a {type(value).__name__} instead of a {kind.__name__}")
     return value

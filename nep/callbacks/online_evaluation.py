@@ -16,7 +16,7 @@ from nep.model.module import NEPModule
 from nep.players.contestants import MakePolicy
 from nep.players.policy import NEPPolicy
 from nep.report.boards import list_boards, log_figures, log_final, log_table
-from nep.report.figures import draw_calibration, draw_over_steps
+from nep.report.figures import draw_calibration, draw_task
 from nep.report.results import ScoreSummary
 from nep.report.search_pictures import draw_searches, play_search_stories
 from nep.report.statistics import compute_gap_closed
@@ -34,7 +34,6 @@ from sgm.files import write_whole
 from simulator.policies import POLICIES, check_policies, find_policy, make_policy
 from simulator.policies.registry import ORACLES
 from simulator.tasks.evaluation import evaluate_policy
-from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.registry import TASKS, find_task
 from simulator.tasks.scores import TaskScores
 from simulator.tasks.task import Task
@@ -170,12 +169,7 @@ class OnlineEvaluation(pl.Callback):
             if name != self.name:
                 score = float(other.home_values.mean())
                 pl_module.log(f"online_heuristics/{name}", score, rank_zero_only=True)
-        figure = draw_over_steps(
-            {name: own.values for name, own in self.scores.items()},
-            self.name,
-            title=f"{self.task.title} on unseen homes",
-            metric=STEP_METRICS[self.task.metric].title,
-        )
+        figure = draw_task(self.task, self.scores, self.name)
         boards = list_boards(trainer)
         if boards:  # pictures take seconds
             title = f"{self.name} on unseen homes"
@@ -257,11 +251,7 @@ class OnlineEvaluation(pl.Callback):
 
 
 def _get_datamodule(trainer: pl.Trainer) -> SGMDataModule:
-    """Return the data module whose homes are played.
-
-    Raises:
-        TypeError: if the trainer fits on something else.
-    """
+    """Return the data module whose homes are played."""
     data = getattr(trainer, "datamodule", None)
     if not isinstance(data, SGMDataModule):
         raise TypeError(

@@ -58,11 +58,7 @@ class DGLEncoder(Encoder):
 
 
 def _take_graph(batch: Batch, device: torch.device) -> dgl.DGLGraph:
-    """Return the graph of a batch on the device of the network.
-
-    Raises:
-        ValueError: if this build of DGL does not reach the device.
-    """
+    """Return the graph of a batch on the device of the network."""
     try:
         graph = batch.graph
         return graph if graph.device == device else graph.to(device)

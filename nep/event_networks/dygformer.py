@@ -97,12 +97,7 @@ class DyGFormer(TemporalNetwork):
         stream = self.stream
         events = stream.find_latest(nodes, self.num_events - 1)
         message, time = self.gather(events)
-        is_thing = (nodes >= stream.num_homes * stream.num_places)[:, None]
-        at = np.maximum(events, 0)
-        ends = np.zeros_like(events)
-        if len(stream.src):
-            ends = np.where(is_thing, stream.dst[at], stream.src[at])
-        ids = np.where(events >= 0, ends, -1)
+        ids = np.where(events >= 0, stream.find_other_ends(nodes[:, None], events), -1)
         ids = np.concatenate([nodes[:, None], ids], axis=1)
         message = torch.cat([message.new_zeros(len(nodes), 1, MESSAGE_DIM), message], dim=1)
         age = torch.cat([time.new_zeros(len(nodes), 1), now - time], dim=1)

@@ -37,12 +37,7 @@ class GraphMixer(TemporalNetwork):
 
     def forward(self, asked: StreamQuestions) -> Tensor:
         """Return logits of all places, (Q, F)."""
-        stream = self.stream
-        pairs = stream.find_pairs(asked)
-        things = pairs.things
-        nodes, back = np.unique(np.concatenate([things, pairs.places]), return_inverse=True)
-        encoded = self._encode(nodes, asked.time)[torch.from_numpy(back)]
-        return self.decode(encoded[: len(things)], pairs.spread(encoded[len(things) :]), asked)
+        return self.decode(*self.encode_pairs(asked, self._encode), asked)
 
     def _encode(self, nodes: np.ndarray, now: int) -> Tensor:
         """Return embeddings of nodes, (n, D)."""
@@ -52,9 +47,7 @@ class GraphMixer(TemporalNetwork):
         row, column = np.nonzero(events >= 0)
         numbers = events[row, column]
         message, time = self.gather(numbers)
-        is_thing = nodes[row] >= stream.num_homes * stream.num_places
-        ends = np.where(is_thing, stream.dst[numbers], stream.src[numbers])
-        other = self.embed(ends)
+        other = self.embed(stream.find_other_ends(nodes[row], numbers))
         seed = torch.full((len(nodes),), float(now), dtype=self.dtype)
         own = self.embed(nodes)
         if not len(row):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import ClassVar
 
 import numpy as np
@@ -88,6 +89,21 @@ class TemporalNetwork(nn.Module, ABC):
             + embedding(torch.from_numpy(number), self.read_identity(self.identities))
             + self.kind(torch.from_numpy(is_thing.astype(np.int64)))
         )
+
+    def encode_pairs(
+        self, asked: StreamQuestions, encode: Callable[[np.ndarray, int], Tensor]
+    ) -> tuple[Tensor, Tensor]:
+        """Encode what is asked for, (Q, D), and the places of its home, (Q, F, D).
+
+        Args:
+            asked: the questions.
+            encode: returns embeddings of nodes (n,) at a time step, (n, D); each is asked for once.
+        """
+        pairs = self.stream.find_pairs(asked)
+        count = len(pairs.things)
+        nodes, back = np.unique(np.concatenate([pairs.things, pairs.places]), return_inverse=True)
+        encoded = encode(nodes, asked.time)[torch.from_numpy(back)]
+        return encoded[:count], pairs.spread(encoded[count:])
 
     def gather(self, events: np.ndarray) -> tuple[Tensor, Tensor]:
         """Return messages (..., 4) and time steps (...,) of events; zeros where one is -1."""

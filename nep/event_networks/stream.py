@@ -207,6 +207,16 @@ class EventStream:
         """
         return self._latest[nodes][..., NUM_KEPT - count :]
 
+    def find_other_ends(self, nodes: np.ndarray, events: np.ndarray) -> np.ndarray:
+        """Return the other end of events of nodes, (n,) and (n,), or of lists, (n, 1) and (n, K).
+
+        Of -1, for no event, it is any node.
+        """
+        if not self._size:
+            return np.zeros_like(events)
+        is_thing = nodes >= self.num_homes * self.num_places
+        return np.where(is_thing, self.dst[events], self.src[events])
+
     def _note_latest(self, nodes: np.ndarray, numbers: np.ndarray) -> None:
         order = np.argsort(nodes, kind="stable")
         nodes, numbers = nodes[order], numbers[order]

@@ -114,23 +114,15 @@ class TGN(TemporalNetwork):
 
     def forward(self, asked: StreamQuestions) -> Tensor:
         """Return logits of all places, (Q, F)."""
-        stream = self.stream
-        self.memory.grow(stream.num_nodes)
-        pairs = stream.find_pairs(asked)
-        things = pairs.things
-        nodes, back = np.unique(np.concatenate([things, pairs.places]), return_inverse=True)
-        encoded = self._encode(nodes)[torch.from_numpy(back)]
-        return self.decode(encoded[: len(things)], pairs.spread(encoded[len(things) :]), asked)
+        self.memory.grow(self.stream.num_nodes)
+        return self.decode(*self.encode_pairs(asked, self._encode), asked)
 
-    def _encode(self, nodes: np.ndarray) -> Tensor:
+    def _encode(self, nodes: np.ndarray, now: int) -> Tensor:
         stream = self.stream
         events = stream.find_latest(nodes, self.num_events)
         row, column = np.nonzero(events >= 0)
         numbers = events[row, column]
-        ends = np.zeros(0, dtype=np.int64)
-        if len(numbers):
-            is_thing = nodes[row] >= stream.num_homes * stream.num_places
-            ends = np.where(is_thing, stream.dst[numbers], stream.src[numbers])
+        ends = stream.find_other_ends(nodes[row], numbers)
         everyone, index = np.unique(np.concatenate([nodes, ends]), return_inverse=True)
         memory, last_update = self.memory(torch.from_numpy(everyone))
         hidden = memory + self.embed(everyone)

@@ -254,11 +254,7 @@ def find_weights(folder: Path, config: dict[str, Any]) -> Path:
 
 
 def _finish_export(folder: Path) -> None:
-    """Let new files that the config names take the place of the old ones.
-
-    Raises:
-        OSError: if they cannot be renamed.
-    """
+    """Let new files that the config names take the place of the old ones."""
     try:
         config = read_json(folder / CONFIG, allow_nan=True)
         onnx = config.get("onnx")
@@ -343,12 +339,7 @@ def check_feature_schema(version: object, where: str | Path) -> None:
 
 
 def _load_content(path: Path) -> Any:
-    """Read tensors and plain data.
-
-    Raises:
-        OSError: if there is no such file.
-        ValueError: if it is no file of these, or would unpack to more than it is.
-    """
+    """Read tensors and plain data."""
     try:
         return read_tensors(path)
     except ValueError as error:

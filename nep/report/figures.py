@@ -12,7 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.optimize import isotonic_regression
 
+from nep.report.results import ScoreSummary
 from nep.report.statistics import compute_interval, smooth
+from simulator.tasks.metrics import STEP_METRICS
+from simulator.tasks.task import Task
 
 # One colour and line style per policy, the same in every figure; oracles are dashed grey.
 _STYLES: Mapping[str, dict[str, Any]] = {
@@ -94,6 +97,16 @@ def draw_over_steps(
     axes.grid(alpha=0.25)
     axes.spines[["top", "right"]].set_visible(False)
     return figure
+
+
+def draw_task(
+    task: type[Task], scores: Mapping[str, ScoreSummary], highlight: str | Sequence[str]
+) -> Figure:
+    """Draw the score of a task over steps in unseen homes, see `draw_over_steps`."""
+    return draw_over_steps(
+        {name: own.values for name, own in scores.items()}, highlight,
+        title=f"{task.title} on unseen homes", metric=STEP_METRICS[task.metric].title,
+    )  # fmt: skip
 
 
 def draw_scores(

@@ -25,11 +25,7 @@ class TrainedObjectFinder(object_finder.ObjectFinder):
         return load_trained(path)
 
     def _make_policy(self, model: Any, asks_moved: float) -> Any:
-        """Return the policy that asks a network.
-
-        Raises:
-            ValueError: if the network reads the belief of a filter.
-        """
+        """Return the policy that asks a network."""
         if isinstance(model, Network):
             return super()._make_policy(model, asks_moved)
         from nep.players.policy import NEPPolicy  # loads torch

@@ -9,9 +9,11 @@ from nep.view.answers import Desk
 from sgm.files import parse_json
 from sgm.memory.time_steps import MAX_TIME
 from sgm.messages import shorten, shorten_text
-from sgm.names.words import MAX_LENGTH
+from sgm.serve.rules import TEXT, make_choice_rule, make_whole_rule
 
 MOST_BYTES = 10_000  # of a request; the page sends a hundred
+
+_NUMBER = make_whole_rule(0, MAX_TIME)
 
 # What each call of the page takes, and what does it.
 _STEP = ("step",)
@@ -60,14 +62,10 @@ def read_request(content: bytes, desk: Desk) -> tuple[str, dict[str, Any]]:
 
 
 def _read(name: str, value: Any, desk: Desk) -> Any:
-    if name == "words":
-        if not isinstance(value, str) or not 1 <= len(value) <= MAX_LENGTH:
-            raise _refuse(name, f"be a text of 1 to {MAX_LENGTH} characters", value)
-    elif name == "judge":
-        if not isinstance(value, str) or value not in desk.judges.names:
-            raise _refuse(name, f"be one of {', '.join(desk.judges.names)}", value)
-    elif not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= MAX_TIME:
-        raise _refuse(name, f"be a whole number from 0 to {MAX_TIME}", value)
+    rules = {"words": TEXT, "judge": make_choice_rule(*desk.judges.names)}
+    rule = rules.get(name, _NUMBER)
+    if rule.convert(name, value) is None:
+        raise _refuse(name, rule.must, value)
     return value
 
 

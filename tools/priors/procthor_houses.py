@@ -70,11 +70,7 @@ def read_houses(path: Path, counts: PlacementCounts) -> Iterator[tuple[int, Any]
 
 
 def _read_lines(file: IO[bytes], name: str) -> Iterator[bytes]:
-    """Yield the lines of a file, none of which may be so long that memory does not hold it.
-
-    Raises:
-        ValueError: if one is.
-    """
+    """Yield the lines of a file, none of which may be so long that memory does not hold it."""
     line = 0
     while text := file.readline(_MAX_LINE + 1):
         line += 1

@@ -97,11 +97,7 @@ def check_weights(folder: Path, checkpoints: Mapping[str, str] | None = None) ->
 
 
 def _read_list(folder: Path) -> dict[str, dict[str, Any]]:
-    """Read the list of a folder of weights.
-
-    Raises:
-        ValueError: if it is missing, damaged, or names what lies outside.
-    """
+    """Read the list of a folder of weights."""
     path = folder / LIST
     try:
         networks: dict[str, dict[str, Any]] = read_json(path)["networks"]

@@ -137,11 +137,7 @@ class Recorded(TableSuite[TaskGame]):
 
 
 def _load_priors(texts: Sequence[str]) -> dict[str, PriorGraph]:
-    """Load further priors, NAME=FILE each.
-
-    Raises:
-        ValueError: if a name is none, or there is no file.
-    """
+    """Load further priors, NAME=FILE each."""
     priors = {}
     for text in texts:
         name, _, source = text.partition("=")

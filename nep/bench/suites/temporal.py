@@ -233,11 +233,7 @@ def read_sizes(options: Namespace) -> Sizes:
 
 
 def _load(path: Path) -> dict[str, Any]:
-    """Read stored scores.
-
-    Raises:
-        ValueError: if they are no such file.
-    """
+    """Read stored scores."""
     try:
         content = read_json(path, allow_nan=True)
         make_report(content)
