@@ -47,6 +47,7 @@ MOVED = {
     "simulator.compiled.streams": "simulator.world.stream_kernel",
     "simulator.compiled.transitions": "simulator.world.transitions",
     "simulator.compiled.usual_places": "simulator.tasks.usual_places",
+    "sgm.evidence.features": "sgm.evidence.evidence_features",
     "sgm.evidence.expected": "sgm.evidence.expected_places",
     "sgm.memory.identity": "sgm.memory.sighting",
     "sgm.memory.memory_names": "sgm.memory.memory_identities",

@@ -18,7 +18,7 @@ from tqdm import tqdm
 
 from sgm.checks import check_at_least, check_seed
 from sgm.evidence.columns import EVIDENCE_VERSION
-from sgm.evidence.features import compute_features
+from sgm.evidence.evidence_features import compute_features
 from sgm.files import LOCK, lock_folder
 from sgm.memory.change import Change
 from sgm.messages import shorten

@@ -6,7 +6,7 @@ import numpy as np
 
 from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
-from sgm.evidence.features import Features
+from sgm.evidence.evidence_features import Features
 from sgm.policies.probabilities import compute_probabilities
 
 

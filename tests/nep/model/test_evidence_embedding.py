@@ -15,7 +15,7 @@ from nep.model.settings import LossConfig, NetworkConfig
 from nep.players.policy import NEPPolicy
 from sgm.evidence.adaptive_filter import FilterSettings
 from sgm.evidence.columns import PLACE_COLUMNS
-from sgm.evidence.features import compute_features
+from sgm.evidence.evidence_features import compute_features
 from sgm.policies.adaptive import Adaptive
 from simulator.collect import CollectConfig, collect
 from simulator.policies import make_policy

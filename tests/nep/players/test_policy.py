@@ -12,8 +12,8 @@ from nep.model.settings import NetworkConfig, PlayingConfig
 from nep.players.policy import NEPPolicy
 from sgm.evidence.adaptive_filter import follow_prior, trust_prior
 from sgm.evidence.columns import QUESTION_COLUMNS
+from sgm.evidence.evidence_features import compute_features
 from sgm.evidence.expected_places import Expected
-from sgm.evidence.features import compute_features
 from sgm.network.sharing import share_answers
 from sgm.policies.probabilities import compute_probabilities
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams

@@ -12,7 +12,7 @@ from sgm.evidence.columns import (
     QUESTION_COLUMNS,
     QUESTION_GROUP_COLUMNS,
 )
-from sgm.evidence.features import compute_features
+from sgm.evidence.evidence_features import compute_features
 from sgm.evidence.place_features import PLACE_GROUPS
 from sgm.evidence.question import Question
 from sgm.evidence.question_features import QUESTION_GROUPS
