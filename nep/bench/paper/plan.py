@@ -101,7 +101,7 @@ class Plan(TrainedPlan):
 
     def list_test_sets(self) -> tuple[str, ...]:
         """Name the test homes, those that have a name."""
-        played = [self.make_game(setting) for setting in SETTINGS]
+        played = map(self.make_game, self.list_settings() or SETTINGS)
         return tuple(dict.fromkeys(name for own in played if (name := own.name_homes())))
 
     def list_checkpoints(self) -> dict[str, str]:

@@ -54,6 +54,8 @@ def test_homes_are_named_by_what_they_are():
                           Streams(0, "test", range(99))):  # fmt: skip
                 assert name_test_set(source, other, 100) is None
             assert name_test_set(source, streams, 99) is None
+    more = Streams(0, "test", range(200))
+    assert name_test_set(SampledSource(), more, 100) == "paper-32-on-200-v1"
     assert name_test_set(SampledSource(home=HomeConfig(move_share=0.1)), streams, 100) is None
     assert name_test_set(SampledSource(PriorGraph.household()), streams, 100) is None
 
