@@ -24,6 +24,7 @@ from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten, shorten_text
 from simulator.priors.types import load_types
 from simulator.trace import Event, Furniture, Layout, Room, Trace
+from simulator.trace.layout import number_names
 
 # Days have no date; they are laid on one clock from a Monday.
 FIRST_DAY = datetime(2024, 5, 6)
@@ -231,13 +232,15 @@ def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Ho
         del room_of[outside]
     rooms = sorted(set(room_of.values()))
     order = sorted(room_of, key=lambda node: (rooms.index(room_of[node]), node))
-    room_names = _number([nodes.names[room] for room in rooms])
+    room_names = number_names([nodes.names[room] for room in rooms])
     labels = ["floor" if nodes.is_room[node] else nodes.names[node] for node in order]
     names = [
         f"{room_names[rooms.index(room_of[node])]} floor" if nodes.is_room[node] else None
         for node in order
     ]
-    others = iter(_number([label for label, name in zip(labels, names, strict=True) if not name]))
+    others = iter(
+        number_names([label for label, name in zip(labels, names, strict=True) if not name])
+    )
     layout = Layout.of(
         (Room(nodes.names[room], name) for name, room in zip(room_names, rooms, strict=True)),
         (
@@ -247,7 +250,7 @@ def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Ho
     )
     index = {node: number for number, node in enumerate(order)}
     relations = [_find_relation(label) for label in labels]
-    texts = _number([nodes.names[node] for node in objects])
+    texts = number_names([nodes.names[node] for node in objects])
     events = []
     for text, item in zip(texts, objects.tolist(), strict=True):
         events += _list_events(text, nodes.names[item], item, days, places, index, relations)
@@ -310,12 +313,3 @@ def _find_relation(label: str) -> int:
     """Return the usual relation of furniture: the source does not tell "in" from "on"."""
     known = load_types().furniture.get(label)
     return RELATIONS.index("onTop" if known is None else known.relation)
-
-
-def _number(labels: Sequence[str]) -> list[str]:
-    """Name things by their label, those that share one with a number."""
-    total, count, names = Counter(labels), Counter[str](), []
-    for label in labels:
-        count[label] += 1
-        names.append(label if total[label] == 1 else f"{label} {count[label]}")
-    return names
