@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -149,8 +148,3 @@ def make_events(memory: MemoryBatch, change: Change) -> NewEvents:
         edges["relation"][rows].copy(), change.is_seen.astype(bool), coverage[home],
         np.where(change.is_seen, edges["confidence"][rows], 0.0),
     )  # fmt: skip
-
-
-def list_labels(episodes: Sequence[EventEpisode]) -> list[str]:
-    """Return every label of some episodes once."""
-    return list(dict.fromkeys(label for own in episodes for label in own.labels))

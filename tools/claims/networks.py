@@ -8,9 +8,12 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from nep.bench.paper.paper_numbers import PAPER_TABLE_1
 from nep.bench.paper.paper_tables import CLAIM, VERDICT, Claim, correct_claims
+from nep.bench.paper.training import Training
+from nep.players.checkpoints import load_checkpoint
 from nep.report.results import ScoreSummary
 from nep.report.statistics import LEVEL, correct_holm
 from nep.report.tables import (
@@ -134,7 +137,7 @@ class NetworkSections:
                 training = plan.make_training("sampled", "on", (name, *configs), plan.switch_seed)
                 if score is not None and training.is_done():
                     tested[name][rate] = score
-                    known[name][rate] = training.read_validation()
+                    known[name][rate] = read_validation(training)
         chosen = {
             name: max(by_rate, key=by_rate.__getitem__)
             for name, by_rate in known.items()
@@ -239,7 +242,7 @@ class NetworkSections:
         for configs in (*((name,) for name in ORDER), *SWITCHES["equal"][1].values()):
             training = plan.make_training("sampled", "on", configs, plan.switch_seed)
             if training.is_done():
-                counts.append(f"`{configs[0]}` {training.count_parameters():,}")
+                counts.append(f"`{configs[0]}` {count_parameters(training):,}")
         return f"Parameters: {', '.join(counts)}.\n" if counts else ""
 
 
@@ -283,6 +286,18 @@ def _make_switch_row(
         compared.append(NetworkComparison(title, name, compute_difference(own, base)))
         row.append(format_difference(compared[-1].difference, ".3f"))
     return row
+
+
+def read_validation(training: Training) -> float:
+    """Return hits@1 in the validation memories, as logged after the last epoch."""
+    events = EventAccumulator(str(training.folder)).Reload()
+    return float(events.Scalars("val/hits_at_1")[-1].value)
+
+
+def count_parameters(training: Training) -> int:
+    """Count the parameters of the trained network."""
+    module = load_checkpoint(training.checkpoint).module
+    return sum(parameter.numel() for parameter in module.parameters())
 
 
 def _list_means(by_seed: Mapping[int, ScoreSummary]) -> str:

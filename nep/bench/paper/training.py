@@ -9,13 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
-
 from datamodules.features import FEATURE_SCHEMA_VERSION
 from nep.bench.paper.experiments import Contestant
 from nep.config_files import CONFIG_FOLDER, list_files
 from nep.fit import FitCLI, main
-from nep.players.checkpoints import load_checkpoint
 from sgm.files import compute_checksum, write_whole
 from sgm.prior.prior_graph import PriorGraph
 
@@ -121,16 +118,6 @@ class Training:
         main(self.list_all_options())
         marker = json.dumps(self._make_marker(), indent=1) + "\n"
         write_whole(self.folder / _MARKER, marker.encode())
-
-    def read_validation(self) -> float:
-        """Return hits@1 in the validation memories, as logged after the last epoch."""
-        events = EventAccumulator(str(self.folder)).Reload()
-        return float(events.Scalars("val/hits_at_1")[-1].value)
-
-    def count_parameters(self) -> int:
-        """Count the parameters of the trained network."""
-        module = load_checkpoint(self.checkpoint).module
-        return sum(parameter.numel() for parameter in module.parameters())
 
     def _make_marker(self) -> dict[str, Any]:
         return {"settings": self.describe(), "checkpoint": compute_checksum(self.checkpoint)}

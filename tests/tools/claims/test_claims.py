@@ -18,6 +18,7 @@ from simulator.tasks.evaluation import play_task
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
+from tools.claims import networks
 from tools.claims.__main__ import main
 from tools.claims.plan import LOCATION, ClaimsPlan
 from tools.claims.readings import READINGS, compute_listed_ndcg, find_reach, play_readings
@@ -181,9 +182,9 @@ def test_the_rate_is_chosen_by_validation_alone(plan, fake_trainings, monkeypatc
     fake_trainings({own: [known[rate][1]] * 2 for own, (_, rate) in names.items()})
     monkeypatch.setattr(Training, "is_done", lambda own: own.contestant.name in names)
     monkeypatch.setattr(ClaimsPlan, "compute_checksums", lambda own: {})
-    monkeypatch.setattr(Training, "count_parameters", lambda own: 1234)
+    monkeypatch.setattr(networks, "count_parameters", lambda own: 1234)
     monkeypatch.setattr(
-        Training, "read_validation", lambda own: known[names[own.contestant.name][1]][0]
+        networks, "read_validation", lambda own: known[names[own.contestant.name][1]][0]
     )
     files = make_report(plan)
     text = files["claims.md"].decode()
@@ -202,7 +203,7 @@ def test_a_training_knows_its_last_validation(plan):
     with SummaryWriter(str(training.folder)) as writer:
         for step, value in enumerate((0.25, 0.5, 0.375)):
             writer.add_scalar("val/hits_at_1", value, step)
-    assert training.read_validation() == 0.375
+    assert networks.read_validation(training) == 0.375
 
 
 def test_what_was_not_run_is_listed(plan):
