@@ -1,4 +1,4 @@
-"""Checks of numbers that many settings share."""
+"""Checks of values that many settings share."""
 
 from __future__ import annotations
 
@@ -11,6 +11,12 @@ from sgm.messages import shorten
 def is_number(value: object) -> TypeGuard[float]:
     """Tell whether a value that any caller may have given is a number; nan is one."""
     return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def check_kind(name: str, value: object, kind: type, hint: str) -> None:
+    """Raise TypeError, which ends with a hint, unless a value is of a kind."""
+    if not isinstance(value, kind):
+        raise TypeError(f"{name} must be a {kind.__name__}, got {shorten(value)}. {hint}")
 
 
 def check_at_least(least: int, **values: float | None) -> None:

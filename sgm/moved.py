@@ -49,6 +49,8 @@ MOVED = {
     "simulator.compiled.usual_places": "simulator.tasks.usual_places",
     "sgm.evidence.features": "sgm.evidence.evidence_features",
     "sgm.evidence.expected": "sgm.evidence.expected_places",
+    "sgm.memory.apply_corrections": "sgm.memory.corrections",
+    "sgm.memory.logged_state": "sgm.memory.memory_files",
     "sgm.memory.identity": "sgm.memory.sighting",
     "sgm.memory.memory_names": "sgm.memory.memory_identities",
     "sgm.memory.thing_name": "sgm.memory.thing",

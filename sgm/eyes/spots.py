@@ -75,13 +75,7 @@ class Spots:
         self._spots: list[Spot] = []
 
     def note_rays(self, view: CameraView, places: set[int], through_margin: float) -> None:
-        """Count, for the spots at places that a frame shows, whether a ray went through them.
-
-        Args:
-            view: of the frame.
-            places: those that it shows.
-            through_margin: metres that a ray must go on behind a thing.
-        """
+        """Count rays through the spots at places that a frame shows; see `note_rays`."""
         note_rays(view, [spot for spot in self._spots if spot.place in places], through_margin)
 
     def renew(

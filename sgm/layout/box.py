@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
+from sgm.checks import check_kind
 from sgm.layout.outline import (
     Outline,
     compute_area,
@@ -290,9 +291,8 @@ def read_box(box: Any) -> Box | None:
     Raises:
         TypeError: if it is something else.
     """
-    if box is not None and not isinstance(box, Box):
-        raise TypeError(
-            f"box must be a Box, got {shorten(box)}. Write Box((x, y, z), (length, width, "
-            "height)) of sgm.eyes."
-        )
-    return box
+    if box is not None:
+        hint = "Write Box((x, y, z), (length, width, height)) of sgm.eyes."
+        check_kind("box", box, Box, hint)
+    own: Box | None = box
+    return own

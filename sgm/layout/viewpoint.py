@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
+from sgm.checks import check_kind
 from sgm.messages import shorten
 
 
@@ -81,9 +82,7 @@ def read_viewpoint(viewpoint: Any) -> Viewpoint | None:
     Raises:
         TypeError: if it is something else.
     """
-    if viewpoint is not None and not isinstance(viewpoint, Viewpoint):
-        raise TypeError(
-            f"viewpoint must be a Viewpoint, got {shorten(viewpoint)}. Take that of a BuiltLook, "
-            "or leave it out."
-        )
-    return viewpoint
+    if viewpoint is not None:
+        check_kind("viewpoint", viewpoint, Viewpoint, "Take that of a BuiltLook, or leave it out.")
+    own: Viewpoint | None = viewpoint
+    return own

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
-from sgm.memory.apply_corrections import take_statement
+import numpy as np
+
 from sgm.memory.memory_identities import MemoryIdentities
+from sgm.memory.memory_state import MemoryState
 from sgm.memory.seen_and_said import get_statements, list_spoken_of
-from sgm.memory.sighting import read_relation
+from sgm.memory.sighting import RELATIONS, read_relation
 from sgm.memory.statement import ROBOT, Statement, read_confidence
 from sgm.memory.thing import ThingName
 from sgm.messages import shorten
@@ -167,7 +170,7 @@ class MemoryCorrections(MemoryIdentities):
                 relation=statement.relation, by=statement.by, confidence=statement.confidence,
                 was_at=was_at,
             )  # fmt: skip
-            take_statement(self._state, name.description, name.id, statement, was_at)
+            _take_statement(self._state, name, statement, was_at)
 
     def _remove_object(self, description: str, id: str = "", by: str | None = None) -> None:
         """Log that a node is forgotten, and forget it."""
@@ -180,3 +183,39 @@ class MemoryCorrections(MemoryIdentities):
 def _tell(by: str | None) -> dict[str, Any]:
     """Return who said it, for a log, if a person did."""
     return {} if by is None else {"by": by}
+
+
+def _take_statement(
+    state: MemoryState, name: ThingName, statement: Statement, was_at: int | None
+) -> None:
+    """Take over what was said of a thing, or what the robot did with it.
+
+    Of several things of one description, it is no longer at `was_at`; None for all its places.
+    """
+    row = state.ensure_object(name.description, name.id)
+    batch, ids = state.batch, state.furniture.ids
+    edges = batch.edges
+    is_left = np.isin(edges["object"], state.list_members(row)) & edges["is_true"]
+    if was_at is not None:
+        is_left &= edges["furniture"] == ids.index(was_at)
+    elif batch.objects["num_at_once"][row] > 1:
+        is_left[:] = False
+    place = relation = -1
+    if statement.furniture is not None and statement.relation is not None:
+        place = ids.index(statement.furniture)
+        relation = RELATIONS.index(statement.relation)
+        is_left &= (edges["furniture"] != place) | (edges["relation"] != relation)
+    left = np.flatnonzero(is_left)
+    places = sorted({ids[index] for index in edges["furniture"][left] if index != place})
+    batch.note_left(left, statement.confidence)
+    if place < 0:
+        batch.note_carried(row)
+    else:
+        batch.note_place(row, place, relation, statement.confidence)
+    num_observed = int(batch.objects["num_observed"][row])
+    statement = replace(statement, was_at=tuple(places), num_observed=num_observed)
+    state.things[row] = state.things[row].add(statement)
+    if state.sought and statement.furniture is not None:
+        words = read_words("description", state.things[row].description)
+        state.sought.pop((words, statement.furniture), None)
+    state.begin_anew()

@@ -13,26 +13,10 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.sighting import RELATIONS, SeenAt
 
 
-def list_places(
-    memory: MemoryBatch, furniture_ids: Sequence[int], row: int, among: np.ndarray | None = None
-) -> list[SeenAt]:
-    """List every place where an object of a home was ever seen, the latest sighting first.
-
-    Args:
-        memory: of one home.
-        furniture_ids: by position, (F,).
-        row: of the object in `memory.objects`.
-        among: rows of edges among which its own are, ascending; None for all.
-    """
-    among = np.arange(len(memory.edges)) if among is None else among
-    own = among[memory.edges["object"][among] == row]
-    return _list_edges(memory, furniture_ids, row, own[memory.edges["num_true"][own] > 0])
-
-
-def _list_edges(
+def list_places_of_edges(
     memory: MemoryBatch, furniture_ids: Sequence[int], row: int, seen: np.ndarray
 ) -> list[SeenAt]:
-    """List the places of an object, given its edges that were ever true, (n,)."""
+    """List the places of an object, the latest first, by its edges that were ever true, (n,)."""
     names = ("last_true", "furniture", "relation", "is_true", "num_true", "num_observed")
     columns = (memory.edges[name][seen].tolist() for name in names)
     places = [
@@ -79,7 +63,7 @@ def list_home(
     for row, description in enumerate(descriptions):
         if memory.objects["same_as"][row] >= 0:  # it stands under another name
             continue
-        for place in _list_edges(memory, furniture_ids, row, seen_of[row]):
+        for place in list_places_of_edges(memory, furniture_ids, row, seen_of[row]):
             if place.furniture is None:
                 unplaced.append({"description": description, "last_seen": place.time})
                 continue

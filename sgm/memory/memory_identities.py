@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NoReturn
 
 import numpy as np
 
-from sgm.memory.apply_corrections import split_off
 from sgm.memory.memory_questions import MemoryQuestions
+from sgm.memory.memory_state import MemoryState
 from sgm.memory.statement import ROBOT
 from sgm.memory.thing import ThingName
 from sgm.messages import shorten
@@ -173,7 +174,7 @@ class MemoryIdentities(MemoryQuestions):
                     f"name must be of no other thing, got {shorten(name)}. Choose another one."
                 )
             self._write("split_off", **own.to_json(), furniture=int(place), name=name, by=by)
-            split_off(self._state, row, int(place), name)
+            _split_off_seen(self._state, row, int(place), name)
 
     def _list_carried(self) -> list[int]:
         return np.flatnonzero(self._state.batch.objects["carried_since"] >= 0).tolist()
@@ -213,3 +214,30 @@ class MemoryIdentities(MemoryQuestions):
             f"description must be one that was seen or asked for, got {shorten(thing)}; there are "
             f"{len(self._state.things)} objects. Check its words."
         )
+
+
+def _split_off_seen(state: MemoryState, row: int, furniture: int, name: str) -> None:
+    """Let what was seen of an object at a place be another thing, of a new name."""
+    other = state.ensure_object(name)
+    batch, place = state.batch, state.furniture.ids.index(furniture)
+    edges, objects = batch.edges, batch.objects
+    moved = (edges["object"] == row) & (edges["furniture"] == place)
+    edges["object"][moved] = other
+    for number in (row, other):
+        own = np.flatnonzero((edges["object"] == number) & (edges["num_true"] > 0))
+        seen = own[np.argsort(edges["last_true"][own], kind="stable")]
+        objects["num_observed"][number] = max(int(edges["num_true"][own].sum()), 1)
+        objects["last_observed"][number] = edges["last_true"][seen[-1]]
+        objects["last_furniture"][number] = edges["furniture"][seen[-1]]
+    objects["first_observed"][other] = objects["first_observed"][row]
+    objects["num_at_once"][other] = 1
+    objects["num_at_once"][row] = max(int(objects["num_at_once"][row]) - 1, 1)
+    said = state.things[row].statements
+    state.things[other] = replace(
+        state.things[other], statements=tuple(one for one in said if one.furniture == furniture)
+    )
+    state.things[row] = replace(
+        state.things[row], statements=tuple(one for one in said if one.furniture != furniture)
+    )
+    batch.look_up_prior()  # of the new thing
+    state.begin_anew()

@@ -8,11 +8,11 @@ from sgm.arrays.read_numbers import read_numbers
 from sgm.layout.box import Box
 from sgm.layout.furniture import Furniture, read_position
 from sgm.layout.layout import Layout, read_map_id
-from sgm.memory.logged_state import LoggedState
+from sgm.memory.memory_files import MemoryFiles
 from sgm.names.words import read_words
 
 
-class MemoryLayout(LoggedState):
+class MemoryLayout(MemoryFiles):
     """The part of `SceneGraphMemory` for rooms and furniture, which people or a map name."""
 
     @property

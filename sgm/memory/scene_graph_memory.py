@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from threading import Lock, RLock
 
+from sgm.checks import check_kind
 from sgm.layout.layout import read_map_id
 from sgm.memory.clock import Clock
 from sgm.memory.corrections import MemoryCorrections
@@ -13,7 +14,6 @@ from sgm.memory.frame_watch import FrameWatch
 from sgm.memory.look_log import LookLog
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import MemoryContent
-from sgm.memory.memory_files import MemoryFiles
 from sgm.memory.memory_looks import MemoryLooks
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.save_lock import SaveLock
@@ -26,7 +26,7 @@ from sgm.names.name_matching import NameIndex
 from sgm.prior.prior_graph import PriorGraph, find_shipped
 
 
-class SceneGraphMemory(MemoryLooks, MemoryCorrections, MemoryFiles):
+class SceneGraphMemory(MemoryLooks, MemoryCorrections):
     """One graph that holds everything ever observed in a home.
 
     Object nodes are distinguished by the words of their description, and one description may be
@@ -98,11 +98,8 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections, MemoryFiles):
             ("clock", clock, Clock),
             ("score_calibration", score_calibration, ScoreCalibration),
         ):
-            if value is not None and not isinstance(value, kind):
-                raise TypeError(
-                    f"{name} must be a {kind.__name__}, got {shorten(value)}. Leave it out for the "
-                    "default."
-                )
+            if value is not None:
+                check_kind(name, value, kind, "Leave it out for the default.")
         self._lock = RLock()  # held by every call while it reads or changes the state
         self._save_lock: SaveLock | None = None  # of the file saved last, as long as this lives
         self._saving = Lock()  # these two are never waited for while the first one is held

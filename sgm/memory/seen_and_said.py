@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from sgm.memory import home_view
 from sgm.memory.columns import NEVER
+from sgm.memory.home_view import list_places_of_edges
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.same_things import find_roots
@@ -53,7 +53,10 @@ def list_places(
         fused: from `fuse_batch`.
         edges: rows of edges among which its own are; None for all.
     """
-    places = home_view.list_places(fused, state.furniture.ids, row, edges)
+    among = np.arange(len(fused.edges)) if edges is None else edges
+    own = among[fused.edges["object"][among] == row]
+    seen = own[fused.edges["num_true"][own] > 0]
+    places = list_places_of_edges(fused, state.furniture.ids, row, seen)
     told = get_statements(state, row).order_places()
     if not told:
         return places

@@ -20,24 +20,12 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _is_count(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= 1
-
-
 def _is_weight(value: Any) -> bool:
     return _is_number(value) and value >= 0
 
 
-def _is_probability(value: Any) -> bool:
-    return _is_number(value) and 0 <= value <= 1
-
-
 def _is_name(value: Any) -> bool:
     return isinstance(value, str) and bool(value.strip())
-
-
-def _is_name_or_none(value: Any) -> bool:
-    return value is None or _is_name(value)
 
 
 def _is_adjectives(value: Any) -> bool:
@@ -56,10 +44,15 @@ def _count_descriptions(adjectives: Sequence[Sequence[str]]) -> int:
 
 
 NAME: Rule = (_is_name, "be a non-empty text")
-NAME_OR_NONE: Rule = (_is_name_or_none, "be a non-empty text or null")
+NAME_OR_NONE: Rule = (
+    lambda value: value is None or _is_name(value), "be a non-empty text or null"
+)  # fmt: skip
 WEIGHT: Rule = (_is_weight, "be a finite number >= 0")
-PROBABILITY: Rule = (_is_probability, "be a number from 0 to 1")
-COUNT: Rule = (_is_count, "be a whole number >= 1")
+PROBABILITY: Rule = (lambda value: _is_weight(value) and value <= 1, "be a number from 0 to 1")
+COUNT: Rule = (
+    lambda value: isinstance(value, int) and not isinstance(value, bool) and value >= 1,
+    "be a whole number >= 1",
+)
 ADJECTIVES: Rule = (
     _is_adjectives,
     f"be a list of lists of words, which make at most {MOST_DESCRIPTIONS} combinations",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -90,58 +91,41 @@ class CameraFeed:
         """Take a `tf2_msgs/TFMessage`; `is_still` for those of /tf_static."""
         for one in message.transforms:
             at, turn = one.transform.translation, one.transform.rotation
-            try:
+            with self._count("transforms"):
                 time = read_time(one.header)
                 self.transforms.add(
                     str(one.header.frame_id), str(one.child_frame_id), time,
                     (at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w), is_still=is_still,
                 )  # fmt: skip
-            except (ValueError, TypeError, AttributeError):
-                self.counts["transforms that cannot be read"] += 1
-                continue
-            self.counts["transforms"] += 1
-            if not is_still:
-                self._now = max(self._now, time)
+                if not is_still:
+                    self._now = max(self._now, time)
         self._show_ready()
 
     def take_camera(self, message: Any) -> None:
         """Take a `sensor_msgs/CameraInfo`."""
-        try:
+        with self._count("camera infos"):
             self._intrinsics = read_camera_info(message)
-            self.counts["camera infos"] += 1
-        except (ValueError, TypeError, AttributeError):
-            self.counts["camera infos that cannot be read"] += 1
 
     def take_depth(self, message: Any) -> None:
         """Take a depth image, a `sensor_msgs/Image`, registered to the camera of the detections."""
-        try:
+        with self._count("depth images"):
             time = read_time(message.header)
             self._depths.append((time, read_depth_image(message)))
-            self.counts["depth images"] += 1
             self._now = max(self._now, time)
-        except (ValueError, TypeError, AttributeError):
-            self.counts["depth images that cannot be read"] += 1
         self._show_ready()
 
     def take_detections(self, message: Any, *, is_3d: bool) -> None:
         """Take a `vision_msgs/Detection2DArray`, or a `Detection3DArray`."""
-        try:
+        with self._count("messages of detections", "detections"):
             time, frame = read_time(message.header), str(message.header.frame_id)
-        except (ValueError, TypeError, AttributeError):
-            self.counts["detections that cannot be read"] += 1
-            return
-        self.counts["messages of detections"] += 1
-        self._now = max(self._now, time)
-        self._waiting.append(_Waiting(time, frame, message, is_3d))
+            self._now = max(self._now, time)
+            self._waiting.append(_Waiting(time, frame, message, is_3d))
         self._show_ready()
 
     def take_pose(self, message: Any) -> None:
         """Take a `geometry_msgs/PoseWithCovarianceStamped` for how sure the robot's pose is."""
-        try:
+        with self._count("poses"):
             self._sd = read_uncertainty(message.pose.covariance)
-            self.counts["poses"] += 1
-        except (ValueError, TypeError, AttributeError):
-            self.counts["poses that cannot be read"] += 1
 
     def finish(self) -> None:
         """Show all that waits, as at the end of a recording."""
@@ -177,7 +161,7 @@ class CameraFeed:
             self._map_frame, self._camera_frame or waiting.frame, waiting.time
         )
         pose, pose_time = None, None
-        try:
+        with self._count("frames"):
             if camera is not None:
                 pose, pose_time = Pose.from_matrix(camera[0], *self._sd), camera[1]
             if not waiting.is_3d:
@@ -196,6 +180,12 @@ class CameraFeed:
             if self._uses_depth and depth is None:
                 self.counts["frames without depth"] += 1
             self._builder.frame(waiting.time, pose, self._intrinsics, detections, depth, pose_time)
-            self.counts["frames"] += 1
+
+    @contextmanager
+    def _count(self, what: str, unread: str = "") -> Iterator[None]:
+        """Count a message that is read, or as one that cannot be."""
+        try:
+            yield
+            self.counts[what] += 1
         except (ValueError, TypeError, AttributeError):
-            self.counts["frames that cannot be read"] += 1
+            self.counts[f"{unread or what} that cannot be read"] += 1
