@@ -7,7 +7,7 @@ from typing import Any
 
 from nep.view.answers import Desk
 from sgm.files import parse_json
-from sgm.memory.time_steps import MAX_TIME
+from sgm.memory.clock import MAX_TIME
 from sgm.messages import shorten, shorten_text
 from sgm.serve.rules import TEXT, make_choice_rule, make_whole_rule
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 
@@ -18,3 +21,11 @@ def sum_rows(values: np.ndarray, lengths: np.ndarray) -> np.ndarray:
         rows = lengths == length
         total[rows] = np.ascontiguousarray(values[rows, ..., :length]).sum(axis=-1)
     return total
+
+
+def pad_rows(rows: Sequence[Sequence[Any] | np.ndarray], fill: object, dtype: Any) -> np.ndarray:
+    """Put H rows of up to W values into one array, (H, W), with `fill` beyond the end of each."""
+    padded = np.full((len(rows), max(map(len, rows), default=0)), fill, dtype=dtype)
+    for own, row in zip(padded, rows, strict=True):
+        own[: len(row)] = row
+    return padded

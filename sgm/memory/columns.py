@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from sgm.arrays.table import Table
-from sgm.memory.time_steps import MAX_TIME
+from sgm.memory.clock import MAX_TIME
 
 NEVER = -1  # time stamp of what has not happened
 NOW = -2.0  # as an upper bound: the time step of the memory

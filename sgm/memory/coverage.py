@@ -34,16 +34,7 @@ def read_coverage(coverage: Any, place: str) -> Coverage:
                 f"{place}. Give the share in view."
             )
         shares[read_relation(relation)] = float(share)
-    return join_coverage((shares["in"], shares["onTop"]), place)
-
-
-def join_coverage(shares: tuple[float, float], place: str) -> Coverage:
-    """Return shares of "in" and "onTop", one number where they are the same.
-
-    Raises:
-        ValueError: if nothing was in view.
-    """
-    inside, on_top = shares
+    inside, on_top = shares["in"], shares["onTop"]
     if inside == on_top:
         return read_share("coverage", inside, place)
     return inside, on_top
@@ -56,10 +47,7 @@ def parse_coverage(data: Any) -> Coverage:
         ValueError, TypeError: if it is none.
     """
     if isinstance(data, list):
-        inside, on_top = (float(share) for share in data)
-        if not (0 <= inside <= 1 and 0 <= on_top <= 1 and max(inside, on_top) > 0):
-            raise ValueError(f"coverage {shorten(data)}")
-        return join_coverage((inside, on_top), "a look")
+        return read_coverage(dict(zip(RELATIONS, data, strict=True)), "a look")
     return float(data)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sgm.layout.layout import Layout
-from sgm.memory.clock import Clock
+from sgm.memory.clock import MAX_TIME, Clock
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.step_log import StepLook
@@ -22,7 +22,6 @@ from sgm.memory.table_content import (
     write_tables,
 )
 from sgm.memory.thing import Thing, read_things, write_things
-from sgm.memory.time_steps import MAX_TIME
 from sgm.memory.week_hours import WeekHours
 from sgm.messages import shorten
 from sgm.names.words import read_words

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from sgm.layout.viewpoint import Viewpoint, read_viewpoint
+from sgm.memory.clock import MAX_TIME, check_jump, count_steps
 from sgm.memory.coverage import read_coverage, read_share
 from sgm.memory.frame_watch import FrameWatch
 from sgm.memory.look_weights import SURE
 from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.score_calibration import ScoreCalibration, calibrate
 from sgm.memory.sighting import Sighting, read_hidden, read_sightings
-from sgm.memory.time_steps import MAX_TIME, check_jump, count_steps
 from sgm.messages import shorten
 from sgm.names.words import read_words
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sgm.memory.asking import Asked, Scorer
+from sgm.memory.clock import count_steps
 from sgm.memory.home_view import list_home, list_rows
 from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.queries import Queries
@@ -24,7 +25,6 @@ from sgm.memory.thing_changes import (
     list_events,
     read_since,
 )
-from sgm.memory.time_steps import count_steps
 from sgm.messages import shorten
 from sgm.names.aliases import AliasTable
 from sgm.names.name_encoder import NameEncoder

@@ -8,8 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sgm.layout.furniture_names import FurnitureNames
-from sgm.layout.layout import Layout
+from sgm.layout.layout import FurnitureNames, Layout
 from sgm.memory.clock import Clock, make_clock_rows
 from sgm.memory.coverage import Coverage
 from sgm.memory.frame_watch import MOST_LOOKS

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sgm.kernel import kernel
 from sgm.memory.asking import Asked, Looks, compute_relation_shares
-from sgm.memory.asking_kernel import NOTHING_SAID, list_looks_before, list_seen_now
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
@@ -17,6 +17,7 @@ from sgm.memory.statement import Statement
 from sgm.names.words import read_words
 
 _HOME = np.zeros(1, dtype=np.int64)  # the number of the only home
+_NOTHING_SAID = -2  # as a place
 
 
 def ask(
@@ -138,16 +139,16 @@ def _list_looks(
         share = compute_relation_shares(batch, queries)
     before, edges = np.where(is_known, queries.object, -1), batch.edges
     homes = _HOME if share is None else queries.home
-    steps_ago, is_remembered = list_looks_before(
+    steps_ago, is_remembered = _list_looks_before(
         before.astype(np.int64), now, batch.history.list_look_times(homes, share),
         edges["object"], edges["furniture"], edges["last_true"],
     )  # fmt: skip
-    said_now = np.full(len(rows), NOTHING_SAID)  # not where it was seen before that in this step
+    said_now = np.full(len(rows), _NOTHING_SAID)  # not where it was seen before that in this step
     for row, one in enumerate(said):
         if one is not None and one.time == now:
             said_now[row] = -1 if one.furniture is None else position[one.furniture]
     edges = current.edges
-    seen = list_seen_now(
+    seen = _list_seen_now(
         rows.astype(np.int64), said_now, now, len(position),
         edges["object"], edges["furniture"], edges["last_true"], edges["confidence"],
     )  # fmt: skip
@@ -178,3 +179,69 @@ def _list_looks(
         seen=seen,
         is_remembered=is_remembered,
     )
+
+
+@kernel
+def _list_looks_before(
+    rows: np.ndarray,
+    now: int,
+    look_times: np.ndarray,
+    edge_object: np.ndarray,
+    edge_place: np.ndarray,
+    edge_last_true: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """List the steps since looks that did not show K objects, and where each was ever seen.
+
+    Of the `rows`, int64 (K,), -1 is what was never seen. `look_times` are those of the latest looks
+    at each place for each object, or for all alike, -1 for none, (K or 1, F, L); the others are
+    columns of edges, (E,).
+
+    Returns:
+        Steps, infinite where there was no look, or none since it was seen there, float64 (K, F, L);
+        and which places it has an edge to, bool (K, F).
+    """
+    num_given, num_places, num_kept = look_times.shape
+    steps_ago = np.full((len(rows), num_places, num_kept), np.inf)
+    is_remembered = np.zeros((len(rows), num_places), dtype=np.bool_)
+    last_true = np.empty(num_places, dtype=np.int64)
+    for thing in range(len(rows)):
+        last_true[:] = -1
+        for edge in range(len(edge_object)):
+            if edge_object[edge] == rows[thing]:
+                place = edge_place[edge]
+                last_true[place] = max(last_true[place], edge_last_true[edge])
+                is_remembered[thing, place] = True
+        for place in range(num_places):
+            for kept in range(num_kept):
+                time = look_times[thing if num_given > 1 else 0, place, kept]
+                if time > last_true[place]:
+                    steps_ago[thing, place, kept] = now - time
+    return steps_ago, is_remembered
+
+
+@kernel
+def _list_seen_now(
+    rows: np.ndarray,
+    said_place: np.ndarray,
+    now: int,
+    num_places: int,
+    edge_object: np.ndarray,
+    edge_place: np.ndarray,
+    edge_last_true: np.ndarray,
+    edge_confidence: np.ndarray,
+) -> np.ndarray:
+    """Return the confidence with which K objects were seen at F places in this step, (K, F).
+
+    0 where it was not seen. `said_place` is where each was said to be in this step, so that
+    sightings elsewhere are older: -1 for nowhere, `_NOTHING_SAID` where nothing was, int64 (K,).
+    """
+    seen = np.zeros((len(rows), num_places))
+    for edge in range(len(edge_object)):
+        if edge_last_true[edge] != now:
+            continue
+        for thing in range(len(rows)):
+            place = edge_place[edge]
+            is_said = said_place[thing] == _NOTHING_SAID or said_place[thing] == place
+            if edge_object[edge] == rows[thing] and is_said:
+                seen[thing, place] = max(seen[thing, place], edge_confidence[edge])
+    return seen

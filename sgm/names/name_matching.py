@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 from sgm.names.aliases import AliasTable
 from sgm.names.name_encoder import NameEncoder
@@ -205,8 +205,8 @@ class NameIndex:
     def _match(self, readings: Sequence[Reading]) -> tuple[str, list[list[int]]]:
         """Apply rules 1 to 5: how it was found, and the numbers of the descriptions by reading."""
         for how, rule in (
-            ("", self._find_named),
-            ("fewer words", self._find_with_fewer_words),
+            ("", partial(self._choose, fit=_ALL_SAID)),
+            ("fewer words", partial(self._choose, fit=_LESS_SAID)),
             ("more general name", self._find_above),
             ("part of the name", self._find_part),
             ("what it holds", self._find_contents),
@@ -239,12 +239,6 @@ class NameIndex:
                 return "synonym"
         return "any of the kind"
 
-    def _find_named(self, reading: Reading) -> list[list[int]]:
-        return self._choose(reading, _ALL_SAID)
-
-    def _find_with_fewer_words(self, reading: Reading) -> list[list[int]]:
-        return self._choose(reading, _LESS_SAID)
-
     def _choose(self, reading: Reading, fit: int) -> list[list[int]]:
         """Choose what says as much of the properties, for each thing that the name may be."""
         groups = [
@@ -264,7 +258,7 @@ class NameIndex:
                     kind
                     for _, one in group
                     for thing in one.things
-                    for kind in self._list_kinds(thing)
+                    for kind in self._table.list_below(thing)
                 }
                 for group in written
             ]
@@ -282,11 +276,8 @@ class NameIndex:
         if thing is None:
             ending = next((key for key in reading.endings if key in self._endings), "")
             return self._endings.get(ending, [])
-        own = (thing, *self._list_kinds(thing))
+        own = (thing, *self._table.list_below(thing))
         return [entry for one in own for entry in self._things.get(one, ())]
-
-    def _list_kinds(self, thing: int) -> list[int]:
-        return self._table.list_below(thing)
 
     def _find_above(self, reading: Reading) -> list[list[int]]:
         groups = []
@@ -319,7 +310,7 @@ class NameIndex:
         numbers = {
             number
             for thing in reading.things
-            for one in (thing, *self._list_kinds(thing))
+            for one in (thing, *self._table.list_below(thing))
             for number, other in self._contents.get(one, ())
             if _compare(reading, other) == _ALL_SAID
         }

@@ -9,8 +9,8 @@ from datetime import datetime
 from typing import Any
 
 from sgm.files import parse_json
+from sgm.memory.clock import MAX_TIME
 from sgm.memory.sighting import MOST_NUMBERS, SPELLINGS, Sighting, read_relation
-from sgm.memory.time_steps import MAX_TIME
 from sgm.messages import shorten, shorten_text
 from sgm.names.words import MAX_LENGTH
 

@@ -9,13 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 from threading import RLock
 
-from sgm.memory.clock import Clock
+from sgm.memory.clock import MAX_TIME, Clock
 from sgm.memory.look_log import LogLine
 from sgm.memory.replay import Replayer
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.statement import STATEMENTS
 from sgm.memory.thing import ThingName
-from sgm.memory.time_steps import MAX_TIME
 from sgm.prior.prior_graph import PriorGraph
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.replay.past_things import PastThings

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.arrays.ragged import pad_rows
+from sgm.arrays.padded import pad_rows
 from sgm.arrays.relations import NUM_RELATIONS
 from sgm.memory.clock import make_clock_rows
 from sgm.names.words import read_words

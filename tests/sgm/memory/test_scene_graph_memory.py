@@ -6,9 +6,9 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
+from sgm.memory.clock import MAX_TIME
 from sgm.memory.columns import NEVER
 from sgm.memory.sighting import SeenAt
-from sgm.memory.time_steps import MAX_TIME
 from sgm.names.words import MAX_LENGTH
 from simulator import (
     Bayesian,
