@@ -20,6 +20,7 @@ class MemoryIdentities(MemoryQuestions):
     """The part of `SceneGraphMemory` for names.
 
     Things are named as people name them, or by the id of a tracker: a name must mean one thing.
+    A log names nodes (`ThingName`).
     """
 
     @property
@@ -44,7 +45,7 @@ class MemoryIdentities(MemoryQuestions):
             ids = (state.things[row].id for row in rows)
             return tuple(dict.fromkeys(own for own in ids if own))
 
-    def rename(self, thing: str, name: str, by: str = ROBOT) -> None:
+    def rename(self, thing: str | ThingName, name: str, by: str = ROBOT) -> None:
         """Call a thing otherwise: "that is no cup, it is a bowl".
 
         Args:
@@ -60,10 +61,16 @@ class MemoryIdentities(MemoryQuestions):
         matches = self._match(thing)
         read_words("name", name)
         with self._lock:
-            own = self._get_one(thing, matches)
-            self._rename(own, name, by)
+            own, row = self._get_one(thing, matches)
+            if not own.id and self._state.things.get_row(name) not in (-1, row):
+                raise ValueError(
+                    f"name must be of no other thing, got {shorten(name)} for "
+                    f"{shorten(own.description)}. Merge the two, if they are one."
+                )
+            self._write("rename", **own.to_json(), name=name, by=by)
+            self._state.take(self._state.get_content().rename(row, name))
 
-    def merge(self, thing: str, other: str, by: str = ROBOT) -> None:
+    def merge(self, thing: str | ThingName, other: str | ThingName, by: str = ROBOT) -> None:
         """Note that two things are one: "this is the same mug"; `split` undoes it.
 
         Looks go on to be kept under the name and id that each sighting has. Answers are about one
@@ -79,14 +86,23 @@ class MemoryIdentities(MemoryQuestions):
             ValueError: if a name means several things, both are one already, or one is carried.
         """
         read_words("by", by)
-        matches = [self._match(name) for name in (thing, other)]
+        matches = [(name, self._match(name)) for name in (thing, other)]
         with self._lock:
-            first, second = (
-                self._get_one(name, own) for name, own in zip((thing, other), matches, strict=True)
-            )
-            self._merge(first, second, by)
+            (own, row), (second, second_row) = (self._get_one(*one) for one in matches)
+            carried = self._list_carried()
+            members = [*self._state.list_members(row), *self._state.list_members(second_row)]
+            if row == second_row or any(member in carried for member in members):
+                raise ValueError(
+                    f"two things must be two, and not carried, to be merged, got "
+                    f"{shorten(own.description)} and {shorten(second.description)}. Put them down "
+                    "first, or leave it out."
+                )
+            self._write("merge", **own.to_json(), other=second.to_json(), by=by)
+            self._state.link([second_row], row)
 
-    def split(self, thing: str, place: int | None = None, name: str = "", by: str = ROBOT) -> None:
+    def split(
+        self, thing: str | ThingName, place: int | None = None, name: str = "", by: str = ROBOT
+    ) -> None:
         """Note that what was held to be one thing is two; `merge` undoes it.
 
         Args:
@@ -107,44 +123,14 @@ class MemoryIdentities(MemoryQuestions):
         if place is not None:
             read_words("name", name)
         with self._lock:
-            if place is not None:
-                self._split_off(self._get_one(thing, matches), place, name, by)
-                return
-            nodes = self._state.things.find_rows(thing)
-            if len(nodes) == 1:
-                own = self._state.things[nodes[0]].name
+            nodes = self._state.things.find_rows(str(thing)) if place is None else []
+            if len(nodes) == 1 and isinstance(thing, str):  # one that was merged, too
+                own, row = self._state.things[nodes[0]].name, nodes[0]
             else:
-                own = self._get_one(thing, matches)
-            self._split(own, by)
-
-    def _rename(self, own: ThingName, name: str, by: str) -> None:
-        with self._lock:
-            row = self._get_row(own)
-            if not own.id and self._state.things.get_row(name) not in (-1, row):
-                raise ValueError(
-                    f"name must be of no other thing, got {shorten(name)} for "
-                    f"{shorten(own.description)}. Merge the two, if they are one."
-                )
-            self._write("rename", **own.to_json(), name=name, by=by)
-            self._state.take(self._state.get_content().rename(row, name))
-
-    def _merge(self, own: ThingName, other: ThingName, by: str) -> None:
-        with self._lock:
-            row, second = self._get_row(own), self._get_row(other)
-            carried = self._list_carried()
-            members = [*self._state.list_members(row), *self._state.list_members(second)]
-            if row == second or any(member in carried for member in members):
-                raise ValueError(
-                    f"two things must be two, and not carried, to be merged, got "
-                    f"{shorten(own.description)} and {shorten(other.description)}. Put them down "
-                    "first, or leave it out."
-                )
-            self._write("merge", **own.to_json(), other=other.to_json(), by=by)
-            self._state.link([second], row)
-
-    def _split(self, own: ThingName, by: str) -> None:
-        with self._lock:
-            row = self._get_row(own)
+                own, row = self._get_one(thing, matches)
+            if place is not None:
+                self._split_off(own, row, place, name, by)
+                return
             same_as = self._state.batch.objects["same_as"]
             rows = [row] if same_as[row] >= 0 else np.flatnonzero(same_as == row).tolist()
             if not rows:
@@ -155,32 +141,32 @@ class MemoryIdentities(MemoryQuestions):
             self._write("split", **own.to_json(), by=by)
             self._state.link(rows, -1)
 
-    def _split_off(self, own: ThingName, place: int, name: str, by: str) -> None:
-        with self._lock:
-            row = self._get_row(own)
-            self._state.layout.check_furniture(place)
-            batch = self._state.batch
-            own_edges = (batch.edges["object"] == row) & (batch.edges["num_true"] > 0)
-            at = self._state.furniture.ids.index(place)
-            is_there = batch.edges["furniture"][own_edges] == at
-            if is_there.all() or not is_there.any():
-                raise ValueError(
-                    f"thing must have been seen there and elsewhere to be split, got "
-                    f"{shorten(own.description)} at {self._state.layout.describe(place)}. Rename "
-                    "it, or name another place."
-                )
-            if self._state.things.get_row(name) >= 0:
-                raise ValueError(
-                    f"name must be of no other thing, got {shorten(name)}. Choose another one."
-                )
-            self._write("split_off", **own.to_json(), furniture=int(place), name=name, by=by)
-            _split_off_seen(self._state, row, int(place), name)
+    def _split_off(self, own: ThingName, row: int, place: int, name: str, by: str) -> None:
+        self._state.layout.check_furniture(place)
+        batch = self._state.batch
+        own_edges = (batch.edges["object"] == row) & (batch.edges["num_true"] > 0)
+        at = self._state.furniture.ids.index(place)
+        is_there = batch.edges["furniture"][own_edges] == at
+        if is_there.all() or not is_there.any():
+            raise ValueError(
+                f"thing must have been seen there and elsewhere to be split, got "
+                f"{shorten(own.description)} at {self._state.layout.describe(place)}. Rename "
+                "it, or name another place."
+            )
+        if self._state.things.get_row(name) >= 0:
+            raise ValueError(
+                f"name must be of no other thing, got {shorten(name)}. Choose another one."
+            )
+        self._write("split_off", **own.to_json(), furniture=int(place), name=name, by=by)
+        _split_off_seen(self._state, row, int(place), name)
 
     def _list_carried(self) -> list[int]:
         return np.flatnonzero(self._state.batch.objects["carried_since"] >= 0).tolist()
 
-    def _match(self, thing: str) -> tuple[str, ...]:
+    def _match(self, thing: str | ThingName) -> tuple[str, ...]:
         """Return the descriptions that a name may mean; no call waits for text vectors."""
+        if isinstance(thing, ThingName):
+            return ()
         read_words("thing", thing)
         return self.resolve(thing).matches
 
@@ -200,10 +186,12 @@ class MemoryIdentities(MemoryQuestions):
             )
         return state.things[rows[0]].name if rows else None
 
-    def _get_one(self, thing: str, matches: Sequence[str]) -> ThingName:
-        """Return the one thing that is meant."""
-        own = self._choose(thing, matches)
-        return own if own is not None else self._refuse(thing)
+    def _get_one(self, thing: str | ThingName, matches: Sequence[str]) -> tuple[ThingName, int]:
+        """Return the one thing that is meant, and its row."""
+        own = thing if isinstance(thing, ThingName) else self._choose(thing, matches)
+        if own is None:
+            self._refuse(str(thing))
+        return own, self._get_row(own)
 
     def _get_row(self, own: ThingName) -> int:
         row = self._state.things.get_row(own.description, own.id)

@@ -132,25 +132,21 @@ class Replayer:
             memory.note_absent(place, values["description"], values["coverage"])
         elif line.kind in STATEMENTS:
             self._say(line)
-        elif line.kind in ("rename", "merge", "split", "split_off"):
-            self._rename(line.kind, ThingName.from_json(values), values)
+        elif line.kind == "rename":
+            memory.rename(ThingName.from_json(values), values["name"], values["by"])
+        elif line.kind == "merge":
+            memory.merge(ThingName.from_json(values), values["other"], values["by"])
+        elif line.kind == "split":
+            memory.split(ThingName.from_json(values), by=values["by"])
+        elif line.kind == "split_off":
+            place = self.furniture[values["furniture"]]
+            memory.split(ThingName.from_json(values), place, values["name"], values["by"])
         elif line.kind == "transform":
             memory.transform(values["angle"], values["shift"], values["map_id"])
         elif line.kind == "query":
             memory.query(values["description"])
         else:
             memory.step(values["num_steps"])
-
-    def _rename(self, kind: str, own: ThingName, values: Mapping[str, Any]) -> None:
-        memory, by = self.memory, values["by"]
-        if kind == "rename":
-            memory._rename(own, values["name"], by)
-        elif kind == "merge":
-            memory._merge(own, values["other"], by)
-        elif kind == "split":
-            memory._split(own, by)
-        else:
-            memory._split_off(own, self.furniture[values["furniture"]], values["name"], by)
 
     def _say(self, line: LogLine) -> None:
         values = line.values
