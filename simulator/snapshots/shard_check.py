@@ -50,7 +50,10 @@ _RULES = {
     **{f"{kind}_version_valid_to": _Rule(kind, "i", 0) for kind in _OF},
     **{
         f"{kind}_version_{column.name}": _Rule(
-            kind, "iu", column.low, _MAX_NUMBER if column.high == NOW else column.high
+            kind,
+            "iu" if column.dtype is np.bool_ else "i",
+            column.low,
+            _MAX_NUMBER if column.high == NOW else column.high,
         )
         for kind, columns in _COLUMNS.items()
         for column in columns

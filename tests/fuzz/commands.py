@@ -93,6 +93,8 @@ def change_line(folder: Path, rng: Rng) -> None:
         odd = ODD[int(rng.integers(len(ODD)))]
         kind = rng.integers(5)
         at = int(rng.integers(len(line)))
+        if odd == "null" and line[at].startswith(BOUNDS):
+            odd = "x"  # "null" is the same as leaving it out
         if kind == 0 and not line[at].startswith(BOUNDS):
             del line[at]
             if not line:

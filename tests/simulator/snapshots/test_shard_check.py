@@ -88,6 +88,8 @@ BAD = {
     "half an answer": (set_at("snapshot_furniture_answers", 2), "answers outside of 0 to 1"),
     "texts": (cast("edge_prior", np.int32), "edge_prior of type int32"),
     "floats": (cast("snapshot_time", np.float32), "snapshot_time of type float32"),
+    "a time stamp that cannot be before the start": (
+        cast("edge_version_last_observed", np.uint8), "last_observed of type uint8"),
     "too few": (cut("edge_relation"), r"edge_relation of shape \(\d+,\)"),
     "no axis": (replace("home_clock", np.float64(1)), r"home_clock of shape \(\)"),
     "nothing wide": (
