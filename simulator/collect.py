@@ -176,16 +176,7 @@ def write_events(
 ) -> None:
     """Collect events into a folder, all at once; nothing is done where they are there already.
 
-    Args:
-        config: what to collect; without extras.
-        out: folder; made if needed.
-        workers: processes that work in parallel.
-        backend: where they work, see `fan_out`.
-
-    Raises:
-        ValueError: if there are extras, or the folder holds a collection of other settings or other
-            files.
-        OSError: if the disk is full.
+    Arguments and errors are those of `collect`; extras must be off.
     """
     settings = config.describe()
     for extra in EXTRAS:

@@ -1,8 +1,7 @@
 """What built files that ship, and studies: run from a checkout, in no wheel.
 
-`priors` counts packages and data sets into prior files, `text_training` trains the text vectors,
+`priors` counts packages and data sets into prior files, `text_training` trains the text vectors.
 `realism` compares how homes behave, `claims` settles what the paper claims, `names` counts how
-questions are understood, `eyes` what robots' eyes are right about, `searches` how soon searches
-find things, `headlines` prints the first numbers of README, `measure_design` measures rulings of
-docs/design.md.
+questions are understood, `eyes` what robots' eyes are right about. `measure_design` measures
+rulings of docs/design.md.
 """

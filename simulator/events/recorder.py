@@ -102,19 +102,10 @@ class EventRecorder:
         home, thing = edges["home"][rows], edges["object"][rows]
         relation = edges["relation"][rows]
         # Where the detector listed each edge first; what it did not list comes last.
-        listed = {
-            key: position
-            for position, key in reversed(
-                list(
-                    enumerate(
-                        zip(
-                            seen.seen_home.tolist(), seen.seen_code.tolist(),
-                            seen.seen_relation.tolist(), strict=True,
-                        )
-                    )
-                )
-            )
-        }  # fmt: skip
+        listed: dict[tuple[int, int, int], int] = {}
+        detected = (seen.seen_home, seen.seen_code, seen.seen_relation)
+        for number, key in enumerate(zip(*(own.tolist() for own in detected), strict=True)):
+            listed.setdefault(key, number)
         keys = zip(
             home.tolist(), memory.objects["key"][thing].tolist(), relation.tolist(), strict=True
         )

@@ -48,10 +48,10 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
         Args:
             num_envs: homes, H.
             homes: where homes come from, as for `FindObjectEnv`.
-            policy: who answers `compute_scores`.
-            max_looks: looks allowed per search.
-            queries_per_home: searches before new homes are drawn.
-            max_furniture: furniture nodes of the largest home, F.
+            policy: who answers `compute_scores`: a name of `POLICIES`, or what makes one.
+            max_looks: looks allowed per search; None for as many as there is furniture.
+            queries_per_home: searches before new homes are drawn, if there are as many steps.
+            max_furniture: furniture nodes of the largest home, F; None for that of the first.
 
         Raises:
             ValueError: if a count is below 1, there is no policy of that name, or there are not so

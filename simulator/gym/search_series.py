@@ -42,15 +42,7 @@ class SearchSeries:
         queries_per_home: int,
         max_furniture: int | None,
     ) -> None:
-        """Set up; nothing is played before `start`.
-
-        Args:
-            num_homes: H.
-            homes: where homes come from; None to sample them from the shipped prior.
-            policy: who may be asked for scores: a name of `POLICIES`, or what makes one.
-            max_looks: looks allowed per search; None for as many as there is furniture.
-            queries_per_home: searches before new homes are drawn, if the source has as many steps.
-            max_furniture: F; None for that of the first homes.
+        """Set up; nothing is played before `start`. Arguments are those of `FindObjectVectorEnv`.
 
         Raises:
             ValueError: if a count is below 1, there is no policy of that name, or there are not so

@@ -70,26 +70,15 @@ class Recorder:
     def add_change(self, change: Change) -> None:
         """Record what a look has changed; valid from the next snapshot on."""
         memory = self._memory
-        objects, edges = change.objects, change.edges
-        self._add_versions(
-            "object",
-            memory.objects["home"][objects],
-            objects,
-            {name: memory.objects[name][objects] for name in OBJECT_COUNTERS},
-        )
-        self._add_versions(
-            "edge",
-            memory.edges["home"][edges],
-            edges,
-            {name: memory.edges[name][edges] for name in EDGE_COUNTERS},
-        )
+        for kind, table, rows, names in (
+            ("object", memory.objects, change.objects, OBJECT_COUNTERS),
+            ("edge", memory.edges, change.edges, EDGE_COUNTERS),
+        ):
+            values = {name: table[name][rows] for name in names}
+            self._add_versions(kind, table["home"][rows], rows, values)
         place = (change.home, change.furniture)
-        self._add_versions(
-            "furniture",
-            change.home,
-            change.furniture,
-            {name: memory.furniture[name][place] for name in FURNITURE_COUNTERS},
-        )
+        values = {name: memory.furniture[name][place] for name in FURNITURE_COUNTERS}
+        self._add_versions("furniture", *place, values)
 
     def finish(self) -> list[Arrays]:
         """Return the arrays of every home; docs/data.md lists them with their shapes."""

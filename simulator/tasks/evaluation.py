@@ -58,28 +58,15 @@ def play_games(
     workers: int = 1,
     backend: str = "processes",
 ) -> list[TaskScores]:
-    """Play games in the same homes, that may be shared out to workers.
+    """Play games, each a maker of a policy and a task's name, in the same homes.
 
     The scores are equal for any number of workers if the policy answers every home alone, as all
-    that come with the package do.
-
-    Args:
-        games: who plays what: a function that gets homes and returns the policy, and the name of
-            the task. Only oracles keep the homes.
-        source: where the homes come from.
-        streams: names the homes.
-        num_steps: T.
-        on_step: called with the number of the game after each step of each group of homes, or as
-            often at the end of the game where workers play.
-        workers: how many play at a time; one plays in this process.
-        backend: where they work, see `fan_out`.
+    that come with the package do. Arguments and errors are those of `evaluate_policy`; but
+    `on_step` is given the number of the game, at the end of the game where workers play. One
+    worker is this process.
 
     Returns:
         The scores of each game, in the order of the numbers of the homes.
-
-    Raises:
-        ValueError: if there is no task of that name, the source has not so many homes or steps, or
-            there is no worker or no such backend.
     """
     for _, task in games:
         check_task(task)

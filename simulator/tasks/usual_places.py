@@ -39,13 +39,7 @@ class UsualPlaces:
     def compute_out_of_place(
         self, home: np.ndarray, codes: np.ndarray, answers: np.ndarray
     ) -> np.ndarray:
-        """Mark the queries whose object is at no usual place of its description, bool (Q,).
-
-        Args:
-            home: of each query, (Q,).
-            codes: description codes, (Q,).
-            answers: furniture that truly holds such an object, bool (Q, F).
-        """
+        """Mark the queries (Q,) whose object is at no usual place; see `mark_out_of_place`."""
         self._end_stays()
         return mark_out_of_place(home, codes, answers, self._num_counted, self._stays)
 

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sgm.kernel import kernel
-
 Adjectives = Sequence[Sequence[str]]
 
 
@@ -45,7 +43,10 @@ class DescriptionTable:
 
     def sample(self, types: np.ndarray, uniform: np.ndarray) -> np.ndarray:
         """Draw a description code for each type index; (n,), (n,) in [0, 1) -> (n,) int32."""
-        return sample_codes(self._ruler, self._first_code, types.astype(np.int64), uniform)
+        codes = np.searchsorted(self._ruler, types + uniform, side="right")
+        # Where rounding leads beyond a type, its last code.
+        codes = np.clip(codes, self._first_code[types], self._first_code[types + 1] - 1)
+        return codes.astype(np.int32)
 
     def text(self, code: int) -> str:
         """Spell out one description, for example "large red mug"."""
@@ -74,32 +75,3 @@ def _list_combinations(categories: Adjectives) -> tuple[list[tuple[str, ...]], n
                 combinations.append(words)
                 probs.append(float(share))
     return combinations, np.array(probs)
-
-
-@kernel
-def sample_codes(
-    ruler: np.ndarray, first_code: np.ndarray, types: np.ndarray, uniform: np.ndarray
-) -> np.ndarray:
-    """Return the first code of each type whose mark on the ruler is above type + uniform.
-
-    Args:
-        ruler: ascending; type t owns (t, t + 1], (number of codes,).
-        first_code: of every type, and an end, (T + 1,).
-        types: (n,).
-        uniform: (n,) in [0, 1).
-
-    Returns:
-        int32 (n,); where rounding leads beyond a type, its last code.
-    """
-    codes = np.empty(len(types), dtype=np.int32)
-    for i in range(len(types)):
-        mark = types[i] + uniform[i]
-        low, high = first_code[types[i]], first_code[types[i] + 1] - 1
-        while low < high:
-            middle = (low + high) // 2
-            if ruler[middle] <= mark:
-                low = middle + 1
-            else:
-                high = middle
-        codes[i] = low
-    return codes
