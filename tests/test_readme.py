@@ -24,8 +24,8 @@ def test_what_is_said_of_results_is_what_the_command_prints(capsys):
     results = README.parent / "results"
     main(["--results", str(results)])
     parts = capsys.readouterr().out.strip().split("\n\n")
-    assert len(parts) == 5
-    for page, shown in ((results / "headlines.md", parts), (README, parts[3:])):
+    assert len(parts) == 6
+    for page, shown in ((results / "headlines.md", parts), (README, parts[4:])):
         text = " ".join(page.read_text("utf-8").split())  # lines may be broken otherwise
         for part in shown:
             assert " ".join(part.split()) in text, f"{page.name} must have what is printed:\n{part}"

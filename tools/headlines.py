@@ -12,15 +12,23 @@ import numpy as np
 
 from nep.bench.best_rule import compare_with_rules
 from nep.bench.columns import COLUMNS, COMPARED
-from nep.bench.paper.experiments import SETTINGS, Setting
+from nep.bench.paper.experiments import MODELS, SETTINGS, Setting
 from nep.bench.paper.paper_numbers import PAPER_TABLE_1
-from nep.bench.paper.paper_tables import find_known, list_shown, load_table_1
+from nep.bench.paper.paper_tables import (
+    compute_table,
+    correct_claims,
+    find_known,
+    list_claims,
+    list_shown,
+    load_table_1,
+)
 from nep.bench.score_cache import ScoreCache
 from nep.report.results import ScoreSummary
 from nep.report.statistics import LEVEL, compute_detectable, compute_error, correct_holm
 from nep.report.tables import BOUNDED, TOP, Difference, join_table
 from sgm.files import read_json
 from simulator.command_line import make_parser, one_line_errors, parse
+from simulator.policies import POLICIES
 from simulator.process import run_main
 
 # Kinds of homes in README and results/headlines.md, of those of results/any_home.md.
@@ -99,6 +107,42 @@ def say_order(claims: Mapping[str, Any]) -> str:
     )
 
 
+def say_trainings(setting: Setting, scores: Mapping[str, ScoreSummary]) -> str:
+    """Say how networks of several trainings compare in many homes, and with other ways."""
+    claims = correct_claims(list_claims(setting, compute_table(setting, scores), scores))
+    titles = [model.title for model in MODELS if model.title in scores]
+    others = sorted(title for title in scores if title not in {*POLICIES, *titles})
+    between = [own for own in claims if own.better in titles and own.worse in titles]
+    decided = [own for own in between if own.verdict != "undecided"]
+    num_homes = len(scores[titles[0]].home_values)
+    num_trainings = len(scores[titles[0]].by_training)
+    means = {title: _write(float(own.home_values.mean()), ".3f") for title, own in scores.items()}
+    least, most = (
+        _write(pick(own.difference.detectable for own in between), ".3f") for pick in (min, max)
+    )
+    parts = [
+        f"Location once more with {num_trainings} trainings of each network in {num_homes} homes: "
+        + ", ".join(f"{title} {means[title]}" for title in titles)
+        + f"; `adaptive` has {means['adaptive']}.",
+        f"Of {len(between)} differences between these networks {len(decided)} "
+        f"{'is' if len(decided) == 1 else 'are'} decided after Holm's correction, and {least} to "
+        f"{most} could have been found.",
+    ]
+    for own in decided:
+        pair = (own.better, own.worse) if own.verdict == "holds" else (own.worse, own.better)
+        ends = sorted(abs(x) for x in (own.difference.low, own.difference.high))
+        mean, low, high = (_write(x, ".3f") for x in (abs(own.difference.mean), *ends))
+        parts.append(f"{pair[0]} is ahead of {pair[1]} by {mean} [{low}, {high}].")
+    if others:
+        beside = [own for own in claims if own.worse in others and own.better in titles]
+        ahead = sum(own.verdict == "holds" for own in beside)
+        parts.append(
+            f"{' and '.join(f'{title} {means[title]}' for title in others)} have learnt from less "
+            f"data: in {ahead} of {len(beside)} comparisons the networks above are ahead."
+        )
+    return " ".join(parts)
+
+
 def make_kinds(played: ScoreCache) -> str:
     """Return the table of a network in homes of several kinds."""
     compared = compare_with_rules(played.about, played.scores, _NETWORK)
@@ -149,12 +193,14 @@ def list_headlines(folder: Path) -> list[str]:
         ValueError: if a file is missing or damaged.
     """
     table_1, _ = load_table_1(folder / "table_1.json")
+    (again,) = load_table_1(folder / "location_200.json")[0].items()
     played = ScoreCache.load_all(folder / "any_home.json", None, [_NETWORK, _BESIDE])
     claims = read_json(folder / "claims.json")
     parts: list[Callable[[], str]] = [
         lambda: make_table_1(table_1),
         lambda: say_power(table_1),
         lambda: say_order(claims),
+        lambda: say_trainings(*again),
         lambda: make_kinds(played),
         lambda: say_decided(played),
     ]

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -392,3 +393,23 @@ def test_networks_of_other_homes_are_refused_beside_others(tmp_path):
     (tmp_path / "temporal.json").write_text("{}", encoding="utf-8")
     with pytest.raises(ValueError, match=r"beside must be a temporal\.json of nep\.temporal, got"):
         Beside.load(tmp_path / "temporal.json")
+
+
+@pytest.mark.parametrize("page", ["table_1", "location_200"])
+def test_a_page_that_ships_is_what_its_scores_say(page):
+    results = Path(__file__).parents[4] / "results"
+    files = make_table_1(*load_table_1(results / f"{page}.json"), page)
+    assert files[f"{page}.md"].decode() == (results / f"{page}.md").read_text("utf-8")
+
+
+def test_what_ships_of_location_has_five_trainings_and_names_what_played():
+    path = Path(__file__).parents[4] / "results" / "location_200.json"
+    results, told = load_table_1(path)
+    (scores,) = results.values()
+    for title in ("NEP-MLP", "NEP-GCN", "NEP-HEAT", "DyGFormer (sightings)"):
+        assert scores[title].by_training.shape == (5, 200)
+        assert sum(f", {title}, seed" in name for name in told.checkpoints) == 5
+    assert len(set(told.checkpoints.values())) == len(told.checkpoints)
+    (played,) = told.played
+    assert "commit" in played
+    assert "+changes" not in played
