@@ -20,6 +20,8 @@ from simulator.world.sensing import ConstantMisses, PartialViews
 _ROOM_KINDS = ("kitchen", "living room", "bedroom", "bathroom")
 _MORE_ROOMS = (0.05, 0.2, 0.5, 0.25)  # of which kind a fifth room and those after it are
 _CARRIED = (0.5, 1.0)  # bounds of how often what is carried goes along, where people do so
+_NEW = (0.02, 0.5)  # bounds of how often what is put back gets a new place for good, likewise
+_TIDY = (0.0, 0.7)  # and of how much of what lies about is put back in the evening
 _EARLIEST = datetime(2024, 1, 1)
 
 
@@ -43,6 +45,8 @@ class Mixture:
             move as in the paper's homes.
         carrying_share: share of the homes with people who carry things out and back; of half of
             these, no name tells which.
+        resettling_share: share of the homes with people who often keep a thing at a new place for
+            good, and tidy up less: what is found elsewhere tends to stay there.
         clock_share: share of these others whose agents know some time of day.
         min_moves, max_moves: bounds of the share of objects that move in a step in these others.
         coming_share: share of the homes in which objects come and go.
@@ -63,6 +67,7 @@ class Mixture:
     max_objects: int = 300
     routine_share: float = 0.5
     carrying_share: float = 0.0
+    resettling_share: float = 0.0
     clock_share: float = 0.5
     min_moves: float = 0.002
     max_moves: float = 0.2
@@ -149,6 +154,9 @@ class Mixture:
             if rng.random() < self.carrying_share:
                 carried = float(rng.uniform(*_CARRIED))
                 own = replace(own, carry_share=carried, carries_anything=bool(rng.random() < 0.5))
+            if rng.random() < self.resettling_share:
+                tidied = float(rng.uniform(*_TIDY))
+                own = replace(own, new_share=_draw_rate(rng, *_NEW), tidy_share=tidied)
             return replace(config, dynamics=own), own.clock
         return config, Clock(start, step_seconds) if has_clock else None
 

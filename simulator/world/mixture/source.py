@@ -88,8 +88,9 @@ class MixtureSource(HomeSource):
         """Return the distribution and the checksum of the prior."""
         mixture = json.loads(json.dumps(asdict(self.mixture)))
         mixture["abstract_share"] = 0.0  # of homes that were made once; checksums count it
-        if not self.mixture.carrying_share:
-            del mixture["carrying_share"]  # these homes are what they were before it existed
+        for name in ("carrying_share", "resettling_share"):
+            if not mixture[name]:
+                del mixture[name]  # these homes are what they were before it existed
         return {
             "homes": "mixed",
             "prior": self.prior.checksum,

@@ -99,6 +99,33 @@ def test_people_carry_things_out_in_a_share_of_the_homes():
     assert own["carrying_share"] == share
 
 
+def test_people_keep_things_at_new_places_in_a_share_of_the_homes():
+    """All else is as without, and homes in which people seldom do are called what they were."""
+    rules, share = HomeConfig(), 0.5
+    resettling, usual = (
+        Mixture(routine_share=1.0, carrying_share=0.5, resettling_share=own) for own in (share, 0.0)
+    )
+    drawn = [
+        [own.draw_home(np.random.default_rng(i), rules)[0] for own in (resettling, usual)]
+        for i in range(200)
+    ]
+    default = RoutineDynamics()
+    new = np.array([config.dynamics.new_share for config, _ in drawn])
+    is_other = new != default.new_share
+    assert stats.binomtest(int(is_other.sum()), 200, share).pvalue > 0.01
+    assert 0.02 <= new[is_other].min() < new[is_other].max() <= 0.5
+    # Log-uniform: half of them lie below the geometric mean of the bounds, 0.1.
+    assert stats.binomtest(int((new[is_other] < 0.1).sum()), int(is_other.sum())).pvalue > 0.01
+    tidied = np.array([config.dynamics.tidy_share for config, _ in drawn])[is_other]
+    assert tidied.max() <= default.tidy_share
+    for config, other in drawn:
+        seldom = {"new_share": default.new_share, "tidy_share": default.tidy_share}
+        assert replace(config, dynamics=replace(config.dynamics, **seldom)) == other
+    assert "resettling_share" not in MixtureSource().describe()["mixture"]
+    own = MixtureSource(mixture=resettling).describe()["mixture"]
+    assert own["resettling_share"] == share
+
+
 def test_a_home_does_not_depend_on_those_beside_it(source, homes):
     alone = source.make(Streams(0, "train", [37]))
     assert homes.configs[37] == alone.configs[0]
