@@ -32,7 +32,8 @@ class Corrections:
             say more.
         asked_weight: share of what Bayes' rule says of other questions than those that the network
             was trained on: it is learnt from questions of which half are about what has just
-            moved. Best of .25, .4, .5 and .6 in validation homes.
+            moved. Best of .25, .4, .5 and .6 in validation homes. In others it gains .03 nats where
+            little moves, else .01 or nothing, and loses .03 where much moves (results/notes.md).
         anywhere: share of a finder's belief that is spread over all places: nothing that was seen
             rules a place out.
         elsewhere_share: share of what is asked for that is at no known place, where no network was
