@@ -14,7 +14,8 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from simulator.policies import make_policy
 from simulator.tasks.answer import Answer
-from simulator.tasks.registry import find_task
+from simulator.tasks.predict_location import PredictLocation
+from simulator.world.homes import Homes
 from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
 
@@ -68,21 +69,14 @@ class EventEpisode:
 
 
 def record_episodes(
-    source: HomeSource,
-    streams: Streams,
-    num_steps: int,
-    policy: str = "bayesian",
-    task: str = "predict_location",
-    most_homes: int | None = None,
+    source: HomeSource, streams: Streams, num_steps: int, most_homes: int | None = None
 ) -> list[EventEpisode]:
-    """Let a policy play a task, and keep what happened.
+    """Let the policy `bayesian` play Predict Object Location, and keep what happened.
 
     Args:
         source: homes.
         streams: which of them.
         num_steps: time steps.
-        policy: name of who looks.
-        task: name of what is asked.
         most_homes: of an episode, which is what a step of the optimiser learns from; None for all
             of a group.
 
@@ -90,44 +84,34 @@ def record_episodes(
         One or more episodes for each group of homes.
     """
     check_at_least(1, most_homes=1 if most_homes is None else most_homes)
-    episodes = []
     chunks = [
         group.homes[first : first + (most_homes or len(group.homes))]
         for group in source.list_groups(streams.homes)
         for first in range(0, len(group.homes), most_homes or len(group.homes))
     ]
-    for chunk in chunks:
-        homes = source.make(streams.select(chunk))
-        game = find_task(task)(homes, make_policy(policy, homes))
-        memory = game.rollout.memory
-        happened: list[LookEvents | EpisodeQuestions] = []
+    return [_record(source.make(streams.select(chunk)), num_steps) for chunk in chunks]
 
-        def note_answer(
-            answer: Answer,
-            memory: MemoryBatch = memory,
-            kept: list[LookEvents | EpisodeQuestions] = happened,
-        ) -> None:
-            asked = make_asked(memory, answer.queries)
-            kept.append(EpisodeQuestions(asked, answer.answers.copy(), len(memory.objects)))
 
-        def note_change(
-            change: Change,
-            memory: MemoryBatch = memory,
-            kept: list[LookEvents | EpisodeQuestions] = happened,
-        ) -> None:
-            kept.append(LookEvents(make_events(memory, change), len(memory.objects), memory.time))
+def _record(homes: Homes, num_steps: int) -> EventEpisode:
+    game = PredictLocation(homes, make_policy("bayesian", homes))
+    memory = game.rollout.memory
+    happened: list[LookEvents | EpisodeQuestions] = []
 
-        game.on_answer, game.rollout.on_change = note_answer, note_change
-        for _ in game.run(num_steps):
-            pass
-        objects = memory.objects
-        episodes.append(
-            EventEpisode(
-                tuple(memory.labels), memory.furniture_label.copy(), objects["home"].copy(),
-                objects["label"].copy(), tuple(happened),
-            )
-        )  # fmt: skip
-    return episodes
+    def note_answer(answer: Answer) -> None:
+        asked = make_asked(memory, answer.queries)
+        happened.append(EpisodeQuestions(asked, answer.answers.copy(), len(memory.objects)))
+
+    def note_change(change: Change) -> None:
+        happened.append(LookEvents(make_events(memory, change), len(memory.objects), memory.time))
+
+    game.on_answer, game.rollout.on_change = note_answer, note_change
+    for _ in game.run(num_steps):
+        pass
+    objects = memory.objects
+    return EventEpisode(
+        tuple(memory.labels), memory.furniture_label.copy(), objects["home"].copy(),
+        objects["label"].copy(), tuple(happened),
+    )  # fmt: skip
 
 
 def make_asked(memory: MemoryBatch, queries: Queries) -> StreamQuestions:

@@ -16,6 +16,7 @@ from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
 
 _WARM_UP = 10  # searches before those that are drawn, so that the memory is not empty
+_SHOWN = 3  # searches
 _MOST_LOOKS = 6  # that are drawn
 
 
@@ -39,16 +40,17 @@ class SearchStory:
 
 
 def play_search_stories(
-    make: MakePolicy, source: HomeSource, seed: int, split: str, num_searches: int = 3
+    make: MakePolicy, source: HomeSource, seed: int, split: str
 ) -> list[SearchStory]:
     """Let a policy search the first home of a source, and return its last searches.
+
+    There are three, or fewer where the home was recorded for fewer steps.
 
     Args:
         make: of the policy.
         source: of the homes.
         seed: of the homes.
         split: "train", "val" or "test".
-        num_searches: that are returned; fewer where the home was recorded for fewer steps.
     """
     homes = source.make(Streams(seed, split, [0]))
     policy = make(homes)
@@ -56,7 +58,7 @@ def play_search_stories(
     plan = FloorPlan.of_homes(homes)
     answers: list[Answer] = []
     game.on_answer = answers.append
-    num_played = min(_WARM_UP + num_searches, source.num_steps or _WARM_UP + num_searches)
+    num_played = min(_WARM_UP + _SHOWN, source.num_steps or _WARM_UP + _SHOWN)
     found = []
     for search in game.search(num_played):
         first = answers[0]
@@ -71,7 +73,7 @@ def play_search_stories(
             )
         )
         answers.clear()
-    return found[-num_searches:]
+    return found[-_SHOWN:]
 
 
 def draw_searches(searches: list[SearchStory]) -> Figure:
