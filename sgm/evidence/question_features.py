@@ -54,11 +54,12 @@ def fill_stays(out: np.ndarray, question: Question) -> None:
 def fill_trust(out: np.ndarray, question: Question) -> None:
     """How well simple rules and the prior have done in this home."""
     asked, sums, home = question, question.sums, question.queries.home
-    counters = asked.memory.history.counters
+    counters, more_asked = asked.memory.history.counters, asked.queries.more_asked
+    num_asked = counters["num_asked"][home] + (0 if more_asked is None else more_asked)
     rights = ("num_last_right", "num_common_right", "num_prior_right")
     question_columns_kernel.fill_trust(
         out, asked.expected.trust, sums.num_typed[home], asked.num_known, sums.num_placed[home],
-        sums.lift[home], counters["num_asked"][home], counters["num_found"][home],
+        sums.lift[home], num_asked, counters["num_found"][home],
         tuple(counters[name][home] for name in rights),
     )  # fmt: skip
 

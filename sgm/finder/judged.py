@@ -12,21 +12,22 @@ from sgm.belief import Belief
 from sgm.memory.asking import Asked
 from sgm.memory.queries import Queries
 
-MOST_TOGETHER = 16  # things in one pass: less than twice the time of one
+MOST_TOGETHER = 8  # things in one pass: twice the time of one; with 16 others would wait longer
 _MOST_BELIEFS = 2000  # that are kept of a state
 _MOST_LATELY = 500  # things of a home, or asked for, among which is chosen what comes along
 
 # Row, label and type of a thing, and whether a look has shown it last: what a belief depends on.
 _Thing = tuple[int, str, int, bool]
+_Things = tuple[_Thing, ...]  # of one question; how many they are, the evidence shows
 Judge = Callable[[Asked, np.ndarray], Belief]
 
 
 class JudgedBeliefs:
     """Beliefs about the memory before the looks of a time step, which these do not change.
 
-    A pass of a network for sixteen things takes little more time than for one. So other things come
-    along with what is asked for: as many as are known of this state already, so that who asks for
-    one thing a step waits for no other.
+    A pass of a network for eight things takes twice the time of one for one. So other questions
+    come along with what is asked for: of as many things as are known of this state already, so that
+    who asks for one thing a step waits for no other.
     """
 
     def __init__(self) -> None:
@@ -34,8 +35,8 @@ class JudgedBeliefs:
         self._origin: object = None
         self._time = -1
         self._settings: tuple[object, ...] = ()
-        self._beliefs: dict[tuple[_Thing, ...], Belief] = {}
-        self._lately: dict[_Thing, None] = {}  # what was asked for, the latest last
+        self._beliefs: dict[_Things, Belief] = {}
+        self._lately: dict[_Things, None] = {}  # what was asked for, the latest last
 
     def recall(
         self, asked: Asked, settings: tuple[object, ...], judge: Judge, comes_along: bool
@@ -58,9 +59,9 @@ class JudgedBeliefs:
         if belief is None:
             more = self._choose_more(asked, things) if comes_along else []
             belief = self._judge(asked, things, more, judge)
-        if len(things) == 1 and asked.said[0] is None:
-            self._lately.pop(things[0], None)
-            self._lately[things[0]] = None
+        if len(things) < MOST_TOGETHER and _is_looked(asked):
+            self._lately.pop(things, None)
+            self._lately[things] = None
             if len(self._lately) > _MOST_LATELY:
                 del self._lately[next(iter(self._lately))]
         return belief
@@ -70,25 +71,23 @@ class JudgedBeliefs:
         is_same = [own is one for own, one in zip(self._settings, settings, strict=False)]
         return self._origin is origin and self._time == time and any(is_same) and all(is_same)
 
-    def _judge(
-        self, asked: Asked, things: tuple[_Thing, ...], more: list[_Thing], judge: Judge
-    ) -> Belief:
-        is_looked = np.array([is_looked for *_, is_looked in (*things, *more)])
-        joined = judge(_add_things(asked, more), is_looked).log_weights
+    def _judge(self, asked: Asked, things: _Things, more: list[_Things], judge: Judge) -> Belief:
+        questions = [things, *more]
+        is_looked = np.array([is_looked for own in questions for *_, is_looked in own])
+        joined = judge(_add_questions(asked, more), is_looked).log_weights
         if len(self._beliefs) + len(more) >= _MOST_BELIEFS:
             self._beliefs.clear()
-        belief = self._beliefs[things] = Belief(joined[: len(things)])
-        for row, thing in enumerate(more, len(things)):
-            self._beliefs[(thing,)] = Belief(joined[row : row + 1])
-        return belief
+        ends = np.cumsum([len(own) for own in questions]).tolist()
+        for own, end in zip(questions, ends, strict=True):
+            self._beliefs[own] = Belief(joined[end - len(own) : end])
+        return self._beliefs[things]
 
-    def _choose_more(self, asked: Asked, things: tuple[_Thing, ...]) -> list[_Thing]:
-        """Choose what is judged along: the latest that were asked for, then the latest seen.
+    def _choose_more(self, asked: Asked, things: _Things) -> list[_Things]:
+        """Choose what is judged along: the latest that was asked for, then the latest seen.
 
-        Not what was spoken of last, which is judged by itself, nor with several of one name:
-        they count as several questions, which the evidence shows.
+        Not what was spoken of last, which is judged by itself.
         """
-        if len(things) > 1 or asked.said[0] is not None or not asked.was_seen.all():
+        if not _is_looked(asked) or not asked.was_seen.all():
             return []
         objects, labels = asked.batch.objects, asked.batch.labels
 
@@ -100,16 +99,24 @@ class JudgedBeliefs:
                 and labels[objects["label"][row]] == label
             )
 
-        most, more = min(len(self._beliefs), MOST_TOGETHER - 1), dict[_Thing, None]()
-        for thing in chain(reversed(self._lately), _list_seen(asked)):
-            if len(more) == most:
+        most = min(sum(map(len, self._beliefs)), MOST_TOGETHER - len(things))
+        more, num_more = dict[_Things, None](), 0
+        for own in chain(reversed(self._lately), _list_seen(asked)):
+            if num_more >= most:
                 break
-            if (thing,) not in self._beliefs and thing not in things and is_here(*thing):
-                more[thing] = None
+            is_known = own in self._beliefs or own == things or own in more
+            if num_more + len(own) <= most and not is_known and all(is_here(*one) for one in own):
+                more[own] = None
+                num_more += len(own)
         return list(more)
 
 
-def _list_seen(asked: Asked) -> Iterator[_Thing]:
+def _is_looked(asked: Asked) -> bool:
+    """Whether looks have shown last all that is asked for."""
+    return all(said is None for said in asked.said)
+
+
+def _list_seen(asked: Asked) -> Iterator[_Things]:
     """List the things of a home, the latest seen first; of one with thousands of things, none."""
     batch, objects = asked.batch, asked.batch.objects
     if len(objects) > _MOST_LATELY:
@@ -117,10 +124,10 @@ def _list_seen(asked: Asked) -> Iterator[_Thing]:
     rows = np.flatnonzero((objects["num_observed"] > 0) & (objects["same_as"] < 0))
     rows = rows[np.argsort(-objects["last_observed"][rows], kind="stable")]
     for row in rows.tolist():
-        yield row, batch.labels[objects["label"][row]], int(objects["type"][row]), True
+        yield ((row, batch.labels[objects["label"][row]], int(objects["type"][row]), True),)
 
 
-def _list_things(asked: Asked) -> tuple[_Thing, ...]:
+def _list_things(asked: Asked) -> _Things:
     batch, rows = asked.batch, asked.queries.object
     labels = [batch.labels[label] for label in batch.objects["label"][rows].tolist()]
     types = batch.objects["type"][rows].tolist()
@@ -128,16 +135,18 @@ def _list_things(asked: Asked) -> tuple[_Thing, ...]:
     return tuple(zip(rows.tolist(), labels, types, is_looked, strict=True))
 
 
-def _add_things(asked: Asked, more: list[_Thing]) -> Asked:
-    """Ask for more things, which are counted as no questions."""
+def _add_questions(asked: Asked, more: list[_Things]) -> Asked:
+    """Put more questions, each as if it were put alone, after the same ones before it."""
     if not more:
         return asked
-    rows = np.array([row for row, *_ in more])
+    rows = np.array([row for own in more for row, *_ in own])
     home = np.zeros(len(rows), dtype=np.int64)
     prior = asked.batch.place_prior.rows(home, asked.batch.objects["type"][rows])
+    # The memory has counted the things that are asked for, and not these.
+    num_asked = np.array([len(own) for own in more for _ in own])
     return replace(
         asked,
-        queries=asked.queries.join(Queries(home, rows, prior)),
+        queries=asked.queries.join(Queries(home, rows, prior, num_asked - len(asked.rows))),
         rows=np.append(asked.rows, rows),
-        said=(*asked.said, *[None] * len(more)),
+        said=(*asked.said, *[None] * len(rows)),
     )

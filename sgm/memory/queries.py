@@ -15,11 +15,14 @@ class Queries:
         home: home index, (Q,).
         object: row of the query object in `MemoryBatch.objects`, (Q,).
         prior: prior weight of each place for it, float32 (Q, F, 2).
+        more_asked: how many more questions than the memory has counted were put when each was, of
+            questions that are answered in one pass though they were put apart, (Q,); None for 0.
     """
 
     home: np.ndarray
     object: np.ndarray
     prior: np.ndarray
+    more_asked: np.ndarray | None = None
 
     def join(self, others: Queries) -> Queries:
         """Return these queries, and others after them."""
@@ -27,8 +30,20 @@ class Queries:
             np.append(self.home, others.home),
             np.append(self.object, others.object),
             np.concatenate([self.prior, others.prior]),
+            _join_counts(self, others),
         )
 
     def take(self, rows: np.ndarray) -> Queries:
         """Return some of the queries, (n,)."""
-        return Queries(self.home[rows], self.object[rows], self.prior[rows])
+        more = None if self.more_asked is None else self.more_asked[rows]
+        return Queries(self.home[rows], self.object[rows], self.prior[rows], more)
+
+
+def _join_counts(first: Queries, second: Queries) -> np.ndarray | None:
+    if first.more_asked is None and second.more_asked is None:
+        return None
+    counts = (
+        np.zeros(len(one.home), dtype=np.int64) if one.more_asked is None else one.more_asked
+        for one in (first, second)
+    )
+    return np.concatenate(list(counts))

@@ -59,6 +59,33 @@ def test_other_things_come_along_and_have_their_own_answers(make_home, network, 
     assert len(passes) == 4  # a look of the step changes no belief about the time before it
 
 
+def test_names_of_several_things_come_along_as_they_would_be_asked_for(
+    make_home, network, monkeypatch
+):
+    """How many things a question is about is evidence: each has its own count in a joint pass."""
+    home = make_home()
+    finder, new = ObjectFinder(network), ObjectFinder(network)
+    passes = count_passes(finder, monkeypatch)
+    for kind, count in (("lamp", 2), ("kettle", 3)):
+        seen = [Sighting(f"{colour} {kind}") for colour in ("red", "blue", "green")[:count]]
+        home.memory.observe(home.furniture[11], seen)
+    home.memory.step()
+    names = ["kettle", "milk", "lamp", "keys", "pen"]
+    for _ in range(3):
+        home.memory.step()
+        passes.clear()
+        for name in names:
+            assert finder.rank(home.memory, name) == ObjectFinder(network).rank(home.memory, name)
+    # Four kettles, then milk with as many things: keys, a pen and both lamps.
+    assert passes == [4, 5]
+    evidence = [  # alike but for the count of what was asked for
+        new._network.ask_anew(asked.batch, asked.queries)[0].tolist()
+        for asked in (home.memory.ask([f"red {kind}" for kind in own]) for own in (
+            ("kettle",), ("kettle", "lamp")))
+    ]  # fmt: skip
+    assert evidence[0] != evidence[1]
+
+
 def test_what_changes_in_the_memory_changes_what_comes_along(make_home, network, monkeypatch):
     """Statements, ids, names of several things, merges, what is new or gone, another detector."""
     home = make_home()
