@@ -93,6 +93,8 @@ class Belief:
             keeps_elsewhere: whether elsewhere counts these looks already, bool (K,) or one for
                 all: then they say which places are likelier, and no more.
         """
+        if not log_likelihood.any():  # nothing was looked for
+            return self
         changed = self.log_weights.copy()
         changed[:, :-1] += log_likelihood
         if np.any(keeps_elsewhere):

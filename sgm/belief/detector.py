@@ -97,6 +97,8 @@ class Detector:
             num_looks: n, looks at the place in this time step that missed it, any shape.
         """
         num_looks = np.asarray(num_looks, dtype=float)
+        if num_looks.size > 1 and not num_looks.any():  # mostly: one number for all
+            return np.full(num_looks.shape, self.compute_detection(np.zeros(1))[0])
         before, after = self.compute_miss(np.stack([num_looks, num_looks + 1]))
         missed: np.ndarray = np.divide(after, before, out=np.ones_like(before), where=before > 0)
         return 1 - missed

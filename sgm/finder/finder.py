@@ -22,7 +22,7 @@ from sgm.finder.reasons import gather_evidence
 from sgm.finder.said_moves import list_said_moves, take_thing
 from sgm.finder.search import ObjectSearch, SearchRules
 from sgm.finder.search_plan import Distance, SearchPlan, find_distance, plan_search
-from sgm.memory.asking import Asked, Looks
+from sgm.memory.asking import Asked
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten
@@ -152,11 +152,12 @@ class Finder:
         resolution = self.resolve(memory, description)
         asked = memory.ask(resolution.matches or (description,), at=at)
         probabilities, elsewhere, detection = self._compute_belief(asked)
-        relation = asked.choose_relation()
+        relations = asked.choose_relation().tolist()
         order = np.argsort(-probabilities, kind="stable")
         if exclude:
             order = order[[asked.furniture_ids[place] not in exclude for place in order]]
-        chosen = order[:k]
+        chosen = order[:k].tolist()
+        likely, shown = probabilities.tolist(), detection.tolist()
         evidence = gather_evidence(asked, self._get_cosines(asked), chosen)
         return Ranking(
             description=description,
@@ -164,11 +165,11 @@ class Finder:
                 Place(
                     furniture=asked.furniture_ids[place],
                     name=asked.furniture_names[place],
-                    relation=RELATIONS[relation[place]],
-                    probability=float(probabilities[place]),
+                    relation=RELATIONS[relations[place]],
+                    probability=likely[place],
                     evidence=own,
-                    detection=float(detection[place]),
-                    open_cost=asked.open_costs[place] if relation[place] == 0 else None,
+                    detection=shown[place],
+                    open_cost=asked.open_costs[place] if relations[place] == 0 else None,
                 )
                 for place, own in zip(chosen, evidence, strict=True)
             ),
@@ -264,18 +265,19 @@ class Finder:
 
         Also how likely a look at each place now shows one that is there, (F,).
         """
-        was_seen = asked.was_seen
+        was_seen, carried, looks = asked.was_seen, asked.carried, asked.looks
         self._tell_miss_rate(asked)
         with self._lock:  # policies keep caches
             belief = self._judged.recall(
-                asked, self._list_settings(), self._judge_said, self._policy.answers_apart
+                asked, self._list_settings(), self._judge_anywhere, self._policy.answers_apart
             )
-        belief = _doubt(belief.spread(CORRECTIONS.anywhere), asked)
-        in_hand = asked.carried
-        looks, rows, is_another = _list_variants(asked, in_hand)
+        belief = _doubt(belief, asked)
+        rows, is_another = _list_variants(asked, carried)
+        if any(is_another):
+            looks, belief = looks.take(rows, is_another), Belief(belief.log_weights[rows])
+            was_seen, carried = was_seen[rows], np.where(is_another, 0.0, carried[rows])
         earlier, since = self.detector.compute_log_likelihood(looks, self._policy.looks_counted)
-        belief = Belief(belief.log_weights[rows]).look(earlier, was_seen[rows]).look(since)
-        carried = np.where(is_another, 0.0, in_hand[rows])
+        belief = belief.look(earlier, was_seen).look(since)
         joined = belief.join(self.detector.weigh_seen(looks), carried)
         shown = self.detector.compute_detection(looks.negative)
         return *joined, _join_detection(belief.places, shown)
@@ -284,6 +286,10 @@ class Finder:
         """Give policies and `Leaving` the miss rate of the finder's detector, if one was given."""
         if self._detector is not None:
             asked.batch.history.given_miss_rate = self._detector.miss_rate
+
+    def _judge_anywhere(self, asked: Asked, is_looked: np.ndarray) -> Belief:
+        """Return the belief before this step's looks, in which things may be at any place."""
+        return self._judge_said(asked, is_looked).spread(CORRECTIONS.anywhere)
 
     def _judge_said(self, asked: Asked, is_looked: np.ndarray) -> Belief:
         """Return the belief before this step's looks, in which things left where they were.
@@ -380,7 +386,7 @@ def _doubt(belief: Belief, asked: Asked) -> Belief:
     return belief.mix(Belief.of(places).with_elsewhere(elsewhere), share) if share.any() else belief
 
 
-def _list_variants(asked: Asked, in_hand: np.ndarray) -> tuple[Looks, list[int], list[bool]]:
+def _list_variants(asked: Asked, in_hand: np.ndarray) -> tuple[list[int], list[bool]]:
     """List what may be meant: each thing, and as many of its like as were seen at once.
 
     Args:
@@ -388,9 +394,10 @@ def _list_variants(asked: Asked, in_hand: np.ndarray) -> tuple[Looks, list[int],
         in_hand: probability that the robot carries each, (K,).
 
     Returns:
-        Looks at V of them, (V, F); which of the K things each is, or is like, V of them; and
-        whether it is another one.
+        Which of the K things each is, or is like, V of them; and whether it is another one.
     """
+    if asked.num_instances.max() == 1:
+        return list(range(len(in_hand))), [False] * len(in_hand)
     num_seen = np.count_nonzero(asked.looks.seen, axis=1)
     others = np.where(num_seen > 0, np.maximum(asked.num_instances - num_seen, 0), 0)
     others = np.where((num_seen == 0) & (in_hand > 0), asked.num_instances - 1, others)
@@ -398,7 +405,7 @@ def _list_variants(asked: Asked, in_hand: np.ndarray) -> tuple[Looks, list[int],
     for row, num_others in enumerate(others.tolist()):
         rows += [row] * (1 + num_others)
         is_another += [False] + [True] * num_others
-    return asked.looks.take(rows, is_another), rows, is_another
+    return rows, is_another
 
 
 def _odds(share: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -134,7 +135,7 @@ def _count(number: int, what: str) -> str:
 
 
 def gather_evidence(
-    asked: Asked, cosines: np.ndarray | None, furniture: np.ndarray
+    asked: Asked, cosines: np.ndarray | None, furniture: Sequence[int]
 ) -> list[Evidence]:
     """Gather what a memory holds about what was asked for, at some furniture nodes.
 
@@ -157,14 +158,16 @@ def gather_evidence(
     np.add.at(num_true, edges["furniture"][own], edges["num_true"][own])
     # What was never seen at a place was missed by every look at it, and by every search for it.
     negative, sought = np.ceil(asked.looks.negative), asked.looks.sought
-    num_sought = np.ceil(asked.looks.negative + sought).max(axis=0)
+    num_sought = np.ceil(asked.looks.negative + sought).max(axis=0).tolist()
     num_missed = asked.batch.furniture_num_observed[0] + (negative + np.ceil(sought)).max(axis=0)
-    num_absent = np.where(num_true > 0, np.maximum(num_observed - num_true, 0), num_missed)
+    absent = np.where(num_true > 0, np.maximum(num_observed - num_true, 0), num_missed)
+    num_absent = absent.tolist()
     similar = _list_similar(asked, cosines)
-    prior = asked.queries.prior.mean(axis=0).sum(axis=1)  # (F,)
+    prior = asked.queries.prior.mean(axis=0).sum(axis=1).tolist()  # F of them
     found = []
     now = asked.current.time
-    for place in furniture.tolist():
+    now_on = _get_date(asked.clock, now)
+    for place in furniture:
         seen = seen_at.get(ids[place])
         ended, missed, was_missed = None, NEVER, False
         if seen is not None and not seen.is_there:
@@ -176,10 +179,10 @@ def gather_evidence(
                 seen=seen,
                 times_absent=int(num_absent[place]),
                 similar=tuple(similar.get(place, ())),
-                prior=float(prior[place]),
+                prior=prior[place],
                 seen_on=None if seen is None else _get_date(clock, seen.time),
                 missed_on=_get_date(clock, missed),
-                now=_get_date(clock, now),
+                now=None if seen is None else now_on,
                 times_sought=0 if seen is None else int(num_sought[place]),
                 ended=ended,
                 ended_ago=0 if ended is None else now - ended.time,
