@@ -26,6 +26,10 @@ from nep.model.settings import NetworkConfig
 from nep.players.checkpoints import load_trained
 from nep.players.policy import NEPPolicy
 from simulator import PriorGraph, SampledHomes, SampledSource, Streams, evaluate_policy
+from simulator.world.mixture.lived_in_homes import LivedInSource
+from simulator.world.mixture.mixture import Mixture
+from simulator.world.mixture.paper_homes import PaperSizesSource
+from simulator.world.mixture.source import MixtureSource
 
 pytestmark = pytest.mark.slow
 
@@ -224,6 +228,17 @@ def test_settings_of_earlier_versions_are_ignored_and_named(folder):
     assert cli.model.playing.prior_share == 0.05
     assert "filter_share" not in cli.config.model
     assert "hours_share" not in cli.model.hparams
+
+
+def test_people_of_the_trial_keep_things_at_new_places_and_all_else_is_as_ever(folder):
+    configs = ("any_home.yaml", "any_home_asked.yaml", "any_home_resettling.yaml")
+    cli = FitCLI([f"--config={name}" for name in configs])
+    data = cli.datamodule
+    sources = {type(one.homes): one.homes for one in (data.train_config, *data.also_configs)}
+    assert sources.keys() == {MixtureSource, PaperSizesSource, LivedInSource}
+    assert sources[MixtureSource].mixture == Mixture(carrying_share=0.5, resettling_share=0.5)
+    usual = LivedInSource().mixture
+    assert sources[LivedInSource].mixture == replace(usual, resettling_share=0.5)
 
 
 def test_unknown_key_in_a_config_file_is_named(folder, capsys):
