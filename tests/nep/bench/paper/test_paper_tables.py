@@ -31,6 +31,7 @@ from nep.bench.paper.paper_tables import (
     make_table_1,
     make_table_2,
 )
+from nep.bench.suites.paper import _join
 from nep.report.results import ScoreSummary
 from nep.report.tables import compute_difference
 from simulator.policies import POLICIES
@@ -377,6 +378,20 @@ def test_temporal_networks_beside_those_of_the_paper(tmp_path):
     assert again.partition(b"## The")[2] == files["table_1.md"].partition(b"## The")[2]
     assert beside.describe() in again.decode()
     assert cells(files["table_1.md"].decode(), "TGN (sightings)")[1:] == ["", "0.317 ± 0.103"]
+
+
+def test_the_command_joins_rows_checksums_and_what_they_are(tmp_path):
+    beside = Beside.load(write_beside(tmp_path / "temporal.json"))
+    told = replace(PROVENANCE, num_trainings=2, checkpoints={"mlp": "ff"})
+    columns = {ABLATION_SETTING: {"bayesian": train(0.2), "NEP-MLP": train(0.3, 0.4)},
+               FIND: {"bayesian": train(4.0)}}  # fmt: skip
+    joined, rows = _join(beside, told, columns)
+    assert [*rows[ABLATION_SETTING]] == [
+        "bayesian", "NEP-MLP", "ours (graph memory)", "TGN (sightings)"
+    ]  # fmt: skip
+    assert [*rows[FIND]] == ["bayesian"]
+    assert [*joined.checkpoints.values()] == ["ff", "0a", "0b", "0c"]
+    assert joined.beside == (beside.describe(),)
 
 
 def test_networks_of_other_homes_are_refused_beside_others(tmp_path):
