@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
+import torch
 from torch import Tensor, nn
 
 from datamodules.batch import Batch
+from nep.layers.alike import AlikeConv
 from sgm.checks import check_at_least
 
 
@@ -99,6 +101,46 @@ class Encoder(nn.Module, ABC):
                 for name in names
             },
         }
+
+
+class ConvolvingEncoder(Encoder):
+    """Convolutions one after the other.
+
+    Args:
+        units: D, width of the node and edge embeddings, in and out.
+        num_convolutions: how many.
+        make: makes one: it gets the batch, nodes and, if `uses_edges`, edges.
+        residual: whether a convolution's input is added to its output.
+        alike: whether furniture of one label in one room then exchanges what it has, see
+            `AlikeConv`.
+
+    Attributes:
+        has_relu: whether a ReLU follows each convolution.
+    """
+
+    has_relu = False
+
+    @abstractmethod
+    def __init__(
+        self, units: int, num_convolutions: int, make: Callable[[], nn.Module],
+        residual: bool = False, alike: bool = False,
+    ) -> None:  # fmt: skip
+        super().__init__(units)
+        check_num_convolutions(num_convolutions)
+        self.num_convolutions = self.num_hops = num_convolutions
+        self.residual, self.alike = residual, alike
+        self.convolutions = nn.ModuleList(make() for _ in range(num_convolutions))
+        self.exchange = AlikeConv(units) if alike else None
+
+    def forward(self, batch: Batch, node: Tensor, edge: Tensor | None) -> Tensor:
+        """Convolve `num_convolutions` times: (N, D), (E, D) -> (N, D)."""
+        more = (edge,) if self.uses_edges else ()
+        for convolution in self.convolutions:
+            convolved = convolution(batch, node, *more)
+            if self.has_relu:
+                convolved = torch.relu(convolved)
+            node = node + convolved if self.residual else convolved
+        return node if self.exchange is None else self.exchange(batch, node)
 
 
 def check_num_convolutions(num_convolutions: int) -> None:

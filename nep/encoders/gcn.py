@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import torch
-from torch import Tensor, nn
+from functools import partial
 
-from datamodules.batch import Batch
-from nep.encoders.encoder import Encoder, check_num_convolutions
-from nep.layers.alike import AlikeConv
+from nep.encoders.encoder import ConvolvingEncoder
 from nep.layers.gcn import GCNConv
 
 
-class GCN(Encoder):
+class GCN(ConvolvingEncoder):
     """Graph convolutions, each followed by ReLU.
 
     Args:
@@ -29,6 +26,7 @@ class GCN(Encoder):
     """
 
     uses_edges = False
+    has_relu = True
 
     def __init__(
         self,
@@ -38,21 +36,6 @@ class GCN(Encoder):
         normalize: bool = True,
         alike: bool = False,
     ) -> None:
-        super().__init__(units)
-        check_num_convolutions(num_convolutions)
-        self.num_convolutions = num_convolutions
-        self.residual = residual
+        make = partial(GCNConv, units, units, normalize)
+        super().__init__(units, num_convolutions, make, residual, alike)
         self.normalize = normalize
-        self.alike = alike
-        self.num_hops = num_convolutions
-        self.convolutions = nn.ModuleList(
-            GCNConv(units, units, normalize) for _ in range(num_convolutions)
-        )
-        self.exchange = AlikeConv(units) if alike else None
-
-    def forward(self, batch: Batch, node: Tensor, edge: Tensor | None) -> Tensor:
-        """Convolve `num_convolutions` times: (N, D) -> (N, D)."""
-        for convolution in self.convolutions:
-            convolved = torch.relu(convolution(batch, node))
-            node = node + convolved if self.residual else convolved
-        return node if self.exchange is None else self.exchange(batch, node)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from torch import Tensor, nn
+from functools import partial
 
-from datamodules.batch import Batch
-from nep.encoders.encoder import Encoder, check_num_convolutions
+from nep.encoders.encoder import ConvolvingEncoder
 from nep.layers.han import HANConv
 
 
-class HAN(Encoder):
+class HAN(ConvolvingEncoder):
     """Heterogeneous graph attention, an edge type for a meta-path.
 
     Args:
@@ -27,17 +26,5 @@ class HAN(Encoder):
     def __init__(
         self, units: int = 64, heads: int = 2, num_convolutions: int = 1, residual: bool = True
     ) -> None:
-        super().__init__(units)
-        check_num_convolutions(num_convolutions)
+        super().__init__(units, num_convolutions, partial(HANConv, units, heads), residual)
         self.heads = heads
-        self.num_convolutions = num_convolutions
-        self.residual = residual
-        self.num_hops = num_convolutions
-        self.convolutions = nn.ModuleList(HANConv(units, heads) for _ in range(num_convolutions))
-
-    def forward(self, batch: Batch, node: Tensor, edge: Tensor | None) -> Tensor:
-        """Convolve `num_convolutions` times: (N, D) -> (N, D)."""
-        for convolution in self.convolutions:
-            convolved = convolution(batch, node)
-            node = node + convolved if self.residual else convolved
-        return node

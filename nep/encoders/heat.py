@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import ClassVar
 
-import torch
-from torch import Tensor, nn
-
-from datamodules.batch import Batch
-from nep.encoders.encoder import Encoder, check_num_convolutions
-from nep.layers.alike import AlikeConv
+from nep.encoders.encoder import ConvolvingEncoder
 from nep.layers.heat import HEATConv, Sharing
 
 
-class HEAT(Encoder):
+class HEAT(ConvolvingEncoder):
     """Heterogeneous edge-enhanced graph attention, each convolution followed by ReLU.
 
     Args:
@@ -35,6 +31,7 @@ class HEAT(Encoder):
     """
 
     uses_edges = True
+    has_relu = True
     implied: ClassVar = {"root_weight": False}
     joined: ClassVar = {"edge_units": ("edge_type_units", "edge_attribute_units")}
 
@@ -49,33 +46,9 @@ class HEAT(Encoder):
         sharing: Sharing = "softmax",
         alike: bool = False,
     ) -> None:
-        super().__init__(units)
-        check_num_convolutions(num_convolutions)
+        make = partial(HEATConv, units, units, units, heads, *edge_units, root_weight, sharing)
+        super().__init__(units, num_convolutions, make, residual, alike)
         self.heads = heads
-        self.num_convolutions = num_convolutions
-        self.residual = residual
         self.edge_units = tuple(edge_units)
         self.root_weight = root_weight
         self.sharing = sharing
-        self.alike = alike
-        self.num_hops = num_convolutions
-        self.convolutions = nn.ModuleList(
-            HEATConv(
-                units,
-                units,
-                units,
-                heads,
-                *edge_units,
-                root_weight=root_weight,
-                sharing=sharing,
-            )
-            for _ in range(num_convolutions)
-        )
-        self.exchange = AlikeConv(units) if alike else None
-
-    def forward(self, batch: Batch, node: Tensor, edge: Tensor | None) -> Tensor:
-        """Convolve `num_convolutions` times: (N, D), (E, D) -> (N, D)."""
-        for convolution in self.convolutions:
-            convolved = torch.relu(convolution(batch, node, edge))
-            node = node + convolved if self.residual else convolved
-        return node if self.exchange is None else self.exchange(batch, node)

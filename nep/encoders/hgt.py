@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from torch import Tensor, nn
+from functools import partial
 
-from datamodules.batch import Batch
-from nep.encoders.encoder import Encoder, check_num_convolutions
+from nep.encoders.encoder import ConvolvingEncoder
 from nep.layers.hgt import HGTConv
 
 
-class HGT(Encoder):
+class HGT(ConvolvingEncoder):
     """Convolutions of a heterogeneous graph transformer; each has its own gated residual.
 
     Args:
@@ -23,15 +22,5 @@ class HGT(Encoder):
     uses_edges = False
 
     def __init__(self, units: int = 64, heads: int = 2, num_convolutions: int = 1) -> None:
-        super().__init__(units)
-        check_num_convolutions(num_convolutions)
+        super().__init__(units, num_convolutions, partial(HGTConv, units, heads))
         self.heads = heads
-        self.num_convolutions = num_convolutions
-        self.num_hops = num_convolutions
-        self.convolutions = nn.ModuleList(HGTConv(units, heads) for _ in range(num_convolutions))
-
-    def forward(self, batch: Batch, node: Tensor, edge: Tensor | None) -> Tensor:
-        """Convolve `num_convolutions` times: (N, D) -> (N, D)."""
-        for convolution in self.convolutions:
-            node = convolution(batch, node)
-        return node
