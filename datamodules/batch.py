@@ -241,17 +241,6 @@ class Batch:
         """Give each node the row of its node type: (5, ...) -> (N, ...)."""
         return _repeat_blocks(values, self.node_counts)
 
-    def project_per_node_type(
-        self, node: Tensor, weight: Tensor, bias: Tensor | None = None
-    ) -> Tensor:
-        """Multiply each node by the matrix of its type: (N, C), (5, C, D), (5, D) -> (N, D)."""
-        rows = enumerate(node.split(self.node_counts))
-        # of a single home two blocks are empty; one stays, since all may be
-        blocks = [(number, block) for number, block in rows if len(block) or not number]
-        if bias is None:
-            return torch.cat([block @ weight[number] for number, block in blocks])
-        return torch.cat([torch.addmm(bias[n], block, weight[n]) for n, block in blocks])
-
 
 def _repeat_blocks(values: Tensor, counts: tuple[int, ...]) -> Tensor:
     # The backward of expand is a sum per block, that of repeat_interleave a slow scatter. Of a

@@ -33,6 +33,9 @@ class Encoder(nn.Module, ABC):
             prunes the graph to this.
         uses_edges: whether `forward` reads the edge embeddings; if not, only query edges are
             embedded.
+        has_equal_rows: whether it computes with `nep.layers.equal_rows` alone, so that its answers
+            in float32 are the same to the last bit whatever else is in the batch. Any other
+            encoder plays in float64, which takes longer.
         implied: arguments that files from before they existed do not say, and what they were then;
             only where that is not the default.
         joined: arguments that files of earlier versions have one by one, by the name of the one
@@ -41,6 +44,7 @@ class Encoder(nn.Module, ABC):
 
     num_hops: int
     uses_edges: bool
+    has_equal_rows: ClassVar[bool] = False
     implied: ClassVar[Mapping[str, Any]] = {}
     joined: ClassVar[Mapping[str, tuple[str, ...]]] = {}
 
@@ -57,7 +61,7 @@ class Encoder(nn.Module, ABC):
         Args:
             batch: the batch.
             node: (N, D) or (N, M, D), embedded nodes: float32 while training, float64 when it is
-                asked (`nep.players.policy`); new tensors take its type (`node.new_zeros`).
+                asked unless `has_equal_rows`; new tensors take its type (`node.new_zeros`).
             edge: (E, D) or (E, M, D), embedded edges, None unless `uses_edges`.
 
         Returns:

@@ -27,6 +27,7 @@ class GCN(ConvolvingEncoder):
 
     uses_edges = False
     has_relu = True
+    has_equal_rows = True
 
     def __init__(
         self,

@@ -32,6 +32,7 @@ class HEAT(ConvolvingEncoder):
 
     uses_edges = True
     has_relu = True
+    has_equal_rows = True
     implied: ClassVar = {"root_weight": False}
     joined: ClassVar = {"edge_units": ("edge_type_units", "edge_attribute_units")}
 

@@ -19,6 +19,7 @@ class MLP(Encoder):
 
     num_hops = 0
     uses_edges = False
+    has_equal_rows = True
 
     def __init__(self, units: int = 64) -> None:
         super().__init__(units)

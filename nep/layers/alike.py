@@ -6,6 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from datamodules.batch import EDGE_TYPES, Batch
+from nep.layers.equal_rows import Linear
 from nep.layers.segment import segment_sum
 
 _ROOM_EDGES = EDGE_TYPES.index(("room", "contains", "furniture"))
@@ -29,7 +30,7 @@ class AlikeConv(nn.Module):
 
     def __init__(self, units: int) -> None:
         super().__init__()
-        self.weight = nn.Linear(units, units)
+        self.weight = Linear(units, units)
 
     def forward(self, batch: Batch, node: Tensor) -> Tensor:
         """Add what the like of each candidate has: (N, units) -> (N, units)."""

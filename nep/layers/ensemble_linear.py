@@ -7,6 +7,8 @@ import math
 import torch
 from torch import Tensor, nn
 
+from nep.layers.equal_rows import Linear
+
 
 class EnsembleLinear(nn.Module):
     """One linear layer for each of M members; none reads what is another's.
@@ -45,7 +47,7 @@ def make_linear(
 ) -> nn.Linear | EnsembleLinear:
     """Make the layers of an ensemble; of a single network it is `nn.Linear`."""
     if members == 1:
-        return nn.Linear(in_features, out_features, bias)
+        return Linear(in_features, out_features, bias)
     return EnsembleLinear(in_features, out_features, members, bias)
 
 

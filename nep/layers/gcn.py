@@ -6,6 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from datamodules.batch import Batch
+from nep.layers.equal_rows import Linear
 from nep.layers.segment import segment_sum
 
 
@@ -29,7 +30,7 @@ class GCNConv(nn.Module):
     def __init__(self, in_units: int, out_units: int, normalize: bool = True) -> None:
         super().__init__()
         self.normalize = normalize
-        self.weight = nn.Linear(in_units, out_units, bias=False)
+        self.weight = Linear(in_units, out_units, bias=False)
         self.bias = nn.Parameter(torch.zeros(out_units))
         nn.init.xavier_uniform_(self.weight.weight)
 

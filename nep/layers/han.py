@@ -10,6 +10,7 @@ from torch.nn import functional as F
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
 from nep.layers.heads import check_heads
+from nep.layers.per_node_type import project_per_node_type
 from nep.layers.segment import segment_softmax, segment_sum
 
 _NEGATIVE_SLOPE = 0.2  # of LeakyReLU
@@ -69,7 +70,7 @@ class HANConv(nn.Module):
         Returns:
             (N, units).
         """
-        hidden = batch.project_per_node_type(node, self.node_weight, self.node_bias).unflatten(
+        hidden = project_per_node_type(batch, node, self.node_weight, self.node_bias).unflatten(
             1, (self.heads, -1)
         )  # (N, K, d)
         # One segment per destination and edge type that occur together, P of them.

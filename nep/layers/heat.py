@@ -10,7 +10,9 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
+from nep.layers.equal_rows import Linear, apply_to_each, multiply
 from nep.layers.heads import check_heads
+from nep.layers.per_node_type import project_per_node_type
 from nep.layers.segment import attend, segment_softmax, segment_sum
 from sgm.messages import shorten
 
@@ -86,7 +88,7 @@ class HEATConv(nn.Module):
         self.node_weight = nn.Parameter(torch.empty(len(NODE_TYPES), in_units, out_units))  # M
         self.node_bias = nn.Parameter(torch.zeros(len(NODE_TYPES), out_units))  # c
         self.edge_type = nn.Parameter(torch.empty(len(EDGE_TYPES), edge_type_units))  # T
-        self.edge_attribute = nn.Linear(edge_units, edge_attribute_units, bias=False)  # U
+        self.edge_attribute = Linear(edge_units, edge_attribute_units, bias=False)  # U
         # a, in its four parts
         self.attend_dst = nn.Parameter(torch.empty(out_units, heads))
         self.attend_src = nn.Parameter(torch.empty(out_units, heads))
@@ -129,12 +131,13 @@ class HEATConv(nn.Module):
         """
         message, logit_src, logit_dst = self._project_nodes(batch, node)
         attribute = F.leaky_relu(self.edge_attribute(edge), _NEGATIVE_SLOPE)  # (E, A)
-        logit_type = F.leaky_relu(self.edge_type, _NEGATIVE_SLOPE) @ self.attend_edge_type
+        edge_type = F.leaky_relu(self.edge_type, _NEGATIVE_SLOPE)
+        logit_type = multiply(edge_type, self.attend_edge_type)
         logits = (
             logit_dst.index_select(0, batch.edge_dst)
             + logit_src.index_select(0, batch.edge_src)
             + batch.repeat_per_edge_type(logit_type)
-            + attribute @ self.attend_edge_attribute
+            + multiply(attribute, self.attend_edge_attribute)
         )  # (E, K)
         # A batch that was pruned has edges into one node in six: sums are made for those alone.
         entered, entry = batch.find_entered()  # (R,), (E,)
@@ -142,22 +145,27 @@ class HEATConv(nn.Module):
         if self.sharing == "softmax":
             attention = segment_softmax(logits, entry, len(entered))  # (E, K)
         else:
-            attention = logits.sigmoid()
+            attention = apply_to_each(torch.sigmoid, logits)
         node_sum = attend(attention, message, batch.edge_src, entry, len(entered))  # (R, out_units)
         edge_sum = segment_sum(
             (attention.unsqueeze(2) * attribute.unsqueeze(1)).flatten(1), entry, len(entered)
         ).unflatten(1, (self.heads, -1))  # (R, K, A)
-        edge_part = torch.einsum("rka,kau->rku", edge_sum, self.message_edge).flatten(1)
+        of_heads = enumerate(self.message_edge)
+        edge_part = torch.cat([multiply(edge_sum[:, k], weight) for k, weight in of_heads], dim=1)
         own = self.bias.expand(batch.num_nodes, -1)
         if self.root_weight:
-            own = own + batch.project_per_node_type(node, self.node_weight, self.node_bias)
+            own = own + project_per_node_type(batch, node, self.node_weight, self.node_bias)
         return own.index_add(0, entered, node_sum + edge_part)
 
     def _project_nodes(self, batch: Batch, node: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Messages (N, out_units), attention logits as source and as destination (N, K)."""
         readout = torch.cat([self.message_node, self.attend_src, self.attend_dst], dim=1)
-        projected = batch.project_per_node_type(
-            node, self.node_weight @ readout, self.node_bias @ readout
+        weight = multiply(self.node_weight.flatten(0, 1), readout)
+        projected = project_per_node_type(
+            batch,
+            node,
+            weight.unflatten(0, (len(NODE_TYPES), -1)),
+            multiply(self.node_bias, readout),
         )  # (N, out_units + 2 K)
         message, logit_src, logit_dst = projected.split(
             [self.message_node.shape[1], self.heads, self.heads], dim=1

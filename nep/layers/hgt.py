@@ -9,6 +9,7 @@ from torch import Tensor, nn
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
 from nep.layers.heads import check_heads
+from nep.layers.per_node_type import project_per_node_type
 from nep.layers.segment import segment_softmax, segment_sum
 
 
@@ -70,7 +71,7 @@ class HGTConv(nn.Module):
         Returns:
             (N, units).
         """
-        query = batch.project_per_node_type(node, self.query).unflatten(
+        query = project_per_node_type(batch, node, self.query).unflatten(
             1, (self.heads, -1)
         )  # (N, K, d)
         key, message = self._gather(batch, node)  # (E, K, d), twice
@@ -84,14 +85,14 @@ class HGTConv(nn.Module):
         )
         share = torch.sigmoid(batch.repeat_per_node_type(self.skip.unsqueeze(1)))  # (N, 1)
         return (
-            share * batch.project_per_node_type(torch.relu(incoming), self.output)
+            share * project_per_node_type(batch, torch.relu(incoming), self.output)
             + (1 - share) * node
         )
 
     def _gather(self, batch: Batch, node: Tensor) -> tuple[Tensor, Tensor]:
         """Keys and messages of every edge, each (E, K, d)."""
-        key = batch.project_per_node_type(node, self.key).unflatten(1, (self.heads, -1))
-        value = batch.project_per_node_type(node, self.value).unflatten(1, (self.heads, -1))
+        key = project_per_node_type(batch, node, self.key).unflatten(1, (self.heads, -1))
+        value = project_per_node_type(batch, node, self.value).unflatten(1, (self.heads, -1))
         key_blocks = dict(zip(NODE_TYPES, key.split(batch.node_counts), strict=True))
         value_blocks = dict(zip(NODE_TYPES, value.split(batch.node_counts), strict=True))
         first = {

@@ -5,6 +5,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from nep.layers.equal_rows import apply_to_each, has_equal_rows, sum_rows
+
 
 def segment_sum(values: Tensor, segment: Tensor, num_segments: int) -> Tensor:
     """Sum the rows of each segment.
@@ -17,6 +19,8 @@ def segment_sum(values: Tensor, segment: Tensor, num_segments: int) -> Tensor:
     Returns:
         (S, D); zero for a segment without rows. Numbers of 16 bits are summed as float32.
     """
+    if has_equal_rows():
+        return sum_rows(values, segment, num_segments)
     values = _widen(values)
     return values.new_zeros(num_segments, values.shape[1]).index_add(0, segment, values)
 
@@ -60,7 +64,7 @@ def segment_softmax(logits: Tensor, segment: Tensor, num_segments: int) -> Tenso
     # The maximum only keeps exp from overflowing; it cancels, so no gradient flows through it.
     peak = logits.new_full((num_segments, logits.shape[1]), -torch.inf)
     peak = peak.scatter_reduce(0, index, logits.detach(), "amax")
-    weight = (logits - peak.index_select(0, segment)).exp()
+    weight = apply_to_each(torch.exp, logits - peak.index_select(0, segment))
     total = segment_sum(weight, segment, num_segments)
     return weight / total.index_select(0, segment)
 

@@ -11,6 +11,7 @@ from torch.nn import functional as F
 from datamodules.batch import EDGE_TYPES, NODE_TYPES, RELATIONS, Batch
 from datamodules.features import NODE_FEATURE_DIM, TEXT_DIM, count_columns
 from nep.layers.ensemble_linear import make_linear, split_members
+from nep.layers.equal_rows import Linear, multiply
 
 
 class NodeEmbedding(nn.Module):
@@ -33,7 +34,7 @@ class NodeEmbedding(nn.Module):
         super().__init__()
         num_features = TEXT_DIM + len(NODE_TYPES) + count_columns("node", reads)
         self.members = members
-        self.first = nn.Linear(num_features, members * units)
+        self.first = Linear(num_features, members * units)
         self.second = make_linear(units, units, members)
 
     def forward(self, batch: Batch) -> Tensor:
@@ -47,10 +48,10 @@ class NodeEmbedding(nn.Module):
         text_weight = text_weight[:, : batch.text.shape[1]]
         if batch.num_nodes < len(of_type) * len(batch.text):  # of a single home
             text = batch.text.index_select(0, batch.label)  # often fewer than there are labels
-            known = F.linear(text, text_weight, self.first.bias)  # (N, M units)
+            known = multiply(text, text_weight.t(), self.first.bias)  # (N, M units)
             known = known + batch.repeat_per_node_type(of_type)
         else:
-            text = F.linear(batch.text, text_weight, self.first.bias)  # (L, M units)
+            text = multiply(batch.text, text_weight.t(), self.first.bias)  # (L, M units)
             table = (of_type.unsqueeze(1) + text).flatten(0, 1)  # (5 L, M units)
             blocks = enumerate(batch.label.split(batch.node_counts))
             row = torch.cat([label + ntype * len(text) for ntype, label in blocks])  # (N,)
@@ -58,7 +59,7 @@ class NodeEmbedding(nn.Module):
         if more.shape[1]:
             feature_weight = torch.cat([feature_weight, more], dim=1)
         feature_weight = feature_weight[:, : batch.node_feature.shape[1]]
-        return self._embed(torch.addmm(known, batch.node_feature, feature_weight.t()))
+        return self._embed(multiply(batch.node_feature, feature_weight.t(), known))
 
     def _embed(self, hidden: Tensor) -> Tensor:
         """Finish what the first layer has summed up, in place: (n, M units) -> (n, M, units)."""
@@ -83,7 +84,7 @@ class EdgeEmbedding(nn.Module):
         super().__init__()
         num_features = count_columns("edge", reads) + len(RELATIONS)
         self.members = members
-        self.first = nn.Linear(num_features, members * units)
+        self.first = Linear(num_features, members * units)
         self.second = make_linear(units, units, members)
         one_hot = torch.eye(len(RELATIONS))
         relation = torch.stack([one_hot[RELATIONS.index(name)] for _, name, _ in EDGE_TYPES])

@@ -9,6 +9,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from nep.layers.dropout import ByteDropout
+from nep.layers.equal_rows import ROWS, Linear, has_equal_rows
 
 # Slots of a row, where no snapshot has more query edges. Wider rows waste fewer slots and make more
 # pairs of query edges that never attend to each other; 48 and 64 took longer in training.
@@ -44,6 +45,8 @@ class QueryPadding:
     ) -> QueryPadding:
         """Give each snapshot a place in a row and each query edge the next slot of it.
 
+        Within `equal_rows` a snapshot has a row of its own, as wide as its own query edges need.
+
         Args:
             query_snapshot: (Q,) int64 in 0..B-1, in any order; Q at least 1.
             num_snapshots: B.
@@ -51,8 +54,12 @@ class QueryPadding:
         """
         count = torch.bincount(query_snapshot, minlength=num_snapshots)  # (B,)
         counts = count.tolist()
-        num_slots = max(max(counts), min(_ROW_SLOTS, len(query_snapshot)))
-        starts, num_rows = _pack(counts, num_slots)
+        if has_equal_rows():
+            num_slots = ROWS * -(-max(counts) // ROWS)
+            starts, num_rows = _pack([num_slots * (number > 0) for number in counts], num_slots)
+        else:
+            num_slots = max(max(counts), min(_ROW_SLOTS, len(query_snapshot)))
+            starts, num_rows = _pack(counts, num_slots)
         order = torch.argsort(query_snapshot, stable=True)
         rank = torch.arange(len(order), device=order.device)
         # of a snapshot: its first slot, less the query edges of the snapshots before it
@@ -136,10 +143,10 @@ class QueryAttentionLayer(nn.Module):
                 f"for width {units}. Choose for instance 2."
             )
         self.heads = heads
-        self.project_in = nn.Linear(units, 3 * units)
-        self.project_out = nn.Linear(units, units)
-        self.feed_forward_in = nn.Linear(units, feed_forward_units)
-        self.feed_forward_out = nn.Linear(feed_forward_units, units)
+        self.project_in = Linear(units, 3 * units)
+        self.project_out = Linear(units, units)
+        self.feed_forward_in = Linear(units, feed_forward_units)
+        self.feed_forward_out = Linear(feed_forward_units, units)
         self.attention_norm = nn.LayerNorm(units)
         self.feed_forward_norm = nn.LayerNorm(units)
         self.dropout = ByteDropout(dropout)
@@ -213,27 +220,33 @@ class QueryAttention(nn.Module):
         """
         if len(query) == 0:
             return query
+        count = torch.bincount(query_snapshot, minlength=num_snapshots)
+        group = _group(count)[query_snapshot]
+        if num_snapshots > 1 and group.min() != group.max():
+            return self._attend_apart(query, query_snapshot, group)
         padding = None
-        if num_snapshots > 1:
-            is_wide = torch.bincount(query_snapshot, minlength=num_snapshots) > MOST_KEYS
-            if is_wide.any():
-                return self._attend_apart(query, query_snapshot, is_wide)
+        if count.max() <= MOST_KEYS and (num_snapshots > 1 or has_equal_rows()):
             padding = QueryPadding.from_snapshots(query_snapshot, num_snapshots, query.dtype)
         for layer in self.layers:
             query = layer(query, padding)
         return query
 
-    def _attend_apart(self, query: Tensor, query_snapshot: Tensor, is_wide: Tensor) -> Tensor:
-        """Give no row of a table to wide snapshots: its pairs would be those of all others, too.
+    def _attend_apart(self, query: Tensor, query_snapshot: Tensor, group: Tensor) -> Tensor:
+        """Attend in one group of query edges after the other: (Q, D), (Q,), (Q,) -> (Q, D)."""
+        parts = [(group == number).nonzero().squeeze(1) for number in group.unique().tolist()]
+        found = []
+        for rows in parts:
+            names, snapshot = query_snapshot[rows].unique(return_inverse=True)
+            found.append(self(query[rows], snapshot, len(names)))
+        return torch.cat(found)[torch.cat(parts).argsort()]
 
-        Args:
-            query: (Q, D).
-            query_snapshot: (Q,).
-            is_wide: which snapshots have more than `MOST_KEYS` query edges, bool (B,).
-        """
-        numbers = is_wide.nonzero().squeeze(1).tolist()
-        parts = [(query_snapshot == number).nonzero().squeeze(1) for number in numbers]
-        found = [self(query[rows], torch.zeros_like(rows), 1) for rows in parts]
-        rest = (~is_wide[query_snapshot]).nonzero().squeeze(1)
-        found.append(self(query[rest], query_snapshot[rest], len(is_wide)))
-        return torch.cat(found)[torch.cat([*parts, rest]).argsort()]
+
+def _group(count: Tensor) -> Tensor:
+    """Say which snapshots share a table, by their numbers of query edges: (B,) -> (B,).
+
+    Wide ones share none: its pairs would be those of all others, too. Within `equal_rows` a table
+    is as wide as each of its snapshots needs.
+    """
+    width = (count + (ROWS - 1)) // ROWS if has_equal_rows() else torch.zeros_like(count)
+    alone = -1 - torch.arange(len(count), device=count.device)
+    return torch.where(count > MOST_KEYS, alone, width)

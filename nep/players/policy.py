@@ -10,6 +10,7 @@ import numpy as np
 import torch
 
 from datamodules.graph import GraphBuilder
+from nep.layers.equal_rows import equal_rows
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.checkpoints import checksum_trained, load_trained
@@ -33,7 +34,8 @@ class NEPPolicy(Policy):
     A furniture node's score is the highest logit of its query edges. A home's scores do not depend
     on the homes beside it, nor on threads: products of float32 differ in the last bit with the
     number of rows and who shares a vector register, enough to break a tie. So a copy of the network
-    computes in float64, and its logits are rounded to six decimals.
+    computes within `nep.layers.equal_rows`, or in float64 where its encoder, or a device that is no
+    CPU, cannot; its logits are rounded to six decimals.
 
     A network with evidence may share its answers with a filter of the prior, whatever was seen
     before the last sighting (`PlayingConfig.prior_share`, `follow_prior`): the probability of a
@@ -161,8 +163,10 @@ class NEPPolicy(Policy):
         )
         batch = self._builder.build(snapshots)
         places = (batch.query_snapshot, batch.query_furniture, batch.query_relation)
-        batch = batch.to(next(predictor.parameters()).device, torch.float64)
-        logits = predictor(batch).cpu().numpy().round(CORRECTIONS.decimals)
+        first = next(predictor.parameters())
+        with equal_rows(first.dtype == torch.float32):
+            logits = predictor(batch.to(first.device, first.dtype))
+        logits = logits.double().cpu().numpy().round(CORRECTIONS.decimals)
         scores = np.full((len(queries.home), memory.num_furniture, 2), -np.inf)
         scores[tuple(place.numpy() for place in places)] = logits
         if evidence is None:
@@ -175,11 +179,13 @@ class NEPPolicy(Policy):
         return self._asks_moved if self._module.playing.learns_asked else TASKS_ASK_MOVED
 
     def _take_predictor(self) -> NodeEdgePredictor:
-        """Return the network in float64, as it was at the last reset or first question."""
+        """Return the network as it was at the last reset or first question."""
         if self._predictor is None:
             device = self._module.device
             if device.type == "mps":  # knows no float64
                 device = torch.device("cpu")
-            copy = deepcopy(self._module.predictor).requires_grad_(False)
-            self._predictor = copy.to(device, torch.float64).eval()
+            copy = deepcopy(self._module.predictor).requires_grad_(False).eval()
+            is_equal = copy.encoder.has_equal_rows and copy.evidence_embedding is None
+            is_equal = is_equal and device.type == "cpu"
+            self._predictor = copy.to(device, torch.float32 if is_equal else torch.float64)
         return self._predictor

@@ -34,7 +34,7 @@ def test_it_begins_as_linear_layers_do():
 
 
 def test_a_single_network_has_plain_layers():
-    assert type(make_linear(3, 5, 1)) is nn.Linear
+    assert isinstance(make_linear(3, 5, 1), nn.Linear)
     assert make_linear(3, 5, 1, bias=False).bias is None
     assert type(make_linear(3, 5, 2)) is EnsembleLinear
 

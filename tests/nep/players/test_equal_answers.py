@@ -6,7 +6,7 @@ import torch
 
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
-from nep.encoders import DGLHGT, GCN, HAN, HGT
+from nep.encoders import DGLHGT, GCN, HAN, HEAT, HGT, MLP
 from nep.model.module import NEPModule
 from nep.players.policy import NEPPolicy
 from simulator.policies import Policy
@@ -61,6 +61,10 @@ def make(encoder):
 NETWORKS = {
     "heat": lambda: NEPPolicy.load("heat"),
     "any_home": lambda: NEPPolicy.load("any_home"),
+    "counting": lambda: make(
+        HEAT(heads=2, num_convolutions=2, residual=True, sharing="sigmoid", alike=True)
+    ),
+    "mlp": lambda: make(MLP()),
     "gcn": lambda: make(GCN()),
     "han": lambda: make(HAN()),
     "hgt": lambda: make(HGT()),
@@ -103,6 +107,15 @@ def test_places_that_nothing_tells_apart_are_tied():
     gaps = np.concatenate([np.diff(np.sort(row)) for row in rows])
     assert (gaps == 0).any()
     assert (gaps[gaps > 0] > 1e-6).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "dtype"), [("gcn", torch.float32), ("hgt", torch.float64), ("dgl", torch.float64)]
+)
+def test_what_cannot_compute_in_equal_rows_computes_in_float64(name, dtype):
+    network = NETWORKS[name]()
+    play(network, "predict_location", [1])
+    assert next(network._take_predictor().parameters()).dtype == dtype
 
 
 def test_the_weights_are_those_of_the_last_reset():
