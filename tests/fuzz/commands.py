@@ -32,7 +32,7 @@ COMMANDS = (
     ("simulator.trace", ("import", "procthor", "house.json", "--out=imported"),
      ("furniture", "labels", "start", "memory", "prior")),
     ("simulator.priors", ("check", "prior.json"), ()),
-    ("simulator.priors", ("compare", "prior.json", "prior.json"), ("top",)),
+    ("tools.priors", ("compare", "prior.json", "prior.json"), ("top",)),
     ("simulator.priors", ("from-trace", "home", "--out=counted.json"), ("step_seconds",)),
     ("tools.priors", ("build", "--source=table=rows.csv", "--out=built.json"),
      ("source", "num_homes", "seed", "normalise", "scope", "coarse", "min_edges", "min_places",
