@@ -12,7 +12,7 @@ from sgm.belief import Belief
 from sgm.memory.asking import Asked
 from sgm.memory.queries import Queries
 
-MOST_TOGETHER = 8  # things in one pass: twice the time of one; with 16 others would wait longer
+MOST_TOGETHER = 16  # things in one pass: twice the time of one
 _MOST_BELIEFS = 2000  # that are kept of a state
 _MOST_LATELY = 500  # things of a home, or asked for, among which is chosen what comes along
 
@@ -25,9 +25,10 @@ Judge = Callable[[Asked, np.ndarray], Belief]
 class JudgedBeliefs:
     """Beliefs about the memory before the looks of a time step, which these do not change.
 
-    A pass of a network for eight things takes twice the time of one for one. So other questions
+    A pass of a network for sixteen things takes twice the time of one for one. So other questions
     come along with what is asked for: of as many things as are known of this state already, so that
-    who asks for one thing a step waits for no other.
+    who asks for one thing a step waits for no other. Where many were asked for in the state
+    before, the first pass is of as many as any.
     """
 
     def __init__(self) -> None:
@@ -35,6 +36,8 @@ class JudgedBeliefs:
         self._origin: object = None
         self._time = -1
         self._settings: tuple[object, ...] = ()
+        self._asked: set[_Things] = set()  # in this state
+        self._least_together = 0  # things to come along, however few are known of this state
         self._beliefs: dict[_Things, Belief] = {}
         self._lately: dict[_Things, None] = {}  # what was asked for, the latest last
 
@@ -53,8 +56,11 @@ class JudgedBeliefs:
         """
         if not self._is_of(asked.origin, asked.batch.time, settings):
             self._origin, self._time, self._settings = asked.origin, asked.batch.time, settings
-            self._beliefs = {}
+            self._least_together = MOST_TOGETHER if len(self._asked) >= MOST_TOGETHER else 0
+            self._beliefs, self._asked = {}, set()
         things = _list_things(asked)
+        if len(self._asked) < MOST_TOGETHER:
+            self._asked.add(things)
         belief = self._beliefs.get(things)
         if belief is None:
             more = self._choose_more(asked, things) if comes_along else []
@@ -99,7 +105,8 @@ class JudgedBeliefs:
                 and labels[objects["label"][row]] == label
             )
 
-        most = min(sum(map(len, self._beliefs)), MOST_TOGETHER - len(things))
+        known = max(sum(map(len, self._beliefs)), self._least_together)
+        most = min(known, MOST_TOGETHER - len(things))
         more, num_more = dict[_Things, None](), 0
         for own in chain(reversed(self._lately), _list_seen(asked)):
             if num_more >= most:
