@@ -151,9 +151,8 @@ def make_command(parser: ArgumentParser, options: Namespace, networks: Sequence[
 
 
 def _write_source(text: str, name: str) -> str:
-    """Write what `--checkpoint` was given: no path of a machine, but where a user's own goes."""
-    given, source = split_name(text)
-    if given in (None, source) and source == Path(source).stem:  # of what ships or has played
-        return source
-    name = Path(source).stem if name == source else name
-    return f"{name}={source if source in list_shipped() else 'FILE'}"
+    """Write what ships by its name, all else as NAME=FILE: the same when it has played before."""
+    _, source = split_name(text)
+    if name == source and source in list_shipped():
+        return name
+    return f"{Path(source).stem if name == source else name}=FILE"

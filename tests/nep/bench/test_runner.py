@@ -160,8 +160,9 @@ def test_bounds_of_options(option, value, message):
     ("text", "name", "shown"),
     [
         ("any_home", "any_home", "any_home"),
-        ("tuned", "tuned", "tuned"),  # has played: its table is written again
-        ("again=heat", "again", "again=heat"),
+        ("tuned", "tuned", "tuned=FILE"),  # has played: its table is written again
+        ("again=heat", "again", "again=FILE"),  # as when it has played
+        ("heat=mine.ckpt", "heat", "heat=FILE"),
         ("mine=runs/x/last.ckpt", "mine", "mine=FILE"),
         ("runs/x/last.ckpt", "x", "x=FILE"),
         ("mine.ckpt", "mine.ckpt", "mine=FILE"),
