@@ -45,8 +45,15 @@ def build_network(
     arguments = drop_retired({**hyperparameters}, where)
     arguments.pop("_instantiator", None)  # names a function that would import the encoder
     encoder = arguments.pop("encoder")
+    is_named = isinstance(encoder, Mapping) and "class_path" in encoder
+    given = encoder.get("init_args", {}) if is_named else None
+    if not isinstance(given, Mapping):
+        raise ValueError(
+            f"encoder must have a class_path and init_args by name, got {shorten(encoder)} in "
+            f"{where}. Train again, or export again."
+        )
     encoder_class = _find_encoder(encoder["class_path"], where)
-    encoder_arguments = encoder_class.read_arguments(encoder.get("init_args", {}))
+    encoder_arguments = encoder_class.read_arguments(given)
     grouped = group_settings(arguments)
     sizes = [max(t.shape, default=0) for t in weights.values() if t.numel()]
     highest = max([_UNUSED, len(weights), *sizes])

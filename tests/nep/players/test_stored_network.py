@@ -80,6 +80,15 @@ def test_odd_hyper_parameters_are_refused(network, name, value, message):
         build_network(parameters, network.state_dict(), "here")
 
 
+@pytest.mark.parametrize(
+    "encoder", ["HEAT", None, {}, {"class_path": "nep.encoders.HEAT", "init_args": "units"}]
+)
+def test_an_encoder_without_names_of_arguments_is_refused(network, encoder):
+    parameters = {**network.hparams, "encoder": encoder}
+    with pytest.raises(ValueError, match=r"encoder must have a class_path .* in here"):
+        build_network(parameters, network.state_dict(), "here")
+
+
 def test_weights_that_are_no_numbers_are_refused(network):
     weights = dict(network.state_dict())
     name = next(iter(weights))
