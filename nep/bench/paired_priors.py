@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -68,24 +69,22 @@ def compare_priors(
     for kind in about:
         homes, _, prior = kind.rpartition("-")
         by_homes.setdefault(homes, {})[prior] = kind
+    pairs = [
+        (homes, first, second)
+        for homes, kinds in by_homes.items()
+        for number, first in enumerate(further)
+        for second in kinds
+        if first in kinds and second not in further[number:]
+    ]
     found = []
-    for column in map(COLUMNS.__getitem__, COMPARED):
-        for player in players:
-            for homes, kinds in by_homes.items():
-                pairs = [
-                    (first, second)
-                    for number, first in enumerate(further)
-                    for second in kinds
-                    if first in kinds and second not in further[number:]
-                ]
-                for first, second in pairs:
-                    own = [scores[kinds[prior]].get(player, {}) for prior in (first, second)]
-                    if any(column.name not in one for one in own):
-                        continue
-                    values = np.subtract(*(np.array(one[column.name]) for one in own))
-                    difference = Difference.of(values, about[kinds[first]]["units"])
-                    row = PriorDifference(column, player, first, second, homes, difference)
-                    found.append(row)
+    for column, player, (homes, first, second) in product(COMPARED, players, pairs):
+        kinds = by_homes[homes]
+        own = [scores[kinds[prior]].get(player, {}) for prior in (first, second)]
+        if any(column not in one for one in own):
+            continue
+        values = np.subtract(*(np.array(one[column]) for one in own))
+        difference = Difference.of(values, about[kinds[first]]["units"])
+        found.append(PriorDifference(COLUMNS[column], player, first, second, homes, difference))
     corrected = correct_holm([row.difference.p for row in found])
     return [replace(row, corrected=p) for row, p in zip(found, corrected, strict=True)]
 

@@ -35,8 +35,8 @@ def equal_rows(on: bool = True) -> Iterator[None]:
         _is_on.reset(token)
 
 
-def has_equal_rows() -> bool:
-    """Return whether this is within `equal_rows`."""
+def needs_equal_rows() -> bool:
+    """Tell whether this is within `equal_rows`."""
     return _is_on.get()
 
 

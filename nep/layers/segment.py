@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from nep.layers.equal_rows import apply_to_each, has_equal_rows, sum_rows
+from nep.layers.equal_rows import apply_to_each, needs_equal_rows, sum_rows
 
 
 def segment_sum(values: Tensor, segment: Tensor, num_segments: int) -> Tensor:
@@ -19,7 +19,7 @@ def segment_sum(values: Tensor, segment: Tensor, num_segments: int) -> Tensor:
     Returns:
         (S, D); zero for a segment without rows. Numbers of 16 bits are summed as float32.
     """
-    if has_equal_rows():
+    if needs_equal_rows():
         return sum_rows(values, segment, num_segments)
     values = _widen(values)
     return values.new_zeros(num_segments, values.shape[1]).index_add(0, segment, values)

@@ -9,7 +9,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from nep.layers.dropout import ByteDropout
-from nep.layers.equal_rows import ROWS, Linear, has_equal_rows
+from nep.layers.equal_rows import ROWS, Linear, needs_equal_rows
 
 # Slots of a row, where no snapshot has more query edges. Wider rows waste fewer slots and make more
 # pairs of query edges that never attend to each other; 48 and 64 took longer in training.
@@ -54,7 +54,7 @@ class QueryPadding:
         """
         count = torch.bincount(query_snapshot, minlength=num_snapshots)  # (B,)
         counts = count.tolist()
-        if has_equal_rows():
+        if needs_equal_rows():
             num_slots = ROWS * -(-max(counts) // ROWS)
             starts, num_rows = _pack([num_slots * (number > 0) for number in counts], num_slots)
         else:
@@ -221,11 +221,12 @@ class QueryAttention(nn.Module):
         if len(query) == 0:
             return query
         count = torch.bincount(query_snapshot, minlength=num_snapshots)
-        group = _group(count)[query_snapshot]
-        if num_snapshots > 1 and group.min() != group.max():
-            return self._attend_apart(query, query_snapshot, group)
+        group = _group(count)
+        own = group[count > 0]
+        if num_snapshots > 1 and own.min() != own.max():
+            return self._attend_apart(query, query_snapshot, group[query_snapshot])
         padding = None
-        if count.max() <= MOST_KEYS and (num_snapshots > 1 or has_equal_rows()):
+        if count.max() <= MOST_KEYS and (num_snapshots > 1 or needs_equal_rows()):
             padding = QueryPadding.from_snapshots(query_snapshot, num_snapshots, query.dtype)
         for layer in self.layers:
             query = layer(query, padding)
@@ -247,6 +248,6 @@ def _group(count: Tensor) -> Tensor:
     Wide ones share none: its pairs would be those of all others, too. Within `equal_rows` a table
     is as wide as each of its snapshots needs.
     """
-    width = (count + (ROWS - 1)) // ROWS if has_equal_rows() else torch.zeros_like(count)
+    width = (count + (ROWS - 1)) // ROWS if needs_equal_rows() else torch.zeros_like(count)
     alone = -1 - torch.arange(len(count), device=count.device)
     return torch.where(count > MOST_KEYS, alone, width)

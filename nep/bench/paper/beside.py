@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from nep.bench.temporal.report import MEMORY
+from nep.bench.temporal.report import MEMORY, read_scores
 from nep.report.results import ScoreSummary
-from sgm.files import read_json
-from sgm.messages import shorten
 from simulator.tasks.metrics import METRICS
 
 # Settings of Table 1, by the name that `nep.temporal` has for their homes.
@@ -39,16 +37,7 @@ class Beside:
         Raises:
             ValueError: if it is no such file.
         """
-        try:
-            content = read_json(path, allow_nan=True)
-            for name in ("sizes", "command", "made", "kinds"):
-                content[name]
-            return cls(content, path)
-        except (OSError, KeyError, TypeError, ValueError) as error:
-            raise ValueError(
-                f"beside must be a temporal.json of nep.temporal, got {shorten(str(error))} in "
-                f"{path}. Make it with the same --num_homes and --steps."
-            ) from error
+        return cls(read_scores(path, "beside"), path)
 
     def list_rows(
         self, setting: str, known: Mapping[str, ScoreSummary], num_trainings: int

@@ -24,17 +24,23 @@ from nep.bench.temporal.plan import (
     Workshop,
     list_kinds,
 )
-from nep.bench.temporal.report import NEGATIVES, SIGHTINGS, make_report
+from nep.bench.temporal.report import (
+    MEMORY,
+    NEGATIVES,
+    SCORES,
+    SIGHTINGS,
+    make_report,
+    read_scores,
+)
 from nep.event_networks.registry import NETWORKS
 from nep.players.contestants import Checkpoint, list_contestants
 from nep.report.code_version import describe_code
-from sgm.files import read_json, write_whole
-from sgm.messages import shorten
+from sgm.files import write_whole
 from simulator.command_line import one_line_errors, pick
 from simulator.policies import find_policy
 from simulator.policies.registry import EVENT_RULES
 
-TABLE, SCORES = "temporal.md", "temporal.json"
+TABLE = "temporal.md"
 RULES = (
     "random", "priors", "bayesian", "last_seen_prior", "persistence", "adaptive", *EVENT_RULES,
     "ceiling",
@@ -71,7 +77,7 @@ def make_content(
         for name in (*references, *checkpoints):
             found = read_unit(workshop.runs / kind / "references" / f"{name}.json")
             if found is not None:
-                reads = "graph memory" if name in checkpoints else "rule"
+                reads = MEMORY if name in checkpoints else "rule"
                 checksum = found["about"]["checksum"]
                 rows.append({
                     "name": name, "reads": reads, "plays": [found["done"]],
@@ -174,7 +180,9 @@ class Temporal(Suite):
         """Tune, train and play what has not been, and write."""
         if options.stored is not None:
             options.out.mkdir(parents=True, exist_ok=True)
-            write_whole(options.out / TABLE, make_report(_load(options.stored)).encode())
+            write_whole(
+                options.out / TABLE, make_report(read_scores(options.stored, "stored")).encode()
+            )
             return
         sizes = read_sizes(options)
         torch.set_num_threads(options.threads)
@@ -230,19 +238,6 @@ def read_sizes(options: Namespace) -> Sizes:
     """Return how much is trained and played."""
     own = {name: value for name, value in pick(options, Sizes).items() if value is not None}
     return replace(TINY if options.tiny else Sizes(), **own)
-
-
-def _load(path: Path) -> dict[str, Any]:
-    """Read stored scores."""
-    try:
-        content = read_json(path, allow_nan=True)
-        make_report(content)
-    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
-        raise ValueError(
-            f"stored must be a {SCORES} of nep.temporal, got {type(error).__name__}: "
-            f"{shorten(str(error))} in {path}. Make it with the command."
-        ) from error
-    return dict(content)
 
 
 main = Temporal().main

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,9 +21,12 @@ from nep.report.tables import (
     format_p,
     join_table,
 )
+from sgm.files import read_json
+from sgm.messages import shorten
 
 SIGHTINGS, NEGATIVES = "sightings", "sightings and negative looks"
 MEMORY = "graph memory"
+SCORES = "temporal.json"
 _KNOWS_MORE = ("ceiling", "oracle")
 _ABOUT = """\
 Temporal graph networks, rules of temporal graph learning, and graph memories on where things are in
@@ -76,6 +80,27 @@ class TableRow:
         values = np.array([own["first_guess"] for own in self.plays])  # (S, H)
         several = values if len(values) > 1 else None
         return ScoreSummary(values.mean(axis=0)[:, None], {}, several, units)
+
+
+def read_scores(path: Path, what: str) -> dict[str, Any]:
+    """Read stored scores, of which a report can be made.
+
+    Args:
+        path: of `temporal.json`.
+        what: the option that names it, for the message.
+
+    Raises:
+        ValueError: if it is no such file.
+    """
+    try:
+        content = read_json(path, allow_nan=True)
+        make_report(content)
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+        raise ValueError(
+            f"{what} must be a {SCORES} of nep.temporal, got {type(error).__name__}: "
+            f"{shorten(str(error))} in {path}. Make it with the command."
+        ) from error
+    return dict(content)
 
 
 def make_report(content: Mapping[str, Any]) -> str:

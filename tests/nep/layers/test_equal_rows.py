@@ -3,7 +3,7 @@
 import pytest
 import torch
 
-from nep.layers.equal_rows import Linear, apply_to_each, equal_rows, has_equal_rows, multiply
+from nep.layers.equal_rows import Linear, apply_to_each, equal_rows, multiply, needs_equal_rows
 from nep.layers.segment import segment_softmax, segment_sum
 from nep.model.query_attention import QueryAttention
 
@@ -80,4 +80,4 @@ def test_snapshots_of_any_size_attend_as_if_alone():
 def test_it_ends_with_an_error():
     with pytest.raises(RuntimeError), equal_rows():
         multiply(torch.ones(2, 3), torch.ones(2, 3))
-    assert not has_equal_rows()
+    assert not needs_equal_rows()

@@ -3,7 +3,7 @@
 import csv
 import io
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +32,7 @@ from nep.bench.paper.paper_tables import (
     make_table_2,
 )
 from nep.bench.suites.paper import _join
+from nep.bench.temporal.plan import Sizes
 from nep.report.results import ScoreSummary
 from nep.report.tables import compute_difference
 from simulator.policies import POLICIES
@@ -326,7 +327,9 @@ def test_trainings_stay_in_the_stored_scores(tmp_path):
 
 def write_beside(path, bayesian=(0.2, 0.3, 0.5), **changes):
     def play(*values):
-        return {"first_guess": values, "mrr": values, "nll": [1.5, 2.0, 2.5], "looks": values}
+        own = values[: len(bayesian)]  # all play the same homes
+        scores = {"first_guess": own, "mrr": own, "looks": own}
+        return {**scores, "nll": [1.5, 2.0, 2.5][: len(bayesian)], "milliseconds": 1.0}
 
     rows = [
         {"name": "bayesian", "reads": "rule", "plays": [play(*bayesian)], "checkpoints": []},
@@ -340,7 +343,7 @@ def write_beside(path, bayesian=(0.2, 0.3, 0.5), **changes):
     ]  # fmt: skip
     content = {
         "command": "python -m nep.temporal", "made": "played by hand", "note": "Ours is small.",
-        "sizes": {"train_homes": 32, "train_steps": 50},
+        "sizes": {**asdict(Sizes()), "train_homes": 32, "train_steps": 50}, "missing": [],
         "kinds": {"paper_on": {"title": "on", "units": None, "rows": rows}}, **changes,
     }  # fmt: skip
     path.write_text(json.dumps(content), encoding="utf-8")
