@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from jsonargparse import ArgumentParser, Namespace
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from nep.players.calibration_searches import Decisions, play_searches
+from nep.players.calibration_searches import Decisions, measure_calibration, play_searches
 from nep.players.checkpoints import (
     CONFIG,
     WEIGHTS,
@@ -25,7 +25,6 @@ from nep.players.checkpoints import (
     load_trained,
     save_exported,
 )
-from nep.players.fit_calibration import fit_calibration, measure_calibration
 from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
 from nep.report.code_version import list_versions
@@ -53,31 +52,25 @@ from simulator.world.streams import Streams
 CARD = "MODEL_CARD.md"
 
 _SIZES = ("num_homes", "steps", "seed")
-_ELSEWHERE = ("by_best", "alike")
 _TRAINING = {"snapshots", "num_homes", "steps", "task", "policy"}  # that notes have of it
 
 
 @dataclass(frozen=True, slots=True)
 class ExportConfig:
-    """What an exported network is calibrated on and scored in.
+    """What an exported network is scored in.
 
     Attributes:
-        homes: where homes come from. Of a limited number, the first half serves as validation
-            homes and the rest as test homes.
-        num_homes: validation homes that probabilities are fitted to, and as many test homes that
-            all scores come from; 0 for neither. Shipped networks have 100.
-        steps: searches per home of the calibration, and time steps of the scores; at most as many
-            as homes were recorded for. Shipped networks have 100.
+        homes: where homes come from. Of a limited number, all are test homes.
+        num_homes: test homes that all scores come from; 0 for none. Shipped networks have 100.
+        steps: time steps of the scores, and searches per home that its probabilities are held
+            against; at most as many as homes were recorded for. Shipped networks have 100.
         seed: of the homes.
-        elsewhere: what is fitted to how often things are elsewhere: "by_best", a share that depends
-            on the probability of the best place, or "alike", one share for all questions.
     """
 
     homes: HomeSource = field(default_factory=SampledSource)
     num_homes: int = 20
     steps: int = 50
     seed: int = 0
-    elsewhere: str = "by_best"
 
     def __post_init__(self) -> None:
         """Check the values.
@@ -87,43 +80,24 @@ class ExportConfig:
         """
         check_at_least(0, num_homes=self.num_homes, seed=self.seed)
         check_at_least(1, steps=self.steps)
-        if self.elsewhere not in _ELSEWHERE:
-            raise ValueError(
-                f"elsewhere must be one of {', '.join(_ELSEWHERE)}, got {shorten(self.elsewhere)}. "
-                "Choose one of these."
-            )
 
     @property
     def num_steps(self) -> int:
         """Steps that are played."""
         return min(self.steps, self.homes.num_steps or self.steps)
 
-    def get_streams(self, split: str) -> Streams:
-        """Return the streams of the homes of "val" or "test".
-
-        Raises:
-            ValueError: if there are fewer than two homes to share.
-        """
-        numbers: Sequence[int] = range(self.num_homes)
-        if self.homes.num_homes is not None:
-            if self.homes.num_homes < 2:
-                raise ValueError(
-                    "homes must be at least 2, to calibrate in one and score in another, got "
-                    f"{self.homes.num_homes}. Name more, or give --num_homes 0."
-                )
-            half = self.homes.num_homes // 2
-            numbers = range(half) if split == "val" else range(half, self.homes.num_homes)
-        return Streams(self.seed, split, numbers)
+    @property
+    def streams(self) -> Streams:
+        """The streams of the test homes."""
+        return Streams(self.seed, "test", range(self.homes.num_homes or self.num_homes))
 
     def count_steps(self) -> int:
         """Return how often `export_model` calls `on_step`."""
         num_games = len(SCORED_TASKS) * (len(REFERENCES) + 1)
         if not self.num_homes:
             return 0
-        num_val, num_test = (
-            len(self.homes.list_groups(self.get_streams(split).homes)) for split in ("val", "test")
-        )
-        return (num_val + num_test * (1 + num_games)) * self.num_steps
+        num_groups = len(self.homes.list_groups(self.streams.homes))
+        return num_groups * (1 + num_games) * self.num_steps
 
 
 def export_model(
@@ -133,28 +107,27 @@ def export_model(
     command: str,
     on_step: Callable[[str], None] = lambda what: None,
 ) -> None:
-    """Write a network as safetensors and JSON, calibrated and with a model card.
+    """Write a network as safetensors and JSON, with a model card.
 
     Args:
-        checkpoint: written by `python -m nep.fit`; or a network that is calibrated and measured
-            anew, one that ships or an exported folder.
+        checkpoint: written by `python -m nep.fit`; or a network that is measured anew, one that
+            ships or an exported folder.
         folder: made if needed.
-        config: what it is calibrated on; with no homes, it is not, and the card says so.
+        config: what it is scored in; with no homes, it is not, and the card says so.
         command: the command line that makes the folder again.
         on_step: called after each step with what is being done.
 
     Raises:
         ValueError: if the checkpoint is missing, damaged or no fit for this package, or reads a
-            clock and is to be calibrated.
+            clock and is to be scored in homes without one.
         OSError: if the folder cannot be written.
     """
     source = find_trained(checkpoint)
     model = load_trained(source)
     if config.num_homes and model.builder.config.clock and not config.homes.has_clock:
         raise ValueError(
-            "network must read no clock to be calibrated in homes without one, got features.clock "
-            f"in {checkpoint}. Name recorded homes that have a start (--trace), or give "
-            "--num_homes 0: probabilities are then the softmax of its logits."
+            "network must read no clock to be scored in homes without one, got features.clock in "
+            f"{checkpoint}. Name recorded homes that have a start (--trace), or give --num_homes 0."
         )
     if source.is_dir():
         notes = _read_notes(source)
@@ -165,9 +138,8 @@ def export_model(
         "versions": list_versions(),
         "num_parameters": sum(part.numel() for part in model.module.parameters()),
     }
-    model = replace(model, calibration=None)
     if config.num_homes:
-        model, notes["measured"] = measure_model(model, config, on_step)
+        notes["measured"] = measure_model(model, config, on_step)
     save_exported(folder, model, notes)
     card = make_card(folder.resolve().name, load_config(folder))
     write_whole(folder / CARD, card.encode())
@@ -188,8 +160,8 @@ def _read_notes(folder: Path) -> dict[str, Any]:
 
 def measure_model(
     model: TrainedModel, config: ExportConfig, on_step: Callable[[str], None]
-) -> tuple[TrainedModel, dict[str, Any]]:
-    """Calibrate a network on validation homes, and score it in test homes.
+) -> dict[str, Any]:
+    """Score a network in test homes.
 
     Args:
         model: the network.
@@ -197,57 +169,51 @@ def measure_model(
         on_step: called after each step with what is being done.
 
     Returns:
-        The calibrated network, and what was measured as JSON values: the sizes, its calibration in
-        test homes before and after, and the scores of it and of the references in two tasks.
+        What was measured as JSON values: the sizes, and the scores of it and of the references in
+        two tasks. "before" and "after": how far its probabilities can be believed when it is asked
+        again after every look, and when looks are folded in by Bayes' rule.
     """
     player = NEPPolicy(model.module.eval(), model.builder)
 
-    def search(split: str) -> Decisions:
-        streams = config.get_streams(split)
+    streams = config.streams
+
+    def search() -> Decisions:
         groups = [group.homes for group in config.homes.list_groups(streams.homes)]
         parts = []
         for group in groups:
             homes = config.homes.make(streams.select(group))
-            on_search = partial(on_step, f"searching {split} homes")
+            on_search = partial(on_step, "searching in test homes")
             parts.append(
                 play_searches(homes, player.play_in(homes), config.num_steps, on_search=on_search)
             )
-        return _join(parts, [len(group) for group in groups])
+        return _join(parts)
 
     def score(task: str, name: str) -> dict[str, float]:
         make = player.play_in if name == "network" else partial(make_policy, name)
         scores = evaluate_policy(
-            make, config.homes, config.get_streams("test"), config.num_steps,
+            make, config.homes, streams, config.num_steps,
             lambda: on_step(f"{name} in test homes"), task,
         ).home_values  # fmt: skip
         return {"mean": float(scores.mean()), "std": float(scores.std())}
 
     able = [name for name in REFERENCES if find_policy(name).needs <= config.homes.knows]
-    calibration = fit_calibration(search("val"), alike=config.elsewhere == "alike")
-    unseen = search("test")
-    measured = {
-        "homes": len(config.get_streams("test").homes),
-        "homes_fitted": len(config.get_streams("val").homes),
+    decisions = search()
+    return {
+        "homes": len(streams.homes),
         "source": config.homes.describe(),
         "steps": config.num_steps,
         "seed": config.seed,
-        "num_decisions": len(unseen.scores),
-        "before": measure_calibration(unseen, None),
-        "after": measure_calibration(unseen, calibration),
+        "num_decisions": len(decisions.scores),
+        "before": measure_calibration(decisions, asks_again=True),
+        "after": measure_calibration(decisions),
         "scores": {
             task: {name: score(task, name) for name in (*able, "network")} for task in SCORED_TASKS
         },
     }
-    return replace(model, calibration=calibration), measured
 
 
-def _join(parts: Sequence[Decisions], num_homes: Sequence[int]) -> Decisions:
-    """Put the searches of groups of homes together; places that a home has not are no candidates.
-
-    Args:
-        parts: searches of each group, equally many in each home.
-        num_homes: homes of each group.
-    """
+def _join(parts: Sequence[Decisions]) -> Decisions:
+    """Put searches of groups of homes together; places that a home has not are no candidates."""
     width = max(part.scores.shape[1] for part in parts)
 
     def widen(values: np.ndarray, fill: float | bool) -> np.ndarray:
@@ -264,9 +230,6 @@ def _join(parts: Sequence[Decisions], num_homes: Sequence[int]) -> Decisions:
             ]
         ),
         num_looks=np.concatenate([part.num_looks for part in parts]),
-        elsewhere_share=float(
-            np.average([part.elsewhere_share for part in parts], weights=num_homes)
-        ),
     )
 
 
@@ -274,16 +237,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
     parser = make_parser(
         "python -m nep.export",
-        f"Write a trained network as {WEIGHTS} and {CONFIG}, without pickle, with calibrated "
-        f"probabilities and a {CARD}; and as {ONNX}, if it reads evidence alone. "
+        f"Write a trained network as {WEIGHTS} and {CONFIG}, without pickle, with a "
+        f"{CARD}; and as {ONNX}, if it reads evidence alone. "
         "`ObjectFinder.load(DIR)` reads it.",
     )
     parser.add_argument(
         "checkpoint",
         metavar="CKPT",
         type=str,
-        help="written by nep.fit; or a network to calibrate and measure anew, one that ships or an "
-        "exported folder",
+        help="written by nep.fit; or a network to measure anew: one that ships, "
+        "or an exported folder",
     )
     parser.add_argument("folder", metavar="DIR", type=Path, help="made if needed")
     parser.add_class_arguments(ExportConfig, skip={"homes"})
@@ -323,11 +286,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _describe_cost(config: ExportConfig) -> str:
     """Say what is played before anything is written, and what plays less or more."""
     if not config.num_homes:
-        return "No probabilities are calibrated and nothing is scored (--num_homes 0)."
-    fitted, scored = (len(config.get_streams(split).homes) for split in ("val", "test"))
+        return "Nothing is scored (--num_homes 0)."
     return (
-        f"Calibrates in {fitted} homes and scores in {scored}, {config.num_steps} steps each. "
-        "--num_homes 0 leaves both out; --num_homes 100 --steps 100, as shipped networks have, "
+        f"Scores in {len(config.streams.homes)} homes, {config.num_steps} steps each. "
+        "--num_homes 0 leaves it out; --num_homes 100 --steps 100, as shipped networks have, "
         "takes minutes."
     )
 

@@ -16,7 +16,7 @@ MOVED = {
     "nep.event_networks.plan": "nep.bench.temporal.plan",
     "nep.event_networks.report": "nep.bench.temporal.report",
     "nep.paper": "nep.bench.paper",
-    "nep.players.calibration": "nep.players.fit_calibration",
+    "nep.players.calibration": "nep.players.calibration_searches",
     "nep.players.searches": "nep.players.calibration_searches",
     "nep.bench.paper.readings": "tools.claims.readings",
     "nep.bench.search_orders": "tools.searches.search_orders",

@@ -1,4 +1,4 @@
-"""Searches in homes, some without a find: what probabilities are calibrated on."""
+"""Searches in homes, some without a find, and how far the probabilities in them can be believed."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sgm.belief import CORRECTIONS, Belief, Detector
 from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from simulator.policies import Policy
+from simulator.tasks.metrics import compute_calibration_error, compute_nll
 from simulator.tasks.queries import sample_query
 from simulator.tasks.rollout import Rollout
 from simulator.tasks.search import Search, SearchOrder
@@ -32,7 +34,6 @@ class Decisions:
         is_absent: places looked at in this time step without seeing the object, bool (n, F).
         answers: furniture that holds the object, and last whether none does, bool (n, F + 1).
         num_looks: looks of the search so far, (n,).
-        elsewhere_share: share of the searches whose object was not in the home.
     """
 
     scores: np.ndarray
@@ -40,7 +41,6 @@ class Decisions:
     is_absent: np.ndarray
     answers: np.ndarray
     num_looks: np.ndarray
-    elsewhere_share: float
 
 
 def play_searches(
@@ -49,7 +49,7 @@ def play_searches(
     num_searches: int,
     *,
     max_looks: int = 8,
-    elsewhere_share: float = 0.1,
+    elsewhere_share: float = CORRECTIONS.elsewhere_share,
     on_search: Callable[[], None] = lambda: None,
 ) -> Decisions:
     """Let a policy search every home, once per time step, and keep what it thought.
@@ -73,7 +73,6 @@ def play_searches(
     parts: dict[str, list[np.ndarray]] = {
         name: [] for name in ("scores", "asked_again", "is_absent", "answers", "num_looks")
     }
-    num_elsewhere = 0
     for _ in range(num_searches):
         rollout.evolve()
         codes = _sample_codes(rollout, elsewhere_share)
@@ -83,7 +82,6 @@ def play_searches(
         answers = np.concatenate(
             [search.answers, ~search.answers.any(axis=1, keepdims=True)], axis=1
         )
-        num_elsewhere += int(answers[:, -1].sum())
         while len(searching := search.homes):
             answer = search.choose(order)
             is_first = search.num_looks[searching] == 0
@@ -95,10 +93,48 @@ def play_searches(
             parts["num_looks"].append(search.num_looks[searching])
             search.look(searching, answer.choice)
         on_search()
-    share = num_elsewhere / (num_searches * homes.num_homes)
-    return Decisions(
-        **{name: np.concatenate(values) for name, values in parts.items()}, elsewhere_share=share
-    )
+    return Decisions(**{name: np.concatenate(values) for name, values in parts.items()})
+
+
+def measure_calibration(decisions: Decisions, *, asks_again: bool = False) -> dict[str, float]:
+    """Measure how far probabilities can be believed.
+
+    Args:
+        decisions: the searches.
+        asks_again: whether the softmax of the network after every look is measured, which has no
+            "elsewhere". Else it is asked once, a share of `CORRECTIONS.elsewhere_share` is
+            elsewhere, and looks are folded in by Bayes' rule.
+
+    Returns:
+        "nll": mean negative log likelihood of the truth, in nats. "ece": expected calibration error
+        of the likeliest answer, "elsewhere" among them. "ece_first": the same of first looks.
+        "ece_elsewhere": of the probability of "elsewhere". "elsewhere_there", "elsewhere_gone":
+        its mean where the object is at a known place, and where it is not; 0 without such ones.
+    """
+    if asks_again:
+        belief = Belief.of_logits(decisions.asked_again, 0.0)
+    else:
+        belief = Belief.of_logits(decisions.scores, CORRECTIONS.elsewhere_share).look(
+            np.log(Detector().compute_miss(decisions.is_absent.astype(float)))
+        )
+    probability, truth = belief.probabilities, decisions.answers
+    choice = probability.argmax(axis=1)
+    rows = np.arange(len(choice))
+    confidence, is_right = probability[rows, choice], truth[rows, choice]
+    first = decisions.num_looks == 0
+    elsewhere, is_gone = probability[:, -1], truth[:, -1]
+    return {
+        "nll": compute_nll((probability * truth).sum(axis=1)),
+        "ece": compute_calibration_error(confidence, is_right),
+        "ece_first": compute_calibration_error(confidence[first], is_right[first]),
+        "ece_elsewhere": compute_calibration_error(elsewhere, is_gone),
+        "elsewhere_there": _mean(elsewhere[~is_gone]),
+        "elsewhere_gone": _mean(elsewhere[is_gone]),
+    }
+
+
+def _mean(values: np.ndarray) -> float:
+    return float(values.sum() / max(len(values), 1))
 
 
 class ByLogit(SearchOrder):

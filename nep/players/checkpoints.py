@@ -38,12 +38,12 @@ from sgm.files import (
     write_whole,
 )
 from sgm.messages import shorten
-from sgm.network.calibration import Calibration, read_calibration
 from sgm.network.network import ONNX, describe_onnx
 from sgm.network.shipped import CONFIG, NEW, find_part, find_trained
 
 FORMAT = "node edge predictor"
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
+_READABLE = (2, 3)  # version 2 says how its probabilities are calibrated, which nothing reads
 WEIGHTS = "weights.safetensors"
 # Under this name weights are written first; the config that names their checksum comes second, and
 # renaming them last, so that a folder is usable whenever an export over an older one is stopped.
@@ -59,7 +59,6 @@ class TrainedModel:
     Attributes:
         module: the network.
         builder: makes its batches, with the features that it was trained on.
-        calibration: what turns its logits into probabilities; None if it was never fitted.
         training: what a checkpoint was trained on, as JSON values: `homes`, `steps`, `task`,
             `policy` and `seed` of the collection, whether its homes were recorded (`is_recorded`;
             left out by checkpoints from before it could be), and how many `snapshots` of it, None
@@ -69,7 +68,6 @@ class TrainedModel:
 
     module: NEPModule
     builder: GraphBuilder
-    calibration: Calibration | None = None
     training: dict[str, Any] | None = None
 
 
@@ -92,7 +90,7 @@ def load_trained(source: str | Path) -> TrainedModel:
 def checksum_trained(source: str | Path) -> str:
     """Return the SHA-256 of a checkpoint, or of an exported folder.
 
-    Notes do not count, nor does the ONNX file, which is made of the weights.
+    Of an exported folder count weights, schema, features and model: its logits follow from them.
 
     Raises:
         ValueError: if there is no such file, or it is damaged.
@@ -100,10 +98,9 @@ def checksum_trained(source: str | Path) -> str:
     path = find_trained(source)
     if not path.is_dir():
         return compute_checksum(path)
-    config = {
-        name: part for name, part in load_config(path).items() if name not in ("notes", "onnx")
-    }
-    parts = [compute_checksum(find_weights(path, config)), json.dumps(config, sort_keys=True)]
+    config = load_config(path)
+    counts = {name: config.get(name) for name in ("schema", "features", "model")}
+    parts = [compute_checksum(find_weights(path, config)), json.dumps(counts, sort_keys=True)]
     return hashlib.sha256("".join(parts).encode()).hexdigest()
 
 
@@ -189,7 +186,6 @@ def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> N
         "schema": make_schema(model.builder),
         "features": asdict(model.builder.config),
         "model": hyperparameters,
-        "calibration": asdict(model.calibration) if model.calibration else None,
         "notes": notes,
     }
     _finish_export(folder)
@@ -223,7 +219,6 @@ def load_exported(folder: Path) -> TrainedModel:
                 "interrupted, or files of two were mixed. Export again."
             )
         module = build_network(config["model"], tensors, folder)
-        calibration = read_calibration(config["calibration"])
         text = config["schema"]["text"]
     except OSError as error:
         raise make_read_error(
@@ -237,7 +232,7 @@ def load_exported(folder: Path) -> TrainedModel:
             f"{folder}. Export again with `python -m nep.export`."
         ) from error
     builder = _make_builder(features, module, text, folder)
-    return TrainedModel(module.eval(), builder, calibration)
+    return TrainedModel(module.eval(), builder)
 
 
 def find_weights(folder: Path, config: dict[str, Any]) -> Path:
@@ -290,10 +285,11 @@ def load_config(folder: Path) -> dict[str, Any]:
             f"{CONFIG} must be as nep.export wrote it, got {type(error).__name__} in {folder}. "
             "Export again with `python -m nep.export`."
         ) from error
-    if config.get("format") != FORMAT or version != FORMAT_VERSION:
+    if config.get("format") != FORMAT or version not in _READABLE:
         raise ValueError(
-            f"exported folder must have version {FORMAT_VERSION}, got {shorten(version)} in "
-            f"{folder}. Install the version of the package that wrote it, or export again."
+            f"exported folder must have version {' or '.join(map(str, _READABLE))}, got "
+            f"{shorten(version)} in {folder}. Install the version of the package that wrote it, or "
+            "export again."
         )
     check_feature_schema(schema.get("feature_schema"), folder)
     for name, expected in make_schema().items():

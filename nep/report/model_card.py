@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from nep.report.tables import join_table
+from sgm.belief import CORRECTIONS
 from sgm.evidence.columns import CLOCK_GROUPS
 
 # Who is scored in the same homes, worst first as a rule.
@@ -75,26 +75,19 @@ _MEASURED = """\
 {ceiling}{kinds}
 ## Probabilities
 
-Fitted on {homes_fitted} {kind} validation homes, measured on {homes} test homes: {steps} searches
-in each, up to 8 looks per search, {num_decisions} decisions. One search in ten is for something
-that is not in the home. Errors are expected calibration errors (10 bins).
+Measured in the same homes: {steps} searches in each, up to 8 looks per search, {num_decisions}
+decisions. One search in ten is for something that is not in the home. Errors are expected
+calibration errors (10 bins).
 
 {calibrated}
-Temperature {temperature:.2f}. "Elsewhere" is {elsewhere_share:.3f} before any look of a time step,
-{elsewhere}
+"Elsewhere" is {elsewhere_share} before any look of a time step, the same for every question. Things
+that are gone are rather those that a network is unsure of, so that it is too low where the best
+place is unlikely, and too high after a negative look at a likely one.
 """
-_ALIKE = """\
-the same for every question. That is most of its error: things that are gone are rather those that
-a network is unsure of, so that it is too low where the best place is unlikely, and too high after
-a negative look at a likely one."""
-_BY_BEST = """\
-on average: its odds are multiplied by ({usual:.2f} / probability of the best place) ** {slope:.2f},
-since things that are gone are rather those that a network is unsure of."""
 _UNMEASURED = """\
 ## Scores and probabilities
 
-Not measured, and not calibrated: it was exported with `--num_homes=0`. Probabilities are the
-softmax of its logits.
+Not measured: it was exported with `--num_homes=0`.
 """
 
 
@@ -115,7 +108,7 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
     measured = _UNMEASURED
     if "measured" in notes:
         kinds = _KINDS.format(notes["kinds"]) if "kinds" in notes else ""
-        measured = _describe_measured(name, notes["measured"], config["calibration"], kinds)
+        measured = _describe_measured(name, notes["measured"], kinds)
     start = training.get("start")
     features = config["features"]
     hides_clock = set(CLOCK_GROUPS) <= set(features.get("evidence_without", ()))
@@ -140,9 +133,7 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
     )
 
 
-def _describe_measured(
-    name: str, measured: Mapping[str, Any], calibration: Mapping[str, Any], kinds: str
-) -> str:
+def _describe_measured(name: str, measured: Mapping[str, Any], kinds: str) -> str:
     """Write the sections on scores and probabilities."""
     source = measured.get("source", {})
     is_recorded, is_mixed = source.get("source") == "recorded", source.get("homes") == "mixed"
@@ -174,7 +165,7 @@ def _describe_measured(
             [when, *(f"{measured[key][column]:.3f}" for column in columns)]
             for when, key in (
                 ("softmax of the logits, asked after every look", "before"),
-                ("calibrated, looks by Bayes' rule", "after"),
+                ("asked once, looks by Bayes' rule", "after"),
             )
         ],
     )
@@ -183,7 +174,6 @@ def _describe_measured(
         + ("" if is_recorded or is_mixed else " among 32 places"),
         kind="recorded" if is_recorded else "simulated",
         homes=measured["homes"],
-        homes_fitted=measured.get("homes_fitted", measured["homes"]),
         steps=measured["steps"],
         num_decisions=f"{measured['num_decisions']:,}",
         scores=scores,
@@ -191,9 +181,7 @@ def _describe_measured(
         ceiling=_CEILING if "ceiling" in first_guesses else "",
         kinds=kinds,
         calibrated=calibrated,
-        temperature=calibration["temperature"],
-        elsewhere_share=calibration["elsewhere_share"],
-        elsewhere=_describe_elsewhere(calibration),
+        elsewhere_share=CORRECTIONS.elsewhere_share,
     )
 
 
@@ -201,13 +189,6 @@ def _describe_versions(versions: Mapping[str, str]) -> str:
     """Say with what it was exported, as far as it was kept."""
     known = ", ".join(f"{name} {version}" for name, version in versions.items())
     return known if "commit" in versions else f"{known}; the commit was not kept"
-
-
-def _describe_elsewhere(calibration: Mapping[str, Any]) -> str:
-    slope = calibration.get("best_slope", 0.0)
-    if not slope:
-        return _ALIKE
-    return _BY_BEST.format(usual=math.exp(calibration["best_mean"]), slope=slope)
 
 
 def _describe_training(training: Mapping[str, Any] | None) -> str:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from sgm.finder import object_finder
-from sgm.finder.object_finder import Trained
 from sgm.network.network import Network, has_onnx
 
 
@@ -17,7 +16,7 @@ class TrainedObjectFinder(object_finder.ObjectFinder):
     """
 
     @classmethod
-    def _read(cls, path: Path) -> Trained:
+    def _read(cls, path: Path) -> Any:
         if path.is_dir() and has_onnx(path):
             return super()._read(path)
         from nep.players.checkpoints import load_trained  # loads torch, seconds

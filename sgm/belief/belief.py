@@ -33,6 +33,19 @@ class Belief:
         weights[:, :-1], weights[:, -1] = places, elsewhere
         return cls(_log(weights))
 
+    @classmethod
+    def of_logits(cls, scores: np.ndarray, elsewhere: float) -> Belief:
+        """Make a belief of a network's logits.
+
+        Args:
+            scores: of the places, (K, F); -inf rules one out. Where all are, the thing is
+                elsewhere.
+            elsewhere: probability of elsewhere.
+        """
+        logits = np.full((len(scores), scores.shape[1] + 1), -np.inf)
+        logits[:, :-1] = scores
+        return cls(logits).with_elsewhere(elsewhere)
+
     @cached_property
     def probabilities(self) -> np.ndarray:
         """Probability of each place and of elsewhere, (K, F + 1); zeros where all is ruled out.

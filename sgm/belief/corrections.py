@@ -10,8 +10,8 @@ class Corrections:
     """Numbers between the logits of a network, or the scores of any policy, and a ranking.
 
     In the order in which they are applied. What a network was fitted to is not here, but in its
-    `config.json`: `prior_share`, temperature, share and slope of "elsewhere". What is learnt of a
-    home is in `Leaving` and `Adaptation`, the miss rate of a robot in its `Detector`.
+    `config.json`: `prior_share`. What is learnt of a home is in `Leaving` and `Adaptation`, the
+    miss rate of a robot in its `Detector`.
 
     Attributes:
         decimals: of a logit. Sums in another order differ nine orders of magnitude below, so that
@@ -36,8 +36,7 @@ class Corrections:
             little moves, else .01 or nothing, and loses .03 where much moves (results/notes.md).
         anywhere: share of a finder's belief that is spread over all places: nothing that was seen
             rules a place out.
-        elsewhere_share: share of what is asked for that is at no known place, where no network was
-            calibrated: one search in ten.
+        elsewhere_share: share of what is asked for that is at no known place: one search in ten.
         looks_counted: share of what negative looks of earlier steps say that is in the scores of a
             policy already if it reads the counters of the memory.
         usual_looks: that the usual miss rate counts as beside a robot's own count, which is too

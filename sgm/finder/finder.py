@@ -352,8 +352,6 @@ class Finder:
         self._policy.reset(asked.batch)
         scores = self._policy.scores(asked.batch, asked.queries)
         places = compute_probabilities(scores, self._policy.score_kind)
-        has_opinion = places.sum(axis=1, keepdims=True) > 0
-        places = np.where(has_opinion, places, 1 / places.shape[1])
         return Belief.of(places).with_elsewhere(self.elsewhere_share)
 
     def _get_similarity(self) -> Similarity | None:

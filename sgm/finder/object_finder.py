@@ -22,7 +22,6 @@ from sgm.memory.replay import replay
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names.name_matching import Similarity
 from sgm.names.words import read_words
-from sgm.network.calibration import Calibration
 from sgm.network.network import Network, has_onnx
 from sgm.network.policy import NetworkPolicy
 from sgm.network.shipped import find_trained
@@ -31,14 +30,6 @@ from sgm.text import load_text
 
 # The latest ones, to adapt to. With half of them more fits were kept, and later answers were worse.
 _MOST_QUESTIONS = 2000
-
-
-class Trained(Protocol):
-    """A trained network that was loaded: a `Network`, or in `nep` one that torch runs."""
-
-    @property
-    def calibration(self) -> Calibration | None:
-        """What turns its logits into probabilities; None if it was never calibrated."""
 
 
 class Answering(Protocol):
@@ -66,13 +57,11 @@ class ObjectFinder(Finder):
 
     Attributes:
         adaptation: to the home that it was adapted to; none at first.
-        calibration: what turns logits into probabilities before the looks of a time step. A
-            checkpoint that was never calibrated has the softmax of its logits.
     """
 
     def __init__(
         self,
-        model: Trained,
+        model: Any,
         elsewhere_share: float | None = None,
         detector: Detector | None = None,
         asks_moved: float = 0.0,
@@ -80,7 +69,7 @@ class ObjectFinder(Finder):
         """Ask a trained network; `load` reads one from disk.
 
         Args:
-            model: the network.
+            model: the network: a `Network`, or in `nep` one that torch runs.
             elsewhere_share: as in `load`.
             detector: as in `load`.
             asks_moved: as in `Finder`.
@@ -89,16 +78,14 @@ class ObjectFinder(Finder):
             ValueError: if the network reads the belief of a filter, which knows the rules of
                 simulated homes, or the share is out of range.
         """
-        calibration = model.calibration or Calibration()
         if elsewhere_share is None:
-            elsewhere_share = calibration.elsewhere_share or CORRECTIONS.elsewhere_share
+            elsewhere_share = CORRECTIONS.elsewhere_share
         policy = self._make_policy(model, asks_moved)
         self._network: Answering = policy
         self._text = load_text(policy.text_pipeline)
         self._cosines: tuple[tuple[str, ...], np.ndarray] = ((), np.zeros((0, 0)))
         self.adaptation = Adaptation()
         super().__init__(policy, detector, elsewhere_share, asks_moved)
-        self.calibration = calibration.with_share(elsewhere_share)
 
     @classmethod
     def load(
@@ -114,7 +101,7 @@ class ObjectFinder(Finder):
             source: "any_home" or "heat", which ship with the package; a folder of
                 `python -m nep.export`; or a checkpoint of `python -m nep.fit`.
             elsewhere_share: how often what is asked for is at no known place, above 0 and below 1;
-                None for the share that the network was calibrated with, 0.1.
+                None for 0.1.
             detector: how often a look misses what is there, and how fast things leave; None for
                 those of the paper's homes.
             asks_moved: as in `Finder`; networks without evidence, such as "heat", answer as if it
@@ -129,7 +116,7 @@ class ObjectFinder(Finder):
         return cls(cls._read(find_trained(source)), elsewhere_share, detector, asks_moved)
 
     @classmethod
-    def _read(cls, path: Path) -> Trained:
+    def _read(cls, path: Path) -> Any:
         """Read a network; `ValueError` if it cannot be read, or not be run here."""
         if not (path.is_dir() and has_onnx(path)):
             raise ValueError(
@@ -243,10 +230,10 @@ class ObjectFinder(Finder):
             scores = self.adaptation.change(*self._score(asked), asked.furniture_ids)
         else:
             scores = self._score_places(asked)
-        return self.calibration.make_belief(scores)
+        return Belief.of_logits(scores, self.elsewhere_share)
 
     def _list_settings(self) -> tuple[object, ...]:
-        return (*super()._list_settings(), self.adaptation, self.calibration)
+        return (*super()._list_settings(), self.adaptation)
 
     def _get_similarity(self) -> Similarity:
         def compare(label: str, others: Sequence[str]) -> Sequence[float]:

@@ -12,7 +12,6 @@ import numpy as np
 from sgm.evidence.columns import EVIDENCE_VERSION, PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.files import make_read_error, open_file, read_json
 from sgm.messages import shorten, shorten_text
-from sgm.network.calibration import Calibration, read_calibration
 from sgm.network.onnx_check import check_onnx
 from sgm.network.retired import drop_retired
 from sgm.network.shipped import CONFIG, find_part
@@ -38,14 +37,12 @@ class Network:
 
     Attributes:
         session: ONNX Runtime's, on the CPU.
-        calibration: what turns its logits into probabilities; None if it was never fitted.
         prior_share: share of a filter of the prior in its answers, see `mix_answers`.
         learns_asked: whether it has learnt from both kinds of questions, and reads which it is.
         checksum: SHA-256 of network.onnx and the share.
     """
 
     session: Any
-    calibration: Calibration | None
     prior_share: float
     learns_asked: bool
     checksum: str
@@ -68,7 +65,6 @@ class Network:
             model = drop_retired(config["model"], folder, but=_BUT_BAKED)
             prior_share = _read_share(model, "prior_share")
             learns_asked = _read_switch(model, "learns_asked")
-            calibration = read_calibration(config["calibration"])
             text, evidence = config["schema"]["text"], about["evidence"]
             checksum = about["sha256"]
             content = _read_file(find_part(folder, ONNX, checksum))
@@ -102,7 +98,7 @@ class Network:
             )
         session = _open(content, threads, folder)
         identity = hashlib.sha256(f"{found} {prior_share}".encode()).hexdigest()
-        return cls(session, calibration, prior_share, learns_asked, identity)
+        return cls(session, prior_share, learns_asked, identity)
 
     def compute_logits(
         self, place: np.ndarray, question: np.ndarray, edge: np.ndarray, is_place: np.ndarray

@@ -180,7 +180,7 @@ def change_exported(folder: Path, rng: Rng) -> None:
         weights.write_bytes(mutate.mutate_bytes(weights.read_bytes(), rng))
         config["weights_sha256"] = hashlib.sha256(weights.read_bytes()).hexdigest()
     else:
-        part = str(rng.choice(["model", "features", "calibration", "schema"]))
+        part = str(rng.choice(["model", "features", "schema"]))
         config[part] = mutate.mutate_json(config[part], rng)
     config_path.write_text(json.dumps(config))
 

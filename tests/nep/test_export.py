@@ -23,6 +23,7 @@ from nep.model.settings import NetworkConfig
 from nep.players.checkpoints import load_config, load_trained
 from nep.players.policy import NEPPolicy
 from nep.report.model_card import REFERENCES, make_card
+from sgm.belief import CORRECTIONS
 from sgm.network.shipped import PRETRAINED
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.policies import make_policy
@@ -95,14 +96,13 @@ def test_weights_are_tensors_and_config_is_json(exported):
         "MODEL_CARD.md", "config.json", "weights.safetensors"
     ]  # fmt: skip
     card = (exported / "MODEL_CARD.md").read_text(encoding="utf-8")
-    assert "Not measured, and not calibrated: it was exported with `--num_homes=0`." in card
+    assert "Not measured: it was exported with `--num_homes=0`." in card
     weights = load_file(exported / "weights.safetensors")
     assert all(array.dtype == np.float32 for array in weights.values())
     config = json.loads((exported / "config.json").read_text(encoding="utf-8"))
     assert config["schema"]["feature_schema"] == 1
     assert config["schema"]["edge_types"][0] == ["house", "contains", "floor"]
     assert config["model"]["encoder"]["class_path"] == "nep.encoders.heat.HEAT"
-    assert config["calibration"] is None
 
 
 def test_the_card_of_a_network_from_recorded_homes_claims_no_simulated_ones():
@@ -138,15 +138,14 @@ def test_the_card_says_whether_it_reads_the_clock(features, sees):
     assert f"It does not see {sees}." in make_card("net", {**config, "features": features})
 
 
-def test_a_small_export_is_calibrated_and_says_what_it_measured(checkpoint, tmp_path, capsys):
+def test_a_small_export_says_what_it_measured(checkpoint, tmp_path, capsys):
     main([str(checkpoint), str(tmp_path / "net"), "--num_homes=2", "--steps=3", "--threads=1"])
     out = capsys.readouterr().out
     assert out.endswith("config.json, weights.safetensors, MODEL_CARD.md\n")
-    assert out.startswith("Calibrates in 2 homes and scores in 2, 3 steps each. --num_homes 0 leav")
+    assert out.startswith("Scores in 2 homes, 3 steps each. --num_homes 0 leaves it out")
     config = load_config(tmp_path / "net")
     measured = config["notes"]["measured"]
     assert (measured["homes"], measured["steps"]) == (2, 3)
-    # six searches teach nothing that holds in other homes: test_calibration.py fits many
     assert measured["after"].keys() == measured["before"].keys()
     assert measured["after"]["nll"] != measured["before"]["nll"]
     for scores in measured["scores"].values():
@@ -160,25 +159,25 @@ def test_a_small_export_is_calibrated_and_says_what_it_measured(checkpoint, tmp_
         "`predict_location`, collected by `bayesian`."
     ) in " ".join(card.split())
     assert f"| **net** | {measured['scores']['predict_location']['network']['mean']:.3f} |" in card
-    assert ObjectFinder.load(tmp_path / "net").calibration.temperature > 0
+    assert ObjectFinder.load(tmp_path / "net").elsewhere_share == CORRECTIONS.elsewhere_share
 
 
 def test_an_export_is_small_by_default():
-    """Twelve games of 50 steps and two of searches, not of 100: a minute of training is no more."""
-    assert ExportConfig().count_steps() == 50 * (1 + 1 + 2 * (len(REFERENCES) + 1)) == 700
+    """Twelve games of 50 steps and one of searches, not of 100: a minute of training is no more."""
+    assert ExportConfig().count_steps() == 50 * (1 + 2 * (len(REFERENCES) + 1)) == 650
 
 
 def test_an_exported_network_is_exported_anew(exported, checkpoint, tmp_path):
     """Weights and where they are from stay; the command is the one that was run."""
     out = tmp_path / "again"
-    main([str(exported), str(out), "--num_homes=0", "--elsewhere=alike"])
+    main([str(exported), str(out), "--num_homes=0"])
     weights = [(folder / "weights.safetensors").read_bytes() for folder in (exported, out)]
     assert weights[0] == weights[1]
     notes = [load_config(folder)["notes"] for folder in (exported, out)]
     assert notes[1]["checkpoint_sha256"] == notes[0]["checkpoint_sha256"]
     assert notes[1]["training"] == notes[0]["training"]
     assert notes[1]["command"] == (
-        "python -m nep.export exported again --num_homes=0 --steps=50 --seed=0 --elsewhere=alike"
+        "python -m nep.export exported again --num_homes=0 --steps=50 --seed=0"
     )
 
 
@@ -199,14 +198,12 @@ def edit(folder: Path, *path: str, value) -> None:
         (["schema", "edge_types"], [], r"edge_types of the exported schema must be .*got \[\]"),
         (["schema", "text"], "fr_maison-2", r"text vectors must be 'fr_maison-2', got en_househ"),
         (["schema"], None, r"config\.json must be as nep\.export wrote it, got TypeError"),
-        (["version"], 1, r"exported folder must have version 2, got 1 in .*export again"),
-        (["format"], "cake", r"exported folder must have version 2"),
+        (["version"], 1, r"exported folder must have version 2 or 3, got 1 in .*export again"),
+        (["format"], "cake", r"exported folder must have version 2 or 3"),
         (["features"], {"smell": True}, r"must be one that nep\.export wrote, got TypeError"),
         (["model", "encoder", "class_path"], "os.path", r"encoder must be one of nep\.encoders\."),
         (["model", "transformer"], False, r"weights must be those of the network, got 'predictor"),
-        (["calibration"], "x", r"must be one that nep\.export wrote, got AttributeError"),
         (["model"], "x", r"must be one that nep\.export wrote, got TypeError"),
-        (["calibration"], {"heat": 1}, r"must be one that nep\.export wrote, got TypeError"),
     ],
 )
 def test_another_schema_or_config_is_refused(folder, path, value, message):
@@ -260,7 +257,6 @@ def test_missing_and_damaged_files_are_named(folder):
         ),
         (["CKPT", "out", "--num_homes=-1"], "homes must be at least 0, got -1"),
         (["CKPT", "out", "--steps=0"], "steps must be at least 1, got 0"),
-        (["CKPT", "out", "--elsewhere=no"], "elsewhere must be one of by_best, alike, got 'no'"),
         (["CKPT", "out", "--threads=0"], "threads must be at least 1, got 0"),
         (["CKPT", "CKPT", "--num_homes=0"], "File exists"),
     ],
@@ -276,7 +272,7 @@ def test_a_wrong_command_ends_with_its_message(checkpoint, options, message, cap
 
 
 @pytest.mark.parametrize("folder", sorted(PRETRAINED.glob("*/")), ids=lambda folder: folder.name)
-def test_what_is_shipped_is_small_calibrated_and_described(folder):
+def test_what_is_shipped_is_small_measured_and_described(folder):
     if not (folder / "config.json").is_file():
         pytest.skip("no network")
     assert sum(file.stat().st_size for file in folder.iterdir()) < 2_000_000

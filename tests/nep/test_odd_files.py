@@ -159,7 +159,6 @@ def test_odd_dictionaries_of_homer_are_refused_by_name(change, tmp_path):
     [
         ("model", {"learning_rate": 10**400}),
         ("model", {"dropout": 10**400}),
-        ("calibration", {"temperature": 10**400}),
         ("features", {"text_pipeline": 10**400}),
     ],
 )

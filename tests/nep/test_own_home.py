@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nep import ObjectFinder, export, fit
-from nep.players.checkpoints import load_config, load_trained
+from nep.players.checkpoints import load_trained
 from simulator.trace.__main__ import main as trace
 from tests.sgm.finder.conftest import Home
 
@@ -37,7 +37,7 @@ def network(week, tmp_path_factory):
     )  # fmt: skip
     best = folder / "runs" / "own_home" / "version_0" / "checkpoints" / "best.ckpt"
     out = folder / "my_network"
-    export.main([str(best), str(out), "--trace", *traces[1:], "--replays=20", "--threads=1"])
+    export.main([str(best), str(out), "--trace", traces[2], "--replays=20", "--threads=1"])
     return out
 
 
@@ -61,12 +61,11 @@ def test_a_week_of_looks_makes_a_network_that_is_no_worse_in_the_next(week, netw
 
 
 @pytest.mark.slow
-def test_the_network_is_calibrated_and_its_card_says_where_it_is_from(network):
+def test_the_card_of_the_network_says_where_it_is_from(network):
     card = " ".join((network / "MODEL_CARD.md").read_text(encoding="utf-8").split())
     assert "Its training began with the weights of `heat`." in card
-    assert "Fitted on 20 recorded validation homes, measured on 20 test homes" in card
+    assert "20 recorded test homes" in card
     assert "No recorded home" not in card
-    assert 0 < load_config(network)["calibration"]["elsewhere_share"] < 0.3
     assert load_trained(network).builder.config == load_trained("heat").builder.config
 
 

@@ -168,7 +168,6 @@ def test_a_damaged_file_is_refused_or_answers(seed, folder):
         (["model", "prior_share"], 2, "must be one that nep.export wrote, got TypeError"),
         (["model", "learns_asked"], 1, "must be one that nep.export wrote, got TypeError"),
         (["model"], [], "must be one that nep.export wrote, got AttributeError"),
-        (["calibration"], {"heat": 1}, "must be one that nep.export wrote, got TypeError"),
     ],
 )
 def test_a_config_of_another_network_is_refused(path, value, message, folder):

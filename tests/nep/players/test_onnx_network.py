@@ -14,7 +14,6 @@ from nep.model.module import NEPModule
 from nep.model.settings import NetworkConfig, PlayingConfig
 from nep.players.checkpoints import TrainedModel, save_exported
 from nep.players.contestants import load_player
-from nep.players.fit_calibration import Calibration
 from nep.players.onnx_export import is_exportable
 from nep.players.policy import NEPPolicy
 from sgm.belief.corrections import CORRECTIONS
@@ -49,7 +48,7 @@ def make_model(encoder, features=FEATURES, **playing) -> TrainedModel:
             buffer.normal_()
         if name.endswith("running_var"):
             buffer.uniform_(0.5, 2)
-    return TrainedModel(module, GraphBuilder(features, module.num_hops), Calibration())
+    return TrainedModel(module, GraphBuilder(features, module.num_hops))
 
 
 class Both(Policy):

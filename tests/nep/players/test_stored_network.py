@@ -8,7 +8,6 @@ import torch
 from nep.encoders import HEAT
 from nep.model.module import NEPModule
 from nep.players.stored_network import build_network, read_features
-from sgm.network.calibration import read_calibration
 from sgm.text import load_text
 from sgm.text.vectors import PAPER_PIPELINE, SHIPPED_PIPELINE, TextVectors
 
@@ -95,18 +94,6 @@ def test_weights_that_are_no_numbers_are_refused(network):
     weights[name] = torch.full_like(weights[name], torch.nan)
     with pytest.raises(ValueError, match=f"got {name} that is not finite everywhere in here"):
         build_network(dict(network.hparams), weights, "here")
-
-
-@pytest.mark.parametrize(
-    "change",
-    [{"temperature": "warm"}, {"temperature": None}, {"temperature": 0}, {"absent_logit": True},
-     {"elsewhere_logit": float("inf")}, {"elsewhere_slope": float("nan")}, {"elsewhere_share": 2}],
-)  # fmt: skip
-def test_a_calibration_of_texts_or_null_is_refused(change):
-    assert read_calibration(None) is None
-    assert read_calibration({"elsewhere_logit": -float("inf")}).temperature == 1
-    with pytest.raises((TypeError, ValueError), match="of the calibration is"):
-        read_calibration(change)
 
 
 @pytest.mark.parametrize("change", [{"temporal": 1}, {"threshold": "low"}, {"text_pipeline": []}])

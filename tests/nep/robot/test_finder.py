@@ -12,7 +12,6 @@ from nep import ObjectFinder, SceneGraphMemory, Sighting
 from nep.encoders import HEAT, MLP
 from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel
-from nep.players.fit_calibration import Calibration
 from sgm.belief import Detector
 
 
@@ -168,7 +167,7 @@ def test_any_home_gives_probabilities(finder, layout, looks, asked):
     assert plan.expected_cost <= len(plan)
 
 
-def test_a_network_that_was_never_calibrated_says_elsewhere_as_often_as_asked(home):
+def test_a_network_says_elsewhere_as_often_as_asked(home):
     memory, _ = home
     torch.manual_seed(0)
     module = NEPModule(MLP())
@@ -186,7 +185,7 @@ def test_a_user_may_lose_things_more_often(finder, home):
     usual = finder.rank(memory, "large red mug")
     often = ObjectFinder.load("heat", elsewhere_share=0.5).rank(memory, "large red mug")
     # Odds of elsewhere grow as the odds of its share do.
-    share = finder.calibration.elsewhere_share
+    share = finder.elsewhere_share
     odds = usual.elsewhere / (1 - usual.elsewhere) * (1 - share) / share
     assert often.elsewhere == pytest.approx(odds / (1 + odds))
     assert [p.furniture for p in often] == [p.furniture for p in usual]
@@ -211,18 +210,6 @@ def test_bad_input_is_refused(finder, home, tmp_path):
     model = TrainedModel(module, GraphBuilder(FeatureConfig(belief=True)))
     with pytest.raises(ValueError, match=r"must read the memory alone, got one with features\.bel"):
         ObjectFinder(model)
-
-
-def test_probabilities_worked_by_hand():
-    # Places of logits 0 and ln 9 at temperature 2: exp(0) = 1 and exp(ln 9 / 2) = 3, of .75; a look
-    # in vain at the first makes a quarter of its 3/16: 3/64, 36/64, 0, 16/64 before they sum to 1.
-    calibration = Calibration(temperature=2.0, elsewhere_share=0.25)
-    scores = np.array([[0.0, np.log(9), -np.inf]])
-    assert calibration.compute_probabilities(scores)[0] == pytest.approx([3 / 16, 9 / 16, 0, 1 / 4])
-    got = calibration.compute_probabilities(scores, np.array([[True, False, True]]))
-    assert got[0] == pytest.approx(np.array([3, 36, 0, 16]) / 55)
-    nowhere = calibration.compute_probabilities(np.full((1, 3), -np.inf), np.zeros((1, 3), bool))
-    assert nowhere[0].tolist() == [0, 0, 0, 1]
 
 
 @pytest.mark.parametrize("source", [None, 3, b"heat", ["heat"]])
