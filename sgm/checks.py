@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from numbers import Integral, Real
 from typing import TypeGuard
 
@@ -63,6 +64,15 @@ def check_shares(**values: object) -> None:
             raise ValueError(
                 f"{name} must lie in [0, 1], got {shorten(value)}. Give a share or probability."
             )
+
+
+def check_choice(name: str, value: object, choices: Collection[str]) -> None:
+    """Raise ValueError unless a value is one of some choices; names them."""
+    if value not in choices:
+        known = ", ".join(choices)
+        raise ValueError(
+            f"{name} must be one of {known}, got {shorten(value)}. Choose one of these."
+        )
 
 
 def check_seed(seed: int) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from sgm.arrays.padded import sum_rows
 from sgm.prior.prior_graph import PriorGraph
-from simulator.world.descriptions import DescriptionTable
+from simulator.world.descriptions import make_descriptions
 from simulator.world.rules import HomeRules
 
 
@@ -40,10 +40,7 @@ class Inventory:
         self._asks_moved = asks_moved
         self._move_freq = np.array([row.move_freq for row in prior.objects])
         self._add_remove = np.array([row.add_remove_prob for row in prior.objects])
-        table = DescriptionTable(
-            [r.label for r in prior.objects], [r.adjectives for r in prior.objects]
-        )
-        self.sameness = table.compute_sameness()
+        self.sameness = make_descriptions(prior.objects).compute_sameness()
         self._is_dynamic = np.array([config.dynamic_nodes for config in configs])
         weights = weights * np.array([row.sample_prob for row in prior.objects])[:, None]
         total = weights.sum(axis=1, keepdims=True)

@@ -40,7 +40,7 @@ def predict_locations(rollout: Rollout, num_steps: int) -> Iterator[Answer]:
     for _ in range(num_steps):
         codes, queries = rollout.ask()
         scores = rollout.score(queries)
-        uniform = homes.streams.rows("ties", 1).next()[:, 0]
+        uniform = homes.streams.rows("ties", 1).take()[:, 0]
         choice = sample_best(scores, memory.is_furniture, uniform)
         yield Answer(queries, compute_answers(homes, codes), scores, choice)
         rollout.look_around(choice)

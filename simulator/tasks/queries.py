@@ -18,7 +18,7 @@ def sample_query(homes: Homes, asks_moved: float = TASKS_ASK_MOVED) -> np.ndarra
 
     Source: appendix "Choice of query object"; docs/design.md, ruling 9.
     """
-    uniform = homes.streams.rows("query", 2).next()
+    uniform = homes.streams.rows("query", 2).take()
     weights = compute_query_weights(homes, homes.is_present, uniform[:, 0], asks_moved)
     return sample_categorical(weights, uniform[:, 1])
 

@@ -54,7 +54,7 @@ class RelativeLikelihood(Task):
             codes, queries = rollout.ask_for(home, slots.ravel())
             scores = rollout.score(queries)
             is_furniture = rollout.memory.is_furniture[home]
-            uniform = homes.streams.rows("likelihood ties", self.num_queries).next().ravel()
+            uniform = homes.streams.rows("likelihood ties", self.num_queries).take().ravel()
             choice = sample_best(scores, is_furniture, uniform)
             answers = compute_answers(homes, codes, home)
             relevance = compute_relevance(homes, home, codes)
@@ -72,7 +72,7 @@ def sample_queries(homes: Homes, num_queries: int) -> np.ndarray:
     description was not asked for yet in this step; a home without any such object left is asked for
     the same again.
     """
-    uniform = homes.streams.rows("queries", 2 * num_queries).next()
+    uniform = homes.streams.rows("queries", 2 * num_queries).take()
     uniform = uniform.reshape(homes.num_homes, num_queries, 2)
     is_open = homes.is_present.copy()
     slots = np.empty((homes.num_homes, num_queries), dtype=np.int64)

@@ -9,10 +9,10 @@ import numpy as np
 
 from simulator.testing.homes import check_homes
 from simulator.testing.policies import SmallHomes
-from simulator.world.dynamics import Dynamics, make_dynamics
+from simulator.world.dynamics import DYNAMICS, Dynamics
 from simulator.world.parts import Part
 from simulator.world.sampled_homes import SampledHomes
-from simulator.world.sensing import Observation, Sensing, make_sensing, observe
+from simulator.world.sensing import SENSING, Observation, Sensing, observe
 from simulator.world.streams import Streams
 
 _SIGMAS = 4.5  # of a sum of independent numbers: exceeded once in 300,000 times
@@ -25,14 +25,14 @@ def check_dynamics(dynamics: Dynamics | str, *, num_steps: int = 12, seed: int =
     than before; fields survive JSON and pickling.
 
     Args:
-        dynamics: an instance, or a name for `make_dynamics`.
+        dynamics: an instance, or a name for `DYNAMICS.find`.
         num_steps: for how long.
         seed: of the homes.
 
     Raises:
         AssertionError: if one of this does not hold.
     """
-    rules = make_dynamics(dynamics) if isinstance(dynamics, str) else dynamics
+    rules = DYNAMICS.find(dynamics)() if isinstance(dynamics, str) else dynamics
     _check_part(rules)
     make = SmallHomes(dynamics=rules).make
     check_homes(make, num_homes=5, num_steps=num_steps, seed=seed)
@@ -62,14 +62,14 @@ def check_sensing(sensing: Sensing | str, *, num_steps: int = 60, seed: int = 0)
     and pickling.
 
     Args:
-        sensing: an instance, or a name for `make_sensing`.
+        sensing: an instance, or a name for `SENSING.find`.
         num_steps: looks per home.
         seed: of the homes.
 
     Raises:
         AssertionError: if one of this does not hold.
     """
-    rules = make_sensing(sensing) if isinstance(sensing, str) else sensing
+    rules = SENSING.find(sensing)() if isinstance(sensing, str) else sensing
     _check_part(rules)
     make = SmallHomes(sensing=rules).make
     check_homes(make, num_homes=5, seed=seed)

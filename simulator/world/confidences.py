@@ -28,11 +28,7 @@ class Confidences(ConstantMisses):
     lowest: float = 0.25
 
     def __post_init__(self) -> None:
-        """Check the lowest confidence.
-
-        Raises:
-            ValueError: if it is not in [0, 1].
-        """
+        """Raise ValueError if the lowest confidence is not in [0, 1]."""
         if not 0 <= self.lowest <= 1:
             raise ValueError(
                 f"lowest must lie in [0, 1], got {self.lowest}. Give the lowest confidence."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -50,25 +50,7 @@ class HomeConfig(HomeRules):
             if isinstance(rules.get(name), list):
                 rules[name] = tuple(rules[name])
         if "dynamics" in rules:
-            rules["dynamics"] = DYNAMICS.read(Dynamics, rules["dynamics"])  # type: ignore[type-abstract]
+            rules["dynamics"] = DYNAMICS.read(rules["dynamics"])
         if "sensing" in rules:
-            rules["sensing"] = SENSING.read(Sensing, rules["sensing"])  # type: ignore[type-abstract]
+            rules["sensing"] = SENSING.read(rules["sensing"])
         return cls(**rules)
-
-
-def spread_configs(
-    config: HomeConfig | Sequence[HomeConfig], num_homes: int
-) -> tuple[HomeConfig, ...]:
-    """Return the rules of each of H homes, given one for all or one per home.
-
-    Raises:
-        ValueError: if there are neither one nor H.
-    """
-    if isinstance(config, HomeConfig):
-        return (config,) * num_homes
-    if len(config) != num_homes:
-        raise ValueError(
-            f"configs must be one, or one for each of the {num_homes} homes, got {len(config)}. "
-            "Give as many as the streams have homes."
-        )
-    return tuple(config)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
+
+from sgm.prior.prior_graph import FurnitureType, ObjectType
 
 Adjectives = Sequence[Sequence[str]]
 
@@ -58,6 +61,14 @@ class DescriptionTable:
         first = np.r_[True, self.type_of_code[1:] != self.type_of_code[:-1]]
         prob[first] = self._ruler[first] - self.type_of_code[first]
         return np.bincount(self.type_of_code, weights=prob**2, minlength=len(self._labels))
+
+
+@lru_cache(maxsize=8)
+def make_descriptions(
+    types: tuple[ObjectType, ...] | tuple[FurnitureType, ...],
+) -> DescriptionTable:
+    """Make the table of a prior's types once for all homes; it never changes."""
+    return DescriptionTable([row.label for row in types], [row.adjectives for row in types])
 
 
 def _list_combinations(categories: Adjectives) -> tuple[list[tuple[str, ...]], np.ndarray]:

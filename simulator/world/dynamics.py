@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -14,12 +14,6 @@ from simulator.world.sampled_state import SampledState
 
 if TYPE_CHECKING:
     from typing_extensions import Self
-
-DYNAMICS = Registry(
-    "dynamics",
-    paper="simulator.world.paper_dynamics.PaperDynamics",
-    routine="simulator.world.routine.dynamics.RoutineDynamics",
-)
 
 
 class Dynamics(Part, ABC):
@@ -78,9 +72,6 @@ class Life(ABC):
         one, or to zero for a description that no object has had.
         """
 
-    def tell_prior(self, weights: np.ndarray) -> None:  # noqa: B027 - most follow the prior
-        """Change what the prior says of these homes, (H, O, F, 2), to what can be known of them."""
-
     def sample_hours(self, num_hours: int) -> np.ndarray:
         """Return the furniture of every object in a life that starts like this one, hour by hour.
 
@@ -93,11 +84,9 @@ class Life(ABC):
         raise NotImplementedError(f"{type(self).__name__} has no schedules")
 
 
-def make_dynamics(name: str, **fields: Any) -> Dynamics:
-    """Make dynamics by their name in `DYNAMICS` or their import path.
-
-    Raises:
-        ValueError: if there are none, or a value is out of range.
-        TypeError: if there is no such field.
-    """
-    return DYNAMICS.find(Dynamics, name)(**fields)  # type: ignore[type-abstract]
+DYNAMICS = Registry(
+    Dynamics,  # type: ignore[type-abstract]
+    "dynamics",
+    paper="simulator.world.paper_dynamics.PaperDynamics",
+    routine="simulator.world.routine.dynamics.RoutineDynamics",
+)

@@ -11,17 +11,10 @@ NUMBERS_AT_ONCE = 1 << 20  # random numbers of noise worked on together: 8 MB
 
 @kernel
 def compute_noisy_weights(
-    weights: np.ndarray,
-    rows: np.ndarray,
-    places: np.ndarray,
-    uniform: np.ndarray,
-    row_home: np.ndarray,
-    place_room: np.ndarray,
-    num_places: np.ndarray,
-    zero_prob: np.ndarray,
-    scale: np.ndarray,
-    min_kept: int = 2,
-) -> np.ndarray:
+    weights: np.ndarray, rows: np.ndarray, places: np.ndarray, uniform: np.ndarray,
+    row_home: np.ndarray, place_room: np.ndarray, num_places: np.ndarray,
+    zero_prob: np.ndarray, scale: np.ndarray, min_kept: int = 2,
+) -> np.ndarray:  # fmt: skip
     """Zero some placement weights, scale the others, normalise per object.
 
     An object has some five places of sixty-four: only these are given.
@@ -30,16 +23,14 @@ def compute_noisy_weights(
         weights: positive placement weights, those of an object beside each other, (k,).
         rows: the object of each weight, (k,).
         places: its place, ascending for an object, (k,).
-        uniform: two independent uniforms per weight, (k, 2): one decides whether it is zeroed,
-            one its scale.
+        uniform: (k, 2): one number decides whether the weight is zeroed, one its scale.
         row_home: the home of each object, by which it has its rooms and shares of noise, (n,).
-        place_room: room of every place, (H, P); in each of them an
-            object keeps at least `min_kept` of its places, because it moves among the places of
-            one room.
+        place_room: room of every place, (H, P).
         num_places: places of each home, the first ones of its row, (H,).
         zero_prob: probability that a weight is zeroed, (H,).
         scale: surviving weights are multiplied by U(1 - scale, 1 + scale), (H,).
-        min_kept: candidate places that survive per object and room, where there are that many.
+        min_kept: places that survive per object and room, where there are that many: an object
+            moves among the places of one room.
 
     Returns:
         Weights that sum to one per object, or are all zero, (k,).
@@ -83,15 +74,7 @@ def compute_noisy_weights(
 def list_positive(
     weights: np.ndarray, sources: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """List the positive weights of some rows, row after row.
-
-    Args:
-        weights: (m, P).
-        sources: which of the m rows, (n,).
-
-    Returns:
-        Their rows, 0..n - 1, their places and their values, (k,) each.
-    """
+    """List positive weights (m, P) of rows `sources` (n,): row 0..n - 1, place and value, (k,)."""
     most = len(sources) * weights.shape[1] + 1
     rows, places = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
     values = np.empty(most)

@@ -13,15 +13,10 @@ from sgm.kernel import kernel
 def choose_below(
     uniform: np.ndarray, threshold: np.ndarray, budget: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Choose the numbers that lie below their thresholds, up to a budget per home.
+    """Choose the numbers (H, C) that lie below their thresholds, up to a budget per home, (H,).
 
     Given that it lies below, uniform / threshold is uniform: where a home has more of them than
     its budget, those with the lowest stay, of equals the earlier.
-
-    Args:
-        uniform: (H, C).
-        threshold: (H, C).
-        budget: (H,).
 
     Returns:
         Homes and columns of the chosen, (n,) each, home after home, columns ascending.
@@ -112,11 +107,9 @@ def _list_runners(
 
 @kernel
 def find_empty_slots(object_place: np.ndarray, homes: np.ndarray) -> np.ndarray:
-    """Return an empty slot for each of n objects, as home * C + slot.
+    """Return an empty slot for each of n objects, as home * C + slot; a home has enough of them.
 
-    Args:
-        object_place: negative where a slot is empty, (H, C).
-        homes: home of each object, ascending, (n,); a home has enough empty slots.
+    A slot is empty where its place (H, C) is negative; the homes of the objects ascend, (n,).
     """
     num_slots = object_place.shape[1]
     objects = np.empty(len(homes), dtype=np.int64)

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from sgm.messages import shorten
 
@@ -37,19 +37,20 @@ class Part:
 AnyPart = TypeVar("AnyPart", bound=Part)
 
 
-class Registry(dict[str, str]):
+class Registry(dict[str, str], Generic[AnyPart]):
     """Names of the parts of one kind, and the import path of each.
 
     A part of one's own needs no entry: its import path is its name. With one, homes that were
     recorded with it can be loaded: files name parts by their entries alone.
     """
 
-    def __init__(self, what: str, **paths: str) -> None:
-        """Name the kind, for errors, and the parts."""
+    def __init__(self, base: type[AnyPart], what: str, **paths: str) -> None:
+        """Name the base class of the parts, their kind, for errors, and the parts."""
         super().__init__(paths)
+        self._base = base
         self._what = what
 
-    def find(self, base: type[AnyPart], name: str) -> type[AnyPart]:
+    def find(self, name: str) -> type[AnyPart]:
         """Return the class of a name or an import path, "package.module.Class".
 
         Never give it a path that was read from a file: importing runs code.
@@ -58,14 +59,17 @@ class Registry(dict[str, str]):
             ValueError: if there is none, or it is no class of that kind.
         """
         module, _, attribute = self.get(name, name).rpartition(".")
-        found = None
+        found, problem = None, ""
         if module:
             try:
                 found = getattr(import_module(module), attribute, None)
             except ImportError as error:
-                raise ValueError(f"{self._say(name)}: {error}. {self._remedy}") from None
-        if not (isinstance(found, type) and issubclass(found, base)):
-            raise ValueError(f"{self._say(name)}. {self._remedy}")
+                problem = f": {error}"
+        if not (isinstance(found, type) and issubclass(found, self._base)):
+            raise ValueError(
+                f"{self._what} must be one of {', '.join(self)}, or the import path of a class, "
+                f"got {shorten(name)}{problem}. Choose one of these, or write package.module.Class."
+            )
         return found
 
     def describe(self, part: Part) -> dict[str, Any]:
@@ -74,7 +78,7 @@ class Registry(dict[str, str]):
         name = next((name for name, own in self.items() if own == path), path)
         return {"name": name, **part.describe()}
 
-    def read(self, base: type[AnyPart], data: Mapping[str, Any]) -> AnyPart:
+    def read(self, data: Mapping[str, Any]) -> AnyPart:
         """Make a part from what `describe` returned and a file has kept.
 
         Raises:
@@ -88,19 +92,9 @@ class Registry(dict[str, str]):
                 "Add it to the registry first."
             )
         try:
-            return self.find(base, name).from_json(fields)
+            return self.find(name).from_json(fields)
         except TypeError as error:
             raise ValueError(f"{self._what} {shorten(name)} has other fields: {error}") from None
-
-    def _say(self, name: str) -> str:
-        return (
-            f"{self._what} must be one of {', '.join(self)}, or the import path of a class, got "
-            f"{shorten(name)}"
-        )
-
-    @property
-    def _remedy(self) -> str:
-        return "Choose one of these, or write package.module.Class."
 
 
 def import_named(what: str, name: str, known: Iterable[str], example: str) -> Any:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from sgm.checks import check_at_least, check_at_most, check_shares
-from sgm.messages import shorten
+from sgm.checks import check_at_least, check_at_most, check_choice, check_shares
 from simulator.world.parts import Part
 
 MAX_PLACES = 20_000  # furniture nodes of a home
@@ -61,11 +60,7 @@ class HomeRules:
     sensing: Part = field(kw_only=True)
 
     def __post_init__(self) -> None:
-        """Check every value.
-
-        Raises:
-            ValueError: if there is no room, a count is below 1 or a share is outside [0, 1].
-        """
+        """Raise ValueError if there is no room, or a value is out of range; names it."""
         if not self.rooms:
             raise ValueError("rooms must be one or more labels, got none. Name a room.")
         sizes = self.room_sizes
@@ -82,20 +77,14 @@ class HomeRules:
             looks_per_step=self.looks_per_step,
         )
         check_at_most(
-            MAX_PLACES,
-            furniture_per_room=max(sizes),
-            rooms_x_furniture_per_room=sum(sizes),
+            MAX_PLACES, furniture_per_room=max(sizes), rooms_x_furniture_per_room=sum(sizes)
         )
         check_at_most(
             MAX_OBJECTS,
             objects_per_furniture=self.objects_per_furniture,
             furniture_x_objects_per_furniture=sum(sizes) * self.objects_per_furniture,
         )
-        if self.looks not in LOOKS:
-            raise ValueError(
-                f"looks must be one of {', '.join(LOOKS)}, got {shorten(self.looks)}. Choose one "
-                "of these."
-            )
+        check_choice("looks", self.looks, LOOKS)
         check_shares(
             noise_zero_prob=self.noise_zero_prob,
             noise_scale=self.noise_scale,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 
@@ -12,8 +11,8 @@ from sgm.arrays.padded import pad_rows
 from sgm.arrays.relations import NUM_RELATIONS
 from sgm.memory.clock import make_clock_rows
 from sgm.prior.prior_graph import PriorGraph
-from simulator.world.config import HomeConfig, spread_configs
-from simulator.world.descriptions import Adjectives, DescriptionTable
+from simulator.world.config import HomeConfig
+from simulator.world.descriptions import make_descriptions
 from simulator.world.dynamics import Life
 from simulator.world.initial_furniture import list_rooms, sample_initial_furniture
 from simulator.world.initial_objects import sample_initial_objects
@@ -59,7 +58,14 @@ class SampledHomes(SampledState):
         self.prior = prior
         self.streams = streams
         self.num_homes = len(streams.homes)
-        self.configs = spread_configs(config, self.num_homes)
+        self.configs = (
+            (config,) * self.num_homes if isinstance(config, HomeConfig) else tuple(config)
+        )
+        if len(self.configs) != self.num_homes:
+            raise ValueError(
+                f"configs must be one, or one for each of the {self.num_homes} homes, got "
+                f"{len(self.configs)}. Give as many as the streams have homes."
+            )
         self.room_labels = pad_rows([config.rooms for config in self.configs], "", object)
         self.object_labels = [row.label for row in prior.objects]
         self.furniture_room = pad_rows(
@@ -68,7 +74,8 @@ class SampledHomes(SampledState):
         self.num_furniture = self.furniture_room.shape[1]
         self.num_places = self.num_furniture * NUM_RELATIONS
         self.place_room = np.repeat(self.furniture_room, NUM_RELATIONS, axis=1)
-        self.object_descriptions, self.furniture_descriptions = _describe(prior)
+        self.object_descriptions = make_descriptions(prior.objects)
+        self.furniture_descriptions = make_descriptions(prior.furniture)
         self.move_freq = np.array([row.move_freq for row in prior.objects])
         self.add_remove_prob = np.array([row.add_remove_prob for row in prior.objects])
         self.sample_prob = np.array([row.sample_prob for row in prior.objects])
@@ -175,17 +182,3 @@ class SampledHomes(SampledState):
         rows = self.object_row.ravel()[objects]
         can_leave = self.transitions.can_leave(rows, homes, places.astype(np.int32))
         self.place_objects(objects, places, can_leave)
-
-
-def _describe(prior: PriorGraph) -> tuple[DescriptionTable, DescriptionTable]:
-    """Make the description tables of objects and of furniture."""
-    return (
-        _make_descriptions(tuple((row.label, row.adjectives) for row in prior.objects)),
-        _make_descriptions(tuple((row.label, row.adjectives) for row in prior.furniture)),
-    )
-
-
-@lru_cache(maxsize=8)
-def _make_descriptions(rows: tuple[tuple[str, Adjectives], ...]) -> DescriptionTable:
-    """Make a description table once for all homes of a prior; it never changes."""
-    return DescriptionTable([label for label, _ in rows], [adjectives for _, adjectives in rows])

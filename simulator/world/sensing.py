@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any
 
 import numpy as np
 
@@ -13,15 +12,6 @@ from sgm.arrays.relations import NUM_RELATIONS
 from sgm.messages import shorten
 from simulator.world.homes import Homes
 from simulator.world.parts import Part, Registry
-
-SENSING = Registry(
-    "sensing",
-    constant_misses="simulator.world.sensing.ConstantMisses",
-    misses_per_type="simulator.world.sensing.MissesPerType",
-    misses_per_furniture="simulator.world.sensing.MissesPerFurniture",
-    partial_views="simulator.world.sensing.PartialViews",
-    confidences="simulator.world.confidences.Confidences",
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +54,17 @@ class Sensing(Part, ABC):
             looking: homes that look, ascending, (n,).
             furniture: furniture index that each looks at, (n,).
         """
+
+
+SENSING = Registry(
+    Sensing,  # type: ignore[type-abstract]
+    "sensing",
+    constant_misses="simulator.world.sensing.ConstantMisses",
+    misses_per_type="simulator.world.sensing.MissesPerType",
+    misses_per_furniture="simulator.world.sensing.MissesPerFurniture",
+    partial_views="simulator.world.sensing.PartialViews",
+    confidences="simulator.world.confidences.Confidences",
+)
 
 
 class Misses(Sensing):
@@ -134,11 +135,7 @@ class PartialViews(ConstantMisses):
     lowest: float = 0.25
 
     def __post_init__(self) -> None:
-        """Check the lowest coverage.
-
-        Raises:
-            ValueError: if it is not in (0, 1].
-        """
+        """Raise ValueError if the lowest coverage is not in (0, 1]."""
         if not 0 < self.lowest <= 1:
             raise ValueError(
                 f"lowest must be above 0 and at most 1, got {self.lowest}. Give a share in view."
@@ -157,12 +154,23 @@ class _MissesByLabel(Misses):
     rates: Mapping[str, float] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
-        """Check that all rates lie in [0, 1]."""
+        """Raise ValueError if a rate is not in [0, 1]; names its label."""
         for label, rate in self.rates.items():
             if not 0 <= rate <= 1:
                 raise ValueError(
                     f"rate of {shorten(label)} must lie in [0, 1], got {rate}. Give a probability."
                 )
+
+    def _get_rates(self, labels: Sequence[str]) -> np.ndarray:
+        """Return the rate of each label, nan for those without, (n,)."""
+        return np.array([self.rates.get(label, np.nan) for label in labels], dtype=float)
+
+    def _check_labels(self, what: str, known: Iterable[str]) -> None:
+        unknown = sorted(set(self.rates).difference(known))
+        if unknown:
+            raise ValueError(
+                f"rates must be of {what} of the homes, got {', '.join(unknown)}. Check the labels."
+            )
 
 
 @dataclass(frozen=True)
@@ -181,8 +189,8 @@ class MissesPerType(_MissesByLabel):
         Raises:
             ValueError: if a label is no object type of these homes.
         """
-        _check_labels("object types", self.rates, homes.object_labels)
-        own = _get_rates(self.rates, homes.object_labels)[homes.object_type[looking]]
+        self._check_labels("object types", homes.object_labels)
+        own = self._get_rates(homes.object_labels)[homes.object_type[looking]]
         return np.where(np.isnan(own), homes.detection_error[looking, None], own)
 
 
@@ -204,29 +212,21 @@ class MissesPerFurniture(_MissesByLabel):
         """
         known = {row.label for row in homes.prior.furniture}
         if not known.issuperset(self.rates):
-            _check_labels("furniture", self.rates, known | set(homes.furniture_labels.ravel()))
-        own = _get_rates(self.rates, homes.furniture_labels[looking, furniture].tolist())
+            self._check_labels("furniture", known | set(homes.furniture_labels.ravel()))
+        own = self._get_rates(homes.furniture_labels[looking, furniture].tolist())
         return np.where(np.isnan(own), homes.detection_error[looking], own)[:, None]
 
 
 def observe(homes: Homes, furniture: np.ndarray) -> Observation:
-    """Look at one furniture node per home; a negative index means no look in that home.
-
-    What is seen is up to the sensing of each home.
-
-    Args:
-        homes: the homes.
-        furniture: furniture index per home, (H,).
-    """
+    """Look at one furniture node per home, (H,), -1 for none; its sensing says what is seen."""
     looking = np.flatnonzero(furniture >= 0)  # (n,)
-    if len(homes.sensing) == 1:
-        ((sensing, _),) = homes.sensing
-        return _get_sensing(sensing).observe(homes, looking, furniture[looking])
-    parts = [
-        _get_sensing(sensing).observe(homes, own, furniture[own])
-        for sensing, is_member in homes.sensing
-        for own in [looking[is_member[looking]]]
-    ]
+    parts = []
+    for sensing, is_member in homes.sensing:
+        own = looking[is_member[looking]]
+        assert isinstance(sensing, Sensing)  # rules know it as a part of any kind
+        parts.append(sensing.observe(homes, own, furniture[own]))
+    if len(parts) == 1:
+        return parts[0]
     columns = {
         row.name: np.concatenate([getattr(part, row.name) for part in parts])
         for row in fields(Observation)
@@ -239,32 +239,3 @@ def observe(homes: Homes, furniture: np.ndarray) -> Observation:
             for name, column in columns.items()
         }
     )
-
-
-def _get_sensing(part: Part) -> Sensing:
-    """Return the sensing of a home; rules know it as a part of any kind."""
-    assert isinstance(part, Sensing), f"sensing must be a Sensing, got {type(part).__name__}"
-    return part
-
-
-def make_sensing(name: str, **fields: Any) -> Sensing:
-    """Make sensing by its name in `SENSING` or its import path.
-
-    Raises:
-        ValueError: if there is none, or a value is out of range.
-        TypeError: if there is no such field.
-    """
-    return SENSING.find(Sensing, name)(**fields)  # type: ignore[type-abstract]
-
-
-def _get_rates(rates: Mapping[str, float], labels: Sequence[str]) -> np.ndarray:
-    """Return the rate of each label, nan for those without, (n,)."""
-    return np.array([rates.get(label, np.nan) for label in labels], dtype=float)
-
-
-def _check_labels(what: str, rates: Mapping[str, float], known: Sequence[str] | set[str]) -> None:
-    unknown = sorted(set(rates).difference(known))
-    if unknown:
-        raise ValueError(
-            f"rates must be of {what} of the homes, got {', '.join(unknown)}. Check the labels."
-        )

@@ -57,32 +57,32 @@ def make_jumps(width: int) -> np.ndarray:
 
 @kernel
 def claim_rows(
-    state: np.ndarray, jumps: np.ndarray, widths: np.ndarray, homes: np.ndarray, starts: np.ndarray
-) -> None:
-    """Give each of n homes the state that its row starts from, and go on by one row.
+    state: np.ndarray, jumps: np.ndarray, widths: np.ndarray, homes: np.ndarray
+) -> np.ndarray:
+    """Return the state that the row of each of n homes starts from, (n, 4), and go on by one row.
 
     Args:
         state: state and increment of every home, changed in place, (H, 4).
         jumps: over 0, 1, 2, ... numbers, at least to the widest row, (W + 1, 4).
         widths: numbers in a row of every home, (H,).
         homes: (n,).
-        starts: filled with states and increments, (n, 4).
     """
+    starts = np.empty((len(homes), 4), dtype=np.uint64)
     for i in range(len(homes)):
         own, jump = state[homes[i]], jumps[widths[homes[i]]]
         starts[i] = own
         step_high, step_low = _multiply_add(jump[2], jump[3], own[2], own[3], _ZERO, _ZERO)
         own[0], own[1] = _multiply_add(own[0], own[1], jump[0], jump[1], step_high, step_low)
+    return starts
 
 
 @kernel
-def fill_rows(
-    starts: np.ndarray, jump: np.ndarray, counts: np.ndarray, numbers: np.ndarray
-) -> None:
-    """Fill rows (n, m) with the first number of a row and those that follow by one jump each.
+def fill_rows(starts: np.ndarray, jump: np.ndarray, counts: np.ndarray, width: int) -> np.ndarray:
+    """Return the first number of each row and those that follow by one jump each, (n, width).
 
     Row i has counts[i] numbers, then nan.
     """
+    numbers = np.empty((len(starts), width))
     for i in range(len(starts)):
         own, row = starts[i], numbers[i]
         high, low = _multiply_add(own[0], own[1], _HIGH, _LOW, own[2], own[3])
@@ -91,17 +91,15 @@ def fill_rows(
         for column in range(counts[i]):
             row[column] = _make_uniform(high, low)
             high, low = _multiply_add(high, low, jump[0], jump[1], step_high, step_low)
+    return numbers
 
 
 @kernel
 def read_rows(
-    starts: np.ndarray,
-    jumps: np.ndarray,
-    rows: np.ndarray,
-    columns: np.ndarray,
-    numbers: np.ndarray,
-) -> None:
-    """Fill (k, m) with the numbers of rows (k,) at columns (k,) and the m - 1 that follow."""
+    starts: np.ndarray, jumps: np.ndarray, rows: np.ndarray, columns: np.ndarray, count: int
+) -> np.ndarray:
+    """Return the numbers of rows (k,) from columns (k,) on, (k, count)."""
+    numbers = np.empty((len(rows), count))
     for i in range(len(rows)):
         own, jump, row = starts[rows[i]], jumps[columns[i]], numbers[i]
         step_high, step_low = _multiply_add(jump[2], jump[3], own[2], own[3], _ZERO, _ZERO)
@@ -109,3 +107,4 @@ def read_rows(
         for turn in range(len(row)):
             high, low = _multiply_add(high, low, _HIGH, _LOW, own[2], own[3])
             row[turn] = _make_uniform(high, low)
+    return numbers

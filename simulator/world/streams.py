@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from sgm.checks import check_seed
-from sgm.messages import shorten
+from sgm.checks import check_choice, check_seed
 from simulator.world.stream_kernel import claim_rows, fill_rows, make_jumps, read_rows
 
 # Homes of different splits never share a stream, whatever their index.
@@ -17,29 +17,31 @@ SPLITS = ("train", "val", "test")
 _MANY_ROWS = 128  # from here on, sums over a row advance in all rows together
 
 
-class UniformRows:
-    """Rows of uniform numbers that are worked out when they are read."""
+class UniformRows(NamedTuple):
+    """Rows of uniform numbers that are worked out when they are read.
 
-    def __init__(self, starts: np.ndarray, jumps: np.ndarray, widths: np.ndarray) -> None:
-        self._starts = starts
-        self._jumps = jumps
-        self._widths = widths
+    Attributes:
+        starts: from `claim_rows`, (n, 4).
+        jumps: from `make_jumps`.
+        widths: numbers in each row, (n,).
+    """
+
+    starts: np.ndarray
+    jumps: np.ndarray
+    widths: np.ndarray
 
     def fill(self, every: int = 1) -> np.ndarray:
         """Return every number, or those of columns 0, `every`, 2 `every`, ..., (n, m).
 
         A row that is narrower than the widest one ends with nan.
         """
-        width = len(self._jumps) - 1
-        numbers = np.empty((len(self._starts), -(-width // every)))
-        fill_rows(self._starts, self._jumps[min(every, width)], -(-self._widths // every), numbers)
-        return numbers
+        width = len(self.jumps) - 1
+        counts = -(-self.widths // every)
+        return fill_rows(self.starts, self.jumps[min(every, width)], counts, -(-width // every))
 
     def read(self, rows: np.ndarray, columns: np.ndarray, count: int = 1) -> np.ndarray:
         """Return the numbers of rows (k,) from columns (k,) on, (k, count)."""
-        numbers = np.empty((len(rows), count))
-        read_rows(self._starts, self._jumps, rows, columns, numbers)
-        return numbers
+        return read_rows(self.starts, self.jumps, rows, columns, count)
 
 
 class UniformStream:
@@ -59,16 +61,11 @@ class UniformStream:
     def claim(self, homes: np.ndarray | None = None) -> UniformRows:
         """Return one fresh row per entry of `homes`, (n,), or one of every home."""
         homes = self._homes if homes is None else homes
-        starts = np.empty((len(homes), 4), dtype=np.uint64)
-        claim_rows(self._state, self._jumps, self._widths, homes, starts)
+        starts = claim_rows(self._state, self._jumps, self._widths, homes)
         return UniformRows(starts, self._jumps, self._widths[homes])
 
-    def next(self) -> np.ndarray:
-        """Return the numbers of one fresh row of every home, (H, width); see `UniformRows.fill`."""
-        return self.claim().fill()
-
-    def take(self, homes: np.ndarray) -> np.ndarray:
-        """Return the numbers of one fresh row per entry of `homes`, (n,) -> (n, width)."""
+    def take(self, homes: np.ndarray | None = None) -> np.ndarray:
+        """Claim rows and return their numbers, (n, width); see `UniformRows.fill`."""
         return self.claim(homes).fill()
 
 
@@ -97,11 +94,7 @@ class Streams:
             ValueError: if the seed, the split or a home number is out of range.
         """
         check_seed(seed)
-        if split not in SPLITS:
-            raise ValueError(
-                f"split must be one of {', '.join(SPLITS)}, got {shorten(split)}. Choose one of "
-                "these."
-            )
+        check_choice("split", split, SPLITS)
         if len(homes) < 1 or min(homes) < 0:
             raise ValueError(
                 f"homes must be one or more non-negative numbers, got {list(homes)[:5]}. "

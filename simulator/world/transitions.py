@@ -57,14 +57,12 @@ class Transitions:
             places: their places, ascending within a row, (k,).
             weights: non-negative, (k,).
         """
-        entry = np.empty(len(rows), dtype=_ENTRY)
-        ends = np.empty(len(homes) * self._num_blocks, dtype=np.int64)
-        count = list_entries(
-            rows, places, weights, self._layout_of_home[homes], self._place_block,
-            self._num_blocks, entry, ends,
-        )  # fmt: skip
+        layouts = self._layout_of_home[homes]
+        entry, ends = list_entries(
+            rows, places, weights, layouts, self._place_block, self._num_blocks
+        )
         self._bounds.append(len(ends), bound=len(self._entries) + ends)
-        self._entries.append(count, entry=entry[:count])
+        self._entries.append(len(entry), entry=entry)
         first = self.num_rows
         self.num_rows += len(homes)
         return np.arange(first, self.num_rows)
@@ -93,12 +91,8 @@ class Transitions:
         Returns:
             The new places, and whether they can move on from there, (n,) each.
         """
-        bounds = self._find_blocks(rows, homes, places)
-        found = draw_places(
-            self._entries["entry"], *bounds, self._place_furniture, self._place_furniture[places],
-            uniform,
-        )  # fmt: skip
-        return found, self.can_leave(rows, homes, found)
+        start, end = self._find_blocks(rows, homes, places)
+        return self._draw(rows, homes, start, end, self._place_furniture[places], uniform)
 
     def sample_places(
         self, rows: np.ndarray, homes: np.ndarray, uniform: np.ndarray
@@ -107,10 +101,14 @@ class Transitions:
         bound = self._bounds["bound"]
         first = rows.astype(np.int64) * self._num_blocks
         start, end = bound[first], bound[first + self._num_blocks]
-        nowhere = np.full(len(rows), -1)
-        found = draw_places(
-            self._entries["entry"], start, end, self._place_furniture, nowhere, uniform
-        )
+        return self._draw(rows, homes, start, end, np.full(len(rows), -1), uniform)
+
+    def _draw(
+        self, rows: np.ndarray, homes: np.ndarray, start: np.ndarray, end: np.ndarray,
+        avoid: np.ndarray, uniform: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+        entry, furniture = self._entries["entry"], self._place_furniture
+        found = draw_places(entry, start, end, furniture, avoid, uniform)
         return found, self.can_leave(rows, homes, found)
 
     def can_leave(self, rows: np.ndarray, homes: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -133,30 +131,16 @@ class Transitions:
 
 @kernel
 def list_entries(
-    rows: np.ndarray,
-    places: np.ndarray,
-    weights: np.ndarray,
-    layouts: np.ndarray,
-    place_block: np.ndarray,
-    num_blocks: int,
-    entry: np.ndarray,
-    ends: np.ndarray,
-) -> int:
-    """Write the positive of weights (k,) into entries; see `Transitions.append`.
+    rows: np.ndarray, places: np.ndarray, weights: np.ndarray,
+    layouts: np.ndarray, place_block: np.ndarray, num_blocks: int,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """List the positive weights as entries, and how many come before each block ends, (n * B,).
 
-    Args:
-        rows: (k,).
-        places: (k,).
-        weights: (k,).
-        layouts: of each of the n rows, (n,).
-        place_block: of every place in each layout, (L, P).
-        num_blocks: B.
-        entry: filled from its start on, (k,).
-        ends: filled with the number of entries up to the end of each block, (n * B,).
-
-    Returns:
-        How many were positive.
+    Rows, places and weights are those of `Transitions.append`; `layouts` (n,) are those of the
+    rows, and `place_block` (L, P) has the block of every place in each layout.
     """
+    entry = np.empty(len(rows), dtype=_ENTRY)
+    ends = np.empty(len(layouts) * num_blocks, dtype=np.int64)
     count, block = 0, 0
     for i in range(len(rows)):
         own_block = rows[i] * num_blocks + place_block[layouts[rows[i]], places[i]]
@@ -169,30 +153,17 @@ def list_entries(
             entry[count].weight = weight
             count += 1
     ends[block:] = count
-    return count
+    return entry[:count], ends
 
 
 @kernel
 def draw_places(
-    entry: np.ndarray,
-    start: np.ndarray,
-    end: np.ndarray,
-    furniture: np.ndarray,
-    avoid: np.ndarray,
-    uniform: np.ndarray,
-) -> np.ndarray:
+    entry: np.ndarray, start: np.ndarray, end: np.ndarray,
+    furniture: np.ndarray, avoid: np.ndarray, uniform: np.ndarray,
+) -> np.ndarray:  # fmt: skip
     """Draw one of the entries start..end - 1 of each of n ranges in proportion to its weight.
 
-    Args:
-        entry: of all rows.
-        start: (n,).
-        end: (n,).
-        furniture: of every place, (P,).
-        avoid: furniture at which none is drawn, (n,).
-        uniform: (n,).
-
-    Returns:
-        Places, int32 (n,).
+    Places, int32 (n,); none at the furniture `avoid` (n,). `furniture` is that of every place (P,).
     """
     # Ask for the memory of all ranges at once, instead of range after range: a draw takes 73 ns so
     # instead of 220 (`benchmarks/evolve.py`). No weight is negative; the compiler cannot know.

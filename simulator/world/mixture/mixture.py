@@ -81,11 +81,7 @@ class Mixture:
     views: Mapping[str, float] = field(default_factory=_default_views)
 
     def __post_init__(self) -> None:
-        """Check every value.
-
-        Raises:
-            ValueError: if one is out of range; it is named.
-        """
+        """Raise ValueError if a value is out of range; names it."""
         for name in ("places", "objects", "moves"):
             least, most = getattr(self, f"min_{name}"), getattr(self, f"max_{name}")
             if not 0 < least <= most:

@@ -54,8 +54,6 @@ class MixedHomes(SampledHomes):
     def view_prior(self, weights: np.ndarray) -> np.ndarray:
         """Return the prior of the layouts as the agents of these homes know it, (H, O, F, 2)."""
         seen = weights.copy()
-        for life in self.lives:
-            life.tell_prior(seen)
         for home, view in enumerate(self.views):
             if view == TRUE:
                 continue

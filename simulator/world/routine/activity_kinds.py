@@ -55,10 +55,7 @@ def compute_object_weights(labels: Sequence[str], move_freq: np.ndarray) -> np.n
     A type that shares the placements of another one in the type table (`alias_of`) is used like
     it. A type that no activity names is used by every kind, a tenth as readily as what it needs.
     Square roots of the products of both weights: what has a use at all is used in some activity.
-
-    Args:
-        labels: of the object types, (T,).
-        move_freq: weight with which the prior lets a type move, (T,).
+    Labels and `move_freq` of the prior are those of the types, (T,).
     """
     types = load_types().objects
     weights = np.zeros((len(load_kinds()), len(labels)))
@@ -78,12 +75,7 @@ def compute_spot_weights(
     """Return how readily each kind of activity is done at each furniture node, float64 (K, F).
 
     A home without the furniture that a kind is done at has it anywhere in the same rooms, else
-    anywhere at all.
-
-    Args:
-        room_labels: of the home, (R,).
-        furniture_labels: of the home, (F,).
-        furniture_room: room index of each furniture node, (F,).
+    anywhere at all. Rooms are (R,), furniture and its room (F,), of one home.
     """
     rooms = [room_labels[room] for room in furniture_room]
     weights = np.zeros((len(load_kinds()), len(rooms)))

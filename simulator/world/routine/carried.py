@@ -61,21 +61,16 @@ def choose_carried(homes: SampledState, home: int, rule: RoutineRules) -> Carrie
 
 
 def add_carried(
-    homes: SampledState,
-    members: np.ndarray,
-    rules: Sequence[RoutineRules],
-    carried: Sequence[Carried],
-    habits: Habits,
-    num_residents: np.ndarray,
-    leads_out: np.ndarray,
-) -> None:
+    homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules],
+    carried: Sequence[Carried], habits: Habits, num_residents: np.ndarray, leads_out: np.ndarray,
+) -> None:  # fmt: skip
     """Give everything that is carried an owner, who takes it along on every outing, in place.
 
     Args:
         homes: the group.
         members: homes with routines, (n,).
-        rules: of each of them.
-        carried: of each of them.
+        rules: of each of them, (n,).
+        carried: of each of them, (n,).
         habits: drawn; the last columns of items are free for what is carried.
         num_residents: of each home, (H,).
         leads_out: which kinds of activity lead out of the home, bool (K,).

@@ -42,13 +42,7 @@ class RoutineLife(Life):
     def __init__(
         self, homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules]
     ) -> None:
-        """Draw residents, habits and usual places, and live up to the first step.
-
-        Args:
-            homes: the group; its objects are drawn already.
-            members: the homes with routines, (n,).
-            rules: of each of them, (n,).
-        """
+        """Draw residents, habits and usual places, and live up to the first step."""
         self._homes = homes
         self._members = members
         self._outlook: np.ndarray | None = None
@@ -64,8 +58,9 @@ class RoutineLife(Life):
         carried = [
             choose_carried(homes, home, rule) for home, rule in zip(members, rules, strict=True)
         ]
-        num_carried = max(len(own.slot) for own in carried)
-        self.habits = _make_habits(homes, members, rules, num_carried)
+        num_carried = max(len(own.slot) for own in carried)  # columns after the other items
+        num_items = int(self._rules["max_things"][members].max()) + num_carried
+        self.habits = _make_habits(homes, members, rules, num_items)
         self.state = _make_state(homes, members, rules)
         _draw_own_places(homes, members, rules, self.habits.own_place)
         homes.object_place[members] = np.where(
@@ -122,10 +117,7 @@ class RoutineLife(Life):
         return self._outlook
 
     def sample_hours(self, num_hours: int) -> np.ndarray:
-        """Return the furniture of every object in a life that starts like this one, hour by hour.
-
-        The usual places and habits at step 0 are the same, the random numbers are others.
-        """
+        """Live on from step 0 with the same habits and other random numbers; see `Life`."""
         state, habits, place = self._start_copy("routine copy")
         lived = np.empty((place.shape[0], num_hours, place.shape[1]), dtype=np.int16)
         now = state.now[self._members]
@@ -135,10 +127,7 @@ class RoutineLife(Life):
         return lived
 
     def transition_rows(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
-        """Return the share of time at each place of objects of descriptions, (n,), (n,) -> (n, P).
-
-        Objects of one description in a home count together; see `count_hours`.
-        """
+        """Return the share of time that objects are at each place; see `count_hours`."""
         counts = self.count_hours()
         rows, slots = np.nonzero(self._homes.object_code[homes] == codes[:, None])
         found = np.zeros((len(homes), counts.shape[2]), dtype=np.float32)
@@ -172,7 +161,7 @@ def _list_rules(rule: RoutineRules, homes: SampledState, home: int) -> Mapping[s
         "drift_spread": rule.drift_hours * 3600,
         "drift_kept": math.exp(-1 / rule.drift_days),
         "can_carry_out": float(homes.configs[home].dynamic_nodes),
-        "max_things": _count_most_things(rule, homes, home),
+        "max_things": max(round(rule.max_things_share * int(homes.num_objects[home])), 1),
         "tidy_time": rule.tidy_hour * 3600,
     }
     for name in RULES.names or ():
@@ -181,10 +170,6 @@ def _list_rules(rule: RoutineRules, homes: SampledState, home: int) -> Mapping[s
         elif name not in own:
             own[name] = getattr(rule, name)
     return own
-
-
-def _count_most_things(rule: RoutineRules, homes: SampledState, home: int) -> int:
-    return max(round(rule.max_things_share * int(homes.num_objects[home])), 1)
 
 
 def _make_roles() -> Roles:
@@ -198,21 +183,14 @@ def _make_roles() -> Roles:
 
 
 def _make_habits(
-    homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules], num_carried: int
+    homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules], num_items: int
 ) -> Habits:
-    """Return habits in which nothing but weights of objects and furniture is known yet.
-
-    The last `num_carried` columns of items are for what is carried out.
-    """
+    """Return habits in which nothing but weights of objects and furniture is known yet."""
     num_homes, num_slots = homes.object_place.shape
     num_kinds = len(load_kinds())
     num_residents = max(rule.max_residents for rule in rules)
     num_occasions = max(len(rule.occasions) for rule in rules)
-    most = [
-        _count_most_things(rule, homes, home) for rule, home in zip(rules, members, strict=True)
-    ]
     size = (num_homes, num_residents, num_occasions)
-    num_items = max(most) + num_carried
     habits = Habits(
         kind=np.full((num_homes, num_occasions), -1, dtype=np.int32),
         after=np.full((num_homes, num_occasions), -1, dtype=np.int32),
@@ -284,10 +262,7 @@ def _draw_seed(rng: np.random.Generator) -> np.uint64:
 
 
 def _draw_own_places(
-    homes: SampledState,
-    members: np.ndarray,
-    rules: Sequence[RoutineRules],
-    own_place: np.ndarray,
+    homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules], own_place: np.ndarray
 ) -> None:
     """Draw the places of objects from T^i, (H, C, 4), in place; without a row they stay."""
     for home, rule in zip(members, rules, strict=True):

@@ -185,20 +185,11 @@ def _draw(random: np.ndarray, home: int, summed: np.ndarray) -> int:
 
 
 @kernel
-def draw_habits(
-    rules: np.ndarray,
-    customs: Customs,
-    habits: Habits,
-    state: State,
-) -> None:
-    """Draw the residents' habits, in place.
+def draw_habits(rules: np.ndarray, customs: Customs, habits: Habits, state: State) -> None:
+    """Draw the residents' habits, in place, by `RULES` (H,).
 
-    Args:
-        rules: `RULES`, (H,).
-        customs: what people usually do.
-        habits: `hour`, `share`, `spot`, `item` and `use` are filled; weights of objects are
-            summed up for those that are used at all.
-        state: its generators draw.
+    `hour`, `share`, `spot`, `item`, `use` and `left` are filled; weights of objects are summed up
+    for those that are used at all.
     """
     random = state.random
     num_kinds = habits.object_weight.shape[1]
@@ -351,14 +342,9 @@ def _tidy(
 
 @kernel
 def _take(
-    state: State,
-    place: np.ndarray,
-    home: int,
-    occurrence: int,
-    slot: int,
-    to: int,
+    state: State, place: np.ndarray, home: int, occurrence: int, slot: int, to: int,
     left_share: float,
-) -> None:
+) -> None:  # fmt: skip
     """Take an object to a place (-1: out of the home), unless it is in use, or the only one."""
     if slot < 0 or state.holder[home, slot] >= 0 or place[home, slot] < 0:
         return
@@ -374,14 +360,9 @@ def _take(
 
 @kernel
 def _begin(
-    rule: Any,
-    roles: Roles,
-    habits: Habits,
-    state: State,
-    place: np.ndarray,
-    home: int,
+    rule: Any, roles: Roles, habits: Habits, state: State, place: np.ndarray, home: int,
     occurrence: int,
-) -> None:
+) -> None:  # fmt: skip
     """Begin an occurrence: its things come along."""
     random = state.random
     resident, n = divmod(occurrence, habits.kind.shape[1])
@@ -416,14 +397,9 @@ def _begin(
 
 @kernel
 def _finish(
-    rule: Any,
-    roles: Roles,
-    habits: Habits,
-    state: State,
-    place: np.ndarray,
-    home: int,
+    rule: Any, roles: Roles, habits: Habits, state: State, place: np.ndarray, home: int,
     occurrence: int,
-) -> None:
+) -> None:  # fmt: skip
     """End an occurrence: each of its things is put back, or left where it was done."""
     if not state.is_on[home, occurrence]:
         return
@@ -448,24 +424,12 @@ def _finish(
 
 @kernel
 def live(
-    rules: np.ndarray,
-    roles: Roles,
-    habits: Habits,
-    state: State,
-    place: np.ndarray,
-    homes: np.ndarray,
-    until: np.ndarray,
-) -> None:
-    """Let homes live until a time, in place.
+    rules: np.ndarray, roles: Roles, habits: Habits, state: State, place: np.ndarray,
+    homes: np.ndarray, until: np.ndarray,
+) -> None:  # fmt: skip
+    """Let some homes (n,) live until times (n,), by `RULES` (H,): all else changes in place.
 
-    Args:
-        rules: `RULES`, (H,).
-        roles: of the kinds.
-        habits: of the residents; usual places change, seldom.
-        state: what goes on.
-        place: where every object is, -1 for an empty slot or one that is out, int32 (H, C).
-        homes: which of them live on, (n,).
-        until: times, (n,).
+    `place` is where every object is, -1 for an empty slot or one that is out, int32 (H, C).
     """
     for i in range(len(homes)):
         home = homes[i]

@@ -66,11 +66,7 @@ DEFAULT_OCCASIONS = (
 
 
 def check_occasions(occasions: tuple[Occasion, ...]) -> None:
-    """Check the occasions of a day.
-
-    Raises:
-        ValueError: if there is none, a name occurs twice, or a value is out of range.
-    """
+    """Raise ValueError if there is no occasion, a name occurs twice, or a value is out of range."""
     names = [occasion.name for occasion in occasions]
     if not names or len(set(names)) < len(names):
         raise ValueError(

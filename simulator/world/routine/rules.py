@@ -98,11 +98,7 @@ class RoutineRules(Dynamics):
     carries_anything: bool = False
 
     def __post_init__(self) -> None:
-        """Check every value.
-
-        Raises:
-            ValueError: if one is out of range; it is named.
-        """
+        """Raise ValueError if a value is out of range; names it."""
         self.clock  # noqa: B018 - checks start_time and step_seconds
         check_occasions(self.occasions)
         if not 1 <= self.min_residents <= self.max_residents <= 4:

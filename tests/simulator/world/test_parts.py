@@ -8,7 +8,7 @@ import pytest
 
 from simulator.world.confidences import Confidences
 from simulator.world.config import HomeConfig
-from simulator.world.dynamics import DYNAMICS, Dynamics, Life, make_dynamics
+from simulator.world.dynamics import DYNAMICS, Dynamics, Life
 from simulator.world.paper_dynamics import PaperDynamics
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.sensing import (
@@ -17,7 +17,6 @@ from simulator.world.sensing import (
     MissesPerFurniture,
     MissesPerType,
     PartialViews,
-    make_sensing,
 )
 from simulator.world.streams import Streams
 
@@ -49,9 +48,9 @@ PATH = f"{Still.__module__}.Still"
 
 
 def test_a_name_or_an_import_path_makes_a_part():
-    assert make_dynamics("paper") == PaperDynamics()
-    assert make_dynamics(PATH, hours=3) == Still(3)
-    assert make_sensing("partial_views", lowest=0.5) == PartialViews(0.5)
+    assert DYNAMICS.find("paper")() == PaperDynamics()
+    assert DYNAMICS.find(PATH)(hours=3) == Still(3)
+    assert SENSING.find("partial_views")(lowest=0.5) == PartialViews(0.5)
 
 
 @pytest.mark.parametrize(
@@ -68,7 +67,7 @@ def test_a_name_or_an_import_path_makes_a_part():
 )
 def test_what_is_no_part_is_refused(name, message):
     with pytest.raises(ValueError, match=message):
-        make_dynamics(name)
+        DYNAMICS.find(name)()
 
 
 def test_homes_of_one_group_have_dynamics_of_their_own(default_prior):
@@ -135,6 +134,6 @@ def test_a_file_names_parts_by_their_entries_alone():
 
 
 def test_every_entry_leads_to_a_part():
-    assert all(isinstance(make_dynamics(name), Dynamics) for name in DYNAMICS)
+    assert all(isinstance(DYNAMICS.find(name)(), Dynamics) for name in DYNAMICS)
     for name in SENSING:
-        assert SENSING.describe(make_sensing(name))["name"] == name
+        assert SENSING.describe(SENSING.find(name)())["name"] == name

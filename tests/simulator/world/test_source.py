@@ -7,7 +7,7 @@ import pytest
 
 from simulator.policies import list_policies
 from simulator.world.config import HomeConfig
-from simulator.world.dynamics import make_dynamics
+from simulator.world.dynamics import DYNAMICS
 from simulator.world.source import (
     TRUE_PLACE_WEIGHTS,
     TRUE_TRANSITIONS,
@@ -54,7 +54,7 @@ def test_a_description_names_the_rules_and_the_prior(tiny_prior):
 def test_the_ceiling_plays_only_where_moves_follow_t():
     """In homes with routines where a thing goes depends on the hour: T is not all there is."""
     assert TRUE_PLACE_WEIGHTS in SampledSource(home=HomeConfig()).knows
-    people = SampledSource(home=HomeConfig(dynamics=make_dynamics("routine")))
+    people = SampledSource(home=HomeConfig(dynamics=DYNAMICS.find("routine")()))
     assert TRUE_PLACE_WEIGHTS not in people.knows
     assert TRUE_TRANSITIONS in people.knows
     assert "ceiling" not in list_policies(people)

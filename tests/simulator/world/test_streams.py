@@ -31,15 +31,15 @@ def test_numbers_repeat_and_do_not_depend_on_the_homes_beside():
     )
     for _ in range(70):  # across two refills
         np.testing.assert_array_equal(
-            alone.rows("query", 3).next()[0], beside.rows("query", 3).next()[1]
+            alone.rows("query", 3).take()[0], beside.rows("query", 3).take()[1]
         )
 
 
 def test_a_draw_from_one_stream_changes_no_other():
     quiet, busy = Streams(0, "train", [0, 1]), Streams(0, "train", [0, 1])
     for _ in range(10):
-        busy.rows("detection", 5).next()
-        np.testing.assert_array_equal(quiet.rows("query", 2).next(), busy.rows("query", 2).next())
+        busy.rows("detection", 5).take()
+        np.testing.assert_array_equal(quiet.rows("query", 2).take(), busy.rows("query", 2).take())
 
 
 @pytest.mark.slow
@@ -51,7 +51,7 @@ def test_rows_come_in_order_however_they_are_asked_for(requests):
     plain = [streams.generator("instance noise", position) for position in range(3)]
     for request in requests:
         if request is None:
-            found, homes = rows.next(), [0, 1, 2]
+            found, homes = rows.take(), [0, 1, 2]
         else:
             homes = sorted(request)
             found = rows.take(np.array(homes, dtype=np.int64))
@@ -63,7 +63,7 @@ def test_rows_come_in_order_however_they_are_asked_for(requests):
 def test_any_number_of_a_row_can_be_read(width, every, seed):
     streams = Streams(seed, "train", [4, 0, 2])
     stream = streams.rows("add", width)
-    stream.next()
+    stream.take()
     rows = stream.claim(np.array([0, 2, 2]))
     plain = [streams.generator("add", position).random((3, width)) for position in range(3)]
     expected = np.array([plain[0][1], plain[2][1], plain[2][2]])
@@ -72,7 +72,7 @@ def test_any_number_of_a_row_can_be_read(width, every, seed):
     row, column = np.nonzero(expected[:, :-1] < 0.5)
     found = rows.read(row, column, 2)
     np.testing.assert_array_equal(found, np.stack([expected[row, column + i] for i in (0, 1)], 1))
-    np.testing.assert_array_equal(stream.next()[1], plain[1][1])
+    np.testing.assert_array_equal(stream.take()[1], plain[1][1])
 
 
 def test_purposes_in_the_source_have_different_numbers():
