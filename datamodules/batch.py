@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import dgl
 import torch
 from torch import Tensor
 
-from datamodules.dgl_graph import make_graph, read_graph
 from simulator.snapshots.graph import (
     EDGE_TYPES,
     ENTERING,
@@ -85,19 +86,58 @@ class Batch:
     def from_graph(
         cls, graph: dgl.DGLGraph, text: Tensor, num_snapshots: int, question: Tensor | None = None
     ) -> Batch:
-        """Take a batch from a DGL graph, such as an edited one of another batch.
-
-        Args:
-            graph: with the schema and data of `Batch.graph`.
-            text: see `Batch`.
-            num_snapshots: B.
-            question: see `Batch`.
+        """Take a batch from a DGL graph, with the schema and data of `Batch.graph`.
 
         Raises:
             ValueError: if the graph's node or edge types are not those of the schema.
         """
-        parts = read_graph(graph)
-        batch = cls(**parts, text=text, num_snapshots=num_snapshots, question=question)
+        for what, want, got in (
+            ("node types", NODE_TYPES, graph.ntypes),
+            ("edge types", EDGE_TYPES, graph.canonical_etypes),
+        ):
+            if set(got) != set(want):
+                raise ValueError(
+                    f"{what} of a batch must be {sorted(want)}, got {sorted(got)}. "
+                    "Give the graph the full schema, empty types included."
+                )
+        node_counts = tuple(graph.num_nodes(ntype) for ntype in NODE_TYPES)
+        edge_counts = tuple(graph.num_edges(etype) for etype in EDGE_TYPES)
+        first_node, first_edge = _number(NODE_TYPES, node_counts), _number(EDGE_TYPES, edge_counts)
+        ends = {etype: graph.edges(etype=etype, order="eid") for etype in EDGE_TYPES}
+        src, dst = (
+            torch.cat([ends[each][n].long() + first_node[each[2 * n]] for each in EDGE_TYPES])
+            for n in (0, 1)
+        )
+        queries = {etype: graph.edges[etype].data for etype in QUERY_EDGE_TYPES}
+        marked = {etype: torch.nonzero(data["query"] >= 0)[:, 0] for etype, data in queries.items()}
+        has_relevance = all("relevance" in data for data in queries.values())
+
+        def join_nodes(name: str) -> Tensor:
+            return torch.cat([graph.nodes[ntype].data[name] for ntype in NODE_TYPES])
+
+        def join_queries(name: str) -> Tensor:
+            return torch.cat([queries[etype][name][rows] for etype, rows in marked.items()])
+
+        batch = cls(
+            node_counts=node_counts,
+            edge_counts=edge_counts,
+            label=join_nodes("label"),
+            node_feature=join_nodes("temporal"),
+            degrees=join_nodes("degrees"),
+            node_snapshot=join_nodes("snapshot"),
+            furniture_index=graph.nodes["furniture"].data["index"],
+            edge_src=src,
+            edge_dst=dst,
+            edge_feature=torch.cat([graph.edges[etype].data["feature"] for etype in EDGE_TYPES]),
+            query_edge=torch.cat([rows + first_edge[etype] for etype, rows in marked.items()]),
+            query_snapshot=join_queries("query"),
+            query_target=join_queries("target"),
+            query_relevance=join_queries("relevance") if has_relevance else None,
+            evidence=graph.nodes["furniture"].data.get("evidence"),
+            question=question,
+            text=text,
+            num_snapshots=num_snapshots,
+        )
         batch.__dict__["graph"] = graph
         return batch
 
@@ -115,33 +155,50 @@ class Batch:
         truth is known, else nan; and, where the task says it, `relevance` of the place of each
         query edge.
         """
-        graph = make_graph(
-            self.node_counts,
-            self.edge_counts,
-            (self.edge_src, self.edge_dst),
-            self.num_snapshots,
+        first_node = _number(NODE_TYPES, self.node_counts)
+        src, dst = self._split_edges(self.edge_src), self._split_edges(self.edge_dst)
+        graph = dgl.heterograph(
             {
-                "label": self.label, "temporal": self.node_feature, "degree": self.degree,
-                "degrees": self.degrees, "snapshot": self.node_snapshot,
+                etype: (src[etype] - first_node[etype[0]], dst[etype] - first_node[etype[2]])
+                for etype in EDGE_TYPES
             },
-            {"feature": self.edge_feature},
-        )  # fmt: skip
+            num_nodes_dict=dict(zip(NODE_TYPES, self.node_counts, strict=True)),
+        )
+        for name, values in (
+            ("label", self.label), ("temporal", self.node_feature), ("degree", self.degree),
+            ("degrees", self.degrees), ("snapshot", self.node_snapshot),
+        ):  # fmt: skip
+            for ntype, part in self._split_nodes(values).items():
+                graph.nodes[ntype].data[name] = part
         furniture = graph.nodes["furniture"].data
         furniture["index"] = self.furniture_index
         if self.evidence is not None:
             furniture["evidence"] = self.evidence
-        for name, values, other in (
+        for etype, part in self._split_edges(self.edge_feature).items():
+            graph.edges[etype].data["feature"] = part
+        for name, column, other in (
             ("query", self.query_snapshot, -1),
             ("target", self.query_target, torch.nan),
             ("relevance", self.query_relevance, 0),
         ):
-            if values is None:
+            if column is None:
                 continue
-            whole = values.new_full((self.num_edges,), other)
-            whole = whole.index_copy(0, self.query_edge, values).split(self.edge_counts)
+            whole = column.new_full((self.num_edges,), other)
+            parts = self._split_edges(whole.index_copy(0, self.query_edge, column))
             for etype in QUERY_EDGE_TYPES:
-                graph.edges[etype].data[name] = whole[EDGE_TYPES.index(etype)]
+                graph.edges[etype].data[name] = parts[etype]
+        snapshot = self._split_nodes(self.node_snapshot)
+        of_edges = self._split_edges(self.node_snapshot[self.edge_dst])
+        count = partial(torch.bincount, minlength=self.num_snapshots)
+        graph.set_batch_num_nodes({ntype: count(own) for ntype, own in snapshot.items()})
+        graph.set_batch_num_edges({etype: count(own) for etype, own in of_edges.items()})
         return graph
+
+    def _split_nodes(self, values: Tensor) -> dict[str, Tensor]:
+        return dict(zip(NODE_TYPES, values.split(self.node_counts), strict=True))
+
+    def _split_edges(self, values: Tensor) -> dict[tuple[str, str, str], Tensor]:
+        return dict(zip(EDGE_TYPES, values.split(self.edge_counts), strict=True))
 
     def to_pyg(self) -> HeteroData:
         """Return the batch as PyTorch Geometric's `HeteroData`, extra `events`.
@@ -240,6 +297,11 @@ class Batch:
     def repeat_per_node_type(self, values: Tensor) -> Tensor:
         """Give each node the row of its node type: (5, ...) -> (N, ...)."""
         return _repeat_blocks(values, self.node_counts)
+
+
+def _number(types: Sequence[Any], counts: Sequence[int]) -> dict[Any, int]:
+    """Return the first id of each type."""
+    return dict(zip(types, accumulate(counts, initial=0), strict=False))
 
 
 def _repeat_blocks(values: Tensor, counts: tuple[int, ...]) -> Tensor:

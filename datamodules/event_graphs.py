@@ -22,11 +22,8 @@ def to_temporal_data(table: EventTable, sightings_alone: bool = False) -> Tempor
     `src` is the thing, `dst` the place, `t` the time step and `msg` has `MESSAGE_COLUMNS`,
     float32 (E, 4). `home`, `look`, `order` and `y` (1 where the thing was seen) are further
     attributes, which a slice or a mask cuts alike. Ids of nodes are those of the table, so that
-    homes share none: one graph with a part for each home.
-
-    Args:
-        table: of `EventTable` or `load_events`.
-        sightings_alone: whether to leave out that things were not seen.
+    homes share none: one graph with a part for each home. With `sightings_alone`, that things were
+    not seen is left out.
 
     Raises:
         ModuleNotFoundError: if torch_geometric is not installed.

@@ -52,11 +52,7 @@ class NodeRows:
         return 0 if stamp is None else _count_since(self.time, stamp[self.rows])
 
     def extra(self, name: str) -> np.ndarray:
-        """Return what else was kept of furniture nodes, (n, ...).
-
-        Raises:
-            ValueError: if nothing of the name was kept.
-        """
+        """Return what else was kept of furniture nodes, (n, ...); ValueError if nothing was."""
         return _find_extra(self.snapshots.extras, name)[self.rows]
 
 
@@ -117,11 +113,7 @@ class EdgeRows:
         return _count_since(self.time, self.take(name, NEVER))
 
     def extra(self, name: str) -> np.ndarray:
-        """Return what else was kept of the furniture nodes, (n, ...).
-
-        Raises:
-            ValueError: if nothing of the name was kept.
-        """
+        """Return what else was kept of the furniture nodes, (n, ...); ValueError if nothing was."""
         return _find_extra(self.snapshots.extras, name)[self.furniture]
 
     def select(self, rows: np.ndarray) -> EdgeRows:
@@ -132,20 +124,12 @@ class EdgeRows:
 
 @dataclass(frozen=True)
 class QuestionRows:
-    """The questions of snapshots, one each.
-
-    Attributes:
-        snapshots: the snapshots.
-    """
+    """The questions of snapshots, one each."""
 
     snapshots: Snapshots
 
     def extra(self, name: str) -> np.ndarray:
-        """Return what else was kept of each question, (B, ...).
-
-        Raises:
-            ValueError: if nothing of the name was kept.
-        """
+        """Return what else was kept of each question, (B, ...); ValueError if nothing was."""
         return _find_extra(self.snapshots.question_extras, name)
 
 

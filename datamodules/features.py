@@ -119,11 +119,7 @@ class FeatureConfig:
     text_pipeline: str | None = None
 
     def __post_init__(self) -> None:
-        """Check the groups.
-
-        Raises:
-            ValueError: if there is no group of such a name.
-        """
+        """Raise ValueError if there is no group of such a name."""
         known = {**PLACE_GROUP_COLUMNS, **QUESTION_GROUP_COLUMNS}
         object.__setattr__(self, "evidence_without", tuple(self.evidence_without))  # JSON: a list
         for name in self.evidence_without:
@@ -160,11 +156,7 @@ def list_columns(table: str, groups: Collection[str]) -> list[tuple[Feature, sli
 
 
 def check_groups(groups: Collection[str]) -> None:
-    """Check names of groups beyond the paper's.
-
-    Raises:
-        ValueError: if there is no such group.
-    """
+    """Raise ValueError unless names are of groups beyond the paper's."""
     known = [name for name in _GROUPS if name not in PAPER_GROUPS]
     for name in groups:
         if name not in known:
@@ -200,10 +192,7 @@ def compute_belief_features(belief: np.ndarray) -> np.ndarray:
 
     Probability that the last seen instance is there, expected number of others (at most 1), the
     logarithm of their sum, scaled to [0, 1] from 1e-4 to 1, and how likely class noise and
-    instance noise have left the place possible.
-
-    Args:
-        belief: the extra "belief" of `Snapshots` at the place of each edge, (n, 4).
+    instance noise have left the place possible; of the extra "belief" of `Snapshots`, (n, 4).
     """
     last, others = belief[:, 0], belief[:, 1]
     total = np.clip(last + others, 1e-4, 1)
@@ -235,14 +224,7 @@ def compute_clock_features(
 
 
 def require_clock(clock: np.ndarray | None) -> np.ndarray:
-    """Return the clocks of homes, which all must have one.
-
-    Args:
-        clock: `MemoryBatch.clock` or `Snapshots.clock`, (n, 2) or None.
-
-    Raises:
-        ValueError: if there is none, or some home has none.
-    """
+    """Return the clocks of homes, (n, 2); raises ValueError if there is none, or of some home."""
     if clock is None or np.isnan(clock).any():
         raise ValueError(
             "homes must have a clock for features.clock, got one without. Say in layout.json when "

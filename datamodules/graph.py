@@ -9,13 +9,7 @@ import torch
 
 from datamodules.batch import Batch
 from datamodules.feature_rows import EdgeRows, LayoutRows, NodeRows, QuestionRows
-from datamodules.features import (
-    TABLES,
-    TEXT_DIM,
-    FeatureConfig,
-    count_columns,
-    list_columns,
-)
+from datamodules.features import TABLES, TEXT_DIM, FeatureConfig, count_columns, list_columns
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.memory.candidates import propose_rows, sample_places
 from sgm.text import load_text
@@ -87,12 +81,9 @@ class GraphBuilder:
         num_layout = int(first_edge[FIRST_OBJECT_TYPE])
         joined = pair[num_layout:] - graph.num_layout
         edges = EdgeRows(
-            snapshots,
-            graph.remembered[joined],
-            graph.furniture[joined],
-            graph.is_on_top[joined],
+            snapshots, graph.remembered[joined], graph.furniture[joined], graph.is_on_top[joined],
             edge_cosine[num_layout:],
-        )
+        )  # fmt: skip
         upward = slice(*first_edge[[OBJECT_UP.start, OBJECT_UP.stop]].tolist())
         is_asked = graph.is_query[joined[upward.start - num_layout : upward.stop - num_layout]]
         query_edge = np.flatnonzero(is_asked) + upward.start
@@ -153,11 +144,8 @@ class GraphBuilder:
     ) -> np.ndarray:
         """Compute the features of all edges, those of the layout first, float32 (E, D).
 
-        Args:
-            edges: those that join objects.
-            query_edge: which of all edges are query edges.
-            cosine: of the text vectors of all edges' nodes, (E,).
-            prob: prior of the edges of the layout.
+        `edges` are those that join objects, `query_edge` some of all edges, and `prob` is the prior
+        of those of the layout; `cosine` is of the text vectors of all edges' nodes, (E,).
         """
         num_layout = len(prob)
         values = np.zeros((len(cosine), self._width["edge"]), np.float32)
@@ -219,11 +207,9 @@ class GraphBuilder:
             is_in = snapshots.query_prior[:, 0] > snapshots.query_prior[:, 1]
             return np.stack([is_in, ~is_in], axis=1)
         return propose_rows(
-            snapshots.query_prior,
-            snapshots.furniture_snapshot,
-            snapshots.num_snapshots,
+            snapshots.query_prior, snapshots.furniture_snapshot, snapshots.num_snapshots,
             self.config.threshold,
-        )
+        )  # fmt: skip
 
 
 def _read_prob(snapshots: Snapshots, graph: SnapshotGraph, pairs: np.ndarray) -> np.ndarray:

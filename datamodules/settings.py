@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from itertools import product
 from typing import Any
 
@@ -48,11 +48,7 @@ class HomesConfig:
     replays: int = 1
 
     def __post_init__(self) -> None:
-        """Check that recorded homes are there for training and for validation.
-
-        Raises:
-            ValueError: if they are for one of them alone.
-        """
+        """Raise ValueError if recorded homes are there for training or for validation alone."""
         if (self.trace is None) != (self.val_trace is None):
             raise ValueError(
                 "trace and val_trace must come together, and step_seconds and by_day with them,"
@@ -125,6 +121,7 @@ class CollectionConfig:
             ValueError: if a count or a name is out of range, or as `HomesConfig.make`.
         """
         source, val_source, also = homes.make()
+        recorded: dict[str, Any] = dict.fromkeys(list_recorded(features), True)
         train = CollectConfig(
             homes=source,
             num_homes=source.num_homes or self.num_homes,
@@ -132,10 +129,8 @@ class CollectionConfig:
             policy=self.policy,
             task=self.task,
             seed=self.seed,
-            relevance=self.relevance,
+            **{"relevance": self.relevance, **recorded},
         )
-        recorded: dict[str, Any] = dict.fromkeys(list_recorded(features), True)
-        train = replace(train, **recorded)
         val = replace(
             train,
             homes=val_source,
@@ -173,9 +168,4 @@ class LoadingConfig:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        check_at_least(
-            1,
-            batch_size=self.batch_size,
-            train_snapshots=self.train_snapshots,
-            val_snapshots=self.val_snapshots,
-        )
+        check_at_least(1, **asdict(self))

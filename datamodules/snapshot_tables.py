@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from datamodules.mapped_table import TableWriter
+from datamodules.mapped_table import MappedTable
 from sgm.arrays.grouped import concatenate_ranges
 
 VERSIONED = ("furniture", "object", "edge")
@@ -43,11 +43,7 @@ class SnapshotTables:
     """
 
     def __init__(self, shards: Iterable[Mapping[str, np.ndarray]], folder: Path) -> None:
-        """Write the tables.
-
-        Args:
-            shards: arrays of each home; one home is held at a time.
-            folder: where the tables lie, if it can be written to.
+        """Write the tables into a folder, if it can be written to; one home is held at a time.
 
         Raises:
             OSError: if the disk does not take them.
@@ -56,18 +52,20 @@ class SnapshotTables:
         names = ("home", "frame", *_TABLES, *lists)
         starts: dict[str, list[int]] = {name: [] for name in names}
         with ExitStack() as stack:
-            writers = {name: stack.enter_context(TableWriter(folder)) for name in names}
+            tables = {name: stack.enter_context(MappedTable(folder)) for name in names}
             for shard in shards:
-                for name, writer in writers.items():
-                    starts[name].append(len(writer))
+                for name, table in tables.items():
+                    starts[name].append(len(table))
                 for name, columns in _make_rows(shard).items():
                     if name == "frame":  # where its lists begin, over all homes
-                        columns = {key: len(writers[key]) + first for key, first in columns.items()}
-                    writers[name].append(columns)
-            for name, writer in writers.items():
-                starts[name].append(len(writer))
-            writers["frame"].append({name: np.array([len(writers[name])]) for name in lists})
-            self._tables = {name: writer.finish() for name, writer in writers.items()}
+                        columns = {key: len(tables[key]) + first for key, first in columns.items()}
+                    tables[name].append(columns)
+            for name, table in tables.items():
+                starts[name].append(len(table))
+            tables["frame"].append({name: np.array([len(tables[name])]) for name in lists})
+            for table in tables.values():
+                table.finish()
+        self._tables = tables
         self.starts = {name: np.array(rows, dtype=np.int64) for name, rows in starts.items()}
         self._num_bytes = sum(table.num_bytes for table in self._tables.values())
         self._num_mapped = 0
@@ -95,12 +93,7 @@ class SnapshotTables:
         return concatenate_ranges(starts[home], counts), counts
 
     def find_furniture_rows(self, home: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Find the rows of `snapshot_furniture` of snapshots, one snapshot after the other.
-
-        Args:
-            home: of each snapshot, (B,).
-            number: of each snapshot within its home, (B,).
-        """
+        """Find the rows of `snapshot_furniture` of snapshots; arguments as for `take_versions`."""
         starts = self.starts["furniture"]
         counts = starts[home + 1] - starts[home]
         return concatenate_ranges(self.starts[_PER_FURNITURE][home] + number * counts, counts)
@@ -131,11 +124,7 @@ class SnapshotTables:
         return sample, self.take(f"{kind}_version", rows)
 
     def release(self, num_snapshots: int) -> None:
-        """Say that so many snapshots were read; gives memory back when it may have become much.
-
-        Args:
-            num_snapshots: read since the last call.
-        """
+        """Say that so many snapshots were read; gives memory back when it may have become much."""
         num_homes = len(self.starts["home"]) - 1
         self._num_mapped += num_snapshots * (self._num_bytes // num_homes)  # at most
         if min(self._num_mapped, self._num_bytes) > _MAX_MAPPED:
@@ -170,12 +159,7 @@ def _make_rows(shard: Mapping[str, np.ndarray]) -> dict[str, Columns]:
 def _list_frames(
     valid_from: np.ndarray, valid_to: np.ndarray, num_frames: int
 ) -> tuple[Columns, np.ndarray]:
-    """List the versions that are valid somewhere in each frame of a home.
-
-    Args:
-        valid_from: first snapshot of each version, (V,).
-        valid_to: the snapshot after its last one, (V,).
-        num_frames: frames of the home.
+    """List the versions (V,), from one snapshot to before another, of each frame of a home.
 
     Returns:
         Columns of the list, (n,): `row`, the number of the version, ascending within each frame,

@@ -68,7 +68,7 @@ MOVED = {
     "simulator.memory": "sgm.memory",
     "simulator.messages": "sgm.messages",
     "simulator.policies.adaptive": "sgm.policies.adaptive",
-    "simulator.policies.belief": "simulator.policies.filter_belief",
+    "simulator.policies.belief": "simulator.policies.filter_kernel",
     "simulator.policies.exploring": "sgm.policies.exploring",
     "simulator.policies.heuristics": "sgm.policies.heuristics",
     "simulator.policies.last_seen": "sgm.policies.last_seen",

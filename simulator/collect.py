@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 from tqdm import tqdm
 
-from sgm.checks import check_at_least, check_seed
+from sgm.checks import check_at_least, check_at_most, check_choice, check_seed
 from sgm.evidence.columns import EVIDENCE_VERSION
 from sgm.evidence.evidence_features import compute_features
 from sgm.files import LOCK, lock_folder
@@ -49,7 +49,7 @@ from simulator.snapshots.shards import (
     save_shard,
 )
 from simulator.tasks.answer import Answer
-from simulator.tasks.registry import check_task, find_task
+from simulator.tasks.registry import find_task
 from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import SPLITS, Streams
 
@@ -92,33 +92,16 @@ class CollectConfig:
     relevance: bool = False
 
     def __post_init__(self) -> None:
-        """Check every value.
-
-        Raises:
-            ValueError: if a count, a name or the seed is out of range.
-        """
+        """Raise ValueError if a count, a name or the seed is out of range."""
         check_at_least(1, num_homes=self.num_homes, steps=self.steps)
-        if self.num_homes > MAX_HOMES:
-            raise ValueError(
-                f"num_homes must be at most {MAX_HOMES}, got {shorten(self.num_homes)}. Ask for "
-                "fewer."
-            )
+        check_at_most(MAX_HOMES, num_homes=self.num_homes)
         check_seed(self.seed)
-        check_task(self.task)
-        if self.split not in SPLITS:
-            raise ValueError(
-                f"split must be one of {', '.join(SPLITS)}, got {shorten(self.split)}. Choose one "
-                "of these."
-            )
+        find_task(self.task)
+        check_choice("split", self.split, SPLITS)
         check_policies([self.policy])
 
     def check_homes(self) -> None:
-        """Check that the homes are there, and can be played.
-
-        Raises:
-            ValueError: if there are fewer homes or steps, or the policy needs what is unknown
-                of them.
-        """
+        """Raise ValueError if there are fewer homes or steps, or the policy cannot play there."""
         self.homes.check_homes(range(self.num_homes))
         self.homes.check_steps(self.steps)
         check_policies([self.policy], self.homes)
@@ -138,12 +121,9 @@ class CollectConfig:
 
 
 def collect(
-    config: CollectConfig,
-    out: Path,
-    workers: int = 1,
-    progress: bool = True,
+    config: CollectConfig, out: Path, workers: int = 1, progress: bool = True,
     backend: str = "processes",
-) -> None:
+) -> None:  # fmt: skip
     """Collect snapshots into a folder, or finish an interrupted collection there.
 
     The same config gives the same bytes, for any number of workers and however often the
@@ -206,13 +186,9 @@ def write_events(
 
 
 def _collect_missing(
-    config: CollectConfig,
-    settings: dict[str, Any],
-    out: Path,
-    workers: int,
-    progress: bool,
+    config: CollectConfig, settings: dict[str, Any], out: Path, workers: int, progress: bool,
     backend: str,
-) -> None:
+) -> None:  # fmt: skip
     shards = _open_folder(out, settings)  # checksums of the finished ones
     missing = [home for home in range(config.num_homes) if get_shard_name(home) not in shards]
     groups = config.homes.list_groups(missing)
@@ -251,13 +227,8 @@ def collect_homes(
 ) -> dict[str, str]:
     """Collect some homes in lockstep; write their shards and return the checksum of each.
 
-    Args:
-        config: what to collect.
-        homes: their numbers.
-        out: folder for the shards.
-        play_steps: steps for which the homes are lived in; `config.steps` of them, evenly spread,
-            are kept, and more of long lives (`HomeSource.kept_share`). None to play and keep
-            `config.steps`.
+    The homes are lived in for `play_steps`, None for `config.steps`: so many of them, evenly
+    spread, are kept, and more of long lives (`HomeSource.kept_share`).
     """
     play_steps = config.steps if play_steps is None else play_steps
     num_kept = max(config.steps, round(config.homes.kept_share * play_steps))
@@ -282,7 +253,8 @@ def collect_homes(
             return
         extras = {}
         if config.belief:
-            extras["belief"] = belief_filter.follow(task.rollout.memory, answer.queries).stack()
+            memory = task.rollout.memory
+            extras["belief"] = belief_filter.compute_features(memory, answer.queries)
         if config.relevance and answer.relevance is not None:
             extras["relevance"] = answer.relevance
         question_extras = {}
@@ -308,7 +280,6 @@ def collect_homes(
 
 
 def _make_folder(out: Path) -> None:
-    """Make the folder if needed."""
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -8,6 +8,7 @@ import sys
 from argparse import ArgumentError
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
 from types import UnionType
@@ -40,18 +41,11 @@ _NAMED: Mapping[str, Mapping[str, str]] = {
     "val_homes": SOURCES,
     **{f"home.{own}": names for own, names in _RULES.items()},
 }
-
-
 _MOST_CHARACTERS = 2000  # of a message; some repeat a whole file
 
 
 def make_parser(prog: str, description: str) -> ArgumentParser:
-    """Make a parser with --config and --print_config.
-
-    Args:
-        prog: the command.
-        description: what it does, for --help.
-    """
+    """Make the parser of a command, with --config and --print_config."""
     from jsonargparse import ArgumentParser
 
     parser = ArgumentParser(
@@ -75,12 +69,7 @@ def add_home_arguments(parser: ArgumentParser) -> None:
 
 
 def add_worker_arguments(parser: ArgumentParser, workers: int) -> None:
-    """Add --workers and --backend.
-
-    Args:
-        parser: of the command.
-        workers: where --workers is left out.
-    """
+    """Add --workers, of which there are `workers` where it is left out, and --backend."""
     parser.add_argument("--workers", type=int, default=workers, help="processes at a time")
     parser.add_argument(
         "--backend",
@@ -91,11 +80,7 @@ def add_worker_arguments(parser: ArgumentParser, workers: int) -> None:
 
 
 def parse(parser: ArgumentParser, arguments: Sequence[str] | None) -> Namespace:
-    """Parse a command line and make what its options describe.
-
-    Args:
-        parser: of the command.
-        arguments: None for those of the process.
+    """Parse a command line, None for that of the process, and make what its options describe.
 
     Raises:
         ArgumentError: if an option is unknown or of the wrong kind.
@@ -107,8 +92,6 @@ def parse(parser: ArgumentParser, arguments: Sequence[str] | None) -> Namespace:
 
 def pick(options: Namespace, cls: type[Any], **more: Any) -> dict[str, Any]:
     """Return the options that are fields of a dataclass, and more."""
-    from dataclasses import fields
-
     found = {field.name: options[field.name] for field in fields(cls) if field.name in options}
     return found | more
 
@@ -222,11 +205,7 @@ def choose(
 
 @contextmanager
 def one_line_errors(status: int = 1) -> Iterator[None]:
-    """End with one line instead of a traceback if input is bad.
-
-    Args:
-        status: exit status, but 2 for an unknown option.
-    """
+    """End with one line instead of a traceback if input is bad; status 2 for unknown options."""
     try:
         yield
     except ArgumentError as error:
@@ -314,12 +293,8 @@ def _spell(name: str, prefix: str) -> str:
     if not name.startswith(prefix):
         return name
     own = name[len(prefix) :]
-    if (
-        own in ("rooms", "dynamic_nodes", "looks", "looks_per_step")
-        or own.partition(".")[0] in _RULES
-    ):
-        return f"{prefix}home.{own}"
-    return name
+    is_of_home = own in ("rooms", "dynamic_nodes", "looks", "looks_per_step")
+    return f"{prefix}home.{own}" if is_of_home or own.partition(".")[0] in _RULES else name
 
 
 def _find_class(name: str, value: str, prefix: str) -> str:

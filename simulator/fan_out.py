@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any, TypeVar
 
-from sgm.checks import check_at_least
-from sgm.messages import shorten
+from sgm.checks import check_at_least, check_choice
 
 BACKENDS = ("processes", "ray")
 _JOBS_PER_ROUND = 4  # per worker, where results come round by round
@@ -18,11 +17,9 @@ Result = TypeVar("Result")
 
 
 def fan_out(
-    function: Callable[..., Result],
-    jobs: Sequence[tuple[Any, ...]],
-    workers: int,
+    function: Callable[..., Result], jobs: Sequence[tuple[Any, ...]], workers: int,
     backend: str = "processes",
-) -> Iterator[tuple[int, Result]]:
+) -> Iterator[tuple[int, Result]]:  # fmt: skip
     """Call a function once per job, several at a time.
 
     Args:
@@ -74,11 +71,7 @@ def _end_pool_of_other_size(num_workers: int) -> None:
 
 
 def check_workers(workers: int, backend: str) -> None:
-    """Check what `fan_out` is given.
-
-    Raises:
-        ValueError: if there is not at least one worker, no such backend, or it is not installed.
-    """
+    """Raise ValueError unless there is a worker, and the backend is known and installed."""
     check_at_least(1, workers=workers)
     _choose_backend(backend)
 
@@ -90,11 +83,7 @@ def _call(
 
 
 def _choose_backend(backend: str) -> AbstractContextManager[Any]:
-    if backend not in BACKENDS:
-        raise ValueError(
-            f"backend must be one of {', '.join(BACKENDS)}, got {shorten(backend)}. Choose one of "
-            "these."
-        )
+    check_choice("backend", backend, BACKENDS)
     if backend == "processes":
         return nullcontext()
     try:

@@ -55,11 +55,7 @@ class HomeOptions:
     replays: int = 1
 
     def __post_init__(self) -> None:
-        """Check that options of recorded homes come with some.
-
-        Raises:
-            ValueError: if there is no trace for them.
-        """
+        """Raise ValueError if options of recorded homes come without a trace."""
         is_plain = self.step_seconds is None and not self.by_day and self.replays == 1
         if self.trace is None and not is_plain:
             raise ValueError(

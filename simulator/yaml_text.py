@@ -19,12 +19,7 @@ _PLAIN = frozenset(
 
 
 def read_yaml(path: str | Path) -> Any:
-    """Read a YAML file.
-
-    Raises:
-        OSError: if it cannot be read, or is no regular file.
-        ValueError: as `parse_yaml` does; the caller names the file and what to do.
-    """
+    """Read a YAML file; raises OSError if it cannot be read, ValueError as `parse_yaml` does."""
     return parse_yaml(read_file(path, MOST_BYTES).decode("utf-8-sig"))
 
 

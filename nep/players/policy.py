@@ -152,7 +152,7 @@ class NEPPolicy(Policy):
         predictor = self._take_predictor()
         extras, question_extras, evidence = {}, {}, None
         if self._belief_filter is not None:
-            extras["belief"] = self._belief_filter.follow(memory, queries).stack()
+            extras["belief"] = self._belief_filter.compute_features(memory, queries)
         if self._builder.config.evidence:
             evidence = compute_features(memory, queries, self._read_asked())
             extras["evidence"] = evidence.place

@@ -1,8 +1,9 @@
-"""What filters do with the densities of each query over furniture nodes."""
+"""What Bayes filters believe, about what and by which rules, and what looks and time do to it."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,9 +15,63 @@ LEAST_POSSIBLE = 0.02
 MOST_EXPECTED = 3.0  # no more objects than so many are expected at a place
 LEAST_LIKELY = 1e-9  # of a look: no draw is ruled out for good
 
+# What is believed about each of Q subjects at each furniture node, float64 (5, Q, F), in this
+# order; of a filter that learns nothing of noise, the first two.
+LAST = 0  # probability that the instance that was seen last is there
+OTHERS = 1  # expected number of other instances
+TYPE_POSSIBLE = 2  # probability that class noise has left the place to the object's type
+OWN_POSSIBLE = 3  # that instance noise has left it to the description, if it is left to the type
+UNSEEN = 4  # expected number of objects of the type that were never seen
+
 # The arrays of `simulator.policies.filter_looks.Chains`: number of each key's newest entry, number
 # of the oldest entry kept, then `at`, `value`, `share` and `previous` of the entries kept.
 ChainArrays = tuple[np.ndarray, int, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
+class Subjects(NamedTuple):
+    """What beliefs are about: an object, or whatever of a type was neither seen nor asked for.
+
+    Attributes:
+        home: (Q,).
+        object: row of `MemoryBatch.objects`, -1 for what was neither seen nor asked for, (Q,).
+        type: the prior's object type, or -1, (Q,).
+        moves: weight of each furniture node when it moves, zeros if they are unknown, (Q, F).
+    """
+
+    home: np.ndarray
+    object: np.ndarray
+    type: np.ndarray
+    moves: np.ndarray
+
+    def take(self, rows: np.ndarray) -> Subjects:
+        """Return rows (n,)."""
+        return Subjects(*(column[rows] for column in self))
+
+
+class Rules(NamedTuple):
+    """What a filter takes for the dynamics of each subject.
+
+    Attributes:
+        moves: weight of each furniture node when the object moves, sums to one, (Q, F).
+        initial: expected number of such objects at each furniture node at t = 0, (Q, F).
+        move_rate: probability that one moves in a step, (Q,).
+        asked_move_rate: the same, given that the object is asked for in that step, (Q,).
+        remove_rate: probability that one leaves in a step, (Q,).
+        add_rate: expected number that appear in a step, (Q,).
+        miss_rate: probability that a look misses one, (Q,).
+    """
+
+    moves: np.ndarray
+    initial: np.ndarray
+    move_rate: np.ndarray
+    asked_move_rate: np.ndarray
+    remove_rate: np.ndarray
+    add_rate: np.ndarray
+    miss_rate: np.ndarray
+
+    def take(self, rows: np.ndarray) -> Rules:
+        """Return rows (n,)."""
+        return Rules(*(column[rows] for column in self))
 
 
 @kernel
@@ -42,14 +97,10 @@ def list_entries(chain: ChainArrays, key: int, since: int) -> np.ndarray:
 def make_transition(
     weight: np.ndarray, scale: float, room: np.ndarray, moves: np.ndarray, leave: np.ndarray
 ) -> None:
-    """Compute where one object goes when it moves, in place.
+    """Compute where one object goes when it moves, by the weight of each furniture node, (F,).
 
-    Args:
-        weight: of each furniture node of the home, (F,).
-        scale: what to multiply them with.
-        room: of each furniture node, (F,).
-        moves: filled with weight * scale, (F,).
-        leave: filled with the total of `moves` in the room without the node itself, (F,).
+    Fills `moves` with weight * scale, and `leave` with their total in the `room` of each node
+    without the node itself, (F,) each.
     """
     in_room = np.zeros(room.max() + 1)
     for node in range(len(weight)):
@@ -62,15 +113,9 @@ def make_transition(
 
 @kernel
 def spread(
-    density: np.ndarray,
-    moves: np.ndarray,
-    leave: np.ndarray,
-    kept: float,
-    rate: float,
-    coming: float,
-    room: np.ndarray,
-    scratch: np.ndarray,
-) -> None:
+    density: np.ndarray, moves: np.ndarray, leave: np.ndarray,
+    kept: float, rate: float, coming: float, room: np.ndarray, scratch: np.ndarray,
+) -> None:  # fmt: skip
     """Let the objects of one density move, leave and come for one step, in place.
 
     An object stays with 1 - rate, else goes to another node of its room in proportion to `moves`.
@@ -109,15 +154,7 @@ def spread(
 def correct_places(
     last: np.ndarray, others: np.ndarray, node: int, is_seen: bool, miss: float
 ) -> None:
-    """Fold one look into the densities of one query, in place.
-
-    Args:
-        last: `Belief.last`, (F,).
-        others: `Belief.others`, (F,).
-        node: furniture looked at.
-        is_seen: whether the object was seen there.
-        miss: probability that a look misses it.
-    """
+    """Fold one look at a node, which misses things with `miss`, into densities (F,), in place."""
     if is_seen:
         found = last[node]
         same = found / max(found + others[node], 1e-12)
@@ -134,22 +171,12 @@ def correct_places(
 
 @kernel
 def update_class_noise(
-    type_possible: np.ndarray,
-    unseen: np.ndarray,
-    group: np.ndarray,
-    node: int,
-    is_type_seen: bool,
-    miss: float,
-) -> None:
-    """Learn from one look what class noise has left to the type of one query, in place.
+    type_possible: np.ndarray, unseen: np.ndarray, group: np.ndarray,
+    node: int, is_type_seen: bool, miss: float,
+) -> None:  # fmt: skip
+    """Learn from one look at a node what class noise has left to the type of a query, in place.
 
-    Args:
-        type_possible: `HomeBelief.type_possible`, (F,).
-        unseen: `HomeBelief.unseen`, (F,).
-        group: number of each furniture node's room and label, which share class noise, (F,).
-        node: furniture looked at.
-        is_type_seen: whether an object of the type was seen there.
-        miss: probability that a look misses an object.
+    Nodes of one `group`, room and label, share class noise; all arrays (F,).
     """
     if not is_type_seen:
         possible = type_possible[node]
@@ -164,22 +191,12 @@ def update_class_noise(
 
 @kernel
 def update_instance_noise(
-    own_possible: np.ndarray,
-    type_possible: np.ndarray,
-    believed: float,
-    node: int,
-    is_seen: bool,
-    miss: float,
-) -> None:
-    """Learn from one look what instance noise has left to the description of one query, in place.
+    own_possible: np.ndarray, type_possible: np.ndarray, believed: float,
+    node: int, is_seen: bool, miss: float,
+) -> None:  # fmt: skip
+    """Learn from one look at a node what instance noise has left to a description, in place, (F,).
 
-    Args:
-        own_possible: `HomeBelief.own_possible`, (F,).
-        type_possible: `HomeBelief.type_possible`, (F,).
-        believed: how many such objects were expected where it looks.
-        node: furniture looked at.
-        is_seen: whether the object was seen there.
-        miss: probability that a look misses an object.
+    `believed` is how many such objects were expected at the node.
     """
     own = own_possible[node]
     if is_seen or own >= 1:
@@ -193,21 +210,13 @@ def update_instance_noise(
 
 @kernel
 def make_transitions(
-    weight: np.ndarray,
-    type_possible: np.ndarray,
-    own_possible: np.ndarray,
-    room: np.ndarray,
-    transitions: np.ndarray,
-) -> None:
-    """Compute where objects of one query go, in place.
+    weight: np.ndarray, type_possible: np.ndarray, own_possible: np.ndarray,
+    room: np.ndarray, transitions: np.ndarray,
+) -> None:  # fmt: skip
+    """Compute where objects of one query go by the prior's weights, (F,), in place.
 
-    Args:
-        weight: of the prior at each furniture node, (F,).
-        type_possible: `HomeBelief.type_possible`, (F,).
-        own_possible: `HomeBelief.own_possible`, (F,).
-        room: of each furniture node, (F,).
-        transitions: filled with `moves` and `leave` of `make_transition`, of the description,
-            then of its type, (4, F).
+    Fills `transitions` with `moves` and `leave` of `make_transition`, of the description, then of
+    its type, (4, F).
     """
     for_type = weight * type_possible
     _make_shares(for_type * own_possible, room, transitions[0], transitions[1])
@@ -227,49 +236,43 @@ def _make_shares(
 
 @kernel
 def follow(
-    belief: tuple[np.ndarray, np.ndarray],
-    noise: tuple[np.ndarray, np.ndarray, np.ndarray],
-    learns: bool,
-    as_of: tuple[np.ndarray, np.ndarray, int],
-    subjects: tuple[np.ndarray, np.ndarray, np.ndarray],
-    rules: tuple[np.ndarray, ...],
-    layout: tuple[np.ndarray, np.ndarray, np.ndarray],
-    round_time: np.ndarray,
-    first_round: int,
+    belief: np.ndarray, since: tuple[np.ndarray, np.ndarray], now: int,
+    subjects: tuple[np.ndarray, np.ndarray, np.ndarray], rules: Rules, type_add_rate: np.ndarray,
+    layout: tuple[np.ndarray, np.ndarray, np.ndarray], rounds: tuple[np.ndarray, int],
     chains: tuple[ChainArrays, ChainArrays, ChainArrays, ChainArrays],
-) -> None:
+) -> None:  # fmt: skip
     """Carry the belief about each query from its time to now, in place.
 
     See `PlaceFilter`, and `HomeFilter` for what is learnt about noise.
 
     Args:
-        belief: `Belief.last` and `others`, (Q, F).
-        noise: `HomeBelief.type_possible`, `own_possible` and `unseen`, (Q, F); of a filter that
-            does not learn, any (Q, F).
-        learns: whether what noise has left to types and descriptions is learnt.
-        as_of: time of each belief (Q,), rounds of looks that it knows (Q,), and now.
+        belief: (2 or 5, Q, F).
+        since: time of each belief, and rounds of looks that it knows, (Q,) each.
+        now: time step.
         subjects: home, object row and type key of each query, (Q,).
-        rules: moves (Q, F), move_rate, asked_move_rate, remove_rate, add_rate, miss_rate, and the
-            expected number of objects of the type that come in a step, (Q,).
+        rules: of each query.
+        type_add_rate: expected number of objects of its type that come in a step, (Q,).
         layout: number of what objects stay in when they move, (Q, F); of each furniture node's room
             and label, (Q, F); and furniture nodes of each query's home, (Q,).
-        round_time: time of each round of looks, (R,).
-        first_round: number of the first of them.
-        chains: of `LookLog`: looks, sightings, sightings of types, and questions.
+        rounds: time of each round of looks, (R,), and the number of the first of them.
+        chains: of `FilterLooks`: looks, sightings, sightings of types, and questions.
     """
-    last, others = belief
-    type_possible, own_possible, unseen = noise
-    since_time, since_round, now = as_of
+    learns = len(belief) > TYPE_POSSIBLE
+    since_time, since_round = since
     home, subject, type_key = subjects
-    weight, move_rate, asked_move_rate, remove_rate, add_rate, miss_rate, type_add_rate = rules
+    miss_rate = rules.miss_rate
     room, group, num_nodes = layout
+    round_time, first_round = rounds
     looks, sightings, type_sightings, questions = chains
-    for query in range(len(last)):
+    for query in range(belief.shape[1]):
         num = num_nodes[query]
-        rooms, groups, weights = room[query, :num], group[query, :num], weight[query, :num]
-        own_last, own_others = last[query, :num], others[query, :num]
-        for_type, for_own = type_possible[query, :num], own_possible[query, :num]
-        of_type = unseen[query, :num]
+        rooms, groups, weights = room[query, :num], group[query, :num], rules.moves[query, :num]
+        own_last, own_others = belief[LAST, query, :num], belief[OTHERS, query, :num]
+        for_type = for_own = of_type = own_last
+        if learns:
+            for_type = belief[TYPE_POSSIBLE, query, :num]
+            for_own = belief[OWN_POSSIBLE, query, :num]
+            of_type = belief[UNSEEN, query, :num]
         transitions = np.empty((4, num))
         scratch = np.empty((2, max(num, rooms.max() + 1)))
         if learns:
@@ -312,41 +315,30 @@ def follow(
             if learns and next_look > first_look:
                 make_transitions(weights, for_type, for_own, rooms, transitions)
             time += 1
-            rate = move_rate[query]
+            rate = rules.move_rate[query]
             if next_asked < len(asked) and questions[2][asked[next_asked]] == time:
-                rate = asked_move_rate[query]
+                rate = rules.asked_move_rate[query]
                 next_asked += 1
-            kept = 1 - remove_rate[query]
+            kept, coming = 1 - rules.remove_rate[query], rules.add_rate[query]
             moves, leave = transitions[0], transitions[1]
             if was_seen:  # else there is nothing to spread
                 spread(own_last, moves, leave, kept, rate, 0.0, rooms, scratch)
-            spread(own_others, moves, leave, kept, rate, add_rate[query], rooms, scratch)
+            spread(own_others, moves, leave, kept, rate, coming, rooms, scratch)
             if learns:
-                coming = type_add_rate[query]
+                rate, coming = rules.move_rate[query], type_add_rate[query]
                 moves, leave = transitions[2], transitions[3]
-                spread(of_type, moves, leave, kept, move_rate[query], coming, rooms, scratch)
+                spread(of_type, moves, leave, kept, rate, coming, rooms, scratch)
 
 
 @kernel
 def spread_draws(
-    density: np.ndarray,
-    moves: np.ndarray,
-    leave: np.ndarray,
-    kept: float,
-    rate: float,
-    coming: float,
-    room: np.ndarray,
-) -> None:
-    """Let objects move, leave and come for one step in n draws of a home, in place.
+    density: np.ndarray, moves: np.ndarray, leave: np.ndarray,
+    kept: float, rate: float, coming: float, room: np.ndarray,
+) -> None:  # fmt: skip
+    """Let objects move, leave and come for one step in n draws of a home, in place; see `spread`.
 
-    Args:
-        density: of the instance seen last, if that is followed, and of others, (1 or 2, n, S).
-        moves: of each draw, (n, S).
-        leave: of each draw, (n, S).
-        kept: as for `spread`.
-        rate: as for `spread`.
-        coming: objects that come, which are among the others.
-        room: number of what objects at each place stay in when they move, (S,).
+    `density` is that of the instance seen last, if that is followed, and of others, among which
+    objects come, (1 or 2, n, S); `moves` and `leave` are those of each draw, (n, S), `room` (S,).
     """
     scratch = np.empty((2, max(len(room), room.max() + 1)))
     for part in range(len(density)):
@@ -360,14 +352,9 @@ def spread_draws(
 def correct_draws(
     density: np.ndarray, log_likelihood: np.ndarray, node: int, is_seen: bool, miss: float
 ) -> None:
-    """Fold one look into n draws of a home, in place, and count how likely it was in each.
+    """Fold one look at a node into n draws of a home, and how likely it was in each (n,), in place.
 
-    Args:
-        density: as for `spread_draws`.
-        log_likelihood: of the looks so far, (n,).
-        node: place looked at.
-        is_seen: whether the object was seen there.
-        miss: probability that a look misses it.
+    `density` is that of `spread_draws`; a look misses an object with the probability `miss`.
     """
     for draw in range(len(log_likelihood)):
         others = density[-1, draw]

@@ -45,11 +45,7 @@ class Chains:
     ) -> None:
         """Add an entry for each key (n,); a key that stands there twice counts once.
 
-        Args:
-            keys: (n,).
-            at: when, no less than that of the entries before.
-            value: (n,).
-            share: (n,).
+        `at`, when, is no less than that of the entries before; `value` and `share` are (n,).
         """
         previous = self._newest[keys]
         rows = self._entries.append(len(keys), at=at, value=value, share=share, previous=previous)
@@ -87,15 +83,9 @@ class FilterLooks:
     max_length = 2048  # rounds or steps in the log; then the older half is dropped
 
     def __init__(self, num_homes: int, num_types: int) -> None:
-        """Start at t = 0.
-
-        Args:
-            num_homes: H.
-            num_types: object types, unknown ones counted as one more.
-        """
+        """Start at t = 0; unknown types of objects count as one more."""
         self.start = 0
         self.num_rounds = 0
-        self._num_types = num_types
         self.looks = Chains(num_homes)
         self.sightings = Chains(64)
         self.type_sightings = Chains(num_homes * num_types)
@@ -116,15 +106,9 @@ class FilterLooks:
         self, time: int, homes: np.ndarray, furniture: np.ndarray, coverage: np.ndarray,
         objects: np.ndarray, type_keys: np.ndarray,
     ) -> None:  # fmt: skip
-        """Note a round of looks.
+        """Note a round of looks: in which homes, each once, where, and how much was in view, (n,).
 
-        Args:
-            time: when.
-            homes: homes that looked, each once, (n,).
-            furniture: where, (n,).
-            coverage: share of it that was in view, (n,).
-            objects: rows of the objects that were seen, (m,).
-            type_keys: home * num_types + type of each of them, (m,).
+        `objects` (m,) are the rows of those that were seen, `type_keys` home * num_types + type.
         """
         self._rounds.append(1, time=time)
         self.looks.append(homes, self.num_rounds, furniture, coverage)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import ClassVar, TypeVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -11,12 +10,13 @@ from sgm.arrays.relations import NUM_RELATIONS, sum_relations
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from simulator.policies.filter_belief import Rules, Subjects
+from simulator.policies.filter_kernel import Rules, Subjects
 from simulator.policies.place_filter import PlaceFilter
 from simulator.world.homes import Homes
 from simulator.world.source import TRUE_PLACE_WEIGHTS, TRUE_TRANSITIONS
 
-FilterT = TypeVar("FilterT", bound="PriorFilter")
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class PriorFilter(PlaceFilter):
@@ -26,7 +26,7 @@ class PriorFilter(PlaceFilter):
     """
 
     @classmethod
-    def make(cls: type[FilterT], homes: Homes) -> FilterT:
+    def make(cls, homes: Homes) -> Self:
         """Make the filter that knows the rules of the homes, not their state."""
         return cls(homes.prior, homes.configs)
 
@@ -46,8 +46,7 @@ class PriorFilter(PlaceFilter):
         is_unknown = ((subjects.type < 0) | ~subjects.moves.any(axis=1))[:, None]
         num_furniture = self._num_furniture[subjects.home][:, None]
         alike = (np.arange(subjects.moves.shape[1]) < num_furniture) / num_furniture
-        return replace(
-            rules,
+        return rules._replace(
             moves=np.where(is_unknown, alike, rules.moves),
             initial=np.where(is_unknown, alike, rules.initial),
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -11,34 +10,8 @@ from sgm.arrays.padded import sum_rows
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from simulator.policies.filter_belief import FilterBelief, Rules, Subjects
+from simulator.policies.filter_kernel import OWN_POSSIBLE, TYPE_POSSIBLE, UNSEEN, Rules, Subjects
 from simulator.policies.filters import PriorFilter
-
-
-@dataclass(slots=True)
-class HomeBelief(FilterBelief):
-    """What `HomeFilter` believes about each subject.
-
-    Attributes:
-        type_possible: probability that class noise has left the place to the object's type, (Q, F).
-        own_possible: probability that instance noise has left the place to the description, given
-            that it is left to the type, (Q, F).
-        unseen: expected number of objects of the type that were never seen, (Q, F).
-    """
-
-    type_possible: np.ndarray
-    own_possible: np.ndarray
-    unseen: np.ndarray
-
-    @property
-    def noise(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What it believes about noise."""
-        return self.type_possible, self.own_possible, self.unseen
-
-    def stack(self) -> np.ndarray:
-        """Return last, others, type_possible and own_possible as columns, float32 (Q, F, 4)."""
-        columns = [self.last, self.others, self.type_possible, self.own_possible]
-        return np.stack(columns, axis=2).astype(np.float32)
 
 
 class HomeFilter(PriorFilter):
@@ -62,7 +35,7 @@ class HomeFilter(PriorFilter):
     Source: paper appendix A, "Sampling noise"; docs/design.md, rulings 5 and 6.
     """
 
-    belief_type: ClassVar[type[FilterBelief]] = HomeBelief
+    num_rows: ClassVar[int] = 5
     num_basis: ClassVar[int] = 3  # the prior, where the type was seen, where the object was
 
     def reset(self, memory: MemoryBatch) -> None:
@@ -79,11 +52,10 @@ class HomeFilter(PriorFilter):
         super().observe(memory, change)
         self._mark_used(memory, change.edges[change.is_seen])
 
-    def follow(self, memory: MemoryBatch, queries: Queries) -> HomeBelief:
-        """Return what is believed about the objects asked for, (Q, F)."""
-        belief = super().follow(memory, queries)
-        assert isinstance(belief, HomeBelief)
-        return belief
+    def compute_features(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return what is believed, but for `UNSEEN`, as columns of places, float32 (Q, F, 4)."""
+        columns = self.follow(memory, queries)[:UNSEEN]
+        return np.stack(list(columns), axis=2).astype(np.float32)
 
     def compute_basis(self, memory: MemoryBatch, subjects: Subjects) -> np.ndarray:
         """Return the prior, and where the type and the object were ever seen, (Q, 3, F)."""
@@ -98,21 +70,14 @@ class HomeFilter(PriorFilter):
         was_seen[known[query[true]], memory.edges["furniture"][edge[true]]] = True
         return np.stack([subjects.moves, is_used, was_seen], axis=1)
 
-    def start(self, subjects: Subjects, rules: Rules, basis: np.ndarray) -> HomeBelief:
+    def start(self, subjects: Subjects, rules: Rules, basis: np.ndarray) -> np.ndarray:
         """Return the belief at the start of the log of an agent that knows what was seen where."""
         is_used, was_seen = basis[:, 1] > 0, basis[:, 2] > 0
-        if self._base is None:
-            return self._start_from_prior(subjects, rules, is_used, was_seen)
-        belief = super().start(subjects, rules, basis)
-        assert isinstance(belief, HomeBelief)
-        belief.type_possible[is_used] = 1.0
-        belief.own_possible[was_seen] = 1.0
-        return belief
-
-    def _start_from_prior(
-        self, subjects: Subjects, rules: Rules, is_used: np.ndarray, was_seen: np.ndarray
-    ) -> HomeBelief:
-        """Return the belief at t = 0."""
+        if self._base is not None:
+            belief = super().start(subjects, rules, basis)
+            belief[TYPE_POSSIBLE][is_used] = 1.0
+            belief[OWN_POSSIBLE][was_seen] = 1.0
+            return belief
         survives = self._survives[subjects.home][:, None]
         type_possible = np.where(is_used, 1.0, survives)
         own_possible = np.where(was_seen, 1.0, survives)
@@ -123,13 +88,9 @@ class HomeFilter(PriorFilter):
         before = sum_rows(rules.initial, num_furniture)
         after = sum_rows(expected, num_furniture)
         scale = np.divide(before, after, out=np.ones_like(after), where=after > 0)
-        return HomeBelief(
-            last=np.zeros(expected.shape),
-            others=expected * scale[:, None],
-            type_possible=type_possible,
-            own_possible=own_possible,
-            unseen=self._inventory.expected[subjects.home, np.maximum(subjects.type, 0)],
-        )
+        unseen = self._inventory.expected[subjects.home, np.maximum(subjects.type, 0)]
+        last, others = np.zeros(expected.shape), expected * scale[:, None]
+        return np.stack([last, others, type_possible, own_possible, unseen])
 
     def _mark_used(self, memory: MemoryBatch, edges: np.ndarray) -> None:
         """Note that types were seen at furniture of a label in a room; rows of edges (n,)."""

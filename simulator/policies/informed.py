@@ -249,10 +249,10 @@ class Informed(Policy):
     def _compute_rates(self, memory: MemoryBatch, home: int, row: int) -> dict[str, float]:
         """Return the rates of an object's type by name."""
         number = memory.objects["type"][[row]]
-        found = self._inventory.compute_rates(np.array([home]), number)
-        move, asked, remove, add = (float(rate[0]) for rate in found)
-        sameness = float(self._inventory.sameness[number[0]])
-        return {"move": move, "asked": asked, "remove": remove, "add": add, "sameness": sameness}
+        rates = self._inventory.compute_rates(np.array([home]), number)
+        found = (*rates, self._inventory.sameness[number])
+        names = ("move", "asked", "remove", "add", "sameness")
+        return {name: float(rate[0]) for name, rate in zip(names, found, strict=True)}
 
     def _advance(
         self, memory: MemoryBatch, home: int, kind: _Type, draws: _Draws,
@@ -287,12 +287,9 @@ def _start(density: np.ndarray, moves: np.ndarray, stays_in: np.ndarray) -> _Dra
 
 
 def _draw_noise(
-    weights: np.ndarray,
-    places: np.ndarray,
-    room: np.ndarray,
-    config: HomeRules,
+    weights: np.ndarray, places: np.ndarray, room: np.ndarray, config: HomeRules,
     rng: np.random.Generator,
-) -> np.ndarray:
+) -> np.ndarray:  # fmt: skip
     """Draw noise on weights (n, k) of ascending places (k,), as homes are made; `room` (P,)."""
     uniform = rng.random((*weights.shape, 2))
     row, column = np.nonzero(weights)

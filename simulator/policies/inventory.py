@@ -21,13 +21,9 @@ class Inventory:
     """
 
     def __init__(
-        self,
-        prior: PriorGraph,
-        configs: Sequence[HomeRules],
-        weights: np.ndarray,
-        num_furniture: np.ndarray,
-        asks_moved: float,
-    ) -> None:
+        self, prior: PriorGraph, configs: Sequence[HomeRules], weights: np.ndarray,
+        num_furniture: np.ndarray, asks_moved: float,
+    ) -> None:  # fmt: skip
         """Work out how many there are and how often they move.
 
         Args:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from sgm.arrays.table import Table
@@ -12,24 +10,17 @@ from sgm.arrays.table import Table
 class KeptBeliefs:
     """One belief per object that was asked for, each as of its own time.
 
-    Entries have the columns of a belief, (F,) each, `time` and `num_rounds`, up to which it knows
-    what happened, and `basis`, what it was computed from, (B, F).
+    Entries have `belief`, (K, F), `time` and `num_rounds`, up to which it knows what happened, and
+    `basis`, what it was computed from, (B, F).
     """
 
-    def __init__(self, names: tuple[str, ...], num_furniture: int, num_basis: int) -> None:
-        """Start without beliefs.
-
-        Args:
-            names: of the columns of a belief.
-            num_furniture: F.
-            num_basis: B.
-        """
-        columns = [(name, np.float64, (num_furniture,)) for name in names]
+    def __init__(self, num_rows: int, num_furniture: int, num_basis: int) -> None:
+        """Start without beliefs; K, F and B."""
         entry = np.dtype(
-            [*columns, ("time", np.int64), ("num_rounds", np.int64),
+            [("belief", np.float64, (num_rows, num_furniture)),
+             ("time", np.int64), ("num_rounds", np.int64),
              ("basis", np.float64, (num_basis, num_furniture))]
         )  # fmt: skip
-        self._names = names
         self._entries = Table({"entry": entry})
         self._row_of_object = np.full(64, -1)
 
@@ -46,17 +37,15 @@ class KeptBeliefs:
         return taken
 
     def put(
-        self, objects: np.ndarray, columns: Mapping[str, np.ndarray],
-        time: int, num_rounds: int, basis: np.ndarray,
-    ) -> None:  # fmt: skip
-        """Keep what is believed about objects (n,); `columns` (n, F) each, `basis` (n, B, F)."""
+        self, objects: np.ndarray, belief: np.ndarray, time: int, num_rounds: int, basis: np.ndarray
+    ) -> None:
+        """Keep what is believed about objects (n,); `belief` (K, n, F), `basis` (n, B, F)."""
         self._fit(objects)
         new = np.unique(objects[self._row_of_object[objects] < 0])
         self._row_of_object[new] = self._entries.append(len(new))
         rows = self._row_of_object[objects]
         entries = self._entries["entry"]
-        for name in self._names:
-            entries[name][rows] = columns[name]
+        entries["belief"][rows] = belief.swapaxes(0, 1)
         entries["time"][rows] = time
         entries["num_rounds"][rows] = num_rounds
         entries["basis"][rows] = basis

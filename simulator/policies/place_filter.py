@@ -15,8 +15,7 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.policies.policy import Policy, mask_furniture
 from sgm.prior.prior_graph import PriorGraph
-from simulator.policies.filter_belief import AsOf, FilterBelief, Rules, Subjects
-from simulator.policies.filter_kernel import follow
+from simulator.policies.filter_kernel import LAST, OTHERS, Rules, Subjects, follow
 from simulator.policies.filter_looks import FilterLooks
 from simulator.policies.inventory import Inventory
 from simulator.policies.kept_beliefs import KeptBeliefs
@@ -42,26 +41,21 @@ class PlaceFilter(Policy):
     and no step costs more in a long life than in a short one.
 
     Attributes:
-        belief_type: what is believed.
-        num_basis: rows of `compute_basis`.
+        num_rows: rows of a belief, see `simulator.policies.filter_kernel`, K.
+        num_basis: rows of `compute_basis`, B.
     """
 
     looks_counted = 1.0
-    belief_type: ClassVar[type[FilterBelief]] = FilterBelief
+    num_rows: ClassVar[int] = 2
     num_basis: ClassVar[int] = 1
 
     def __init__(
-        self,
-        prior: PriorGraph,
-        config: HomeRules | Sequence[HomeRules],
+        self, prior: PriorGraph, config: HomeRules | Sequence[HomeRules],
         asks_moved: float = TASKS_ASK_MOVED,
-    ) -> None:
-        """Keep the rules.
+    ) -> None:  # fmt: skip
+        """Keep what types the prior has, and the rules of all homes, or of each.
 
-        Args:
-            prior: for type metadata.
-            config: the rules of the homes: of all, or one entry per home.
-            asks_moved: share of the queries that are about an object that has just moved.
+        `asks_moved` is the share of the queries that are about an object that has just moved.
         """
         self._prior = prior
         self._config = config
@@ -69,8 +63,7 @@ class PlaceFilter(Policy):
 
     def reset(self, memory: MemoryBatch) -> None:
         """Forget all looks and work out the expected inventory of the new homes."""
-        num_homes, num_types = memory.num_homes, len(self._prior.objects)
-        config = self._config
+        num_homes, config = memory.num_homes, self._config
         configs = [config] * num_homes if isinstance(config, HomeRules) else config
         self._configs = configs
         self._num_furniture = memory.home_num_furniture
@@ -83,10 +76,9 @@ class PlaceFilter(Policy):
         stays_in_room = np.array([not config.cross_room_moves for config in configs])
         self._room = np.where(stays_in_room[:, None], memory.furniture_room, 0).astype(np.int64)
         self._group = self._room  # what shares class noise, of a filter that learns of it
-        self._log = FilterLooks(num_homes, num_types + 1)
-        names = self.belief_type.get_names()
-        self._kept = KeptBeliefs(names, memory.num_furniture, self.num_basis)
-        self._base: FilterBelief | None = None  # at the start of the log; None at t = 0
+        self._log = FilterLooks(num_homes, len(self._prior.objects) + 1)
+        self._kept = KeptBeliefs(self.num_rows, memory.num_furniture, self.num_basis)
+        self._base: np.ndarray | None = None  # belief at the start of the log; None at t = 0
         self._num_based = 0  # objects in it; the subjects of `_list_unknown` come after them
 
     def observe(self, memory: MemoryBatch, change: Change) -> None:
@@ -100,10 +92,10 @@ class PlaceFilter(Policy):
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the expected number of objects asked for at each furniture node, (Q, F)."""
         belief = self.follow(memory, queries)
-        return mask_furniture(memory, queries, belief.last + belief.others)
+        return mask_furniture(memory, queries, belief[LAST] + belief[OTHERS])
 
-    def follow(self, memory: MemoryBatch, queries: Queries) -> FilterBelief:
-        """Return what is believed about the objects asked for, (Q, F).
+    def follow(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return what is believed about the objects asked for, (K, Q, F).
 
         A belief goes on from where it was, unless what it was computed from has changed between
         two steps; then it is computed anew from the start of the log.
@@ -116,16 +108,16 @@ class PlaceFilter(Policy):
         )  # fmt: skip
         rules = self.compute_rules(subjects)
         basis = self.compute_basis(memory, subjects)
-        belief, as_of = self._resume(memory, subjects, rules, basis)
+        belief, since = self._resume(memory, subjects, rules, basis)
         self._log.fit(len(memory.objects))
-        self.advance(belief, as_of, memory.time, subjects, rules)
-        self._kept.put(queries.object, belief.columns, memory.time, self._log.num_rounds, basis)
+        self._advance(belief, since, memory.time, subjects, rules)
+        self._kept.put(queries.object, belief, memory.time, self._log.num_rounds, basis)
         return belief
 
     def _resume(
         self, memory: MemoryBatch, subjects: Subjects, rules: Rules, basis: np.ndarray
-    ) -> tuple[FilterBelief, AsOf]:
-        """Return beliefs to go on from, and of when they are; their bases go into `basis`."""
+    ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+        """Return beliefs to go on from, and their times and rounds; bases go into `basis`."""
         rows = self._kept.find(subjects.object)
         entries = self._kept.take(rows)
         log = self._log
@@ -134,60 +126,39 @@ class PlaceFilter(Policy):
         is_of_now = is_kept & (entries["time"] == memory.time)
         is_kept &= is_of_now | (entries["basis"] == basis).all(axis=(1, 2))
         basis[is_of_now] = entries["basis"][is_of_now]
-        names = self.belief_type.get_names()
-        belief = self.belief_type(**{name: np.ascontiguousarray(entries[name]) for name in names})
-        as_of = AsOf(
-            np.where(is_kept, entries["time"], log.start),
-            np.where(is_kept, entries["num_rounds"], log.first_round),
-        )
+        belief = np.ascontiguousarray(entries["belief"].swapaxes(0, 1))
+        time = np.where(is_kept, entries["time"], log.start)
+        num_rounds = np.where(is_kept, entries["num_rounds"], log.first_round)
         new = np.flatnonzero(~is_kept)
         if len(new):
-            belief.put(new, self.start(subjects.take(new), rules.take(new), basis[new]))
-        return belief, as_of
+            belief[:, new] = self.start(subjects.take(new), rules.take(new), basis[new])
+        return belief, (time, num_rounds)
 
-    def start(self, subjects: Subjects, rules: Rules, basis: np.ndarray) -> FilterBelief:
-        """Return the belief at the start of the log.
-
-        Args:
-            subjects: what to believe something about.
-            rules: what is taken for their dynamics.
-            basis: from `compute_basis`, (Q, B, F).
-        """
+    def start(self, subjects: Subjects, rules: Rules, basis: np.ndarray) -> np.ndarray:
+        """Return the belief at the start of the log, (K, Q, F); `basis` is from `compute_basis`."""
         if self._base is None:
-            return FilterBelief(np.zeros(rules.initial.shape), rules.initial.copy())
+            return np.stack([np.zeros(rules.initial.shape), rules.initial])
         unknown = self._num_based + self._number_types(subjects.home, subjects.type)
         is_known = (subjects.object >= 0) & (subjects.object < self._num_based)
-        return self._base.take(np.where(is_known, subjects.object, unknown))
+        return self._base.take(np.where(is_known, subjects.object, unknown), axis=1)
 
     def compute_basis(self, memory: MemoryBatch, subjects: Subjects) -> np.ndarray:
         """Return all that beliefs depend on besides looks and questions, (Q, B, F)."""
         return subjects.moves[:, None].copy()
 
-    def advance(
-        self, belief: FilterBelief, as_of: AsOf, now: int, subjects: Subjects, rules: Rules
-    ) -> None:
+    def _advance(
+        self, belief: np.ndarray, since: tuple[np.ndarray, np.ndarray], now: int,
+        subjects: Subjects, rules: Rules,
+    ) -> None:  # fmt: skip
         """Carry beliefs on to a time, in place, with the looks and questions until then."""
         home, types, log = subjects.home, subjects.type, self._log
-        noise, type_add_rate = belief.noise, rules.add_rate
-        if noise is not None:
-            type_add_rate = type_add_rate / self._inventory.sameness[np.maximum(types, 0)]
+        type_add_rate = rules.add_rate / self._inventory.sameness[np.maximum(types, 0)]
         follow(
-            (belief.last, belief.others),
-            noise or (belief.last, belief.last, belief.last),
-            noise is not None,
-            (as_of.time, as_of.num_rounds, now),
-            (home, subjects.object, self._number_types(home, types)),
-            (
-                rules.moves, rules.move_rate, rules.asked_move_rate, rules.remove_rate,
-                rules.add_rate, rules.miss_rate, type_add_rate,
-            ),
-            (self._room[home], self._group[home], self._num_furniture[home]),
-            log.round_time,
-            log.first_round,
-            (
-                log.looks.arrays, log.sightings.arrays, log.type_sightings.arrays,
-                log.questions.arrays,
-            ),
+            belief, since, now, (home, subjects.object, self._number_types(home, types)), rules,
+            type_add_rate, (self._room[home], self._group[home], self._num_furniture[home]),
+            (log.round_time, log.first_round),
+            (log.looks.arrays, log.sightings.arrays, log.type_sightings.arrays,
+             log.questions.arrays),
         )  # fmt: skip
 
     @abstractmethod
@@ -225,17 +196,14 @@ class PlaceFilter(Policy):
         num_objects = len(memory.objects)
         self._log.fit(num_objects)
         total = num_objects + memory.num_homes * (len(self._prior.objects) + 1)
-        columns = {
-            name: np.empty((total, memory.num_furniture)) for name in self.belief_type.get_names()
-        }
-        base = self.belief_type(**columns)
+        base = np.empty((self.num_rows, total, memory.num_furniture))
         for first in range(0, total, _ROWS_AT_ONCE):
             rows = np.arange(first, min(first + _ROWS_AT_ONCE, total))
-            base.put(rows, self._compute_base(memory, rows, cutoff))
+            base[:, rows] = self._compute_base(memory, rows, cutoff)
         self._base, self._num_based = base, num_objects
         self._log.drop(cutoff)
 
-    def _compute_base(self, memory: MemoryBatch, rows: np.ndarray, cutoff: int) -> FilterBelief:
+    def _compute_base(self, memory: MemoryBatch, rows: np.ndarray, cutoff: int) -> np.ndarray:
         """Return what is believed at a cutoff of objects, then of `_number_types`, by row (n,)."""
         num_objects = len(memory.objects)
         objects = rows[rows < num_objects]
@@ -255,6 +223,7 @@ class PlaceFilter(Policy):
         )
         rules = self.compute_rules(subjects)
         belief = self.start(subjects, rules, self.compute_basis(memory, subjects))
-        as_of = AsOf(np.full(len(rows), self._log.start), np.full(len(rows), self._log.first_round))
-        self.advance(belief, as_of, cutoff, subjects, rules)
+        log = self._log
+        since = np.full(len(rows), log.start), np.full(len(rows), log.first_round)
+        self._advance(belief, since, cutoff, subjects, rules)
         return belief

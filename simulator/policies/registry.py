@@ -85,11 +85,7 @@ def make_policy(name: str, homes: Homes) -> Policy:
 
 
 def identify_policy(name: str) -> str | None:
-    """Return the checksum of what a policy of that name is loaded from; None if it is not.
-
-    Raises:
-        ValueError: as `make_policy` does.
-    """
+    """Return the checksum of what a policy is loaded from, None if it is not; see `make_policy`."""
     _, loads, source = name.partition("=")
     return find_policy(name).identify(source) if loads else None
 

@@ -99,11 +99,7 @@ class ScheduleOracle(Policy):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the weights (W,) of days of the copy, and the places of some objects then (W, k).
 
-        Args:
-            time: step.
-            home: which one.
-            row: of the object in the memory.
-            slots: of objects that are called so, (k,).
+        The object has a row in the memory, those that are called so are in slots (k,).
         """
         assert self._lives is not None
         lives = self._lives[home]  # (hours, C)

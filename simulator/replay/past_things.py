@@ -33,15 +33,10 @@ class PastThings:
         self._same_as: dict[int, int] = {}
 
     def note_look(self, time: int, furniture: int, seen: Iterable[tuple[Any, ...]]) -> None:
-        """Note what a look showed.
-
-        Args:
-            time: time step.
-            furniture: id of the place.
-            seen: the arguments of each sighting, as a log has them.
-        """
+        """Note what a look at a place showed: the arguments of each sighting, as a log has them."""
         self._furniture.append(furniture)
-        self.seen.append([self._find(time, row[0], _read_id(row)) for row in seen])
+        ids = ((row[0], row[4] or "" if len(row) > 4 else "") for row in seen)
+        self.seen.append([self._find(time, description, number) for description, number in ids])
 
     def note_statement(self, time: int, name: ThingName | None) -> None:
         """Note of which thing something was said; None where it was about furniture."""
@@ -51,9 +46,7 @@ class PastThings:
     def note_change(self, line: LogLine, furniture: Mapping[int, int]) -> None:
         """Note a line of a log that changes what things are called, or which of them are one.
 
-        Args:
-            line: of any kind.
-            furniture: ids of the places, by those of the log.
+        `furniture` are the ids of the places, by those of the log.
         """
         values, time = line.values, line.time
         if line.kind == "start":
@@ -75,9 +68,7 @@ class PastThings:
     def find(self, names: Iterable[str], step: int) -> frozenset[int]:
         """Return the numbers of the things of some names, and of all that are one with them.
 
-        Args:
-            names: ids, or what the things are called at the time step.
-            step: time step.
+        Names are ids, or what the things are called at the time step.
         """
         words = {read_name(name) for name in names}
         own = {self._number_of[name] for name in names if name in self._number_of}
@@ -86,12 +77,7 @@ class PastThings:
         return frozenset(n for n in range(len(self._names)) if self._get_root(n) in roots)
 
     def get_name(self, things: frozenset[int], step: int) -> str | None:
-        """Return what the one thing was called at a time step; None if it has kept its name.
-
-        Args:
-            things: from `find`.
-            step: time step.
-        """
+        """Return what the one thing that `find` found was called at a time step; None if as now."""
         roots = {self._get_root(number) for number in things}
         number = roots.pop() if len(roots) == 1 else None
         if number is None or len(self._names[number]) == 1:
@@ -141,7 +127,3 @@ class PastThings:
         for _ in self._same_as:  # links lead to links where things were merged again and again
             number = self._same_as.get(number, number)
         return number
-
-
-def _read_id(row: tuple[Any, ...]) -> str:
-    return row[4] or "" if len(row) > 4 else ""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from sgm.layout.furniture import Furniture, Room
 from sgm.layout.layout import Layout
 from sgm.memory.look_log import LOG_VERSION, LogLine
@@ -10,7 +12,7 @@ from simulator.drawing.floor_plan import FloorPlan
 from simulator.policies import make_policy
 from simulator.replay.replay import Replay
 from simulator.replay.story import PastQuestion
-from simulator.replay.truth import TruthRecorder
+from simulator.replay.truth import TruePlaces
 from simulator.tasks.answer import Answer
 from simulator.tasks.registry import find_task
 from simulator.tasks.task import Task
@@ -38,26 +40,34 @@ class RunRecorder:
         self._rollout = task.rollout
         self._lines = [_describe_start(self._homes)]
         self._questions: list[PastQuestion] = []
-        self._truth = TruthRecorder(self._homes)
+        self._furniture: list[np.ndarray] = []
+        self._code: list[np.ndarray] = []
+        self._note_truth()
         task.rollout.on_look = self._note_look
         task.on_answer = self._note_answer
 
     def end_step(self) -> None:
         """Note that a step of the task was played."""
-        self._truth.record()
+        self._note_truth()
         self._lines.append(LogLine("step", self._rollout.memory.time, {"num_steps": 1}))
 
     def finish(self, title: str, plan: FloorPlan | None = None) -> Replay:
-        """Return the run.
-
-        Args:
-            title: of the home.
-            plan: of the home, if it has one.
-        """
+        """Return the run; title and, if it has one, plan are those of the home."""
+        codes, number = np.unique(np.stack(self._code), return_inverse=True)
+        text = self._homes.object_descriptions.text
+        truth = TruePlaces(
+            np.stack(self._furniture),
+            number.reshape(len(self._code), -1).astype(np.int32),
+            tuple(text(int(code)) for code in codes),  # those that came up
+        )
         return Replay(
-            self._lines, title, prior=self._homes.prior, truth=self._truth.finish(),
-            questions=self._questions, plan=plan,
+            self._lines, title, prior=self._homes.prior, truth=truth, questions=self._questions,
+            plan=plan,
         )  # fmt: skip
+
+    def _note_truth(self) -> None:
+        self._furniture.append(self._homes.object_furniture[0].astype(np.int32))
+        self._code.append(self._homes.object_code[0].astype(np.int32))
 
     def _note_look(self, seen: Observation) -> None:
         text = self._homes.object_descriptions.text
@@ -68,11 +78,8 @@ class RunRecorder:
                     seen.seen_code, seen.seen_relation, seen.seen_confidence, strict=True
                 )
             ]
-            values = {
-                "furniture": int(seen.furniture[row]),
-                "coverage": float(seen.coverage[row]),
-                "seen": rows,
-            }
+            furniture, coverage = int(seen.furniture[row]), float(seen.coverage[row])
+            values = {"furniture": furniture, "coverage": coverage, "seen": rows}
             self._lines.append(LogLine("look", self._rollout.memory.time, values))
 
     def _note_answer(self, answer: Answer) -> None:
@@ -87,14 +94,9 @@ class RunRecorder:
 
 
 def record_run(
-    source: HomeSource,
-    num_steps: int,
-    *,
-    home: int = 0,
-    seed: int = 0,
-    policy: str = "bayesian",
-    task: str = "predict_location",
-) -> Replay:
+    source: HomeSource, num_steps: int, *, home: int = 0, seed: int = 0,
+    policy: str = "bayesian", task: str = "predict_location",
+) -> Replay:  # fmt: skip
     """Let a robot live in a home, and return what it saw and what was true.
 
     Args:

@@ -66,13 +66,17 @@ class Replay(Story):
         clocks = [line.values["clock"] for line in lines if line.kind == "start"]
         self.clock = clock or next(filter(None, clocks), None)
         # Every line says when it was: those that only let time pass are needed for the end alone.
-        self.num_steps, self._lines = 0, list[LogLine]()
-        for line in _follow_time(lines):
-            self.num_steps = line.time
-            if line.kind != "step":
-                self._lines.append(line)
+        timed = list(_follow_time(lines))
+        self.num_steps = timed[-1].time if timed else 0
+        self._lines = [line for line in timed if line.kind != "step"]
         self._times = [line.time for line in self._lines]
-        _check_end(self.num_steps, self.clock)
+        if self.num_steps > MAX_TIME:
+            raise ValueError(
+                f"log must end by time step {MAX_TIME}, got {self.num_steps}. Take the lines that "
+                "are too far ahead out."
+            )
+        if self.clock is not None:
+            self.clock.get_time(self.num_steps)  # raises where it cannot go on for so long
         self._lock = RLock()
         # By the number of lines that were played and the step until which time then passed: the
         # work and what is kept follow the lines, however many steps lie between them.
@@ -110,11 +114,7 @@ class Replay(Story):
             return self._memories[key].memory
 
     def write_log(self, path: str | Path, step: int) -> None:
-        """Write the log that a memory would have written by the end of a step.
-
-        Args:
-            path: of a new file, such as "looks.jsonl".
-            step: the last one.
+        """Write the log that a memory would have written by the end of a step into a new file.
 
         Raises:
             OSError: if the file cannot be written.
@@ -199,17 +199,6 @@ def _read_statement(line: LogLine, player: Replayer, num_looks: int) -> PastStat
         other=values["other"].description if line.kind == "merge" else values.get("name", ""),
         num_looks=num_looks,
     )
-
-
-def _check_end(num_steps: int, clock: Clock | None) -> None:
-    """Check that a memory can go on for so many steps."""
-    if num_steps > MAX_TIME:
-        raise ValueError(
-            f"log must end by time step {MAX_TIME}, got {num_steps}. Take the lines that are too "
-            "far ahead out."
-        )
-    if clock is not None:
-        clock.get_time(num_steps)
 
 
 def _go_to(memory: SceneGraphMemory, step: int) -> None:

@@ -15,12 +15,7 @@ class StillMemory(Story):
     """One memory as it is; of the past it tells the last sighting of each object at each place."""
 
     def __init__(self, memory: SceneGraphMemory, title: str) -> None:
-        """Take a memory, which is not changed any more.
-
-        Args:
-            memory: the memory.
-            title: of the home.
-        """
+        """Take the memory of a home, which is not changed any more."""
         self.title = title
         self.clock = memory.clock
         self.first_step = self.num_steps = memory.time

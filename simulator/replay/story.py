@@ -158,10 +158,7 @@ class Story(ABC):
         return sorted(chosen)
 
     def trace_object(
-        self,
-        description: str,
-        finder: Finder | None = None,
-        num_points: int = 48,
+        self, description: str, finder: Finder | None = None, num_points: int = 48
     ) -> History:
         """Return where one thing was seen, truly was, and was believed to be.
 

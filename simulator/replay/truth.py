@@ -10,7 +10,6 @@ from functools import cached_property
 import numpy as np
 
 from sgm.names.words import read_name
-from simulator.world.homes import Homes
 
 
 @dataclass(frozen=True)
@@ -53,30 +52,3 @@ class TruePlaces:
         for code, text in enumerate(self.descriptions):
             codes[read_name(text)].append(code)
         return codes
-
-
-class TruthRecorder:
-    """Notes where the objects of the first of some homes are, step by step."""
-
-    def __init__(self, homes: Homes) -> None:
-        """Note the start."""
-        self._homes = homes
-        self._furniture: list[np.ndarray] = []
-        self._code: list[np.ndarray] = []
-        self.record()
-
-    def record(self) -> None:
-        """Note the present step."""
-        homes = self._homes
-        self._furniture.append(homes.object_furniture[0].astype(np.int32))
-        self._code.append(homes.object_code[0].astype(np.int32))
-
-    def finish(self) -> TruePlaces:
-        """Return all that was noted; only descriptions that came up are kept."""
-        codes, number = np.unique(np.stack(self._code), return_inverse=True)
-        text = self._homes.object_descriptions.text
-        return TruePlaces(
-            np.stack(self._furniture),
-            number.reshape(len(self._code), -1).astype(np.int32),
-            tuple(text(int(code)) for code in codes),
-        )

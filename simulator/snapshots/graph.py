@@ -87,6 +87,7 @@ class SnapshotGraph:
         own, room_snapshot = np.arange(snapshots.num_snapshots), snapshots.room_snapshot
         owners = [own, own, room_snapshot, snapshots.furniture_snapshot, snapshots.object_snapshot]
         house, floor = (np.full(len(own), snapshots.labels.index(name)) for name in NODE_TYPES[:2])
+        labels = snapshots.room_label, snapshots.furniture_label, snapshots.object_label
         first_node = np.cumsum([0, *map(len, owners)])
         _, floors, rooms, furniture, objects, _ = first_node.tolist()
         remembered, item, place, is_query, num_inside = _join_objects(snapshots, proposed, one_each)
@@ -95,15 +96,7 @@ class SnapshotGraph:
             first_pair=np.cumsum(
                 [0, *map(len, owners[1:OBJECT]), num_inside, len(item) - num_inside]
             ),
-            label=np.concatenate(
-                [
-                    house,
-                    floor,
-                    snapshots.room_label,
-                    snapshots.furniture_label,
-                    snapshots.object_label,
-                ]
-            ),
+            label=np.concatenate([house, floor, *labels]),
             snapshot=np.concatenate(owners),
             child=np.concatenate([np.arange(floors, objects), objects + item]),
             parent=np.concatenate(

@@ -38,12 +38,10 @@ class Recorder:
         self._versions: dict[str, list[Arrays]] = defaultdict(list)
 
     def add_snapshot(
-        self,
-        queries: Queries,
-        answers: np.ndarray,
+        self, queries: Queries, answers: np.ndarray,
         extras: Mapping[str, np.ndarray] | None = None,
         question_extras: Mapping[str, np.ndarray] | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Record the memories at queries; a home may have several, or none.
 
         Args:
@@ -181,10 +179,7 @@ def _split_by_home(columns: Arrays, home: np.ndarray, num_homes: int, prefix: st
 
 def _compact(array: np.ndarray) -> np.ndarray:
     """Give an array its type on disk: int32, float32, float16 or uint8, in C order."""
-    if array.dtype == np.bool_:
-        return np.ascontiguousarray(array, dtype=np.uint8)
     if array.dtype == np.float16:
         return np.ascontiguousarray(array)
-    if array.dtype.kind == "f":
-        return np.ascontiguousarray(array, dtype=np.float32)
-    return np.ascontiguousarray(array, dtype=np.int32)
+    dtype = {"b": np.uint8, "f": np.float32}.get(array.dtype.kind, np.int32)
+    return np.ascontiguousarray(array, dtype=dtype)

@@ -60,22 +60,17 @@ _RULES = {
         if column.is_counter
     },
 }
-_CLOCK = _Rule("2", "f", 0, _MAX_NUMBER)
 
 
 def check_manifest(manifest: Mapping[str, Any], folder: Path) -> None:
     """Check what a manifest says of a collection; its shards lie in its own folder.
 
-    Args:
-        manifest: from `load_manifest`.
-        folder: of the collection, for the message.
-
     Raises:
         ValueError: if a part is of another kind, or a shard is none of the collection's homes.
     """
     settings, shards = manifest["settings"], manifest["shards"]
-    num_homes = settings.get("num_homes") if isinstance(settings, dict) else None
-    labels = settings.get("labels") if isinstance(settings, dict) else None
+    settings = settings if isinstance(settings, dict) else {}
+    num_homes, labels = settings.get("num_homes"), settings.get("labels")
     problem = ""
     if type(num_homes) is not int or not 1 <= num_homes <= MAX_HOMES:
         problem = f"num_homes that is no number in 1 to {MAX_HOMES}"
@@ -103,13 +98,8 @@ def check_manifest(manifest: Mapping[str, Any], folder: Path) -> None:
 def check_shard(arrays: Mapping[str, np.ndarray], num_labels: int, path: Path) -> None:
     """Check the arrays of one home: names, shapes, kinds, ranges, and what holds between them.
 
-    Args:
-        arrays: from `load_shard`.
-        num_labels: of the collection.
-        path: of the shard, for the message.
-
     Raises:
-        ValueError: if they are none that `Recorder` makes.
+        ValueError: if they are none that `Recorder` makes with so many labels; names the shard.
     """
     problem = _find_problem(arrays, num_labels)
     if problem:
@@ -128,7 +118,7 @@ def _find_problem(arrays: Mapping[str, np.ndarray], num_labels: int) -> str:
         elif name.startswith(f"snapshot_{QUESTION_EXTRA}"):
             rules[name] = _Rule("S*", "f")
         elif name == "home_clock":
-            rules[name] = _CLOCK
+            rules[name] = _Rule("2", "f", 0, _MAX_NUMBER)
     if unknown := sorted(arrays.keys() - rules):
         return f"an array {shorten(unknown[0])} that has no meaning"
     if missing := [name for name in rules if name not in arrays]:

@@ -25,22 +25,14 @@ def get_shard_name(home: int) -> str:
 
 
 def save_shard(path: Path, arrays: Mapping[str, np.ndarray]) -> str:
-    """Write the arrays of one home, whole or not at all; equal arrays give equal bytes.
-
-    Returns:
-        The SHA-256 of the file.
-    """
+    """Write the arrays of one home, whole or not at all; return the SHA-256 of the file."""
     content = save(dict(arrays))
     write_whole(path, content)
     return hashlib.sha256(content).hexdigest()
 
 
 def load_shard(path: Path, checksum: str | None = None) -> dict[str, np.ndarray]:
-    """Read the arrays of one home.
-
-    Args:
-        path: the file.
-        checksum: SHA-256 that the manifest states; None to skip the comparison.
+    """Read the arrays of one home; None to compare no checksum (SHA-256).
 
     Raises:
         ValueError: if the file is missing, truncated or altered; the file is named.

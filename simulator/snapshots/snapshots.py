@@ -45,7 +45,7 @@ class Snapshots:
         query_prior: prior weight of every place for the query object, (NF, 2).
         answers: furniture that truly holds the query object, bool (NF,); None if unknown.
         extras: what else was kept of each furniture node for the query, float (NF,) or (NF, D) by
-            name: "belief" (NF, 4), the columns of `HomeBelief.stack`; "relevance" (NF,), how
+            name: "belief" (NF, 4), from `HomeFilter.compute_features`; "relevance" (NF,), how
             relevant the place is, where the task says; or whatever a filter or task gives.
         question_extras: what else was kept of each question, float (B, D) by name.
         clock: `MemoryBatch.clock` of the home of each snapshot, (B, 2); None if no home has one.
@@ -102,13 +102,10 @@ class Snapshots:
 
 
 def take_snapshots(
-    memory: MemoryBatch,
-    queries: Queries,
-    answers: np.ndarray | None = None,
+    memory: MemoryBatch, queries: Queries, answers: np.ndarray | None = None,
     extras: Mapping[str, np.ndarray] | None = None,
-    question_extras: Mapping[str, np.ndarray] | None = None,
-    asked_alone: bool = False,
-) -> Snapshots:
+    question_extras: Mapping[str, np.ndarray] | None = None, asked_alone: bool = False,
+) -> Snapshots:  # fmt: skip
     """Take one snapshot per query, of the home that is asked; nothing of the padding is in it.
 
     Args:
@@ -129,7 +126,12 @@ def take_snapshots(
     first_furniture = compute_starts(is_furniture.sum(axis=1))
     room_of_furniture = (memory.furniture_room[home] + first_room[:-1, None])[is_furniture]
 
-    edge_snapshot, edge = _find_edges(memory, queries, asked_alone)
+    if asked_alone:
+        edge_snapshot, edge = memory.edges_of(queries)
+    else:
+        edge_snapshot, edge = join_groups(home, edges["home"], memory.num_homes)
+    order = np.argsort(edge_snapshot, kind="stable")
+    edge_snapshot, edge = edge_snapshot[order], edge[order]
     # Nodes: whatever has an edge, and the query object. One key per (snapshot, object).
     num_objects = len(objects)
     edge_key = edge_snapshot * num_objects + edges["object"][edge]
@@ -164,18 +166,6 @@ def take_snapshots(
         **{f"object_{name}": objects[name][row] for name in OBJECT_COUNTERS},
         **{f"edge_{name}": edges[name][edge] for name in EDGE_COUNTERS},
     )
-
-
-def _find_edges(
-    memory: MemoryBatch, queries: Queries, asked_alone: bool
-) -> tuple[np.ndarray, np.ndarray]:
-    """List the edges of each snapshot: the snapshot, ascending, and the row of each, (E,) each."""
-    if asked_alone:
-        snapshot, edge = memory.edges_of(queries)
-    else:
-        snapshot, edge = join_groups(queries.home, memory.edges["home"], memory.num_homes)
-    order = np.argsort(snapshot, kind="stable")
-    return snapshot[order], edge[order]
 
 
 def forget(snapshots: Snapshots) -> Snapshots:

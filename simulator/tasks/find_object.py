@@ -28,19 +28,13 @@ class FindObject(Task):
     metric = "looks"
 
     def __init__(
-        self,
-        homes: Homes,
-        policy: Policy,
-        max_looks: int | None = None,
+        self, homes: Homes, policy: Policy, max_looks: int | None = None,
         order: SearchOrder | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Start at t = 0 with an empty memory.
 
-        Args:
-            homes: the true homes.
-            policy: scores the furniture before every look.
-            max_looks: looks allowed per search; None for what the rules of the homes say.
-            order: turns scores into the next place; highest score first if None.
+        A search ends after `max_looks`, None for what the rules of the homes say; the order turns
+        scores into the next place, None for the highest first.
 
         Raises:
             ValueError: if `max_looks` is below 1 or exceeds the number of furniture nodes.

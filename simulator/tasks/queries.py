@@ -26,13 +26,9 @@ def sample_query(homes: Homes, asks_moved: float = TASKS_ASK_MOVED) -> np.ndarra
 def compute_query_weights(
     homes: Homes, is_open: np.ndarray, uniform: np.ndarray, asks_moved: float = TASKS_ASK_MOVED
 ) -> np.ndarray:
-    """Return the weights that an object to ask for is drawn with, (H, C).
+    """Return the weights that an object to ask for is drawn with, (H, C), 0 but where `is_open`.
 
-    Args:
-        homes: the true homes.
-        is_open: objects that may be asked for, bool (H, C); some in each row.
-        uniform: below `asks_moved` to ask for an object that has moved, (H,).
-        asks_moved: share of such questions.
+    Where `uniform` (H,) is below `asks_moved`, it is one that has moved, if any has.
 
     Source: docs/design.md, ruling 9.
     """

@@ -43,11 +43,7 @@ def find_task(name: str) -> type[Task]:
 
 
 def check_task(name: str) -> None:
-    """Check the name of a task.
-
-    Raises:
-        ValueError: if there is no task of that name.
-    """
+    """Raise ValueError if there is no task of that name, as `find_task` does."""
     find_task(name)
 
 

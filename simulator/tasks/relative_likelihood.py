@@ -30,12 +30,7 @@ class RelativeLikelihood(Task):
     metric = "ndcg"
 
     def __init__(self, homes: Homes, policy: Policy, num_queries: int = 5) -> None:
-        """Start at t = 0 with an empty memory.
-
-        Args:
-            homes: the true homes.
-            policy: who answers.
-            num_queries: objects asked for per home and step, K.
+        """Start at t = 0 with an empty memory; K objects are asked for per home and step.
 
         Raises:
             ValueError: if `num_queries` is below 1.
@@ -97,14 +92,7 @@ def compute_relevance(homes: Homes, home: np.ndarray, codes: np.ndarray) -> np.n
 
 
 def list_looks(choice: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the looks of a step in turn, -1 where a home has looked there already.
-
-    Args:
-        choice: furniture chosen by the home's queries, (H, K).
-
-    Yields:
-        (H,) furniture.
-    """
+    """Yield the furniture that homes choose, (H, K), in turn, (H,); -1 if looked at already."""
     for turn in range(choice.shape[1]):
         furniture = choice[:, turn]
         is_known = (choice[:, :turn] == furniture[:, None]).any(axis=1)

@@ -67,14 +67,9 @@ class Search:
     """
 
     def __init__(
-        self,
-        rollout: Rollout,
-        codes: np.ndarray,
-        queries: Queries,
-        max_looks: int | None = None,
-        *,
-        ends_when_seen: bool = False,
-    ) -> None:
+        self, rollout: Rollout, codes: np.ndarray, queries: Queries, max_looks: int | None = None,
+        *, ends_when_seen: bool = False,
+    ) -> None:  # fmt: skip
         """Begin to search; `Search(rollout, *rollout.ask())` for what a task would ask for.
 
         Args:

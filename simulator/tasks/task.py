@@ -35,12 +35,7 @@ class Task(ABC):
     asks_moved: ClassVar[float] = TASKS_ASK_MOVED
 
     def __init__(self, homes: Homes, policy: Policy) -> None:
-        """Start at t = 0 with an empty memory.
-
-        Args:
-            homes: the true homes.
-            policy: who answers.
-        """
+        """Start at t = 0 with an empty memory."""
         self.rollout = Rollout(homes, policy, self.asks_moved)
         self.on_answer: Callable[[Answer], None] = lambda answer: None
 

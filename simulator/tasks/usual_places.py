@@ -7,6 +7,8 @@ import numpy as np
 from sgm.kernel import kernel
 from simulator.world.homes import Homes
 
+# Description of the object that a slot held, where it was, -1 for nowhere, `num_counted` when it
+# came there, (H, C) each, and steps of ended stays, (H, C, F).
 Stays = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
@@ -39,7 +41,7 @@ class UsualPlaces:
     def compute_out_of_place(
         self, home: np.ndarray, codes: np.ndarray, answers: np.ndarray
     ) -> np.ndarray:
-        """Mark the queries (Q,) whose object is at no usual place; see `mark_out_of_place`."""
+        """Mark the queries (Q,) whose object is at no usual place; `answers` are the true ones."""
         self._end_stays()
         return mark_out_of_place(home, codes, answers, self._num_counted, self._stays)
 
@@ -50,21 +52,9 @@ class UsualPlaces:
 
 @kernel
 def end_stays(
-    object_place: np.ndarray,
-    object_code: np.ndarray,
-    num_counted: int,
-    stays: Stays,
+    object_place: np.ndarray, object_code: np.ndarray, num_counted: int, stays: Stays
 ) -> None:
-    """Count the stays of what is elsewhere now, and forget what was replaced, in place.
-
-    Args:
-        object_place: where each slot's object is, furniture * 2 + relation, -1 for none,
-            (H, S).
-        object_code: its description, (H, S).
-        num_counted: time steps counted so far.
-        stays: changed: description of the object that a slot held, where it was, -1 for nowhere,
-            `num_counted` when it came there, (H, S) each, and steps of ended stays, (H, S, F).
-    """
+    """Count the stays of what is elsewhere now, and forget what was replaced, in place."""
     code, furniture, since, counts = stays
     for home in range(len(code)):
         for slot in range(code.shape[1]):
@@ -84,21 +74,10 @@ def end_stays(
 
 @kernel
 def mark_out_of_place(
-    query_home: np.ndarray,
-    query_code: np.ndarray,
-    answers: np.ndarray,
-    num_counted: int,
+    query_home: np.ndarray, query_code: np.ndarray, answers: np.ndarray, num_counted: int,
     stays: Stays,
-) -> np.ndarray:
-    """Mark the queries whose object is at no usual place of its description, bool (Q,).
-
-    Args:
-        query_home: (Q,).
-        query_code: (Q,).
-        answers: furniture that truly holds such an object, bool (Q, F).
-        num_counted: time steps counted so far.
-        stays: as in `end_stays`.
-    """
+) -> np.ndarray:  # fmt: skip
+    """Mark the queries whose object is at no usual place of its description, bool (Q,)."""
     code, furniture, since, counts = stays
     num_furniture = answers.shape[1]
     is_out = np.zeros(len(query_home), dtype=np.bool_)

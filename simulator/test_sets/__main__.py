@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
+from dataclasses import asdict
 
 from simulator.command_line import choose, make_parser, parse
 from simulator.process import run_main
@@ -25,7 +26,7 @@ def show(arguments: Sequence[str]) -> int:
     """Print a set as JSON: all that a paper has to cite."""
     parser = make_parser(f"{PROG} show", "Print a set as JSON: all that a paper has to cite.")
     parser.add_argument("name", help="of the set")
-    print(json.dumps(find_test_set(parse(parser, arguments).name).describe(), indent=1))
+    print(json.dumps(asdict(find_test_set(parse(parser, arguments).name)), indent=1))
     return 0
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from sgm.checks import check_choice
 from sgm.files import read_json
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph
@@ -51,6 +52,10 @@ class TestSet:
     life: str
     evaluate: str
 
+    def make_source(self) -> SampledSource:
+        """Make the source of the homes."""
+        return SampledSource(PriorGraph.default(), HomeConfig.from_json(self.home))
+
     @property
     def checksums(self) -> dict[str, str]:
         """What the set says of its homes, by name."""
@@ -61,7 +66,7 @@ class TestSet:
 
         Where objects go does not depend on who looks where, so that no policy plays.
         """
-        source = SampledSource(PriorGraph.default(), HomeConfig.from_json(self.home))
+        source = self.make_source()
         layout, life = hashlib.sha256(), hashlib.sha256()
         for first in range(0, self.num_homes, _HOMES_AT_ONCE):
             numbers = range(first, min(first + _HOMES_AT_ONCE, self.num_homes))
@@ -76,10 +81,6 @@ class TestSet:
             "layout": layout.hexdigest(),
             "life": life.hexdigest(),
         }
-
-    def describe(self) -> dict[str, Any]:
-        """Return all of it as JSON values."""
-        return asdict(self)
 
 
 def load_test_sets(path: Path = FILE) -> dict[str, TestSet]:
@@ -99,29 +100,16 @@ def load_test_sets(path: Path = FILE) -> dict[str, TestSet]:
 
 
 def find_test_set(name: str) -> TestSet:
-    """Return a set by name.
-
-    Raises:
-        ValueError: if there is none of that name.
-    """
+    """Return a set by name; raises ValueError if there is none."""
     sets = load_test_sets()
-    if name not in sets:
-        raise ValueError(
-            f"test set must be one of {', '.join(sets)}, got {shorten(name)}. Choose one of these."
-        )
+    check_choice("test set", name, sets)
     return sets[name]
 
 
 def name_test_set(source: HomeSource, streams: Streams, steps: int) -> str | None:
-    """Return the name of the set that homes are, None if they are none that has a name.
-
-    Args:
-        source: of the homes.
-        streams: which of them.
-        steps: how long they are played.
-    """
+    """Return the name of the set that homes are, None if they are none that has a name."""
     for row in load_test_sets().values():
-        own = SampledSource(PriorGraph.default(), HomeConfig.from_json(row.home))
+        own = row.make_source()
         if own.prior.checksum != row.prior or own.describe() != source.describe():
             continue
         same = (row.split, row.seed, list(range(row.num_homes)), row.steps)

@@ -65,10 +65,10 @@ def check_homes(
 def _take_state(homes: Homes, step: int) -> State:
     """Let a step pass, but for the first, look around, return what can be seen, (H, ...)."""
     if step == 0:
-        check_layout(homes)
+        _check_layout(homes)
     else:
         homes.evolve()
-    check_objects(homes, step)
+    _check_objects(homes, step)
     present = homes.is_present.argmax(axis=1)
     everyone = np.arange(homes.num_homes)
     codes = homes.object_code[everyone, present]
@@ -93,12 +93,8 @@ def _take_state(homes: Homes, step: int) -> State:
     return state
 
 
-def check_layout(homes: Homes) -> None:
-    """Check what does not change.
-
-    Raises:
-        AssertionError: if it is not in order.
-    """
+def _check_layout(homes: Homes) -> None:
+    """Check what does not change."""
     num_homes, width = homes.num_homes, homes.num_furniture
     _expect_shape("furniture_labels", homes.furniture_labels, (num_homes, width))
     _expect_shape("furniture_room", homes.furniture_room, (num_homes, width))
@@ -131,12 +127,8 @@ def check_layout(homes: Homes) -> None:
         _expect(of_room.max() < len(rooms), "have its furniture in its rooms", "others", home=home)
 
 
-def check_objects(homes: Homes, step: int) -> None:
-    """Check what is where in one step.
-
-    Raises:
-        AssertionError: if it is not in order.
-    """
+def _check_objects(homes: Homes, step: int) -> None:
+    """Check what is where in one step."""
     shape = (homes.num_homes, homes.num_slots)
     for name in _BY_SLOT:
         _expect_shape(name, getattr(homes, name), shape)
@@ -167,10 +159,10 @@ def _check_rows(homes: Homes, rows: np.ndarray, step: int) -> None:
 
 
 def _expect_shape(name: str, values: Any, shape: tuple[int, ...]) -> None:
-    if np.shape(np.asarray(values, dtype=object)) != shape:
+    found = np.asarray(values, dtype=object).shape
+    if found != shape:
         raise AssertionError(
-            f"{name} of homes must have the shape {shape}, got "
-            f"{np.shape(np.asarray(values, dtype=object))}. Pad it to the largest home."
+            f"{name} of homes must have the shape {shape}, got {found}. Pad it to the largest home."
         )
 
 

@@ -134,11 +134,7 @@ class Homes(ABC):
         return np.tile(np.where(types < len(self.prior.objects), types, -1), (self.num_homes, 1))
 
     def view_prior(self, weights: np.ndarray) -> np.ndarray:
-        """Return the prior of the layouts as the agents of these homes know it, (H, O, F, 2).
-
-        Args:
-            weights: what the true prior says, `PlacePrior.weights`.
-        """
+        """Return `PlacePrior.weights` of the layouts as the agents know them, (H, O, F, 2)."""
         return weights
 
     def make_clock(self, home: int = 0) -> Clock | None:
@@ -151,14 +147,8 @@ class Homes(ABC):
     @cached_property
     def sensing(self) -> list[tuple[Part, np.ndarray]]:
         """What looks show, and in which homes, bool (H,): each home has one of them."""
-        different: list[Part] = []
-        for config in self.configs:
-            if config.sensing not in different:
-                different.append(config.sensing)
-        return [
-            (sensing, np.array([config.sensing == sensing for config in self.configs]))
-            for sensing in different
-        ]
+        own = [config.sensing for config in self.configs]
+        return [(part, np.array([part == each for each in own])) for part in dict.fromkeys(own)]
 
     @abstractmethod
     def get_place_weights(self) -> np.ndarray:

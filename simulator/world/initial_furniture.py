@@ -18,18 +18,32 @@ from simulator.world.streams import sample_categorical
 
 
 def list_rooms(config: HomeRules, layout: Sequence[tuple[str, str]] | None) -> np.ndarray:
-    """Return the room index of every furniture node of a home, (F',).
-
-    Args:
-        config: the rules of the home.
-        layout: (room, furniture label) of every furniture node; None for those of the rules.
+    """Return the room index of every furniture node of a home, (F',), by its rules or a layout.
 
     Raises:
         ValueError: if the layout has other rooms than the rules, or is not room after room.
     """
+    rooms = config.rooms
     if layout is None:
-        return np.repeat(np.arange(len(config.rooms)), config.room_sizes)
-    return _find_rooms(config.rooms, [room for room, _ in layout])
+        return np.repeat(np.arange(len(rooms)), config.room_sizes)
+    if len(set(rooms)) < len(rooms):
+        raise ValueError(
+            f"rooms must differ where a layout is given, got {', '.join(rooms)}. Leave the layout "
+            "out, or name each room once."
+        )
+    for room, _ in layout:
+        if room not in rooms:
+            raise ValueError(
+                f"room of a layout must be one of {', '.join(rooms)}, got {shorten(room)}. Name it "
+                "in the rooms of the config."
+            )
+    runs = [room for room, _ in itertools.groupby(room for room, _ in layout)]
+    if len(runs) > len(set(runs)):
+        raise ValueError(
+            f"layout must list its furniture room after room, got the rooms {', '.join(runs)}. "
+            "Sort the furniture by room."
+        )
+    return np.array([rooms.index(room) for room, _ in layout])
 
 
 def sample_initial_furniture(
@@ -100,28 +114,6 @@ def _list_usable(homes: SampledState) -> dict[str, np.ndarray]:
                 "add furniture with placements to the prior."
             )
     return usable
-
-
-def _find_rooms(rooms: Sequence[str], layout_rooms: Sequence[str]) -> np.ndarray:
-    """Return the room index of every furniture node of a layout, (F,)."""
-    if len(set(rooms)) < len(rooms):
-        raise ValueError(
-            f"rooms must differ where a layout is given, got {', '.join(rooms)}. Leave the layout "
-            "out, or name each room once."
-        )
-    for room in layout_rooms:
-        if room not in rooms:
-            raise ValueError(
-                f"room of a layout must be one of {', '.join(rooms)}, got {shorten(room)}. Name it "
-                "in the rooms of the config."
-            )
-    runs = [room for room, _ in itertools.groupby(layout_rooms)]
-    if len(runs) > len(set(runs)):
-        raise ValueError(
-            f"layout must list its furniture room after room, got the rooms {', '.join(runs)}. "
-            "Sort the furniture by room."
-        )
-    return np.array([list(rooms).index(room) for room in layout_rooms])
 
 
 def _find_nodes(prior: PriorGraph, layout: Sequence[tuple[str, str]]) -> np.ndarray:

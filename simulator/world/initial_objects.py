@@ -64,12 +64,7 @@ def compute_available_weights(
 
     While some type is below its cap, only those may be drawn; when all are full, caps are
     relaxed evenly: the types that are full the fewest times over (docs/design.md, ruling 3).
-    Never a hang.
-
-    Args:
-        weights: (H, m) non-negative.
-        count: instances so far, (H, m).
-        cap: `max_count`, (m,) or (H, m).
+    Never a hang. Weights and instances so far are (H, m), `cap`, the `max_count`, (m,) or (H, m).
     """
     times_full = np.where(weights > 0, count // np.maximum(cap, 1), np.iinfo(np.int64).max)
     fewest = times_full.min(axis=1, keepdims=True)

@@ -98,13 +98,7 @@ class Registry(dict[str, str], Generic[AnyPart]):
 
 
 def import_named(what: str, name: str, known: Iterable[str], example: str) -> Any:
-    """Import what "module:name" says, where it is none of the known names.
-
-    Args:
-        what: kind of it, for errors.
-        name: "module:name".
-        known: names that stand for something without an import, for errors.
-        example: of a name in a module, likewise.
+    """Import what "module:name" says; its kind, known names and an example are for errors.
 
     Raises:
         ValueError: if there is nothing of that name.

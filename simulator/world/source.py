@@ -54,12 +54,7 @@ class HomeSource(ABC):
     kept_share: ClassVar[float] = 0.0
 
     def __init__(self, prior: PriorGraph | None = None, home: HomeConfig | None = None) -> None:
-        """Keep prior and rules.
-
-        Args:
-            prior: what homes look like; None for the prior that ships with the package.
-            home: the rules; None for the paper's.
-        """
+        """Keep prior and rules; None for the prior that ships, and for the paper's rules."""
         self.prior = PriorGraph.default() if prior is None else prior
         self.home = HomeConfig() if home is None else home
 
@@ -123,11 +118,7 @@ class HomeSource(ABC):
         """Say in a few words which homes are played, for titles of tables."""
 
     def check_homes(self, homes: Sequence[int]) -> None:
-        """Check numbers of homes.
-
-        Raises:
-            ValueError: if there is no home of such a number.
-        """
+        """Raise ValueError if there is no home of one of the numbers."""
         if self.num_homes is not None and max(homes, default=0) >= self.num_homes:
             raise ValueError(
                 f"home must be one of the {self.num_homes} that there are, got {max(homes)}. "
@@ -135,11 +126,7 @@ class HomeSource(ABC):
             )
 
     def check_disjoint(self, other: HomeSource) -> None:
-        """Check that no home of a limited number is also one of another source.
-
-        Raises:
-            ValueError: if one is.
-        """
+        """Raise ValueError if a home of a limited number is also one of another source."""
         if self.num_homes is not None and self.describe() == other.describe():
             raise ValueError(
                 f"homes to validate on must differ from those to train on, got the same "
@@ -147,11 +134,7 @@ class HomeSource(ABC):
             )
 
     def check_steps(self, num_steps: int) -> None:
-        """Check a number of steps.
-
-        Raises:
-            ValueError: if it is below 1, or some home cannot be played for so many.
-        """
+        """Raise ValueError if steps are below 1, or more than some home can be played for."""
         check_at_least(1, steps=num_steps)
         if self.num_steps is not None and num_steps > self.num_steps:
             raise ValueError(
@@ -160,11 +143,7 @@ class HomeSource(ABC):
             )
 
     def check_clock(self) -> None:
-        """Check that it is known of all homes what time it is.
-
-        Raises:
-            ValueError: if not.
-        """
+        """Raise ValueError unless it is known of all homes what time it is."""
         if not self.has_clock:
             raise ValueError(
                 f"homes must have a clock for features.clock, got {self.describe()['source']} "
@@ -198,20 +177,13 @@ class SampledSource(HomeSource):
         return [Group(tuple(homes))] if homes else []
 
     def make(self, streams: Streams) -> SampledHomes:
-        """Sample homes at t = 0.
-
-        Raises:
-            ValueError: if the prior has nothing for a room of the rules.
-        """
+        """Sample homes at t = 0; raises ValueError if the prior has nothing for a room."""
         return SampledHomes(self.prior, self.home, streams)
 
     def describe(self) -> dict[str, Any]:
         """Return the rules and the checksum of the prior."""
-        return {
-            "source": "sampled",
-            "prior": self.prior.checksum,
-            "home": self.home.describe(),
-        }
+        prior, home = self.prior.checksum, self.home.describe()
+        return {"source": "sampled", "prior": prior, "home": home}
 
     def make_title(self, num_homes: int, split: str) -> str:
         """Say how many homes of which split, and whether objects come and go."""
@@ -228,10 +200,8 @@ class PaperSource(SampledSource):
 
     def __init__(self, prior: PriorGraph | None = None, home: HomeConfig | None = None) -> None:
         """Keep prior and rules; the sizes are the released code's."""
-        home = HomeConfig() if home is None else home
-        super().__init__(
-            prior, replace(home, furniture_per_room=6, objects_per_furniture=5, max_looks=10)
-        )
+        super().__init__(prior, home)
+        self.home = replace(self.home, furniture_per_room=6, objects_per_furniture=5, max_looks=10)
 
     def make_title(self, num_homes: int, split: str) -> str:
         """Say what the homes are, how many of which split, and whether objects come and go."""

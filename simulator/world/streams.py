@@ -135,11 +135,9 @@ class Streams:
         return drawn
 
     def rows(self, purpose: str, width: int | np.ndarray) -> UniformStream:
-        """Return the row stream of a purpose; a purpose keeps its widths for its lifetime.
+        """Return the row stream of a purpose, `width` numbers in a row, of all homes or each, (H,).
 
-        Args:
-            purpose: of the numbers.
-            width: numbers in a row, the same for all homes or one per home, (H,).
+        A purpose keeps its widths for its lifetime.
         """
         if purpose not in self._streams:
             generators = [self.generator(purpose, i) for i in range(len(self.homes))]

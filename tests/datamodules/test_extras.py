@@ -43,7 +43,7 @@ def test_a_collected_belief_is_what_a_live_filter_believes(task, policy, tmp_pat
     live, home = [], []
 
     def keep(answered):
-        live.append(filters.follow(game.rollout.memory, answered.queries).stack())
+        live.append(filters.compute_features(game.rollout.memory, answered.queries))
         home.append(answered.queries.home)
 
     game.on_answer = keep

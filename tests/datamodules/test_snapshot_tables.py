@@ -10,7 +10,7 @@ import pytest
 from datamodules import snapshot_tables
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
-from datamodules.mapped_table import TableWriter
+from datamodules.mapped_table import MappedTable
 from datamodules.snapshot_dataset import SnapshotDataset
 from datamodules.snapshot_tables import SnapshotTables
 from simulator.snapshots.shards import load_manifest, load_shard
@@ -85,10 +85,10 @@ def test_releasing_memory_changes_nothing(collection, monkeypatch):
 @pytest.mark.skipif(not STATM.exists(), reason="needs /proc, to know its own memory")
 def test_pages_that_were_read_leave_the_memory_of_the_process(tmp_path):
     """64 MB of rows: mapped when they are read, and given back."""
-    with TableWriter(tmp_path) as writer:
+    with MappedTable(tmp_path) as table:
         for start in range(0, 1 << 23, 1 << 20):
-            writer.append({"number": np.arange(start, start + (1 << 20))})
-        table = writer.finish()
+            table.append({"number": np.arange(start, start + (1 << 20))})
+        table.finish()
     assert table.num_bytes == 1 << 26
 
     def read_resident():
@@ -127,8 +127,8 @@ def test_a_full_disk_is_named(tmp_path, monkeypatch):
         def close(self):
             pass
 
-    with TableWriter(tmp_path) as writer:
-        writer._file.close()
-        monkeypatch.setattr(writer, "_file", FullFile())
+    with MappedTable(tmp_path) as table:
+        table._file.close()
+        monkeypatch.setattr(table, "_file", FullFile())
         with pytest.raises(OSError, match=r"disk must take a copy .*No space left.*Free some"):
-            writer.append({"number": np.arange(3)})
+            table.append({"number": np.arange(3)})

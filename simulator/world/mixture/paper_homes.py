@@ -32,11 +32,7 @@ class PaperSizesSource(MixtureSource):
         return [group for group in groups if group.homes]
 
     def make(self, streams: Streams) -> MixedHomes:
-        """Draw homes at t = 0.
-
-        Raises:
-            ValueError: if the prior has nothing for a room.
-        """
+        """Draw homes at t = 0; raises ValueError if the prior has nothing for a room."""
         configs = []
         for position in range(len(streams.homes)):
             rng = streams.generator("paper sizes", position)

@@ -29,18 +29,10 @@ class MixtureSource(HomeSource):
     default_mixture: ClassVar[Mixture] = Mixture()
 
     def __init__(
-        self,
-        prior: PriorGraph | None = None,
-        home: HomeConfig | None = None,
+        self, prior: PriorGraph | None = None, home: HomeConfig | None = None,
         mixture: Mixture | None = None,
-    ) -> None:
-        """Keep the distribution.
-
-        Args:
-            prior: what homes look like; None for the prior that ships with the package.
-            home: the rules that the mixture does not draw: noise of the prior.
-            mixture: the distribution; None for `default_mixture`.
-        """
+    ) -> None:  # fmt: skip
+        """Keep a distribution, None for `default_mixture`, and the rules that it does not draw."""
         super().__init__(prior, home)
         self.mixture = self.default_mixture if mixture is None else mixture
 
@@ -69,11 +61,7 @@ class MixtureSource(HomeSource):
         ]
 
     def make(self, streams: Streams) -> MixedHomes:
-        """Draw homes at t = 0.
-
-        Raises:
-            ValueError: if the prior has nothing for a room.
-        """
+        """Draw homes at t = 0; raises ValueError if the prior has nothing for a room."""
         drawn = [self.draw_home(streams, i) for i in range(len(streams.homes))]
         homes = MixedHomes(self.prior, [config for config, _ in drawn], streams)
         homes.clock = make_clock_rows([clock for _, clock in drawn])
@@ -91,12 +79,8 @@ class MixtureSource(HomeSource):
         for name in ("carrying_share", "resettling_share"):
             if not mixture[name]:
                 del mixture[name]  # these homes are what they were before it existed
-        return {
-            "homes": "mixed",
-            "prior": self.prior.checksum,
-            "home": self.home.describe(),
-            "mixture": mixture,
-        }
+        prior, home = self.prior.checksum, self.home.describe()
+        return {"homes": "mixed", "prior": prior, "home": home, "mixture": mixture}
 
     def make_title(self, num_homes: int, split: str) -> str:
         """Say how many homes of which split."""

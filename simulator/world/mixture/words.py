@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
+from itertools import chain
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,11 +25,7 @@ class Words:
 
 @lru_cache(maxsize=2)
 def load_words(split: str) -> Words:
-    """Read `words.csv`: the words for testing are in no home that is trained or validated on.
-
-    Args:
-        split: "train", "val" (the words of "train") or "test".
-    """
+    """Read `words.csv`; "train" and "val" share their words, and have none of those of "test"."""
     text = resources.files(__package__).joinpath("words.csv").read_text(encoding="utf-8")
     part = "test" if split == "test" else "train"
     synonyms, strangers = {}, ()
@@ -46,9 +43,6 @@ def load_words(split: str) -> Words:
 def list_words() -> list[str]:
     """List every word of both splits, in the order of the file."""
     found: list[str] = []
-    for split in ("train", "test"):
-        words = load_words(split)
-        for synonyms in words.synonyms.values():
-            found += synonyms
-        found += words.strangers
+    for words in map(load_words, ("train", "test")):
+        found += [*chain.from_iterable(words.synonyms.values()), *words.strangers]
     return list(dict.fromkeys(found))

@@ -161,7 +161,7 @@ def test_a_network_that_reads_a_belief_follows_it_online(monkeypatch):
     believer.reset(rollout.memory)
     rollout.on_change = lambda change: believer.observe(rollout.memory, change)
     for step in predict_locations(rollout, 6):
-        believed = believer.follow(rollout.memory, step.queries).stack()
+        believed = believer.compute_features(rollout.memory, step.queries)
         batch = seen[-1]
         expected = compute_belief_features(believed[batch.query_snapshot, batch.query_furniture])
         found = batch.edge_feature[batch.query_edge, 9:]

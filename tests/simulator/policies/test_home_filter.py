@@ -3,8 +3,11 @@ import pytest
 
 from sgm.memory.queries import Queries
 from simulator.policies import make_policy
-from simulator.policies.filter_belief import Subjects
 from simulator.policies.filter_kernel import (
+    OTHERS,
+    OWN_POSSIBLE,
+    TYPE_POSSIBLE,
+    Subjects,
     make_transitions,
     update_class_noise,
     update_instance_noise,
@@ -97,8 +100,8 @@ def test_what_is_possible_before_any_doubt(make_tiny_memory, policy):
     for key, own_table in ((7, 1.0), (9, 0.75)):
         _, belief = start(policy, memory, key)
         by_type = [0.75, 1, 1, 0.75, 0.75, 0.75]  # the shelf of the bedroom is another one
-        np.testing.assert_allclose(belief.type_possible[0], by_type)
-        np.testing.assert_allclose(belief.own_possible[0], [0.75, 0.75, own_table, *[0.75] * 3])
+        np.testing.assert_allclose(belief[TYPE_POSSIBLE, 0], by_type)
+        np.testing.assert_allclose(belief[OWN_POSSIBLE, 0], [0.75, 0.75, own_table, *[0.75] * 3])
 
 
 def test_movers_follow_the_prior_at_possible_places(make_tiny_memory, policy):
@@ -109,7 +112,7 @@ def test_movers_follow_the_prior_at_possible_places(make_tiny_memory, policy):
     rules, belief = start(policy, memory)
     transitions = np.empty((4, 6))
     make_transitions(
-        rules.moves[0], belief.type_possible[0], belief.own_possible[0], memory.furniture_room[0],
+        rules.moves[0], belief[TYPE_POSSIBLE, 0], belief[OWN_POSSIBLE, 0], memory.furniture_room[0],
         transitions,
     )  # fmt: skip
     # shelf 0.4 x 0.5625, table 0.4 x 1, desk 0.2 x 0.5625 -> / 0.7375
@@ -119,7 +122,7 @@ def test_movers_follow_the_prior_at_possible_places(make_tiny_memory, policy):
     expected = np.array([0, 0.3, 0.4, 0, 0, 0.15]) / 0.85
     np.testing.assert_allclose(transitions[2], expected, rtol=1e-6)
     # How many are expected in all does not depend on where they can be.
-    assert belief.others.sum() == pytest.approx(rules.initial.sum())
+    assert belief[OTHERS].sum() == pytest.approx(rules.initial.sum())
 
 
 def test_unseen_where_expected_lowers_the_place(make_tiny_memory, policy):
@@ -132,7 +135,7 @@ def test_unseen_where_expected_lowers_the_place(make_tiny_memory, policy):
         for place in places:
             see(policy, memory, place, [] if shares else [7])
         belief = policy.follow(memory, ask(memory))
-        shares.append((belief.type_possible * belief.own_possible)[0, SHELF])
+        shares.append((belief[TYPE_POSSIBLE] * belief[OWN_POSSIBLE])[0, SHELF])
     assert shares[0] == SURVIVES**2
     assert shares[0] > shares[1] > shares[2]
 
@@ -167,8 +170,7 @@ def test_a_search_that_goes_on_is_followed_from_where_it_was(name, make_default_
                 part = (getattr(queries, field)[[0, 1, 3]] for field in fields)
                 policy.follow(rollout.memory, Queries(*part))
         part = (getattr(queries, field)[:2] for field in fields)
-        belief = policy.follow(rollout.memory, Queries(*part))
-        beliefs.append(np.stack([belief.last, belief.others]))
+        beliefs.append(policy.follow(rollout.memory, Queries(*part)))
     np.testing.assert_array_equal(*beliefs)
 
 
