@@ -177,16 +177,6 @@ def list_recorded(config: FeatureConfig) -> list[str]:
     return list(dict.fromkeys(name for name in on if name is not None))
 
 
-def describe_features() -> str:
-    """Return `FEATURES` as a table in Markdown."""
-    lines = ["| feature | of | columns | switch |", "| --- | --- | ---: | --- |"]
-    for feature in FEATURES:
-        lines.append(
-            f"| {feature.name} | {feature.of} | {feature.width} | `features.{feature.group}` |"
-        )
-    return "\n".join(lines)
-
-
 def compute_belief_features(belief: np.ndarray) -> np.ndarray:
     """Return the five belief features of query edges, float32 (n, 5).
 
@@ -251,18 +241,15 @@ def _compute_circles(week_seconds: np.ndarray) -> np.ndarray:
 FEATURES = (
     Feature(
         "time since observed, scaled", "temporal", "node",
-        lambda nodes: nodes.since("last_observed") * NODE_SCALE,
-        reads_others=True,
+        lambda nodes: nodes.since("last_observed") * NODE_SCALE, reads_others=True,
     ),
     Feature(
         "times observed, scaled", "temporal", "node",
-        lambda nodes: nodes.take("num_observed") * NODE_SCALE,
-        reads_others=True,
+        lambda nodes: nodes.take("num_observed") * NODE_SCALE, reads_others=True,
     ),
     Feature(
         "time since it was seen to have moved, scaled", "temporal", "node",
-        lambda nodes: nodes.since("last_moved") * NODE_SCALE,
-        reads_others=True,
+        lambda nodes: nodes.since("last_moved") * NODE_SCALE, reads_others=True,
     ),
     Feature(
         "share of observations, after the first, that found it moved", "temporal", "node",
@@ -304,8 +291,7 @@ FEATURES = (
     Feature("prior", "prior", "edge", lambda edges: edges.prior, layout=None),
     Feature(
         "belief of `HomeFilter` (`compute_belief_features`)", "belief", "query edge",
-        lambda edges: compute_belief_features(edges.extra("belief")),
-        width=5, recorded="belief",
+        lambda edges: compute_belief_features(edges.extra("belief")), width=5, recorded="belief",
     ),
     Feature(
         "hour and day, now and when last seen there (`compute_clock_features`)", "clock",

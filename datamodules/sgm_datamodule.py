@@ -110,8 +110,7 @@ class SGMDataModule(pl.LightningDataModule):
         """Collect what is not on disk yet; an interrupted collection is finished."""
         progress = self.trainer is None or self.trainer.progress_bar_callback is not None
         workers = self.collection.workers
-        if workers is None:
-            workers = os.cpu_count() or 1
+        workers = os.cpu_count() or 1 if workers is None else workers
         for config in (self.train_config, *self.also_configs, self.val_config):
             collect(config, self.get_folder(config), workers, progress)
 

@@ -93,12 +93,7 @@ class SnapshotDataset(Dataset[Batch]):
         of_furniture = tables.take("snapshot_furniture", tables.find_furniture_rows(home, number))
         sample, version = tables.take_versions("furniture", home, number)
         looked = first_furniture[sample] + version["of"]
-        furniture = {
-            "num_observed": np.zeros(len(layout), dtype=np.int32),
-            "last_observed": np.full(len(layout), NEVER, dtype=np.int32),
-        }
-        for name in FURNITURE_COUNTERS:
-            furniture[name][looked] = version[name]
+        furniture = _fill_counters(FURNITURE_COUNTERS, len(layout), looked, version)
 
         # Nodes: objects with a version, and the query object; one key per (snapshot, object).
         sample, version = tables.take_versions("object", home, number)
@@ -107,13 +102,7 @@ class SnapshotDataset(Dataset[Batch]):
         query_key = batch * width + asked["query"]
         node_keys, node_of_key = number_keys(len(indices) * width, object_key, query_key)
         snapshot, local = np.divmod(node_keys, width)
-        objects = {
-            name: np.full(len(node_keys), NEVER if name.startswith("last") else 0, dtype=np.int32)
-            for name in OBJECT_COUNTERS
-        }
-        row = node_of_key[object_key]
-        for name in OBJECT_COUNTERS:
-            objects[name][row] = version[name]
+        objects = _fill_counters(OBJECT_COUNTERS, len(node_keys), node_of_key[object_key], version)
         object_row = tables.starts["object"][home][snapshot] + local
 
         sample, version = tables.take_versions("edge", home, number)
@@ -144,6 +133,17 @@ class SnapshotDataset(Dataset[Batch]):
             **{f"object_{name}": objects[name] for name in OBJECT_COUNTERS},
             **{f"edge_{name}": version[name] for name in EDGE_COUNTERS},
         )
+
+
+def _fill_counters(
+    names: Sequence[str], count: int, rows: np.ndarray, version: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Return counters of all nodes, int32 (count,): those of versions at rows, none elsewhere."""
+    counters = {}
+    for name in names:
+        counters[name] = np.full(count, NEVER if name.startswith("last") else 0, dtype=np.int32)
+        counters[name][rows] = version[name]
+    return counters
 
 
 def _get_extras(rows: np.ndarray, prefix: str) -> dict[str, np.ndarray]:

@@ -43,7 +43,7 @@ MOVED = {
     "simulator.compiled.homes": "simulator.world.paper_dynamics_kernel",
     "simulator.compiled.noise": "simulator.world.noise",
     "simulator.compiled.routine": "simulator.world.routine.life_kernel",
-    "simulator.compiled.routine_places": "simulator.world.routine.place_kernel",
+    "simulator.compiled.routine_places": "simulator.world.routine.life",
     "simulator.compiled.streams": "simulator.world.stream_kernel",
     "simulator.compiled.transitions": "simulator.world.transitions",
     "simulator.compiled.usual_places": "simulator.tasks.usual_places",

@@ -90,10 +90,9 @@ def parse(parser: ArgumentParser, arguments: Sequence[str] | None) -> Namespace:
     return parser.instantiate(parser.parse_args(normalise(parser, arguments)))
 
 
-def pick(options: Namespace, cls: type[Any], **more: Any) -> dict[str, Any]:
-    """Return the options that are fields of a dataclass, and more."""
-    found = {field.name: options[field.name] for field in fields(cls) if field.name in options}
-    return found | more
+def pick(options: Namespace, cls: type[Any]) -> dict[str, Any]:
+    """Return the options that are fields of a dataclass."""
+    return {field.name: options[field.name] for field in fields(cls) if field.name in options}
 
 
 def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = "") -> list[str]:

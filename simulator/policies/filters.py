@@ -46,10 +46,8 @@ class PriorFilter(PlaceFilter):
         is_unknown = ((subjects.type < 0) | ~subjects.moves.any(axis=1))[:, None]
         num_furniture = self._num_furniture[subjects.home][:, None]
         alike = (np.arange(subjects.moves.shape[1]) < num_furniture) / num_furniture
-        return rules._replace(
-            moves=np.where(is_unknown, alike, rules.moves),
-            initial=np.where(is_unknown, alike, rules.initial),
-        )
+        moves, initial = (np.where(is_unknown, alike, own) for own in (rules.moves, rules.initial))
+        return rules._replace(moves=moves, initial=initial)
 
 
 class Ceiling(PlaceFilter):

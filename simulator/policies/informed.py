@@ -94,23 +94,13 @@ class Informed(Policy):
     looks_counted = 1.0
 
     def __init__(
-        self,
-        prior: PriorGraph,
-        config: HomeRules | Sequence[HomeRules],
-        num_class_draws: int = 64,
-        num_instance_draws: int = 16,
-        asks_moved: float = TASKS_ASK_MOVED,
-        seed: int = 0,
-    ) -> None:
-        """Keep the rules.
+        self, prior: PriorGraph, config: HomeRules | Sequence[HomeRules],
+        num_class_draws: int = 64, num_instance_draws: int = 16,
+        asks_moved: float = TASKS_ASK_MOVED, seed: int = 0,
+    ) -> None:  # fmt: skip
+        """Keep the rules of all homes, or of each, and C and K.
 
-        Args:
-            prior: what homes look like.
-            config: the rules of the homes: of all, or one entry per home.
-            num_class_draws: C.
-            num_instance_draws: K.
-            asks_moved: share of the queries that are about an object that has just moved.
-            seed: of the draws.
+        `asks_moved` is the share of the queries that are about an object that has just moved.
         """
         self._prior = prior
         self._config = config

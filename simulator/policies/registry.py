@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from sgm.messages import shorten
 from sgm.policies.adaptive import Adaptive
 from sgm.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
 from sgm.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior
@@ -17,7 +16,7 @@ from simulator.policies.informed import Informed
 from simulator.policies.oracle import Oracle
 from simulator.policies.schedule_oracle import ScheduleOracle
 from simulator.world.homes import Homes
-from simulator.world.parts import import_named
+from simulator.world.parts import find_subclass
 from simulator.world.source import HomeSource
 
 # Every policy of the paper's homes by the name that command lines and tables use. Only the oracles
@@ -55,21 +54,12 @@ _ALL = {**POLICIES, **_OF_OTHER_HOMES, **WHERE_NAMED}
 def find_policy(name: str) -> type[Policy]:
     """Find a policy by name, or import one of your own: "my_module:MyPolicy".
 
-    Args:
-        name: that name; what follows a "=" says where the policy is loaded from, see `make_policy`.
+    What follows a "=" says where the policy is loaded from, see `make_policy`.
 
     Raises:
         ValueError: if there is no policy of that name.
     """
-    name, _, _ = name.partition("=")
-    if name in _ALL:
-        return _ALL[name]
-    found = import_named("policy", name, _ALL, "MyPolicy")
-    if not (isinstance(found, type) and issubclass(found, Policy)):
-        raise ValueError(
-            f"policy must be a subclass of simulator.policies.Policy, got {shorten(name)}. Derive "
-            "it from Policy, or check the name."
-        )
+    found: type[Policy] = find_subclass("policy", name.partition("=")[0], _ALL, Policy)
     return found
 
 

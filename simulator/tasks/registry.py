@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from sgm.messages import shorten
 from simulator.tasks.find_object import FindObject
@@ -10,7 +11,7 @@ from simulator.tasks.metrics import METRICS, STEP_METRICS, Metric
 from simulator.tasks.predict_location import PredictLocation
 from simulator.tasks.relative_likelihood import RelativeLikelihood
 from simulator.tasks.task import Task
-from simulator.world.parts import import_named
+from simulator.world.parts import find_named, find_subclass
 
 # Every task by the name that command lines, folders and tables use.
 TASKS: Mapping[str, type[Task]] = {
@@ -26,14 +27,7 @@ def find_task(name: str) -> type[Task]:
     Raises:
         ValueError: if there is no task of that name, or its `metric` is unknown.
     """
-    if name in TASKS:
-        return TASKS[name]
-    found = import_named("task", name, TASKS, "MyTask")
-    if not (isinstance(found, type) and issubclass(found, Task)):
-        raise ValueError(
-            f"task must be a subclass of simulator.tasks.task.Task, got {shorten(name)}. Derive it "
-            "from Task, or check the name."
-        )
+    found: type[Task] = find_subclass("task", name, TASKS, Task)
     if getattr(found, "metric", None) not in STEP_METRICS or not hasattr(found, "title"):
         raise ValueError(
             f"task must have a title and a metric among {', '.join(STEP_METRICS)}, got "
@@ -57,11 +51,9 @@ def find_metric(name: str) -> Metric:
     Raises:
         ValueError: if there is no metric of that name.
     """
-    if name in METRICS:
-        return METRICS[name]
-    found = import_named("metric", name, METRICS, "my_metric")
+    found = find_named("metric", name, METRICS, "my_metric")
     if isinstance(found, Metric):
-        return Metric(name, found.title, found.format, found.is_higher_better, found.compute)
+        return replace(found, name=name)
     if not callable(found):
         raise ValueError(
             "metric must be a Metric, or a function of TaskScores, got "

@@ -27,12 +27,10 @@ def make_memory(homes: Homes) -> MemoryBatch:
     place_prior = PlacePrior(
         homes.prior, rooms, furniture, homes.furniture_room, view=homes.view_prior
     )
-    layout = LayoutArrays(
-        np.array([[index[label] for label in row] for row in rooms]),
-        np.array([[index[label] for label in row] for row in furniture]),
-        homes.furniture_room,
-        place_prior,
+    room_label, furniture_label = (
+        np.array([[index[label] for label in row] for row in rows]) for rows in (rooms, furniture)
     )
+    layout = LayoutArrays(room_label, furniture_label, homes.furniture_room, place_prior)
     return MemoryBatch(labels, layout, clock=homes.clock)
 
 
@@ -91,11 +89,7 @@ class Rollout:
         return mask_furniture(self.memory, queries, self.policy.scores(self.memory, queries))
 
     def look_around(self, choice: np.ndarray) -> None:
-        """Spend the looks of a step as the rules of each home say (`HomeConfig.looks`).
-
-        Args:
-            choice: furniture that the policy would look at, (H,).
-        """
+        """Spend the looks of a step by the rules (`HomeConfig.looks`); the policy's `choice`, (H,)."""
         num_furniture = self.homes.home_num_furniture
         for turn in range(self._looks_per_step.max()):
             has_look = turn < self._looks_per_step
@@ -115,11 +109,9 @@ class Rollout:
         seen = observe(self.homes, furniture)
         types = self.homes.object_descriptions.type_of_code[seen.seen_code]
         rows = memory.ensure_objects(
-            seen.seen_home,
-            seen.seen_code,
-            self._type_label[seen.seen_home, types],
+            seen.seen_home, seen.seen_code, self._type_label[seen.seen_home, types],
             self.homes.prior_types[seen.seen_home, types],
-        )
+        )  # fmt: skip
         change = memory.observe(
             seen.home, seen.furniture, rows, seen.seen_relation, seen.coverage, seen.seen_confidence
         )

@@ -85,12 +85,8 @@ class PaperLife(Life):
         home = self._members[row]
         objects = home * homes.num_slots + slot
         where_to = homes.streams.rows("move where", self._most_moves).take(self._members)
-        places, can_leave = homes.transitions.sample_moves(
-            homes.object_row.ravel()[objects],
-            home,
-            homes.object_place.ravel()[objects],
-            where_to[row, turn],
-        )
+        rows, before = homes.object_row.ravel()[objects], homes.object_place.ravel()[objects]
+        places, can_leave = homes.transitions.sample_moves(rows, home, before, where_to[row, turn])
         homes.place_objects(objects, places, can_leave)
         homes.object_moved.ravel()[objects] = True
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -97,12 +97,31 @@ class Registry(dict[str, str], Generic[AnyPart]):
             raise ValueError(f"{self._what} {shorten(name)} has other fields: {error}") from None
 
 
-def import_named(what: str, name: str, known: Iterable[str], example: str) -> Any:
-    """Import what "module:name" says; its kind, known names and an example are for errors.
+def find_subclass(what: str, name: str, known: Mapping[str, type[Any]], base: type[Any]) -> Any:
+    """Find a class by its known name, or import it; its kind is for errors.
+
+    Raises:
+        ValueError: if there is no subclass of the base of that name.
+    """
+    found = find_named(what, name, known, f"My{base.__name__}")
+    if not (isinstance(found, type) and issubclass(found, base)):
+        raise ValueError(
+            f"{what} must be a subclass of {base.__module__}.{base.__name__}, got {shorten(name)}. "
+            f"Derive it from {base.__name__}, or check the name."
+        )
+    return found
+
+
+def find_named(what: str, name: str, known: Mapping[str, Any], example: str) -> Any:
+    """Return what a known name stands for, or import what "module:name" says.
+
+    Its kind, and an example of a name in a module, are for errors.
 
     Raises:
         ValueError: if there is nothing of that name.
     """
+    if name in known:
+        return known[name]
     module, separator, attribute = name.partition(":")
     if not separator:
         raise ValueError(

@@ -26,7 +26,6 @@ class SampledHomes(SampledState):
 
     Attributes:
         furniture_code: description code of `furniture_descriptions`, -1 beyond, (H, F).
-        initial_count: objects at t = 0, (H,).
         lives: what evolves the homes, one for each class of dynamics.
 
     Source: algorithm 1, section 4.1, appendix A; docs/design.md, rulings 1-6.
@@ -41,14 +40,10 @@ class SampledHomes(SampledState):
         streams: Streams,
         layout: Sequence[tuple[str, str]] | None = None,
     ) -> None:
-        """Sample the homes at t = 0.
+        """Sample the homes at t = 0, by the rules of all homes, or of each of them, (H,).
 
-        Args:
-            prior: what homes look like.
-            config: the rules of all homes, or of each of them, (H,).
-            streams: random streams of the H homes.
-            layout: (room, furniture label) of every furniture node, room after room, if all
-                homes share a layout; None to sample `furniture_per_room` for each room.
+        A layout that all homes share is (room, furniture label) of every furniture node, room after
+        room; None to sample `furniture_per_room` for each room.
 
         Raises:
             ValueError: if a room has no furniture that can hold an object, or the layout has
@@ -100,10 +95,9 @@ class SampledHomes(SampledState):
         self.num_slots = int(self.home_num_slots.max())
         self._make_slots()
         self._sample_objects()
-        self.initial_count = self.num_objects.copy()
-        floor = np.ceil(self.initial_count * (1 - slack)).astype(np.int64)
+        floor = np.ceil(self.num_objects * (1 - slack)).astype(np.int64)
         self.min_count = np.maximum(floor, 1)  # something to ask for is always left
-        self.max_count = np.floor(self.initial_count * (1 + slack)).astype(np.int64)
+        self.max_count = np.floor(self.num_objects * (1 + slack)).astype(np.int64)
         self.clock = make_clock_rows([config.dynamics.clock for config in self.configs])
         classes = [type(config.dynamics) for config in self.configs]
         different = list(dict.fromkeys(classes))
@@ -155,17 +149,13 @@ class SampledHomes(SampledState):
             row, column = np.tile(rows, count), np.tile(columns, count)
             some = slice(first, first + count)
             noisy = np.zeros((count, *prior.shape))
+            uniform = noise.read(first + part_home, (row * prior.shape[1] + column) * 2, 2)
             noisy[part_home, row, column] = compute_noisy_weights(
-                prior[row, column],
-                part_home * num_objects + row,
-                column,
-                noise.read(first + part_home, (row * prior.shape[1] + column) * 2, 2),
-                np.repeat(np.arange(count), num_objects),
-                np.tile(place_room, (count, 1)),
-                np.full(count, len(place_room)),
-                zero_prob=self.noise_zero_prob[some],
+                prior[row, column], part_home * num_objects + row, column, uniform,
+                np.repeat(np.arange(count), num_objects), np.tile(place_room, (count, 1)),
+                np.full(count, len(place_room)), zero_prob=self.noise_zero_prob[some],
                 scale=self.noise_scale[some],
-            )
+            )  # fmt: skip
             of_nodes = noisy.reshape(count, num_objects, num_nodes, NUM_RELATIONS)
             for home, own in enumerate(of_nodes, start=first):
                 nodes = self.furniture_type[home, self.is_furniture[home]]

@@ -132,16 +132,10 @@ class SampledState(Homes):
                 new_homes[some] * len(self.move_freq) + types[some],
             )
             noisy = compute_noisy_weights(
-                weights,
-                rows,
-                places,
-                noise.read(rows, places * 2, 2),
-                new_homes[some],
-                self.place_room,
-                self.home_num_furniture * NUM_RELATIONS,
-                zero_prob=self.noise_zero_prob,
-                scale=self.noise_scale,
-            )
+                weights, rows, places, noise.read(rows, places * 2, 2), new_homes[some],
+                self.place_room, self.home_num_furniture * NUM_RELATIONS,
+                zero_prob=self.noise_zero_prob, scale=self.noise_scale,
+            )  # fmt: skip
             self._row_of_code[new_homes[some], new_codes[some]] = self.transitions.append(
                 new_homes[some], rows, places, noisy
             )

@@ -21,7 +21,6 @@ class Transitions:
     entries bound[b]..bound[b + 1] - 1, and row r the blocks r B..(r + 1) B - 1.
 
     Attributes:
-        num_rows: rows so far, N.
         num_places: of the largest home, P.
 
     Source: algorithm 1, section 4.1; docs/design.md, rulings 2 and 6.
@@ -35,7 +34,7 @@ class Transitions:
                 beyond the places of a home is never read.
             places_per_furniture: place p belongs to furniture p // places_per_furniture.
         """
-        self.num_rows = 0
+        self._num_rows = 0
         self.num_places = place_block.shape[1]
         # Homes share a few layouts: read from the cache, unlike a row of blocks for each home.
         self._place_block, layout = np.unique(place_block, axis=0, return_inverse=True)
@@ -63,9 +62,9 @@ class Transitions:
         )
         self._bounds.append(len(ends), bound=len(self._entries) + ends)
         self._entries.append(len(entry), entry=entry)
-        first = self.num_rows
-        self.num_rows += len(homes)
-        return np.arange(first, self.num_rows)
+        first = self._num_rows
+        self._num_rows += len(homes)
+        return np.arange(first, self._num_rows)
 
     def read(self, rows: np.ndarray) -> np.ndarray:
         """Return rows (n,) as float32 (n, P); zeros for row -1."""
@@ -82,14 +81,8 @@ class Transitions:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Draw where objects move to: other furniture of the same block.
 
-        Args:
-            rows: (n,).
-            homes: of the rows, (n,).
-            places: where they are; `can_leave` must hold there, (n,).
-            uniform: (n,).
-
-        Returns:
-            The new places, and whether they can move on from there, (n,) each.
+        `can_leave` must hold where they are. All arguments are (n,), and so are the new places, and
+        whether they can move on from there.
         """
         start, end = self._find_blocks(rows, homes, places)
         return self._draw(rows, homes, start, end, self._place_furniture[places], uniform)

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS
+from sgm.kernel import kernel
 from simulator.world.dynamics import Life
 from simulator.world.routine.activity_kinds import (
     compute_object_weights,
@@ -25,7 +26,6 @@ from simulator.world.routine.life_kernel import (
     live,
 )
 from simulator.world.routine.occasions import ROLES
-from simulator.world.routine.place_kernel import draw_own_places
 from simulator.world.routine.rules import RoutineRules
 from simulator.world.sampled_state import SampledState
 
@@ -272,9 +272,41 @@ def _draw_own_places(
         weights = homes.transitions.read(homes.object_row[home, slots])
         none = ~weights.any(axis=1)
         weights[none, homes.object_place[home, slots[none]]] = 1
-        own_place[home, slots] = draw_own_places(
+        own_place[home, slots] = _draw_places(
             weights, uniform[slots], float(rule.gathering), rule.second_place_share
         )
+
+
+@kernel
+def _draw_places(
+    weights: np.ndarray, uniform: np.ndarray, gathering: float, second_place_share: float
+) -> np.ndarray:
+    """Draw the places of a home's objects by weights (n, P), one after the other, int32 (n, 4).
+
+    The usual place, a second one, or again the usual one, and two others, by numbers (n, 5); see
+    `RoutineRules`.
+    """
+    num_places = weights.shape[1]
+    num_kept = np.zeros(num_places)
+    own = np.empty((len(weights), 4), dtype=np.int32)
+    for i in range(len(weights)):
+        for turn in range(4):
+            total = 0.0
+            for place in range(num_places):
+                if turn == 0 or place != own[i, 0]:
+                    total += weights[i, place] * (1 + gathering * num_kept[place])
+            own[i, turn] = own[i, 0]
+            mark = uniform[i, turn] * total
+            for place in range(num_places if total > 0 else 0):
+                if weights[i, place] > 0 and (turn == 0 or place != own[i, 0]):
+                    own[i, turn] = place
+                    mark -= weights[i, place] * (1 + gathering * num_kept[place])
+                    if mark < 0:
+                        break
+        if uniform[i, 4] >= second_place_share:
+            own[i, 1] = own[i, 0]
+        num_kept[own[i, 0]] += 1
+    return own
 
 
 def _tabulate(homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules]) -> Customs:

@@ -29,7 +29,7 @@ def test_every_room_has_8_furniture_nodes_of_its_own_and_192_objects_lie_on_them
             room = homes.configs[0].rooms[homes.furniture_room[0, furniture]]
             assert homes.prior.furniture[node].room == room
     assert (homes.is_present.sum(axis=1) == 192).all()
-    assert (homes.initial_count == 192).all()
+    assert (homes.num_objects == 192).all()
     assert homes.num_slots == 201  # 192 x 1.05 = 201.6
 
 
