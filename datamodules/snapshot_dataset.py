@@ -12,11 +12,11 @@ from datamodules.batch import Batch
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_tables import SnapshotTables
 from sgm.arrays.grouped import compute_starts, number_keys
-from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
+from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
 from simulator.snapshots.recorder import EXTRA, QUESTION_EXTRA
 from simulator.snapshots.shard_check import check_manifest, check_shard
 from simulator.snapshots.shards import load_manifest, load_shard
-from simulator.snapshots.snapshots import Snapshots
+from simulator.snapshots.snapshots import Snapshots, make_counters
 
 
 class SnapshotDataset(Dataset[Batch]):
@@ -93,7 +93,9 @@ class SnapshotDataset(Dataset[Batch]):
         of_furniture = tables.take("snapshot_furniture", tables.find_furniture_rows(home, number))
         sample, version = tables.take_versions("furniture", home, number)
         looked = first_furniture[sample] + version["of"]
-        furniture = _fill_counters(FURNITURE_COUNTERS, len(layout), looked, version)
+        furniture = make_counters(FURNITURE_COUNTERS, len(layout))
+        for name, column in furniture.items():
+            column[looked] = version[name]
 
         # Nodes: objects with a version, and the query object; one key per (snapshot, object).
         sample, version = tables.take_versions("object", home, number)
@@ -102,7 +104,9 @@ class SnapshotDataset(Dataset[Batch]):
         query_key = batch * width + asked["query"]
         node_keys, node_of_key = number_keys(len(indices) * width, object_key, query_key)
         snapshot, local = np.divmod(node_keys, width)
-        objects = _fill_counters(OBJECT_COUNTERS, len(node_keys), node_of_key[object_key], version)
+        objects, row = make_counters(OBJECT_COUNTERS, len(node_keys)), node_of_key[object_key]
+        for name, column in objects.items():
+            column[row] = version[name]
         object_row = tables.starts["object"][home][snapshot] + local
 
         sample, version = tables.take_versions("edge", home, number)
@@ -133,17 +137,6 @@ class SnapshotDataset(Dataset[Batch]):
             **{f"object_{name}": objects[name] for name in OBJECT_COUNTERS},
             **{f"edge_{name}": version[name] for name in EDGE_COUNTERS},
         )
-
-
-def _fill_counters(
-    names: Sequence[str], count: int, rows: np.ndarray, version: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Return counters of all nodes, int32 (count,): those of versions at rows, none elsewhere."""
-    counters = {}
-    for name in names:
-        counters[name] = np.full(count, NEVER if name.startswith("last") else 0, dtype=np.int32)
-        counters[name][rows] = version[name]
-    return counters
 
 
 def _get_extras(rows: np.ndarray, prefix: str) -> dict[str, np.ndarray]:

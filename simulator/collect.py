@@ -154,10 +154,7 @@ def collect(
 def write_events(
     config: CollectConfig, out: Path, workers: int = 1, backend: str = "processes"
 ) -> None:
-    """Collect events into a folder, all at once; nothing is done where they are there already.
-
-    Arguments and errors are those of `collect`; extras must be off.
-    """
+    """Collect events into a folder, all at once, unless they are there; extras must be off."""
     settings = config.describe()
     for extra in EXTRAS:
         if extra in settings:

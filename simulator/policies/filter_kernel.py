@@ -118,17 +118,9 @@ def spread(
 ) -> None:  # fmt: skip
     """Let the objects of one density move, leave and come for one step, in place.
 
-    An object stays with 1 - rate, else goes to another node of its room in proportion to `moves`.
-
-    Args:
-        density: expected objects at each furniture node, (F,).
-        moves: from `make_transition`, (F,).
-        leave: from `make_transition`, (F,).
-        kept: probability that an object stays in the home.
-        rate: probability that it moves.
-        coming: expected number of objects that come, in proportion to `moves`.
-        room: of each furniture node, (F,).
-        scratch: overwritten, (2, at least F and the number of rooms).
+    An object stays in the home with the probability `kept`. It stays where it is with 1 - rate,
+    else goes to another node of its room in proportion to `moves` of `make_transition`; so do the
+    expected `coming` objects. `scratch` is (2, at least F and the number of rooms).
     """
     out, inflow = scratch[0], scratch[1]
     for node in range(len(density)):

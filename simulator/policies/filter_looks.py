@@ -35,10 +35,7 @@ class Chains:
 
     def fit(self, num_keys: int) -> None:
         """Make room for keys 0..num_keys - 1."""
-        missing = num_keys - len(self._newest)
-        if missing > 0:
-            added = max(missing, len(self._newest))
-            self._newest = np.pad(self._newest, (0, added), constant_values=-1)
+        self._newest = fit_keys(self._newest, num_keys)
 
     def append(
         self, keys: np.ndarray, at: int, value: np.ndarray | int = 0, share: np.ndarray | int = 1
@@ -59,6 +56,14 @@ class Chains:
         columns = {name: kept[name][num_dropped:] for name in kept.names}
         self._entries.append(len(kept) - num_dropped, **columns)
         self._first += num_dropped
+
+
+def fit_keys(rows: np.ndarray, num_keys: int) -> np.ndarray:
+    """Return the rows of keys with room for keys 0..num_keys - 1; -1 of those without a row."""
+    missing = num_keys - len(rows)
+    if missing <= 0:
+        return rows
+    return np.pad(rows, (0, max(missing, len(rows))), constant_values=-1)
 
 
 def _make_entries() -> Table:

@@ -24,14 +24,10 @@ class Inventory:
         self, prior: PriorGraph, configs: Sequence[HomeRules], weights: np.ndarray,
         num_furniture: np.ndarray, asks_moved: float,
     ) -> None:  # fmt: skip
-        """Work out how many there are and how often they move.
+        """Work out how many there are and how often they move, by the rules of each home, (H,).
 
-        Args:
-            prior: for type metadata.
-            configs: the rules of each home, (H,).
-            weights: what the initial objects were placed with, (H, O, F).
-            num_furniture: furniture nodes of each home, (H,).
-            asks_moved: share of the queries that are about an object that has just moved.
+        The initial objects were placed with `weights`, (H, O, F); `asks_moved` is the share of the
+        queries that are about an object that has just moved.
         """
         self._asks_moved = asks_moved
         self._move_freq = np.array([row.move_freq for row in prior.objects])
@@ -76,8 +72,7 @@ class Inventory:
     def _solve_move_race(self) -> np.ndarray:
         """Solve sum(1 - exp(-kappa w)) = moves per step for kappa, (H,).
 
-        An object of weight w then moves with 1 - exp(-kappa w): drawing without replacement in
-        proportion to w is a race of exponential clocks with rates w.
+        Drawing without replacement in proportion to w is a race of exponential clocks of rates w.
         """
         count, target = self._count, self._num_moves
         low, high = np.zeros(len(count)), np.full(len(count), 1e3)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sgm.arrays.table import Table
+from simulator.policies.filter_looks import fit_keys
 
 
 class KeptBeliefs:
@@ -51,7 +52,5 @@ class KeptBeliefs:
         entries["basis"][rows] = basis
 
     def _fit(self, objects: np.ndarray) -> None:
-        missing = int(objects.max(initial=-1)) + 1 - len(self._row_of_object)
-        if missing > 0:
-            added = max(missing, len(self._row_of_object))
-            self._row_of_object = np.pad(self._row_of_object, (0, added), constant_values=-1)
+        num_objects = int(objects.max(initial=-1)) + 1
+        self._row_of_object = fit_keys(self._row_of_object, num_objects)

@@ -133,10 +133,7 @@ class ScheduleOracle(Policy):
 def find_hours_alike(start: float, seconds: float, num_hours: int) -> np.ndarray:
     """Return the hours of a life that are at the same time of the same kind of day, (W,).
 
-    Args:
-        start: seconds from Monday 00:00 to hour 0 of the life.
-        seconds: since then, the time that is meant.
-        num_hours: hours of the life.
+    The life starts `start` seconds after Monday 00:00; the time is `seconds` after that.
     """
     hour = np.arange(num_hours)
     at_the_time = hour % 24 == round(seconds / HOUR_SECONDS) % 24

@@ -172,9 +172,7 @@ def _join_objects(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]:
     """List the pairs of objects and furniture, M of them, those inside before those on top.
 
-    Returns:
-        `remembered`, object node among those of `Snapshots`, `furniture` and `is_query`, (M,) each;
-        and how many are inside.
+    `remembered`, object node of `Snapshots`, `furniture`, `is_query`, (M,); how many are inside.
     """
     num_remembered = len(snapshots.edge_object)
     snapshot = snapshots.object_snapshot[snapshots.edge_object]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -168,29 +168,38 @@ def take_snapshots(
     )
 
 
+def make_counters(names: Sequence[str], count: int) -> dict[str, np.ndarray]:
+    """Return counters of nodes or edges that were never seen, int32 (count,), by name."""
+    return {
+        name: np.full(count, NEVER if name.startswith("last") else 0, dtype=np.int32)
+        for name in names
+    }
+
+
 def forget(snapshots: Snapshots) -> Snapshots:
     """Return the snapshots of agents that have not seen anything yet and are asked the same.
 
     The layout and the query objects are left; there is no remembered edge, no counter, and time
     starts now: what the clock shows is no memory.
     """
-    batch = snapshots.num_snapshots
-    none, never = np.zeros(batch, dtype=np.int32), np.full(batch, NEVER, dtype=np.int32)
-    clock = snapshots.clock
+    batch, clock = snapshots.num_snapshots, snapshots.clock
     if clock is not None:
         now = compute_week_seconds(clock, snapshots.time)
         clock = np.stack([now, clock[:, 1]], axis=1)
-    num_furniture = len(snapshots.furniture_label)
     no_edges = np.zeros(0, dtype=np.int32)
-    counters: dict[str, Any] = {f"edge_{name}": no_edges for name in EDGE_COUNTERS}
-    for name in OBJECT_COUNTERS:
-        counters[f"object_{name}"] = never if name.startswith("last") else none
+    counters: dict[str, Any] = {
+        f"{kind}_{name}": column
+        for kind, names, count in (
+            ("furniture", FURNITURE_COUNTERS, len(snapshots.furniture_label)),
+            ("object", OBJECT_COUNTERS, batch),
+            ("edge", EDGE_COUNTERS, 0),
+        )
+        for name, column in make_counters(names, count).items()
+    }
     return replace(
         snapshots,
-        time=none,
+        time=np.zeros(batch, dtype=np.int32),
         clock=clock,
-        furniture_num_observed=np.zeros(num_furniture, dtype=np.int32),
-        furniture_last_observed=np.full(num_furniture, NEVER, dtype=np.int32),
         object_snapshot=np.arange(batch),
         object_label=snapshots.object_label[snapshots.query_object],
         query_object=np.arange(batch),

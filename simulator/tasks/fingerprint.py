@@ -17,12 +17,7 @@ def compute_fingerprint(source: HomeSource, streams: Streams, num_steps: int) ->
     """Return the SHA-256 of what the first home is, how it changes and what is asked there.
 
     Equal settings give equal homes by the same code alone: a source or dynamics of one's own, or
-    another version of a package, may mean something else by them.
-
-    Args:
-        source: of the homes.
-        streams: of the homes; none of it is used up.
-        num_steps: T.
+    another version of a package, may mean something else by them. No stream is used up.
     """
     homes = source.make(streams.select(streams.homes[:1]))
     rollout = Rollout(homes, Bayesian())

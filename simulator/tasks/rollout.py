@@ -89,7 +89,7 @@ class Rollout:
         return mask_furniture(self.memory, queries, self.policy.scores(self.memory, queries))
 
     def look_around(self, choice: np.ndarray) -> None:
-        """Spend the looks of a step by the rules (`HomeConfig.looks`); the policy's `choice`, (H,)."""
+        """Spend the looks of a step as the rules say; `choice` (H,) is the policy's."""
         num_furniture = self.homes.home_num_furniture
         for turn in range(self._looks_per_step.max()):
             has_look = turn < self._looks_per_step

@@ -58,12 +58,7 @@ class TaskScores:
 
     @classmethod
     def join(cls, homes: Sequence[Sequence[int]], parts: Sequence[TaskScores]) -> TaskScores:
-        """Put the scores of groups of homes together, in the order of the homes' numbers.
-
-        Args:
-            homes: numbers of the homes of each group.
-            parts: the scores of each group.
-        """
+        """Put the scores of groups of homes together, in the order of the homes' numbers."""
         order = np.argsort(np.concatenate(homes), kind="stable")
         columns = {
             field.name: np.concatenate([getattr(part, field.name) for part in parts])[order]
@@ -130,10 +125,8 @@ class AnswerLog:
 def compute_rank(scores: np.ndarray, answers: np.ndarray, is_place: np.ndarray) -> np.ndarray:
     """Return the mean rank of the best true place over all orders of tied places, float (Q,).
 
-    Args:
-        scores: the higher the likelier, -inf for no opinion, (Q, F).
-        answers: the true places, one or more, bool (Q, F).
-        is_place: what is ranked, bool (Q, F).
+    Scores (Q, F) are -inf for no opinion; `answers` marks the true places among those that are
+    ranked, `is_place`, bool (Q, F) each.
     """
     best = np.where(answers, scores, -np.inf).max(axis=1, keepdims=True)  # (Q, 1)
     is_tied = is_place & (scores == best)
@@ -158,12 +151,8 @@ def compute_hours(memory: MemoryBatch, home: np.ndarray) -> np.ndarray:
 def compute_away(memory: MemoryBatch, queries: Queries, answers: np.ndarray) -> np.ndarray:
     """Mark the queries whose object was seen before and is not where it was last seen, bool (Q,).
 
-    What an agent has seen depends on its policy, and so does which objects are away for it.
-
-    Args:
-        memory: before the look that follows the query.
-        queries: the queries.
-        answers: furniture that truly holds such an object, bool (Q, F).
+    What an agent has seen depends on its policy, and so does which objects are away for it. The
+    memory is that before the look that follows; `answers` marks the true places, bool (Q, F).
     """
     last = memory.objects["last_furniture"][queries.object]
     return (last != NEVER) & ~answers[np.arange(len(last)), last]

@@ -21,16 +21,13 @@ class SearchOrder(ABC):
     def choose(
         self, homes: np.ndarray, scores: np.ndarray, is_open: np.ndarray, uniform: np.ndarray
     ) -> np.ndarray:
-        """Choose one open furniture node per home.
+        """Choose one open furniture node for each home that searches, -1 to give up, (n,).
 
         Args:
             homes: homes that search, (n,).
             scores: the policy's, -inf where it has no opinion, (n, F).
             is_open: furniture not yet looked at in this search, bool (n, F); some in each row.
             uniform: a random number per home, to break ties with, (n,).
-
-        Returns:
-            (n,) furniture indices; -1 to give up.
         """
 
 
@@ -132,14 +129,9 @@ class Search:
         )  # fmt: skip
 
     def look(self, homes: np.ndarray, furniture: np.ndarray) -> Observation:
-        """Look once in some homes that still search, and remember what was seen there.
+        """Look once in some homes that still search, each once, (n,), and remember what is there.
 
-        Args:
-            homes: which homes, each once, (n,).
-            furniture: where, -1 to give up, (n,).
-
-        Returns:
-            What was seen, at places looked at for the first time.
+        Furniture -1 is to give up. Returns what was seen, at places looked at for the first time.
         """
         self.gave_up[homes[furniture < 0]] = True
         homes, furniture = homes[furniture >= 0], furniture[furniture >= 0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import datetime, timedelta
 from functools import cached_property
 from typing import Protocol
@@ -18,6 +18,13 @@ from simulator.world.rules import HomeRules
 from simulator.world.streams import Streams
 
 _MONDAY = datetime(2024, 5, 6)  # of clocks that say no more than where in the week they are
+
+
+def list_labels(prior: PriorGraph, more: Iterable[str] = ()) -> list[str]:
+    """List every label once: house, floor, rooms, furniture and objects of a prior, then others."""
+    furniture = [row.label for row in prior.furniture]
+    objects = [row.label for row in prior.objects]
+    return list(dict.fromkeys(["house", "floor", *prior.rooms, *furniture, *objects, *more]))
 
 
 class Descriptions(Protocol):
@@ -99,13 +106,7 @@ class Homes(ABC):
         Labels that the prior knows have the same number whatever homes are there.
         """
         own = [*self.object_labels, *self.room_labels.ravel(), *self.furniture_labels.ravel()]
-        return list(
-            dict.fromkeys(
-                ["house", "floor", *self.prior.rooms]
-                + [row.label for row in self.prior.furniture]
-                + [label for label in own if label]
-            )
-        )
+        return list_labels(self.prior, filter(None, own))
 
     @property
     def is_furniture(self) -> np.ndarray:

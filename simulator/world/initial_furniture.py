@@ -51,9 +51,7 @@ def sample_initial_furniture(
 ) -> np.ndarray:
     """Return indices into `prior.furniture`, -1 beyond the furniture of a home, (H, F).
 
-    Args:
-        homes: whose rooms and numbers of furniture are known already.
-        layout: (room, furniture label) of every furniture node of all homes; None to draw them.
+    They are those of a layout, or drawn; rooms and numbers of furniture are known already.
 
     Raises:
         ValueError: if a room has no furniture that can hold an object, or the layout has some that

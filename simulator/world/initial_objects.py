@@ -19,9 +19,7 @@ def sample_initial_objects(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Draw `objects_per_furniture` objects per furniture node of every home, n in all.
 
-    Returns:
-        Homes, ascending, types, places, and a uniform number per object to draw its description
-        with, (n,) each.
+    Homes, ascending, types, places, and a uniform number to draw a description with, (n,) each.
 
     Raises:
         ValueError: if a home has no furniture that can hold an object.

@@ -55,13 +55,8 @@ def run_race(
     """Find the slots with the largest log(uniform) / weight, at most `num_winners` per home.
 
     Only slots within a reach are looked at where that leaves enough of them, as it nearly always
-    does; else all of the home are.
-
-    Args:
-        uniform: (H, C).
-        weight: non-negative, 0 for slots that do not take part, (H, C).
-        total_weight: its sum per home; no result depends on its rounding, (H,).
-        num_winners: (H,).
+    does; else all of the home are. A weight is 0 for slots that do not take part, (H, C); no result
+    depends on the rounding of its sum per home, (H,).
 
     Returns:
         Homes of the winners, home after home, their slots, and their ranks in the home.

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from sgm.checks import check_at_least
 from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
-from simulator.world.homes import Homes
+from simulator.world.homes import Homes, list_labels
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
 
@@ -54,7 +54,12 @@ class HomeSource(ABC):
     kept_share: ClassVar[float] = 0.0
 
     def __init__(self, prior: PriorGraph | None = None, home: HomeConfig | None = None) -> None:
-        """Keep prior and rules; None for the prior that ships, and for the paper's rules."""
+        """Keep prior and rules.
+
+        Args:
+            prior: what homes look like; None for the prior that ships with the package.
+            home: the rules; None for the paper's.
+        """
         self.prior = PriorGraph.default() if prior is None else prior
         self.home = HomeConfig() if home is None else home
 
@@ -168,9 +173,7 @@ class SampledSource(HomeSource):
     @property
     def labels(self) -> list[str]:
         """House, floor, and all that the prior names."""
-        furniture = [row.label for row in self.prior.furniture]
-        objects = [row.label for row in self.prior.objects]
-        return list(dict.fromkeys(["house", "floor", *self.prior.rooms, *furniture, *objects]))
+        return list_labels(self.prior)
 
     def list_groups(self, homes: Sequence[int]) -> list[Group]:
         """Return all homes as one group."""

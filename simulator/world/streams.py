@@ -119,12 +119,8 @@ class Streams:
     def sample_once(self, purpose: str, *shape: int | np.ndarray) -> np.ndarray:
         """Draw one array of uniforms per home from the start of a stream.
 
-        Args:
-            purpose: of the numbers.
-            shape: of the array, the same for all homes or one per home, (H,).
-
-        Returns:
-            (H, *shape) of the largest; nan beyond the array of a smaller home.
+        A length of the array is the same for all homes, or one per home, (H,). Returns (H, *shape)
+        of the largest; nan beyond the array of a smaller home.
         """
         count = len(self.homes)
         sizes = np.stack([np.broadcast_to(size, count) for size in shape], axis=1)

@@ -48,13 +48,10 @@ class Transitions:
     def append(
         self, homes: np.ndarray, rows: np.ndarray, places: np.ndarray, weights: np.ndarray
     ) -> np.ndarray:
-        """Add rows; return their numbers, (n,).
+        """Add a row for each of n homes; return their numbers, (n,).
 
-        Args:
-            homes: the home of each row, (n,).
-            rows: row of each weight, 0..n - 1, ascending, (k,).
-            places: their places, ascending within a row, (k,).
-            weights: non-negative, (k,).
+        Weights (k,), non-negative, are of rows 0..n - 1, ascending, and of places, ascending within
+        a row.
         """
         layouts = self._layout_of_home[homes]
         entry, ends = list_entries(

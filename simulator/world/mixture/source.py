@@ -13,8 +13,10 @@ import numpy as np
 from sgm.memory.clock import Clock, make_clock_rows
 from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
+from simulator.world.homes import list_labels
 from simulator.world.mixture.mixture import Mixture
-from simulator.world.mixture.views import MixedHomes, draw_views, list_labels
+from simulator.world.mixture.views import MixedHomes, draw_views
+from simulator.world.mixture.words import list_words
 from simulator.world.source import TRUE_PLACE_WEIGHTS, Group, HomeSource
 from simulator.world.streams import Streams
 
@@ -32,7 +34,13 @@ class MixtureSource(HomeSource):
         self, prior: PriorGraph | None = None, home: HomeConfig | None = None,
         mixture: Mixture | None = None,
     ) -> None:  # fmt: skip
-        """Keep a distribution, None for `default_mixture`, and the rules that it does not draw."""
+        """Keep the distribution.
+
+        Args:
+            prior: what homes look like; None for the prior that ships with the package.
+            home: the rules that the mixture does not draw: noise of the prior.
+            mixture: the distribution; None for `default_mixture`.
+        """
         super().__init__(prior, home)
         self.mixture = self.default_mixture if mixture is None else mixture
 
@@ -49,7 +57,7 @@ class MixtureSource(HomeSource):
     @property
     def labels(self) -> list[str]:
         """House, floor, all that the prior names, and every word that a home may use instead."""
-        return list_labels(self.prior)
+        return list_labels(self.prior, list_words())
 
     def list_groups(self, homes: Sequence[int]) -> list[Group]:
         """Share homes out by how long they are lived in."""

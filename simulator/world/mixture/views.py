@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from sgm.prior.prior_graph import PriorGraph
+from simulator.world.homes import list_labels
 from simulator.world.mixture.words import list_words, load_words
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
@@ -41,7 +41,7 @@ class MixedHomes(SampledHomes):
     @property
     def labels(self) -> list[str]:
         """House, floor, all that the prior names, and every word that a home may use instead."""
-        return list_labels(self.prior)
+        return list_labels(self.prior, list_words())
 
     def set_views(self, views: tuple[str, ...]) -> None:
         """Say how the agent of each home knows the prior, (H,); once, before a memory is made."""
@@ -116,14 +116,6 @@ class MixedHomes(SampledHomes):
                 self.prior_types[home, number] = -1
                 self._is_unknown[home, number] = True
         self.furniture_labels[home] = [new.get(label, label) for label in furniture]
-
-
-def list_labels(prior: PriorGraph) -> list[str]:
-    """List every label of mixed homes once, the same whatever homes are there."""
-    furniture = [row.label for row in prior.furniture]
-    objects = [row.label for row in prior.objects]
-    own = ["house", "floor", *prior.rooms, *furniture, *objects, *list_words()]
-    return list(dict.fromkeys(own))
 
 
 def draw_views(streams: Streams, shares: dict[str, float]) -> tuple[str, ...]:

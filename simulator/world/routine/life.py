@@ -96,10 +96,9 @@ class RoutineLife(Life):
         homes.num_objects[self._members] = (after >= 0).sum(axis=1)
 
     def count_hours(self) -> np.ndarray:
-        """Count at how many hours every object is at each place, whole float32 (H, C, P).
+        """Count at how many hours of `outlook_days` objects are at each place, float32 (H, C, P).
 
-        Found by living `outlook_days` in a copy of the homes as they were at step 0, with random
-        numbers of its own, and looking every hour. Time out of the home does not count.
+        They are lived in a copy of the homes as at step 0. Time out of the home does not count.
         """
         if self._outlook is None:
             homes = self._homes
