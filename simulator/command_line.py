@@ -1,4 +1,4 @@
-"""What all command lines share: options from dataclasses, old spellings, errors in one line."""
+"""What all command lines share: options from dataclasses, short spellings, errors in one line."""
 
 from __future__ import annotations
 
@@ -26,12 +26,6 @@ if TYPE_CHECKING:  # half a second, which only commands take
 
 # What a command ends with in one line.
 BAD_INPUT = (ValueError, OSError, OverflowError, MemoryError, ModuleNotFoundError)
-_RENAMED = {
-    "houses": "num_homes",
-    "val_houses": "num_val_homes",
-    "grades": "relevance",
-    "jobs": "workers",
-}
 _YAML = "plain yaml"
 # Short for parts of the rules, and the names of what they take.
 _RULES = {"dynamics": DYNAMICS, "sensing": SENSING}
@@ -109,7 +103,7 @@ def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = ""
         prefix: of the options of homes, "data." in `nep.fit`.
 
     Raises:
-        ValueError: if an option was renamed; names the new one. If a config file is broken.
+        ValueError: if an option has an empty value, or a config file is broken.
     """
     kinds = _list_kinds(parser)
     found: list[str] = []
@@ -123,7 +117,6 @@ def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = ""
             continue
         name, has_value, value = argument[2:].partition("=")
         name = name.replace("-", "_")
-        _check_renamed(name)
         head, dot, last = name.rpartition(".")
         switched_off = _spell(f"{head}{dot}{last.removeprefix('no_')}", prefix)
         if name not in kinds:  # a command may have such an option of its own
@@ -259,15 +252,6 @@ def _list_kinds(parser: ArgumentParser) -> dict[str, str]:
             "flag" if typehint is bool else "list" if is_list else "word" if is_word else "value"
         )
     return kinds
-
-
-def _check_renamed(name: str) -> None:
-    head, dot, last = name.rpartition(".")
-    if last in _RENAMED:
-        raise ValueError(
-            f"option must be one that there is, got --{name}. It is called "
-            f"--{head}{dot}{_RENAMED[last]} now."
-        )
 
 
 def _check_config(text: str) -> None:

@@ -97,7 +97,4 @@ def load_manifest(folder: Path) -> dict[str, Any]:
             f"manifest must have schema version {SCHEMA_VERSION}, got {shorten(version)} in "
             f"{path}. Collect again with this version of the package."
         )
-    settings = manifest["settings"]
-    if isinstance(settings, dict) and "grades" in settings:  # what the option was called
-        settings["relevance"] = settings.pop("grades")
     return manifest

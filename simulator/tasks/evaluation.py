@@ -113,11 +113,7 @@ def play_games(
 
 
 def _play_part(
-    make: Callable[[Homes], Policy],
-    source: HomeSource,
-    streams: Streams,
-    num_steps: int,
-    task: str,
+    make: Callable[[Homes], Policy], source: HomeSource, streams: Streams, num_steps: int, task: str
 ) -> TaskScores:
     return play_task(make, source.make(streams), num_steps, task=task)
 

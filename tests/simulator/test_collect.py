@@ -110,18 +110,6 @@ def test_a_finished_collection_is_left_as_it_is(tmp_path, reference):
     assert {path: path.stat().st_mtime_ns for path in stamps} == stamps
 
 
-def test_a_collection_with_an_option_of_another_name_is_gone_on_with(tmp_path):
-    """`relevance` was called `grades`."""
-    config = replace(SMALL, num_homes=2, task="relative_likelihood", relevance=True)
-    collect(config, tmp_path, progress=False)
-    manifest = json.loads((tmp_path / "manifest.json").read_text())
-    manifest["settings"]["grades"] = manifest["settings"].pop("relevance")
-    (tmp_path / "manifest.json").write_text(json.dumps(manifest))
-    collect(config, tmp_path, progress=False)
-    with pytest.raises(ValueError, match="got task = relative_likelihood instead of predict"):
-        collect(replace(SMALL, num_homes=2), tmp_path, progress=False)
-
-
 def test_a_deleted_shard_is_collected_again(tmp_path, reference):
     collect(SMALL, tmp_path / "data", progress=False)
     (tmp_path / "data" / "home_000002.safetensors").unlink()

@@ -74,8 +74,6 @@ def test_every_rule_of_a_home_is_an_option():
 @pytest.mark.parametrize(
     ("typed", "status", "message"),
     [
-        (["--houses", "3"], 1, "got --houses. It is called --num_homes now."),
-        (["--grades"], 1, "got --grades. It is called --relevance now."),
         (["--home.move_share", "7"], 1, "move_share must lie in [0, 1], got 7.0."),
         (["--workers", "many"], 2, "Parser key \"workers\": Expected a <class 'int'>."),
         (["--bogus", "1"], 2, "unrecognized arguments: --bogus"),
