@@ -4,6 +4,8 @@ import pytest
 from simulator.policies.filter_kernel import list_entries
 from simulator.policies.filter_looks import Chains, FilterLooks
 
+NUM_TYPES = 3
+
 
 def list_values(chains, key, since=0):
     arrays = chains.arrays
@@ -49,12 +51,12 @@ def test_chains_agree_with_lists(seed):
 
 def look(log, time, home, furniture, objects=()):
     objects = np.array(objects, dtype=int)
-    keys = np.full(len(objects), home * log._num_types)
+    keys = np.full(len(objects), home * NUM_TYPES)
     log.add_looks(time, np.array([home]), np.array([furniture]), np.ones(1), objects, keys)
 
 
 def test_the_log_is_cut_before_the_newest_step():
-    log = FilterLooks(2, 3)
+    log = FilterLooks(2, NUM_TYPES)
     log.max_length = 8
     for time in range(1, 8):
         assert log.find_cutoff(time) is None
@@ -74,7 +76,7 @@ def test_the_log_is_cut_before_the_newest_step():
 
 
 def test_many_looks_in_a_step_stay_until_it_has_passed():
-    log = FilterLooks(1, 3)
+    log = FilterLooks(1, NUM_TYPES)
     log.max_length = 8
     look(log, 1, 0, 0)
     for number in range(20):
@@ -87,7 +89,7 @@ def test_many_looks_in_a_step_stay_until_it_has_passed():
 
 
 def test_a_question_counts_once_a_step():
-    log = FilterLooks(1, 3)
+    log = FilterLooks(1, NUM_TYPES)
     for time, objects in ((1, [0, 4]), (1, [4, 70]), (2, [4])):
         log.add_questions(time, np.array(objects))
     times = log.questions.arrays[2]
