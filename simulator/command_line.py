@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # half a second, which only commands take
 BAD_INPUT = (ValueError, OSError, OverflowError, MemoryError, ModuleNotFoundError)
 _YAML = "plain yaml"
 # Short for parts of the rules, and the names of what they take.
-_RULES = {"dynamics": DYNAMICS, "sensing": SENSING}
+_RULES: Mapping[str, Mapping[str, str]] = {"dynamics": DYNAMICS, "sensing": SENSING}
 # What the options take that may be named, by the full name of the option.
 _NAMED: Mapping[str, Mapping[str, str]] = {
     "homes": SOURCES,

@@ -1,5 +1,5 @@
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import pytest
 
@@ -22,7 +22,7 @@ def shipped(tmp_path, monkeypatch):
     """A file of one small set in the place of the one that ships."""
     path = tmp_path / "test_sets.json"
     small = shrink(find_test_set("paper-24-on-v1"))
-    path.write_text(json.dumps([small.describe()]))
+    path.write_text(json.dumps([asdict(small)]))
     for function in (load_test_sets, find_test_set):
         monkeypatch.setattr(function, "__defaults__", (path,))
     return path
