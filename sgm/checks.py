@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from numbers import Integral, Real
-from typing import TypeGuard
+from typing import Any, TypeGuard, TypeVar
 
 from sgm.messages import shorten
+
+Kind = TypeVar("Kind")
 
 
 def is_number(value: object) -> TypeGuard[float]:
@@ -18,6 +20,14 @@ def check_kind(name: str, value: object, kind: type, hint: str) -> None:
     """Raise TypeError, which ends with a hint, unless a value is of a kind."""
     if not isinstance(value, kind):
         raise TypeError(f"{name} must be a {kind.__name__}, got {shorten(value)}. {hint}")
+
+
+def read_optional(name: str, value: Any, kind: type[Kind], hint: str) -> Kind | None:
+    """Return a value of a kind, or None; raises TypeError, as `check_kind`, for any other."""
+    if value is not None:
+        check_kind(name, value, kind, hint)
+    own: Kind | None = value
+    return own
 
 
 def check_at_least(least: int, **values: float | None) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
-from sgm.checks import check_kind
+from sgm.checks import read_optional
 from sgm.layout.outline import (
     Outline,
     compute_area,
@@ -54,12 +54,7 @@ class Box:
     outline: Outline | None = None
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            ValueError: if one is no finite number, a side is shorter than 1 mm, the interior is
-                unknown, or the outline no polygon in the box.
-        """
+        """Raise ValueError for what is no finite box, interior, or outline within the box."""
         for name, value in (("center", self.center), ("size", self.size)):
             read = read_numbers(f"{name} of a box", value, (3,)).tolist()
             object.__setattr__(self, name, tuple(read))
@@ -79,7 +74,6 @@ class Box:
                 f"interior of a box must be one of {', '.join(INTERIORS)}, got "
                 f"{shorten(self.interior)} at {shorten(self.center)}. Choose one of these."
             )
-
         if self.outline is not None:
             self._read_outline()
 
@@ -119,15 +113,13 @@ class Box:
         outline = np.array(read_outline("polygon", corners))
         low, high, turn = read_numbers("bottom, top and yaw", (bottom, top, yaw), (3,)).tolist()
         cos, sin = math.cos(turn), math.sin(turn)
-        own = outline @ np.array([[cos, -sin], [sin, cos]])
+        axes = np.array([[cos, -sin], [sin, cos]])
+        own = outline @ axes
         middle, size = (own.min(axis=0) + own.max(axis=0)) / 2, np.ptp(own, axis=0)
-        center = np.array([[cos, -sin], [sin, cos]]) @ middle
-        return cls(
-            (float(center[0]), float(center[1]), (low + high) / 2),
-            (float(size[0]), float(size[1]), high - low),
-            turn,
-            outline=tuple((float(x), float(y)) for x, y in own - middle),
-        )
+        x, y = (axes @ middle).tolist()
+        length, width = size.tolist()
+        corners = tuple(map(tuple, (own - middle).tolist()))
+        return cls((x, y, (low + high) / 2), (length, width, high - low), turn, outline=corners)
 
     @classmethod
     def of_floor(
@@ -148,11 +140,7 @@ class Box:
 
     @classmethod
     def from_json(cls, data: Any) -> Box:
-        """Return what `to_json` wrote.
-
-        Raises:
-            ValueError: if it is malformed.
-        """
+        """Return what `to_json` wrote; raises ValueError for anything else."""
         if not isinstance(data, list) or len(data) not in (8, 9):
             raise ValueError(
                 "box must be a list of x, y, z, length, width, height, yaw and interior, and an "
@@ -286,13 +274,6 @@ def sample_volume(box: Box, relation: str, num_points: int = 128) -> np.ndarray:
 
 
 def read_box(box: Any) -> Box | None:
-    """Return a box; None stays None.
-
-    Raises:
-        TypeError: if it is something else.
-    """
-    if box is not None:
-        hint = "Write Box((x, y, z), (length, width, height)) of sgm.eyes."
-        check_kind("box", box, Box, hint)
-    own: Box | None = box
-    return own
+    """Return a box; None stays None, and anything else raises TypeError."""
+    hint = "Write Box((x, y, z), (length, width, height)) of sgm.eyes."
+    return read_optional("box", box, Box, hint)

@@ -61,11 +61,7 @@ class Furniture:
         return self.open_cost is not None or (self.box is not None and self.box.has_door)
 
     def transform(self, angle: float, shift: tuple[float, float]) -> Furniture:
-        """Return it turned around the origin of the map, and moved then; see `Layout.transform`.
-
-        Raises:
-            ValueError: if its box would lie where no home is.
-        """
+        """Return it turned around the origin of the map, and moved then; see `Layout.transform`."""
         position, box = self.position, self.box
         if position is not None:
             position = _turn(position, angle, shift)
@@ -94,11 +90,7 @@ class Furniture:
         box: Any = None,
         open_cost: Any = None,
     ) -> Furniture:
-        """Read JSON values.
-
-        Raises:
-            ValueError: if the position is no two numbers, the box none, or the cost no number.
-        """
+        """Read JSON values; raises ValueError for a position, box or cost that is none."""
         return cls(
             label, room, description, position=read_position(position),
             box=None if box is None else Box.from_json(box), open_cost=read_open_cost(open_cost),
@@ -111,11 +103,7 @@ def _turn(at: tuple[float, float], angle: float, shift: tuple[float, float]) -> 
 
 
 def read_position(position: Any = None) -> tuple[float, float] | None:
-    """Return a position as two floats; None stays None.
-
-    Raises:
-        ValueError: if it is no two finite numbers.
-    """
+    """Return a position as two finite floats; None stays None, other values raise ValueError."""
     if position is None:
         return None
     try:
@@ -130,11 +118,7 @@ def read_position(position: Any = None) -> tuple[float, float] | None:
 
 
 def read_open_cost(cost: Any = None) -> float | None:
-    """Return the cost of opening a piece of furniture; None stays None.
-
-    Raises:
-        ValueError: if it is no finite number, 0 or more.
-    """
+    """Return a finite cost of 0 or more; None stays None, other values raise ValueError."""
     if cost is None:
         return None
     if not is_number(cost) or not 0 <= cost < math.inf:

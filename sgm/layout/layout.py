@@ -101,12 +101,7 @@ class Layout:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any], num_rooms: int, num_furniture: int) -> Layout:
-        """Read JSON values.
-
-        Args:
-            data: of `to_json`, among others.
-            num_rooms: ids of rooms given so far.
-            num_furniture: ids of furniture given so far.
+        """Read JSON values of `to_json`, among others, and how many ids were given so far.
 
         Raises:
             ValueError: if a row is of another kind, or furniture stands in no room.
@@ -120,16 +115,7 @@ class Layout:
         return cls(rooms, furniture, num_rooms, num_furniture, read_map_id(data.get("map", "")))
 
     def transform(self, angle: float, shift: tuple[float, float], map_id: str = "") -> Layout:
-        """Return the layout in the frame of another map.
-
-        Args:
-            angle: by which the home is turned around the origin, counter-clockwise, in radians.
-            shift: by which it is moved then, in metres.
-            map_id: of that map.
-
-        Raises:
-            ValueError: if a box would lie where no home is.
-        """
+        """Return the layout in the frame of another map; see `SceneGraphMemory.transform`."""
         furniture = {number: row.transform(angle, shift) for number, row in self.furniture.items()}
         return replace(self, furniture=furniture, map_id=map_id)
 
@@ -171,14 +157,7 @@ class Layout:
         box: Box | None = None,
         open_cost: float | None = None,
     ) -> Furniture:
-        """Check what a furniture node is to be, and change nothing.
-
-        Raises:
-            KeyError: if there is no such room.
-            TypeError: if the box is none.
-            ValueError: if the label or the description is no name (`read_words`), the position no
-                two numbers, or the cost of opening no number, 0 or more.
-        """
+        """Return a furniture node; checks values as `SceneGraphMemory.add_furniture` says."""
         read_words("furniture label", label)
         description = label if description is None else description
         read_words("furniture description", description)
@@ -195,13 +174,7 @@ class Layout:
         position: tuple[float, float] | None,
         box: Box | None = None,
     ) -> Furniture:
-        """Return a furniture node as it is in another room, at another position or in another box.
-
-        Raises:
-            KeyError: if there is no such furniture node or room.
-            TypeError: if the box is none.
-            ValueError: if the position is no two numbers.
-        """
+        """Return a moved furniture node; checks values as `SceneGraphMemory.move_furniture`."""
         self.check_furniture(furniture)
         node = self.furniture[furniture]
         if room is not None:
@@ -224,11 +197,7 @@ class Layout:
         return compute_positions(self.furniture)
 
     def describe(self, furniture: int) -> str:
-        """Return the description and room of a furniture node.
-
-        Raises:
-            KeyError: if there is no such furniture node.
-        """
+        """Return the description and room of a furniture node; raises KeyError for no such id."""
         self.check_furniture(furniture)
         node = self.furniture[furniture]
         return f"{node.description} in {self.rooms[node.room]}"
@@ -249,11 +218,7 @@ class Layout:
         )
 
     def check_room(self, room: int) -> None:
-        """Check the id of a room.
-
-        Raises:
-            KeyError: if there is no such room.
-        """
+        """Raise KeyError unless there is a room of that id."""
         if not isinstance(room, (int, np.integer)) or room not in self.rooms:
             raise KeyError(
                 f"room must be an id from add_room, got {shorten(room)}; there are "
@@ -261,11 +226,7 @@ class Layout:
             )
 
     def check_furniture(self, furniture: int) -> None:
-        """Check the id of a furniture node.
-
-        Raises:
-            KeyError: if there is no such furniture node.
-        """
+        """Raise KeyError unless there is a furniture node of that id."""
         if isinstance(furniture, RoomId) and furniture in self.rooms:
             raise KeyError(
                 f"furniture must be an id from add_furniture, got {int(furniture)}, the id of the "
@@ -312,11 +273,7 @@ class FurnitureNames:
 
 
 def read_map_id(value: Any) -> str:
-    """Return the id of a map; empty where there is none.
-
-    Raises:
-        ValueError: if it is no text of one line, or too long.
-    """
+    """Return the id of a map; raises ValueError for what is no text of one line, or too long."""
     if not isinstance(value, str) or not value.isprintable() or len(value) > MAX_LENGTH:
         raise ValueError(
             f"map_id must be a text of one line and at most {MAX_LENGTH} characters, got "

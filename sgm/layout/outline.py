@@ -16,11 +16,7 @@ _LEAST_AREA = 1e-6  # square metres
 
 
 def read_outline(name: str, corners: Any) -> Outline:
-    """Return the corners of a polygon, counter-clockwise.
-
-    Raises:
-        ValueError: if they are no polygon, have no area, or two of its sides cross.
-    """
+    """Return the corners of a polygon, counter-clockwise; raises ValueError for any other shape."""
     try:
         num = len(corners)
     except TypeError:
@@ -78,14 +74,8 @@ def compute_prism_entries(
 ) -> np.ndarray:
     """Return where rays from outside first meet an upright body with this footprint, (n,).
 
-    Args:
-        outline: around 0.
-        half_height: of the body, around 0, metres.
-        start: of all rays, (3,).
-        along: directions, (n, 3).
-
-    Returns:
-        In lengths of the directions; inf where a ray passes by.
+    In lengths of the directions `along` (n, 3) from `start` (3,), inf where a ray passes by. The
+    body is around 0, `half_height` in metres.
     """
     first = np.full(len(along), np.inf)
     corner, way = _list_sides(outline)

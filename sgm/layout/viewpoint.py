@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
-from sgm.checks import check_kind
 from sgm.messages import shorten
 
 
@@ -32,11 +31,7 @@ class Viewpoint:
     reach: float
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            ValueError: if one is no finite number, or a camera cannot have it.
-        """
+        """Raise ValueError for what is no finite number, or no camera can have."""
         read = read_numbers("viewpoint", astuple(self), (6,))
         for name, value in zip(self.__slots__, read.tolist(), strict=True):
             object.__setattr__(self, name, value)
@@ -48,11 +43,7 @@ class Viewpoint:
 
     @classmethod
     def from_json(cls, data: Any) -> Viewpoint:
-        """Return what `to_json` wrote.
-
-        Raises:
-            ValueError: if it is malformed.
-        """
+        """Return what `to_json` wrote; raises ValueError for anything else."""
         if not isinstance(data, list) or len(data) != len(cls.__slots__):
             raise ValueError(
                 "viewpoint must be a list of x, y, z, yaw, angle and reach, got "
@@ -67,22 +58,9 @@ class Viewpoint:
     def compute_corners(self, farthest: float = math.inf) -> np.ndarray:
         """Return the camera and the left and right end of what it sees on the plan, (3, 2).
 
-        Args:
-            farthest: distance at which the cone is cut off, if that is within its reach, metres.
+        The cone is cut off at the distance `farthest`, in metres, if that is within its reach.
         """
         away = min(self.reach, farthest)
         turns = self.yaw + np.array([0.5, -0.5]) * self.angle
         ends = np.column_stack([np.cos(turns), np.sin(turns)]) * away
         return np.vstack([np.zeros(2), ends]) + np.array([self.x, self.y])
-
-
-def read_viewpoint(viewpoint: Any) -> Viewpoint | None:
-    """Return a viewpoint; None stays None.
-
-    Raises:
-        TypeError: if it is something else.
-    """
-    if viewpoint is not None:
-        check_kind("viewpoint", viewpoint, Viewpoint, "Take that of a BuiltLook, or leave it out.")
-    own: Viewpoint | None = viewpoint
-    return own

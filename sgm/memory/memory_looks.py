@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from sgm.layout.viewpoint import Viewpoint, read_viewpoint
+from sgm.checks import read_optional
+from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import MAX_TIME, check_jump, count_steps
 from sgm.memory.coverage import read_coverage, read_share
 from sgm.memory.frame_watch import FrameWatch
@@ -72,7 +73,8 @@ class MemoryLooks(MemoryLayout):
         seen = read_sightings(seen, place)  # may take its time: others go on meanwhile
         share = read_coverage(coverage, place)
         names = read_hidden(hidden, place)
-        from_where = read_viewpoint(viewpoint)
+        hint = "Take that of a BuiltLook, or leave it out."
+        from_where = read_optional("viewpoint", viewpoint, Viewpoint, hint)
         furniture = int(furniture)  # of any kind of number
         rows = [one.to_row() for one in seen]
         with self._lock:

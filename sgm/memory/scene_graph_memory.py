@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from threading import Lock, RLock
 
-from sgm.checks import check_kind
+from sgm.checks import read_optional
 from sgm.layout.layout import read_map_id
 from sgm.memory.clock import Clock
 from sgm.memory.corrections import MemoryCorrections
@@ -98,8 +98,7 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections):
             ("clock", clock, Clock),
             ("score_calibration", score_calibration, ScoreCalibration),
         ):
-            if value is not None:
-                check_kind(name, value, kind, "Leave it out for the default.")
+            read_optional(name, value, kind, "Leave it out for the default.")
         self._lock = RLock()  # held by every call while it reads or changes the state
         self._save_lock: SaveLock | None = None  # of the file saved last, as long as this lives
         self._saving = Lock()  # these two are never waited for while the first one is held

@@ -6,6 +6,7 @@ import csv
 import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
+from graphlib import CycleError, TopologicalSorter
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -134,31 +135,19 @@ class AliasTable:
         self.words.update(map(compute_singular, words))
 
     def _check_cycles(self) -> None:
-        """Look for a thing that is a kind of itself, by taking off things with no kind left."""
-        left = {thing: len(above) for thing, above in enumerate(self._above)}
-        free = [thing for thing, number in left.items() if number == 0]
-        for thing in free:
-            del left[thing]
-            for below in self._below[thing]:
-                left[below] -= 1
-                if left[below] == 0:
-                    free.append(below)
-        if left:
-            names = [self.names[thing] for thing in left if thing in _walk(thing, self._above)]
+        """Raise ValueError for a thing that is a kind of itself."""
+        try:
+            TopologicalSorter(dict(enumerate(self._above))).prepare()
+        except CycleError as error:
+            names = [self.names[thing] for thing in sorted(set(error.args[1]))]
             raise ValueError(
                 f"kind must not lead back to the thing, got a circle of {shorten(names)} in the "
                 "aliases. Take one of these kinds out, or make the names aliases of one thing."
-            )
+            ) from None
 
 
 def read_rows(extra: Aliases) -> Iterator[Row]:
-    """Read rows of one's own.
-
-    Raises:
-        TypeError: if they are neither a mapping nor a path.
-        ValueError: if they are malformed or too many.
-        FileNotFoundError: if there is no such file.
-    """
+    """Read rows of one's own; raises errors as `AliasTable.household` says."""
     if isinstance(extra, (str, Path)):
         return _read_file(Path(extra))
     if not isinstance(extra, Mapping):
@@ -182,19 +171,17 @@ def _read_entry(name: str, entry: object) -> Row:
         kinds, entry = entry.get("kind", ()), entry.get("aliases", ())
     kinds = (kinds,) if isinstance(kinds, str) else kinds
     for what, names in (("kind", kinds), ("aliases", entry)):
-        if (
-            isinstance(names, str)
-            or not isinstance(names, Sequence)
-            or not all(isinstance(one, str) for one in names)
-        ):
+        is_list = isinstance(names, Sequence) and not isinstance(names, str)
+        if not is_list or not all(isinstance(one, str) for one in names):
             raise ValueError(
                 f"{what} must be a list of names, got {shorten(names)} {where}. {_EXAMPLE}"
             )
-        _check_length(what, len(names), MAX_NAMES, where)
     return _make_row(name, kinds, entry, where)  # type: ignore[arg-type]
 
 
 def _make_row(name: str, kinds: Sequence[str], aliases: Sequence[str], where: str) -> Row:
+    _check_length("kind", len(kinds), MAX_NAMES, where)
+    _check_length("aliases", len(aliases), MAX_NAMES, where)
     try:
         for one in (name, *kinds, *aliases):
             read_words("name", one)
@@ -243,8 +230,6 @@ def _parse(text: str, where: str) -> Iterator[Row]:
                 [name.strip() for name in row.get(column, "").split(";") if name.strip()]
                 for column in ("kind", "aliases")
             )
-            for what, names in (("kind", kinds), ("aliases", aliases)):
-                _check_length(what, len(names), MAX_NAMES, at)
             yield _make_row(row["name"], kinds, aliases, at)
     except csv.Error as error:
         raise ValueError(

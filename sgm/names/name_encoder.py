@@ -29,14 +29,9 @@ class NameEncoder:
     """
 
     def __init__(self, encode: Encode, table: AliasTable) -> None:
-        """Use an encoder.
+        """Use a function that gives vectors; anything else raises TypeError.
 
-        Args:
-            encode: gives the vectors of a list of names.
-            table: of aliases, whose names the thresholds are measured on when they are first used.
-
-        Raises:
-            TypeError: if it is no function.
+        Thresholds are measured on the names of the table when they are first used.
         """
         if not callable(encode):
             raise TypeError(
@@ -48,11 +43,7 @@ class NameEncoder:
         self._vectors: dict[str, np.ndarray] = {}
 
     def compare(self, name: str, others: Sequence[str]) -> Sequence[float]:
-        """Return the cosines of a name to others.
-
-        Raises:
-            ValueError: if the encoder gives something else than finite vectors, one for each name.
-        """
+        """Return the cosines of a name to others; raises ValueError for vectors that are none."""
         vectors = self._take([name, *others])
         cosines: list[float] = (vectors[1:] @ vectors[0]).tolist()
         return cosines

@@ -39,6 +39,7 @@ _FOR = frozenset(("for",))
 _BREAKS = frozenset(("of",)) | _WITH | _MADE | _AT | _FOR
 
 _LONGEST_ENDING = 3
+_Word = tuple[str, bool]  # and whether it is a possessive
 
 _SPELLINGS = {
     "grey": "gray", "striped": "stripe", "stripy": "stripe", "stripey": "stripe", "wooden": "wood",
@@ -140,8 +141,7 @@ class NameReader:
         whole = [replace(reading, said=said) for reading in readings]
         return tuple(sorted(whole, key=lambda reading: reading.is_content))
 
-    def _read_phrase(self, words: list[tuple[str, bool]], is_content: bool) -> list[Reading]:
-        """Read words, each with whether it is a possessive."""
+    def _read_phrase(self, words: list[_Word], is_content: bool) -> list[Reading]:
         while len(words) > 1 and words[0][0] in DETERMINERS:
             words = words[1:]
         plain = [word for word, _ in words]
@@ -157,17 +157,15 @@ class NameReader:
         return list(dict.fromkeys(replace(reading, said=said) for reading in found))
 
     def _read_parts(
-        self,
-        left: list[tuple[str, bool]],
-        link: str,
-        right: list[tuple[str, bool]],
-        is_content: bool,
+        self, left: list[_Word], link: str, right: list[_Word], is_content: bool
     ) -> list[Reading]:
         """Read two parts with "of", "with" or the like between them."""
         last = compute_singular(left[-1][0])
         while len(right) > 1 and right[0][0] in DETERMINERS:
             right = right[1:]
-        if link == "of" and last in _MEASURES and not self._is_thing(left):
+        # A measure that is a thing, too: "ball of yarn"; a "set" is none.
+        is_thing = bool(self._table.find([word for word, _ in left]))
+        if link == "of" and last in _MEASURES and not is_thing:
             return self._read_phrase(right, is_content)
         if link == "of" and last in _CONTAINERS | _MEASURES:
             return [*self._read_phrase(right, is_content), *self._read_phrase(left, True)]
@@ -177,13 +175,10 @@ class NameReader:
             if len(turned[0].head) > len(own[0].head):
                 return turned
         if link in _WITH and link != "without":
-            return [
-                *own,
-                *(replace(one, is_content=True) for one in self._read_phrase(right, True)),
-            ]
+            own += [replace(one, is_content=True) for one in self._read_phrase(right, True)]
         return own
 
-    def _read_compound(self, words: list[tuple[str, bool]], is_content: bool) -> list[Reading]:
+    def _read_compound(self, words: list[_Word], is_content: bool) -> list[Reading]:
         """Read words without "of" and the like: the longest name of the table that they end in."""
         plain = [word for word, _ in words]
         start = max(len(words) - self._table.longest, 0)
@@ -201,7 +196,7 @@ class NameReader:
         return found
 
     def _make(
-        self, words: list[tuple[str, bool]], length: int, things: tuple[int, ...], is_content: bool
+        self, words: list[_Word], length: int, things: tuple[int, ...], is_content: bool
     ) -> Reading:
         plain = [word for word, _ in words]
         start = len(words) - length
@@ -231,10 +226,6 @@ class NameReader:
         spelled = spell(word)
         things = () if spelled in _PROPERTIES else self._table.find([word])
         return make_key(split_words(self._table.names[things[0]])) if len(things) == 1 else spelled
-
-    def _is_thing(self, words: list[tuple[str, bool]]) -> bool:
-        """Tell whether a measure is a thing, too: "ball of yarn"; a "set" is none."""
-        return bool(self._table.find([word for word, _ in words]))
 
 
 @lru_cache(maxsize=16)  # most memories have the same table

@@ -104,10 +104,8 @@ class NameIndex:
     ) -> None:
         """Start without descriptions.
 
-        Args:
-            types: labels of object types that the prior knows.
-            table: of aliases and kinds; None for none.
-            encoder: text vectors of names; None to use the similarity that `resolve` is given.
+        `types` are labels of object types that the prior knows. Without an encoder the similarity
+        that `resolve` is given is used.
         """
         self._table = _add_types(table or AliasTable(), tuple(types))
         self._reader = make_reader(self._table)
@@ -152,18 +150,9 @@ class NameIndex:
                     self._endings.setdefault(ending, []).append(entry)
 
     def resolve(self, question: str, similarity: Similarity | None = None) -> Resolution:
-        """Say what a question means.
-
-        Args:
-            question: such as "the red mugs".
-            similarity: how alike a label is to others; None for a policy without text vectors.
-
-        Raises:
-            ValueError: if the question is no name (`read_words`).
-        """
-        known = self._resolved.get(question)
-        if known is not None:
-            return known
+        """Say what a question means, such as "the red mugs"; see `SceneGraphMemory.resolve`."""
+        if question in self._resolved:
+            return self._resolved[question]
         words = read_words("description", question)
         text = words if words in self._written else strip_question(words)
         readings = self._read_main(text)
@@ -182,14 +171,9 @@ class NameIndex:
             return Resolution(question, (), "unknown", others, owner=readings[0].owner)
         if len(found) == 1 and self._descriptions[found[0]].casefold() == words:
             how = "exact"
-        resolution = Resolution(
-            question,
-            self._name(found),
-            how,
-            others,
-            tuple(self._name(group) for group in groups),
-            readings[0].owner,
-        )
+        meanings = tuple(self._name(group) for group in groups)
+        names, owner = self._name(found), readings[0].owner
+        resolution = Resolution(question, names, how, others, meanings, owner)
         if is_by_words:  # for any way to compare names: it says the same until there are others
             if len(self._resolved) >= _MOST_RESOLVED:
                 self._resolved.clear()
@@ -224,11 +208,10 @@ class NameIndex:
         if all(reading.said == words for words in said for reading in readings):
             return "same words"
         things = {thing for reading in readings for thing in reading.things}
-        if not things and all(
-            len(self._readings[number][0].head) > len(readings[0].head) for number in numbers
-        ):
+        heads = [self._readings[number][0].head for number in numbers]
+        if not things and all(len(head) > len(readings[0].head) for head in heads):
             return "part of the name"
-        below = {kind for thing in things for kind in self._table.list_below(thing)}
+        below = self._list_kinds(things)
         for number in numbers:
             own = self._readings[number]
             has_words = any(
@@ -242,34 +225,27 @@ class NameIndex:
     def _choose(self, reading: Reading, fit: int) -> list[list[int]]:
         """Choose what says as much of the properties, for each thing that the name may be."""
         groups = [
-            [
-                entry
-                for entry in self._list_entries(reading, thing)
-                if _compare(reading, entry[1]) == fit
-            ]
+            [one for one in self._list_entries(reading, thing) if _compare(reading, one[1]) == fit]
             for thing in reading.things or (None,)
         ]
         # What is written so comes before what is only called so: a "purse" before a wallet.
         written = [[one for one in group if _is_written(reading, one[1])] for group in groups]
         is_exact = any(one.said == reading.said for group in written for _, one in group)
         if any(written) and (is_exact or len(reading.things) > 1):
-            kinds = [
-                {
-                    kind
-                    for _, one in group
-                    for thing in one.things
-                    for kind in self._table.list_below(thing)
-                }
-                for group in written
-            ]
-            groups = [
-                [one for one in group if one in own or kinds_below & set(one[1].things)]
-                for group, own, kinds_below in zip(groups, written, kinds, strict=True)
-            ]
+            for place, own in enumerate(written):
+                things = {thing for _, one in own for thing in one.things}
+                kinds = self._list_kinds(things)
+                groups[place] = [
+                    one for one in groups[place] if one in own or kinds & set(one[1].things)
+                ]
         for count in (_count_owner, _count_head_words, _count_remarks):
             most = max((count(reading, one) for group in groups for _, one in group), default=0)
             groups = [[one for one in group if count(reading, one[1]) == most] for group in groups]
         return [sorted({number for number, _ in group}) for group in groups if group]
+
+    def _list_kinds(self, things: Iterable[int]) -> set[int]:
+        """List all kinds of things."""
+        return {kind for thing in things for kind in self._table.list_below(thing)}
 
     def _list_entries(self, reading: Reading, thing: int | None) -> list[_Entry]:
         """List what is called a thing or a kind of it; None: what ends in the same words."""
@@ -295,9 +271,8 @@ class NameIndex:
 
     def _find_part(self, reading: Reading) -> list[list[int]]:
         """Apply rule 4: names that end in it, or have its words where no table knows it."""
-        whole = reading.endings[
-            : len(reading.endings) - len(reading.head) + 1
-        ]  # no "dog" of hot dog
+        num_whole = len(reading.endings) - len(reading.head) + 1  # no "dog" of hot dog
+        whole = reading.endings[:num_whole]
         ending = next((key for key in whole if key in self._endings), "")
         entries = self._endings.get(ending, [])
         numbers = {number for number, one in entries if _compare(reading, one) is not None}
@@ -320,12 +295,8 @@ class NameIndex:
         """Return the known word that this one may be a typo of: of the memory, else the table."""
         most = 0 if len(word) < 5 else 1 if len(word) < 9 else 2
         spelled = spell(word)
-        if (
-            most == 0
-            or not word.isalpha()
-            or spelled in self._words
-            or spelled in self._table.words
-        ):
+        is_known = spelled in self._words or spelled in self._table.words
+        if most == 0 or not word.isalpha() or is_known:
             return word
         letters = set(word)
         for known in (self._words, self._table.words):
@@ -383,11 +354,10 @@ class NameIndex:
                         if not found and not _list_more(other, reading)
                     ]
             if not found and len(reading.key) > 2:
-                close += [number for number in self._words.get(spell(reading.head[-1]), ())]
+                close += self._words.get(spell(reading.head[-1]), ())
         if not found:
-            close += [
-                n for group in self._find_similar(readings, similarity, RELATED) for n in group
-            ]
+            for group in self._find_similar(readings, similarity, RELATED):
+                close += group
         rest = [number for number in dict.fromkeys(close) if number not in found]
         return self._name(rest[:_MOST_ALTERNATIVES])
 

@@ -23,11 +23,8 @@ class Vocabulary:
     ) -> None:
         """Start from the labels that came up so far.
 
-        Args:
-            prior: whose names are known.
-            labels: text per label index.
-            table: of aliases, by which a "skillet" is of the prior's type "frying pan"; None to
-                go by the last words alone.
+        By the table of aliases a "skillet" is of the prior's type "frying pan"; without one the
+        last words decide.
         """
         self._table = table
         names = [*prior.rooms, *(row.label for row in prior.furniture)]
@@ -73,7 +70,10 @@ class Vocabulary:
         is_exact = " ".join(words) in self._known_objects
         if self._table is not None and not is_exact and not is_named:
             return self._read_type(" ".join(words), self._table)
-        label = self.number(" ".join(words[start:]))
+        return self._number_type(" ".join(words[start:]))
+
+    def _number_type(self, name: str) -> tuple[int, int]:
+        label = self.number(name)
         return label, self._type_of.get(self.labels[label], -1)
 
     def _read_type(self, description: str, table: AliasTable) -> tuple[int, int]:
@@ -85,5 +85,4 @@ class Vocabulary:
             kinds = [table.names[kind] for kind in table.list_above(thing)]
             names += [*table.list_names(thing), *kinds]
         known = next((name for name in names if name in self._known_objects), reading.words[-1])
-        label = self.number(known)
-        return label, self._type_of.get(self.labels[label], -1)
+        return self._number_type(known)
