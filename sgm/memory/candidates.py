@@ -37,14 +37,8 @@ def propose_rows(
 ) -> np.ndarray:
     """Mark places as `propose_places` does, where queries have different numbers of furniture.
 
-    Args:
-        prior_rows: prior weight per place, (n, 2): the furniture of all queries in one row.
-        query: the query that each furniture node is for, (n,).
-        num_queries: Q.
-        threshold: as in `propose_places`.
-
-    Returns:
-        bool (n, 2).
+    The furniture of all queries stands in one row: prior weights (n, 2) in, bool (n, 2) out;
+    `query` is the query that each furniture node is for, (n,).
     """
     proposed = prior_rows > threshold
     is_known = mark_rows(query[proposed[:, 0] | proposed[:, 1]], num_queries)
@@ -55,13 +49,7 @@ def propose_rows(
 def sample_places(counts: np.ndarray, count: int, *, rng: np.random.Generator) -> np.ndarray:
     """Mark `count` furniture nodes of each query at random, as "onTop": an ablation.
 
-    Args:
-        counts: furniture nodes of each query, (Q,).
-        count: hypothetical edges per query, capped at its furniture nodes.
-        rng: random numbers.
-
-    Returns:
-        bool (sum(counts), 2): the furniture of all queries in one row.
+    Of queries with `counts` furniture nodes each (Q,), all of these in one row, bool (sum, 2).
 
     Source: docs/design.md, ruling 13.
     """

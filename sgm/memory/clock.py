@@ -37,12 +37,7 @@ class Clock:
     step_seconds: float = DEFAULT_STEP_SECONDS
 
     def __post_init__(self) -> None:
-        """Check both.
-
-        Raises:
-            TypeError: if the start is no date and time.
-            ValueError: if it has a time zone, or the step is no number of seconds above 0.
-        """
+        """Raise TypeError or ValueError unless they are local time and a number above 0."""
         if not isinstance(self.start, datetime):
             raise TypeError(
                 f"start must be a datetime, got {shorten(self.start)}. Write datetime(2026, 11, "
@@ -61,11 +56,7 @@ class Clock:
 
     @classmethod
     def of_rules(cls, start_time: str, step_seconds: float) -> Clock:
-        """Make the clock of rules that say when step 0 is, in ISO 8601, and how long a step is.
-
-        Raises:
-            ValueError: if they do not.
-        """
+        """Make the clock of rules, in ISO 8601 and seconds; raises ValueError if they are none."""
         try:
             return cls(datetime.fromisoformat(start_time), step_seconds)
         except (TypeError, ValueError) as error:
@@ -77,10 +68,9 @@ class Clock:
     @property
     def row(self) -> tuple[float, float]:
         """Seconds from Monday 00:00 to step 0, and seconds per step: a row of `clock` arrays."""
-        start = self.start
-        midnight = datetime(start.year, start.month, start.day)
-        since_midnight = (start - midnight).total_seconds()
-        return start.weekday() * DAY_SECONDS + since_midnight, float(self.step_seconds)
+        midnight = self.start.replace(hour=0, minute=0, second=0, microsecond=0)
+        since_midnight = (self.start - midnight).total_seconds()
+        return self.start.weekday() * DAY_SECONDS + since_midnight, float(self.step_seconds)
 
     def get_date(self, time: int) -> datetime | None:
         """Return when a time step begins; None beyond the year 9999."""
@@ -90,11 +80,7 @@ class Clock:
             return None
 
     def shift(self, seconds: float) -> Clock:
-        """Return the clock of a home that starts so many seconds later.
-
-        Raises:
-            ValueError: if that is no date any more.
-        """
+        """Return the clock of a home that starts later; raises ValueError beyond the calendar."""
         try:
             return Clock(self.start + timedelta(seconds=seconds), self.step_seconds)
         except OverflowError:
@@ -104,11 +90,7 @@ class Clock:
             ) from None
 
     def get_time(self, step: int) -> datetime:
-        """Return the date and time of a time step.
-
-        Raises:
-            ValueError: if that is no date any more.
-        """
+        """Return the date and time of a time step; raises ValueError beyond the calendar."""
         return self.shift(step * self.step_seconds).start
 
     def to_json(self) -> dict[str, Any]:
@@ -117,12 +99,7 @@ class Clock:
 
     @classmethod
     def from_json(cls, data: Any) -> Clock:
-        """Read JSON values.
-
-        Raises:
-            KeyError: if a part is missing.
-            TypeError, ValueError: if a part is none of a clock.
-        """
+        """Read JSON values; raises KeyError, TypeError or ValueError if they are none."""
         return cls(datetime.fromisoformat(data["start"]), data["step_seconds"])
 
 
@@ -135,21 +112,12 @@ def make_clock_rows(clocks: Sequence[Clock | None]) -> np.ndarray | None:
 
 
 def compute_week_seconds(clock: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Return the seconds since Monday 00:00 at time steps, float64 (n,) in [0, 604800).
-
-    Args:
-        clock: of the home of each step, (n, 2).
-        time: time steps, (n,).
-    """
+    """Return the seconds since Monday 00:00 at time steps (n,), by the clock of each (n, 2)."""
     return np.mod(clock[:, 0] + time * clock[:, 1], WEEK_SECONDS)
 
 
 def check_jump(num_steps: int, now: int, clock: Clock) -> None:
-    """Check that time passes by no more than a robot's clock is believed at once.
-
-    Raises:
-        ValueError: if it is more than `MAX_JUMP`.
-    """
+    """Raise ValueError if more time passes at once than `MAX_JUMP`."""
     if num_steps * clock.step_seconds > MAX_JUMP.total_seconds():
         raise ValueError(
             f"time must be at most {MAX_JUMP.days} days after the present step, got "

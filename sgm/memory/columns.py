@@ -80,25 +80,10 @@ _count = partial(Column, is_counter=True)
 _stamp = partial(Column, default=NEVER, low=NEVER, high=NOW)  # a time step, `NEVER` at first
 
 
-def _guess_first(own: Columns, objects: Columns) -> np.ndarray:
-    """The start stands for the first of several sightings."""
-    return np.where(own["num_observed"] < 2, own["last_observed"], 0)
-
-
-def _guess_at_once(own: Columns, objects: Columns) -> np.ndarray:
-    """Of everything one was seen at once."""
-    return np.minimum(own["num_observed"], 1)
-
-
 def _guess_true(own: Columns, objects: Columns) -> np.ndarray:
     """An edge is true if the last look found it so."""
     is_last = own["last_observed"] == own["last_true"]
     return ((own["num_true"] > 0) & is_last).astype(np.int64)
-
-
-def _guess_absent(own: Columns, objects: Columns) -> np.ndarray:
-    """All false looks stand for the last ones."""
-    return np.where(own["is_true"], 0, own["num_observed"] - own["num_true"])
 
 
 def _guess_time_true(own: Columns, objects: Columns) -> np.ndarray:
@@ -108,35 +93,25 @@ def _guess_time_true(own: Columns, objects: Columns) -> np.ndarray:
     return np.where(own["num_true"], share, 0)
 
 
-def _guess_missed(own: Columns, objects: Columns) -> np.ndarray:
-    """All looks were whole ones."""
-    return own["num_absent"].astype(float)
-
-
-def _guess_confidence(own: Columns, objects: Columns) -> np.ndarray:
-    """All sightings were sure."""
-    return (own["num_true"] > 0).astype(float)
-
-
 # `MemoryBatch` says what each column holds.
 FURNITURE = (_count("num_observed"), _stamp("last_observed", is_counter=True))
 OBJECTS = (
-    Column("home", is_derived=True),
-    Column("key", is_derived=True),
-    Column("label", is_derived=True),
+    *(Column(name, is_derived=True) for name in ("home", "key", "label")),
     Column("type", low=-1, is_derived=True),
     _count("num_observed"),
     _stamp("last_observed", is_counter=True),
     _count("num_moved"),
     _stamp("last_moved", is_counter=True),
     Column("last_furniture", default=NEVER, low=NEVER, refers_to="furniture"),
-    _stamp("first_observed", since=3, guess=_guess_first),
-    Column("num_at_once", since=3, guess=_guess_at_once),
+    # The start stands for the first of several sightings; of everything one was seen at once.
+    _stamp("first_observed", since=3,
+           guess=lambda own, _: np.where(own["num_observed"] < 2, own["last_observed"], 0)),
+    Column("num_at_once", since=3, guess=lambda own, _: np.minimum(own["num_observed"], 1)),
     Column("num_sought", since=4),
     Column("num_still", since=4),
     _stamp("carried_since", since=5),
     Column("same_as", default=-1, low=-1, refers_to="objects", since=5),
-)
+)  # fmt: skip
 EDGES = (
     Column("home", is_derived=True),
     Column("object", refers_to="objects"),
@@ -150,13 +125,15 @@ EDGES = (
     _stamp("last_changed", is_counter=True),
     _stamp("last_true", is_counter=True),
     _count("is_true", dtype=np.bool_, high=1, guess=_guess_true),
-    Column("num_absent", since=3, guess=_guess_absent),
+    # All false looks stand for the last ones, all looks were whole ones, and all sightings sure.
+    Column("num_absent", since=3,
+           guess=lambda own, _: np.where(own["is_true"], 0, own["num_observed"] - own["num_true"])),
     Column("time_true", since=4, guess=_guess_time_true),
-    Column("missed", np.float32, since=3, guess=_guess_missed, part="edge_measures"),
-    Column(
-        "confidence", np.float32, high=1, since=3, guess=_guess_confidence, part="edge_measures"
-    ),
-)
+    Column("missed", np.float32, since=3, part="edge_measures",
+           guess=lambda own, _: own["num_absent"].astype(float)),
+    Column("confidence", np.float32, high=1, since=3, part="edge_measures",
+           guess=lambda own, _: (own["num_true"] > 0).astype(float)),
+)  # fmt: skip
 # One row for each home; `HomeHistory` says what each holds. Its files have all of them, or none.
 HOME = tuple(
     Column(name, np.float64, high=np.inf, since=3)

@@ -41,11 +41,7 @@ def read_coverage(coverage: Any, place: str) -> Coverage:
 
 
 def parse_coverage(data: Any) -> Coverage:
-    """Return the coverage that a file has: a number, or a list of two.
-
-    Raises:
-        ValueError, TypeError: if it is none.
-    """
+    """Return the coverage of a file, a number or a list of two; ValueError or TypeError if none."""
     if isinstance(data, list):
         return read_coverage(dict(zip(RELATIONS, data, strict=True)), "a look")
     return float(data)
@@ -57,11 +53,7 @@ def split_coverage(coverage: Coverage) -> tuple[float, float]:
 
 
 def read_share(name: str, share: Any, place: str) -> float:
-    """Return a share above 0.
-
-    Raises:
-        ValueError: if it is none.
-    """
+    """Return a share above 0; raises ValueError for anything else."""
     if not isinstance(share, Real) or not 0 < float(share) <= 1:
         raise ValueError(
             f"{name} must be above 0 and at most 1, got {shorten(share)} at {place}. Give the "

@@ -123,20 +123,13 @@ class HomeHistory:
         return (missed + 2) / (missed + refound + 10)
 
     def compute_move_rate(self, hours: np.ndarray | float = 1.0) -> np.ndarray:
-        """Return how often an object is found moved, (H,).
-
-        Args:
-            hours: of a time step, (H,), for a rate per hour; 1 for a rate per time step.
-        """
+        """Return how often an object is found moved, per hour of time steps of `hours`, (H,)."""
         return (self.counters["num_moved"] + 0.5) / (self.counters["time_followed"] * hours + 15)
 
     def list_look_times(self, home: np.ndarray, share: np.ndarray | None) -> np.ndarray:
         """Return `look_times` of homes (Q,) that were about things, -1 for the others, (Q, F, n).
 
-        Args:
-            home: of each thing.
-            share: how likely each thing is "in" and "onTop" of furniture that it is at, (Q, F, 2);
-                None for whatever relation.
+        `share` is how likely each thing is "in" and "onTop" of furniture that it is at, (Q, F, 2).
         """
         times: np.ndarray = self.look_times[home]
         if self.look_relations is None or share is None:
@@ -144,22 +137,6 @@ class HomeHistory:
         relations = self.look_relations[home]  # (Q, F, n)
         in_view = share[..., :1] * (relations & 1 > 0) + share[..., 1:] * (relations & 2 > 0)
         return np.where(in_view >= 0.5, times, NEVER)
-
-    def _note_relations(
-        self,
-        home: np.ndarray,
-        furniture: np.ndarray,
-        column: np.ndarray,
-        relations: np.ndarray | None,
-    ) -> None:
-        """Note what most was in view of in looks that were just counted, (n,) each."""
-        if self.look_relations is None:
-            if relations is None or (relations[home] == BOTH).all():
-                return
-            self.look_relations = np.full(self.look_times.shape, BOTH, dtype=np.uint8)
-        self.look_relations[home, furniture, column] = (
-            BOTH if relations is None else relations[home]
-        )
 
     def note_questions(self, queries: Queries) -> None:
         """Count questions."""
@@ -197,8 +174,13 @@ class HomeHistory:
             self._note_answers(memory, looked, asked, is_seen[asked.object])
         home = np.flatnonzero((looked >= 0) & is_counted)
         column = memory.furniture_num_observed[home, looked[home]] % NUM_LOOKS_KEPT
-        self.look_times[home, looked[home], column] = time
-        self._note_relations(home, looked[home], column, relations)
+        look = (home, looked[home], column)
+        self.look_times[look] = time
+        in_view = BOTH if relations is None else relations[home]
+        if self.look_relations is None and np.any(in_view != BOTH):
+            self.look_relations = np.full(self.look_times.shape, BOTH, dtype=np.uint8)
+        if self.look_relations is not None:
+            self.look_relations[look] = in_view
 
         rows = np.flatnonzero(is_seen)
         if memory.clock is not None:
@@ -229,14 +211,9 @@ class HomeHistory:
     def note_hours(
         self, clock: np.ndarray, time: int, edges: np.ndarray, is_seen: np.ndarray, num_edges: int
     ) -> None:
-        """Count looks by hour of day.
+        """Count looks at edges, each once, by hour of day; (n,) of `num_edges` rows so far.
 
-        Args:
-            clock: of the home of each edge, nan where it is unknown, (n, 2).
-            time: time step.
-            edges: rows of the edges that were looked at, each once, (n,).
-            is_seen: whether they were found true, bool (n,).
-            num_edges: rows of edges so far.
+        The clock is that of the home of each edge, nan where it is unknown, (n, 2).
         """
         num_before = self.edge_hours.shape[1]
         if num_edges > num_before:
@@ -272,12 +249,7 @@ class HomeHistory:
     def from_json(
         cls, data: Mapping[str, Any], num_furniture: int, num_edges: int, time: int
     ) -> HomeHistory:
-        """Read JSON values of a home with F furniture nodes and E edges.
-
-        Raises:
-            ValueError: if they do not fit the home.
-            KeyError, TypeError: if a part is missing or of the wrong kind.
-        """
+        """Read JSON values; raises ValueError, KeyError or TypeError if they fit no such home."""
         history, shape = cls(1, num_furniture), (num_furniture, NUM_LOOKS_KEPT)
         history.look_times[0] = _read_whole(data["look_times"], shape, (NEVER, time))
         if "look_relations" in data:

@@ -64,11 +64,7 @@ class LogLock:
 
     @classmethod
     def of(cls, path: Path) -> LogLock:
-        """Return the lock of a log: that of this process, if it has one.
-
-        Raises:
-            ValueError, OSError: as the constructor.
-        """
+        """Return the lock of a log: that of this process, if it has one, else a new one."""
         try:
             key = str(path.resolve())
         except (OSError, RuntimeError) as error:  # a circle of links
@@ -85,11 +81,7 @@ class LogLock:
 
     @contextmanager
     def take(self, turn: object, *, is_new: bool) -> Iterator[None]:
-        """Write a line while no other is written.
-
-        Args:
-            turn: of the memory that writes.
-            is_new: whether the turn becomes its own with this line.
+        """Write a line while no other is written; with `is_new` the turn becomes the writer's own.
 
         Raises:
             ValueError: if it is the turn of another memory, or the log is of another process.

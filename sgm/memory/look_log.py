@@ -52,7 +52,6 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {
     "transform": ("angle", "shift", "map_id"),
 }
 _OPTIONAL = ("id", "by")  # of the thing; who said it
-_IDS = ("room", "furniture", "was_at")
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,9 +93,6 @@ class LookLog:
     def __init__(self, path: str | Path) -> None:
         """Go on in a file, or begin one; a line that was cut off by a crash is taken out.
 
-        Args:
-            path: such as "looks.jsonl".
-
         Raises:
             ValueError: if the file is no log, or another process writes it.
             OSError: if the folder does not exist, or the file cannot be read or written.
@@ -113,25 +109,11 @@ class LookLog:
                         file.truncate(len(whole))
 
     def start(self, content: MemoryContent, *, is_new: bool) -> None:
-        """Note how the home is when a memory begins, or goes on; from now on it has the log.
-
-        Args:
-            content: what the memory holds.
-            is_new: whether that is nothing yet.
-
-        Raises:
-            ValueError: as `write`.
-            OSError: if the file cannot be written.
-        """
-        values = _list_start(content, is_new=is_new)
-        self.write("start", content.time, content.clock, values)
+        """Note what a memory holds that begins (`is_new`), or goes on; now it has the log."""
+        self._write(_write_start(content, is_new=is_new), is_new=True)
 
     def rotate(self, old: Path, content: MemoryContent) -> None:
         """Keep the log so far under another name, and begin anew with what the memory holds.
-
-        Args:
-            old: name for the log so far, in the same folder.
-            content: what the memory holds now.
 
         Raises:
             ValueError: as `write`.
@@ -140,44 +122,32 @@ class LookLog:
         with self._lock.take(self._turn, is_new=False):
             self.path.replace(old)
             try:
-                _append(
-                    self.path,
-                    _write_line(
-                        "start", content.time, content.clock, _list_start(content, is_new=False)
-                    ),
-                )
-                _sync(self.path)
+                _append(self.path, _write_start(content, is_new=False))
+                with self.path.open("r+b") as file:
+                    os.fsync(file.fileno())
             except BaseException:
                 old.replace(self.path)
                 raise
 
     def sync(self) -> None:
-        """Have the disk take all lines written so far, so that they survive a loss of power.
-
-        Raises:
-            OSError: if it does not.
-        """
+        """Have the disk take all lines written so far; raises OSError if it does not."""
         with self._lock.turns:  # not while the log is begun anew: then there is none for a moment
             file = self.path.open("r+b")
         with file:
             os.fsync(file.fileno())
 
     def write(self, kind: str, time: int, clock: Clock | None, values: Mapping[str, Any]) -> None:
-        """Append a line.
-
-        Args:
-            kind: as in `LogLine`.
-            time: time step, after the change.
-            clock: of the memory; the line then says what time it was, for people.
-            values: as in `LogLine`.
+        """Append a `LogLine`; with a clock it also says what time it was, for people.
 
         Raises:
             ValueError: if it is no date of the clock, or another memory or process has the log.
             OSError: if the file cannot be written; it is left as it was.
         """
-        content = _write_line(kind, time, clock, values)
-        with self._lock.take(self._turn, is_new=kind == "start"):
-            _append(self.path, content)
+        self._write(_write_line(kind, time, clock, values))
+
+    def _write(self, line: bytes, *, is_new: bool = False) -> None:
+        with self._lock.take(self._turn, is_new=is_new):
+            _append(self.path, line)
 
 
 def read_log(path: str | Path) -> list[LogLine]:
@@ -200,37 +170,30 @@ def read_log(path: str | Path) -> list[LogLine]:
         raise make_read_error(
             error,
             f"log must be a file that can be read, got {shorten(error.strerror)} for {path}. Make "
-            "one "
-            'with SceneGraphMemory(log="looks.jsonl").',
+            'one with SceneGraphMemory(log="looks.jsonl").',
         ) from error
     return _read_lines(whole, path)
 
 
-def _list_start(content: MemoryContent, *, is_new: bool) -> dict[str, Any]:
-    """Return the values of a "start" line."""
+def _write_start(content: MemoryContent, *, is_new: bool) -> bytes:
     clock = content.clock
-    return {
+    values = {
         "version": LOG_VERSION,
         "prior": content.prior,
         "clock": None if clock is None else clock.to_json(),
         **content.layout.to_json(),
         "memory": None if is_new and content.score_calibration is None else content.to_json(),
     }
+    return _write_line("start", content.time, clock, values)
 
 
 def _write_line(kind: str, time: int, clock: Clock | None, values: Mapping[str, Any]) -> bytes:
-    line: dict[str, Any] = {"kind": kind, "time": time}
-    if clock is not None:
-        line["at"] = clock.get_time(time).isoformat()
+    at = {} if clock is None else {"at": clock.get_time(time).isoformat()}
     text = json.dumps(
-        {**line, **values}, ensure_ascii=False, separators=(",", ":"), default=_to_number
-    )
+        {"kind": kind, "time": time, **at, **values}, ensure_ascii=False, separators=(",", ":"),
+        default=lambda number: number.item(),  # of numpy, as ids and positions may be
+    )  # fmt: skip
     return f"{text}\n".encode()
-
-
-def _sync(path: Path) -> None:
-    with path.open("r+b") as file:
-        os.fsync(file.fileno())
 
 
 def _append(path: Path, content: bytes) -> None:
@@ -243,11 +206,6 @@ def _append(path: Path, content: bytes) -> None:
         except OSError:
             file.truncate(size)
             raise
-
-
-def _to_number(value: Any) -> Any:
-    """Return what json knows of a number of numpy, as ids and positions may be."""
-    return value.item()
 
 
 def _cut_torn_line(path: Path) -> bytes:
@@ -299,10 +257,12 @@ def _read_line(data: Any) -> LogLine:
         values["layout"] = Layout.from_json(data, len(rooms), len(furniture))
     elif kind == "look":
         values["seen"] = [
-            (_check_words(description), str(relation), float(confidence), *about)
+            (description, str(relation), float(confidence), *about)
             for description, relation, confidence, *about in values["seen"]
         ]
-        values["hidden"] = [_check_words(name) for name in data.get("hidden", ())]
+        values["hidden"] = list(data.get("hidden", ()))
+        for name in (*(row[0] for row in values["seen"]), *values["hidden"]):
+            read_words("description", name)
         point = data.get("viewpoint")
         values["viewpoint"] = None if point is None else Viewpoint.from_json(point)
     elif kind in STATEMENTS:
@@ -313,7 +273,10 @@ def _read_line(data: Any) -> LogLine:
     elif kind == "transform":
         values["angle"], values["shift"] = float(values["angle"]), tuple(values["shift"])
     if kind != "start":
-        _check_ids(kind, values)
+        for name in ("room", "furniture", "was_at"):  # numbers; a statement may name none
+            number = values.get(name, 0)
+            if type(number) is not int and not (number is None and kind in STATEMENTS):
+                raise ValueError(f"{name} {shorten(number)}")
     if kind in ("furniture", "move"):
         position = values["position"]
         values["position"] = None if position is None else tuple(position)
@@ -325,23 +288,8 @@ def _read_line(data: Any) -> LogLine:
     return LogLine(kind, time, values)
 
 
-def _check_ids(kind: str, values: Mapping[str, Any]) -> None:
-    """Check that rooms and furniture are named by numbers; a statement may name none."""
-    for name in _IDS:
-        number = values.get(name)
-        may_lack = number is None and kind in STATEMENTS
-        if name in values and not may_lack and type(number) is not int:
-            raise ValueError(f"{name} {shorten(number)}")
-
-
 def _is_time(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MAX_TIME
-
-
-def _check_words(description: Any) -> str:
-    """Return a description as it is written; later ones of the same words are the same thing."""
-    read_words("description", description)
-    return str(description)
 
 
 def _read_memory(data: Any, clock: Clock | None) -> MemoryContent:

@@ -158,9 +158,9 @@ def read_rows(extra: Aliases) -> Iterator[Row]:
     return (_read_entry(name, entry) for name, entry in extra.items())
 
 
-def _read_entry(name: str, entry: object) -> Row:
+def _read_entry(name: str, entry: Any) -> Row:
     where = f"for {shorten(name)} in the aliases"
-    kinds: object = ()
+    kinds: Any = ()
     if isinstance(entry, Mapping):
         unknown = sorted(map(str, entry.keys() - {"kind", "aliases"}))
         if unknown:
@@ -176,7 +176,7 @@ def _read_entry(name: str, entry: object) -> Row:
             raise ValueError(
                 f"{what} must be a list of names, got {shorten(names)} {where}. {_EXAMPLE}"
             )
-    return _make_row(name, kinds, entry, where)  # type: ignore[arg-type]
+    return _make_row(name, kinds, entry, where)
 
 
 def _make_row(name: str, kinds: Sequence[str], aliases: Sequence[str], where: str) -> Row:
